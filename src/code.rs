@@ -2,7 +2,8 @@
 //!
 //! A code follows its message in brackets, as in `[beyond-sigma]`, on the terminal, in JSON and on pages. Its entry with
 //! meaning, test and remedy is in `docs/codes/`, compiled into the library, and `rodfit explain` prints it. Messages may
-//! change; a renamed code is still read by its former name. Exit codes of the program have entries too.
+//! change; a renamed code is still read by its former name. Exit codes of the program have entries too. [`Code`] has the
+//! codes; [`explained`] and [`all_explained`] return entries by name.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -43,7 +44,7 @@ macro_rules! codes {
                 }
             }
 
-            /// The name up to version 0.1; none if it has not changed.
+            /// The name that the code had up to version 0.1; none if it has not changed.
             pub const fn former_name(self) -> Option<&'static str> {
                 match self {
                     $($(Self::$code => Some($former),)?)*
@@ -155,26 +156,26 @@ codes! {
 }
 
 impl Code {
-    /// Meaning, test and remedy of the code, in Markdown.
+    /// Entry of the code in `docs/codes/`, in Markdown: title, meaning, test and remedy. Empty without an entry.
     pub fn explained(self) -> &'static str {
         explained(self.name()).unwrap_or_default()
     }
 
-    /// A text followed by the code in brackets: `text [code]`.
+    /// The text followed by a space and the code in brackets: `text [code]`.
     pub(crate) fn behind(self, text: impl fmt::Display) -> String {
         format!("{text} [{self}]")
     }
 }
 
 impl fmt::Display for Code {
-    /// Writes the code as text.
+    /// Writes the name of the code, padded to the width of the format.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.name())
     }
 }
 
-/// Names and explanations of all codes, and of the exit codes of the program, such as `3`. The first line of an
-/// explanation is its title.
+/// Names and entries, in the order of the documents, of all codes and of the exit codes of the program, such as `3`. The
+/// first line of an entry is its title; texts are trimmed Markdown.
 pub fn all_explained() -> impl Iterator<Item = (&'static str, &'static str)> {
     PAGES.iter().flat_map(|page| page.split("\n## ").skip(1)).filter_map(|text| {
         let (name, text) = text.split_once('\n')?;
@@ -182,14 +183,14 @@ pub fn all_explained() -> impl Iterator<Item = (&'static str, &'static str)> {
     })
 }
 
-/// The code with this name, or with this former name; none of another text.
+/// The code with this name, or with this former name; none for another text.
 pub fn named(name: &str) -> Option<Code> {
     let is_name = |code: &&Code| code.name() == name || code.former_name() == Some(name);
     Code::ALL.iter().find(is_name).copied()
 }
 
-/// Meaning, test and remedy, in Markdown, of a code by its current or former name, or of an exit code of the program; none of
-/// another text.
+/// Entry, in Markdown, of a code by its current or former name, or of an exit code of the program. None for a text without an
+/// entry.
 pub fn explained(name: &str) -> Option<&'static str> {
     let name = named(name).map_or(name, |code| code.name());
     all_explained().find(|(other, _)| *other == name).map(|(_, text)| text)

@@ -1,8 +1,9 @@
 //! The error type of the library, and constructors of its variants.
 //!
-//! Two groups: invalid input (file, key or line, found value, allowed values) and failed computations (time, quantity,
-//! remedy), which have a [`Code`]. The command returns exit code 2 for the first group and 3 for the second. Texts from files
-//! are shortened, and their control characters escaped.
+//! Two groups: invalid input (file, key or line, found value, allowed values), without a code, and failed computations (time,
+//! quantity, remedy), which have a [`Code`]. The command returns exit code 2 for the first group and 3 for the second. Texts
+//! from files are shortened, and their control characters escaped. Errors get their file ([`Error::in_file`]) and table
+//! ([`Error::below`]) where they are passed on.
 
 use crate::code::Code;
 use marker_files::printable::{
@@ -10,7 +11,8 @@ use marker_files::printable::{
 };
 use std::path::{Path, PathBuf};
 
-/// The value of a result; `None` of a failure. An interruption by the user remains an error.
+/// `Some` value of a result, or `None` for any error but [`Error::Interrupted`]. An interruption by the user remains an
+/// error.
 pub(crate) fn none_on_failure<T>(result: Result<T, Error>) -> Result<Option<T>, Error> {
     match result {
         Ok(value) => Ok(Some(value)),
@@ -19,7 +21,8 @@ pub(crate) fn none_on_failure<T>(result: Result<T, Error>) -> Result<Option<T>, 
     }
 }
 
-/// `Ok` if a condition `holds`, else the error of the `key` with the value `found` and the `allowed` values.
+/// `Ok` if a condition `holds`, else [`Error::Invalid`] of the `key` with the value `found` and the `allowed` values, without
+/// a file.
 pub(crate) fn ensure(
     holds: bool,
     key: impl Into<String>,
@@ -232,8 +235,8 @@ pub enum Error {
     Fit(String),
 }
 
-/// The fraction of a change of energy over the largest kinetic energy as text in per cent; empty for a fraction that is huge
-/// or not finite, as without motion.
+/// Text `, 12.3 % of the largest kinetic energy` for a fraction of it, as in an error of growing energy. Empty for a negative
+/// fraction, and for one of 1e4 or more or not finite, as without motion.
 fn kinetic_percentage(fraction: f64) -> String {
     match 100.0 * fraction {
         percent @ 0.1..1e6 => format!(", {percent:.1} % of the largest kinetic energy"),
@@ -242,18 +245,18 @@ fn kinetic_percentage(fraction: f64) -> String {
     }
 }
 
-/// The path of a file, followed by a colon and a space, in front of a message; empty without a file.
+/// The path of a file, printable, followed by a colon and a space; empty without a file.
 fn prefix(file: &Option<PathBuf>) -> String {
     file.as_ref().map(|path| format!("{}: ", printable_path(path))).unwrap_or_default()
 }
 
 impl Error {
-    /// The error of the operating system for the file at a path.
+    /// [`Error::Io`] of the operating system for the file at a path, without the file that names it.
     pub(crate) fn io(path: &Path, source: std::io::Error) -> Self {
         Self::Io { named_in: None, path: path.into(), source }
     }
 
-    /// The error of a key or an option with an invalid value: found value and description of the allowed ones.
+    /// [`Error::Invalid`] of a key or an option, without a file: its value `found` and a description of the `allowed` ones.
     pub(crate) fn invalid(
         key: impl Into<String>,
         found: impl ToString,
@@ -267,7 +270,8 @@ impl Error {
         }
     }
 
-    /// The error with the file that it comes from; unchanged if it already has a file, or if `path` is `None`.
+    /// The error with the file that it comes from. Unchanged if it has a file already, if `path` is `None`, and for kinds
+    /// without such a file: only `Parse`, `Invalid` and `Io` have one.
     pub(crate) fn in_file(mut self, path: Option<&Path>) -> Self {
         if let Self::Parse { file, .. }
         | Self::Invalid { file, .. }
@@ -278,7 +282,7 @@ impl Error {
         self
     }
 
-    /// The code of the reason for the end of a computation; none for invalid input, which the message explains.
+    /// The code of a failed computation, by its kind. None for invalid input, which the message explains.
     pub fn code(&self) -> Option<Code> {
         Some(match self {
             Self::Newton { .. } => Code::NoSolution,
@@ -302,7 +306,8 @@ impl Error {
         })
     }
 
-    /// The error with its key below a table: `observation[0].duration` for `duration`.
+    /// The error with its key below a table, `observation[0].duration` for `duration`. Only [`Error::Invalid`] has a key;
+    /// others are unchanged.
     pub(crate) fn below(mut self, table: &str) -> Self {
         if let Self::Invalid { key, .. } = &mut self {
             *key = format!("{table}.{key}");
@@ -310,14 +315,15 @@ impl Error {
         self
     }
 
-    /// Whether the error is one of the input (exit code 2), and not of the computation (3).
+    /// Whether the error is one of the input (exit code 2), without a code, and not of the computation (3).
     pub fn is_input(&self) -> bool {
         self.code().is_none()
     }
 }
 
 impl From<marker_files::Error> for Error {
-    /// Converts `marker_files::Error` to `Error`.
+    /// The error of a data file: `Io`, or `Data` with file, line and message. Accelerations in place of positions are `Data`
+    /// in line 1. Other errors of the reader become `Fit`.
     fn from(error: marker_files::Error) -> Self {
         match error {
             marker_files::Error::Io { path, source } => Self::io(&path, source),

@@ -2,7 +2,8 @@
 //!
 //! A [`Scene`] describes a rod, its supports and its loads. It becomes a [`Problem`], which is
 //! simulated. A [`Fit`] compares simulations with measurements and estimates parameters with their
-//! uncertainty. All derivatives are exact. Numbers are in SI units.
+//! uncertainty. Derivatives by unknowns and parameters are hand-derived or from dual numbers, not
+//! differences. Numbers are in SI units.
 //!
 //! # A simulation and a fit
 //!

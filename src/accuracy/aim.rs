@@ -1,8 +1,9 @@
-//! Purposes for which a mesh is chosen ([`Aim`]), and limits of the choice: Newton tolerances, largest meshes, allowed
+//! Purposes for which numerics are chosen ([`Aim`]), and limits of the choice: Newton tolerances, largest meshes, allowed
 //! numbers of edges.
 //!
-//! The Newton tolerance of a chosen scheme is a fraction of the requested accuracy. Meshes at rest have at most
-//! [`MAX_SEGMENTS`] edges. The number of edges is such that every marker of a recorded path is at a node.
+//! The Newton tolerance of a chosen scheme is a fraction of the requested accuracy ([`RUN_TOLERANCE`],
+//! [`TRIAL_TOLERANCE`]). Meshes at rest have at most [`MAX_SEGMENTS`] edges, those of modes [`MAX_SEGMENTS_OF_MODES`].
+//! The number of edges is such that every marker of a recorded path is at a node.
 
 use crate::scene::{Recorded, Scene, StepTolerance, Time};
 
@@ -33,8 +34,8 @@ pub enum Aim {
     Guess,
 }
 
-/// Sets the Newton tolerance to `part` of the requested accuracy, if the program chooses the scheme and it has Newton
-/// iterations.
+/// Sets the Newton tolerance of the scene to `part` of the requested accuracy, at most [`LARGEST_TOLERANCE`], over the
+/// length. Only if the program chooses the scheme and it has Newton iterations.
 pub(super) fn set_newton_tolerance(scene: &mut Scene, part: f64) {
     let (requested, chosen) = (scene.asked(), scene.chosen().scheme);
     let iterated = |time: &&mut Time| time.scheme.traits().parameter.is_some();
@@ -43,7 +44,8 @@ pub(super) fn set_newton_tolerance(scene: &mut Scene, part: f64) {
     }
 }
 
-/// The smallest number of edges, at least `edges`, at which every marker of a recorded path is at a node.
+/// The smallest number of edges, at least `edges`, at which every marker of a recorded path is at a node: a multiple of
+/// the number of parts between markers. `edges` without such a path.
 pub(super) fn allowed_edges(scene: &Scene, edges: usize) -> usize {
     let spans = scene.supports.path.as_ref().map_or(1, Recorded::spans);
     edges.div_ceil(spans) * spans

@@ -1,8 +1,9 @@
 //! The basis of the chosen numerics of a motion: the last trial run of the search, its estimated errors and orders, and
 //! the limits of the work.
 //!
-//! From them follow, by extrapolation, the refinement with the least work that reaches the target error, and the edges
-//! and steps of the chosen run. The check of that run uses the same basis.
+//! [`Basis`] computes from them, by extrapolation, the refinement with the least work that reaches the target error, and
+//! the edges and steps of a run with it. The search for numerics chooses the run with it, and the check of that run a
+//! repetition. [`ChosenMotion`] is the result of the search.
 
 use crate::accuracy::aim::allowed_edges;
 use crate::accuracy::refinement::{ErrorModel, Free, RefinementFactors, work};
@@ -50,8 +51,8 @@ pub(crate) struct Basis {
 }
 
 impl Basis {
-    /// The refinement of the trial run with the least work whose extrapolated error is the target, or the most accurate
-    /// one within [`LAST_GROWTH`].
+    /// The refinement of the trial run with the least work whose extrapolated error is the target, if that is at most
+    /// [`LAST_GROWTH`] times the work of the trial run; else the most accurate one within that work.
     pub fn refinement(&self) -> RefinementFactors {
         let segments = self.trial.numerics.segments as f64;
         match self.errors.cheapest(self.target, segments, self.free) {
@@ -60,8 +61,8 @@ impl Basis {
         }
     }
 
-    /// Edges, steps and scheme of the trial run refined by the factors `finer`: rounded up, at least 2 edges and 1
-    /// step, and markers of a recorded path at nodes.
+    /// Edges, steps and scheme of the trial run refined by the factors `finer`. Both numbers are rounded up, to at least
+    /// 2 edges and 1 step; edges further so that every marker of a recorded path is at a node.
     pub fn refined(&self, finer: RefinementFactors, scene: &Scene) -> Numerics {
         let from = self.trial.numerics;
         let segments = (finer.mesh * from.segments as f64 - 1e-6).ceil().max(2.0) as usize;
@@ -77,7 +78,8 @@ impl Basis {
         self.trial_work * chosen <= self.most_work * trial
     }
 
-    /// The work of a run with these numerics over that of the trial run: (edges + 8) times steps.
+    /// The work of a run with these numerics over that of the trial run. Work is (edges + 8) times steps, independent of
+    /// the scheme.
     pub fn growth(&self, numerics: Numerics) -> f64 {
         let [chosen, trial] =
             [numerics, self.trial.numerics].map(|n| work(n.segments as f64, n.steps as f64));

@@ -1,9 +1,10 @@
-//! The chosen run as the check of its own numerics.
+//! Check of a chosen run by the last trial run, with repetition where its error is too large.
 //!
-//! The chosen run is compared with the last trial run at 200 times. Where they differ by more than the estimated
-//! change, the errors of both were underestimated, and are corrected to explain the difference. Where the corrected
-//! error is above the requested one, or the run fails, it is repeated with finer numerics, at most [`MAX_REPETITIONS`]
-//! times. Output: the run, and its estimated error over the length.
+//! Positions of both runs are compared at nine points or fewer and 200 times. Where they differ by more than the
+//! estimated change of the errors, these were underestimated, and are enlarged until they explain the difference. Where
+//! the enlarged error is above the requested one, or the run fails, the run is repeated with finer numerics, at most
+//! [`MAX_REPETITIONS`] times and within limits of work. Output: the last run and its estimated error over the length.
+//! Users: [`Scene::simulate`], and [`run_checked`] and [`simulate_checked`] for other kinds of runs.
 
 use crate::accuracy::aim::{RUN_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::basis::Basis;
@@ -77,15 +78,16 @@ pub enum RunAssessment {
 }
 
 impl RunCheck {
-    /// The check of a run of `scene` by one with numerics refined from `basis`. `can_repeat`: whether a run that fails the check
-    /// may be repeated with finer numerics. `work`: the work of the search for these numerics, edges times iterations.
+    /// The check of a run of `scene` whose numerics are refined from the trial run in `basis`. `can_repeat`: whether a
+    /// run that fails the check may be repeated with smaller steps. `work`: the work of the search for these numerics,
+    /// edges times Newton iterations.
     pub(super) fn new(scene: &Scene, basis: Basis, can_repeat: bool, work: f64) -> Self {
         let finer = basis.refinement();
         let numerics = basis.refined(finer, scene);
         Self { scene: scene.clone(), basis, can_repeat, finer, numerics, attempts: 0, work }
     }
 
-    /// A monitor of a run of this problem.
+    /// A monitor of a run of this problem, which compares it with the last trial run; nothing is compared yet.
     ///
     /// # Errors
     /// None for the problem that the check was made for; for another one, points that it does not have.
@@ -107,8 +109,10 @@ impl RunCheck {
         })
     }
 
-    /// Assesses a run from its `outcome` and its largest difference from the last trial run: accepted with an error
-    /// estimate, or to be repeated.
+    /// Assesses a run from its `outcome` and its largest difference from the last trial run. It is accepted with an error
+    /// estimate over the length, which is `None` for a failed run or without estimated errors of the trial run. It is to
+    /// be repeated if it failed for a numerical reason, or if its corrected error is above the requested one, as long as
+    /// repetitions and work permit.
     ///
     /// # Errors
     /// Those of building another problem.
@@ -152,9 +156,10 @@ impl RunCheck {
         }
     }
 
-    /// The refinement of a repeated run after errors were underestimated: that with the least work that is expected to
-    /// reach the request. Otherwise the most accurate within one more run, where the request was expected to be
-    /// reached. `None` if neither is affordable.
+    /// The refinement of the trial run for a repetition after the `errors` were corrected: that with the least work for
+    /// [`REPEATED_TARGET`] of the requested error. If that is not affordable, and the error `expected` before the run was
+    /// low enough, the most accurate one within [`REPEATED_GROWTH`] times the work of this run. `None` if neither is
+    /// affordable.
     fn repeat_refinement(&self, errors: ErrorModel, expected: f64) -> Option<RefinementFactors> {
         let free = self.basis.free;
         let segments = self.basis.trial.numerics.segments as f64;
@@ -167,7 +172,8 @@ impl RunCheck {
         [cheapest, partly].into_iter().flatten().find(|finer| self.is_affordable(*finer))
     }
 
-    /// Whether a run takes at most the largest work that may be chosen, and not much more than the run before.
+    /// Whether a run with the trial run's numerics refined by `finer` is affordable. It takes more work than this run, at
+    /// most [`LEAST_GROWTH`] times [`REPEATED_GROWTH`] of it, and at most the largest work of a chosen run.
     fn is_affordable(&self, finer: RefinementFactors) -> bool {
         let numerics = self.basis.refined(finer, &self.scene);
         let [next, this] = [numerics, self.numerics].map(|numerics| self.basis.growth(numerics));
@@ -176,8 +182,10 @@ impl RunCheck {
             && next <= LEAST_GROWTH * REPEATED_GROWTH * this
     }
 
-    /// The errors of the trial run, enlarged so that their change by the chosen run is at least the `difference`
-    /// between both runs.
+    /// The errors of the trial run, enlarged by a common factor of at most [`MAX_UNDERESTIMATION`]. With them the chosen
+    /// run changes the error by at least the `difference` between both runs, over the length. The orders are lowered for
+    /// motions of many modes. Unchanged if the errors explain the difference, are zero, or both runs have similar work
+    /// ([`LEAST_GROWTH`]).
     fn corrected(&self, difference: f64) -> ErrorModel {
         let errors = self.basis.errors;
         let change = |errors: ErrorModel| {
@@ -202,8 +210,9 @@ impl RunCheck {
         errors.underestimated(high, lowest)
     }
 
-    /// Requests a repetition of the run: the problem with the trial run's numerics refined by `finer`, and the next
-    /// check. `errors` are those of the trial run, from which the expected error follows.
+    /// The request of a repetition: the problem with the trial run's numerics refined by `finer`, and its check with one
+    /// more attempt counted. The problem's expected error is that of the trial run's `errors` after the refinement; none
+    /// without them.
     fn repeat_with(
         mut self,
         finer: RefinementFactors,
@@ -219,8 +228,9 @@ impl RunCheck {
     }
 }
 
-/// The problem of a scene with these numerics, its estimated error, and the work of the search. The step is reduced to
-/// a stable one, and to that of recorded supports.
+/// The problem of a scene with these numerics, its estimated `error` over the length, the `work` of the search, and the
+/// Newton tolerance of chosen runs. The step is reduced to a stable one of an explicit scheme, and to the good step of
+/// moved supports.
 fn problem_with_numerics(
     scene: &Scene,
     numerics: Numerics,
@@ -244,8 +254,9 @@ fn problem_with_numerics(
 }
 
 impl Scene {
-    /// Simulates the scene with the numerics that it gives, or that are chosen and checked by the run: it is repeated with
-    /// finer ones where it fails, or where the estimated error turns out to be above the requested one. All nodes are recorded.
+    /// Simulates the scene with the numerics that it gives, or that are chosen and checked by the run: it is repeated
+    /// with finer ones where it fails, or where the estimated error turns out to be above the requested one. All nodes
+    /// are recorded at every step.
     ///
     /// ```
     /// use rodfit::{Point, Scene};
@@ -278,11 +289,13 @@ pub struct Attempt<R> {
 }
 
 /// Runs a problem of [`Scene::checked_problem`], and repeats the run with finer numerics while its check requires it.
+/// Without a check it runs once.
 ///
-/// `attempt` runs a problem once, and calls the function that it is given after every step. Returned is the last attempt.
+/// `attempt` runs a problem once, and calls the function that it is given after every step. Returned is the last attempt;
+/// its problem has the estimated error of the check.
 ///
 /// # Errors
-/// Those of `attempt`; that of a run is in its outcome.
+/// Those of `attempt`, and of building the problem of a repetition; that of a run is in its outcome.
 pub fn run_checked<R>(
     mut problem: Problem,
     mut check: Option<RunCheck>,
@@ -307,8 +320,9 @@ pub fn run_checked<R>(
     }
 }
 
-/// The same for a recorded run: `prepare` returns the problem, with a stop flag or another kind of derivatives, and the empty
-/// trajectory of each run. Returned are the problem of the last run, with its estimated error, and that run.
+/// [`run_checked`] for a run that is recorded in a [`Trajectory`]. Before each run `prepare` returns the problem, with a
+/// stop flag or another kind of derivatives, and the empty trajectory. Returned are the problem of the last run, with its
+/// estimated error, and the recorded run.
 ///
 /// # Errors
 /// Those of `prepare` and of [`Trajectory::run`].
@@ -326,8 +340,9 @@ pub fn simulate_checked(
 }
 
 impl RunMonitor {
-    /// Compares a state of the run with the trial run, at intervals of 1/200 of the time of the scene: the largest
-    /// distance of the compared points, over the length, is kept.
+    /// Compares a state of the run with the trial run at the same time, if 1/200 of the scene's time has passed since the
+    /// last comparison. Keeps the largest distance of the compared points, over the length. Work so far is updated in
+    /// every call.
     pub fn push(&mut self, state: &dyn Snapshot) {
         let time = state.time();
         self.work = self.cost.work(state.work());

@@ -1,10 +1,12 @@
-//! Differences of successive runs, each finer than the one before in mesh or in step, and the error of the last run by
-//! Richardson extrapolation.
+//! Differences of successive runs, each finer than the one before in mesh or in step, and from them order and error of
+//! the last run.
 //!
-//! Let `e = C h^p` be the error after a refinement by `r`. The refinement changes the result by `d = e (r^p - 1)`. The
-//! order `p` is observed from two differences, within [`OrderBounds`]. Modes that a coarse mesh does not have, or that
-//! large steps damp, appear one after the other. Differences then decrease more slowly than the order of the method.
-//! Used for motions and for meshes at rest.
+//! Let `e = C h^p` be the error after a refinement by `r`. The refinement changes the result by `d = e (r^p - 1)`
+//! (Richardson). The order `p` is observed from the ratio of two differences, and kept within [`OrderBounds`]. An order
+//! above its `at_once` needs a third difference; with a single difference it is `assumed`. Modes that a coarse mesh does
+//! not have, or that large steps damp, appear one after the other, so that differences decrease more slowly than the
+//! order of the method. Differences and errors are over the rod length, or relative for modes. The searches for the
+//! numerics of motions and for meshes at rest use it.
 
 use crate::accuracy::extrapolation::Extrapolation;
 
@@ -46,8 +48,8 @@ struct RefinementChange {
 }
 
 impl RefinementChange {
-    /// The order that explains the decrease from this difference to the next one, within the bounds `lowest` and
-    /// `highest`, by bisection.
+    /// The order that explains the decrease from this difference to the next one, by bisection; each has its own
+    /// refinement ratio. It is `lowest` or `highest` if the decrease is slower or faster than these orders.
     fn order_to(self, next: Self, lowest: f64, highest: f64) -> f64 {
         let fall = next.difference / self.difference.max(f64::MIN_POSITIVE);
         // With the order p the error falls by ratio^-p at each refinement; both ratios may
@@ -91,7 +93,7 @@ impl RefinementSequence {
         self.changes.push(RefinementChange { difference, ratio });
     }
 
-    /// Removes all refinements.
+    /// Removes all differences, so that no order and no error are known.
     pub fn clear(&mut self) {
         self.changes.clear();
     }
@@ -101,7 +103,8 @@ impl RefinementSequence {
         self.changes.pop().map_or(1.0, |change| change.ratio)
     }
 
-    /// The sequence of the run before the last one. Its difference is extrapolated from the last one.
+    /// The sequence of the run before the last one: a single difference, extrapolated from the last one with the observed
+    /// order, as `d r^p`. Empty if it was.
     pub fn coarsened(mut self) -> Self {
         let order = self.order();
         if let Some(last) = self.changes.pop() {
@@ -111,7 +114,7 @@ impl RefinementSequence {
         self
     }
 
-    /// The number of refinements.
+    /// The number of differences since the last [`clear`](Self::clear).
     pub fn count(&self) -> usize {
         self.changes.len()
     }
@@ -126,8 +129,8 @@ impl RefinementSequence {
         !matches!(self.changes[..], [.., before, last] if last.difference >= before.difference)
     }
 
-    /// Whether the last two differences decrease at least as fast as the lowest order requires; true for fewer than
-    /// two.
+    /// Whether the last two differences decrease at least as fast as the lowest order requires; true for fewer than two.
+    /// For this test orders down to half the lowest one are resolved.
     pub fn is_converging(&self) -> bool {
         let OrderBounds { lowest, highest, .. } = self.bounds;
         match self.changes[..] {
@@ -136,13 +139,14 @@ impl RefinementSequence {
         }
     }
 
-    /// The observed order with at least two differences, else `other`.
+    /// The [observed order](Self::order) with at least two differences, else `other`.
     pub fn order_or(&self, other: f64) -> f64 {
         if self.changes.len() > 1 { self.order() } else { other }
     }
 
-    /// The observed order of convergence, within the bounds: from the last two differences, limited by the order from
-    /// the two before. The assumed order with fewer than two.
+    /// The observed order of convergence, within the bounds: with three or more differences from the last two, but at
+    /// most the larger of `at_once` and the order of the two before; with two at most `at_once`. The assumed order with
+    /// fewer.
     pub fn order(&self) -> f64 {
         let OrderBounds { highest, at_once, lowest, assumed } = self.bounds;
         let order = |a: RefinementChange, b: RefinementChange| a.order_to(b, lowest, highest);
@@ -156,8 +160,8 @@ impl RefinementSequence {
         }
     }
 
-    /// The estimated error of the last run, over the length: its difference divided by `r^p - 1`, with the last
-    /// refinement factor `r` and the order `p`. Zero without a difference.
+    /// The estimated error of the last run, over the length: the last difference divided by `r^p - 1`, with its
+    /// refinement factor `r` and the [order](Self::order) `p`. Zero without a difference.
     pub fn error(&self) -> f64 {
         self.changes.last().map_or(0.0, |RefinementChange { difference, ratio }| {
             difference * Extrapolation { ratio: *ratio, order: self.order() }.error_after()

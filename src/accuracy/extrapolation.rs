@@ -1,9 +1,10 @@
 //! Richardson extrapolation: the error `e = C h^p` from the change by a refinement, and the theoretical orders `p` of
-//! mesh and step errors.
+//! mesh and step errors of a scene.
 //!
-//! Input: the refinement factor `r` and the order `p`. Output: the error before or after the refinement over the change
-//! that it makes. The theoretical order of the mesh depends on walls and on jumps of velocities, that of the step on
-//! the scheme.
+//! [`Extrapolation`]: from the refinement factor `r` and the order `p`, the error before or after the refinement over the
+//! change that it makes. The theoretical order of the mesh is 2; it is 1 with walls at nodes, or (`order_of_mesh`) after
+//! a jump of velocities. That of the step is the order of the scheme, or 1 for damped Newmark. Searches for numerics, and
+//! discretization errors of fits, use them.
 
 use crate::accuracy::aim::is_struck;
 use crate::scene::{Scene, Time};
@@ -30,20 +31,21 @@ impl Extrapolation {
     }
 }
 
-/// The theoretical order of the mesh error of smooth motions: one with walls at nodes, whose position is exact only to
-/// an edge length, two otherwise.
+/// The theoretical order of the mesh error of smooth motions: one with walls at nodes or grippers that hold several
+/// markers, which suppress the bending of half an edge behind them. Two otherwise.
 pub(crate) fn smooth_mesh_order(scene: &Scene) -> f64 {
     if scene.supports.cut_edges() { 1.0 } else { 2.0 }
 }
 
-/// The theoretical order of the mesh error: one for motions that begin with a jump of velocities, otherwise that of
-/// smooth motions. After a jump mode `k` has an amplitude of order `k^-3`. Modes above the root of the number of edges
-/// have a wrong phase: the sum of their amplitudes falls with the edge length.
+/// The theoretical order of the mesh error: one if a support moves or the rod has an initial velocity, otherwise that of
+/// smooth motions. After such a jump of velocities mode `k` has an amplitude of order `k^-3`. Modes above the root of the
+/// number of edges have a wrong phase: the sum of their amplitudes decreases with the edge length.
 pub(super) fn order_of_mesh(scene: &Scene) -> f64 {
     if is_struck(scene) { 1.0 } else { smooth_mesh_order(scene) }
 }
 
-/// The order of the step error of a scheme: one for Newmark with numerical damping, otherwise that of the method.
+/// The theoretical order of the step error of the scene's scheme: one for Newmark with numerical damping (`beta` above
+/// 0.5), otherwise that of the method.
 pub(crate) fn step_order(time: &Time) -> f64 {
     let dissipates = time.scheme.takes_beta() && time.beta > 0.5;
     if dissipates { 1.0 } else { time.scheme.traits().order as f64 }

@@ -1,11 +1,12 @@
-//! Choice of mesh, step and scheme for a requested error, where a scene leaves them out.
+//! Choice of mesh, step and scheme of a scene that leaves them out, for the error that it requests.
 //!
-//! Input: a scene with `accuracy`, the requested error over the length (default 0.1 %). For a motion, trial runs refine
-//! the mesh and the step, whichever has the larger error. The differences (`difference`) between successive runs over
-//! the whole rod estimate both errors (`motion`). The least expensive numerics that reach the requested error are
-//! chosen (`refinement`, `rodas4`). The chosen run is compared with the last trial run, and repeated with finer
-//! numerics where it disagrees or fails (`check`). Equilibria and modes need a mesh only (`static_mesh`). Output: a
-//! problem with these numerics and the estimated error. `cargo run --release --example chosen_numerics` compares
+//! Input: a scene with `accuracy`, the requested error over the rod length (default 0.1 %). For a motion, trial runs
+//! refine the mesh or the step, whichever has the larger error (`motion`). The differences of positions between
+//! successive runs estimate both errors (`difference`). The numerics with the least work that reach the requested error
+//! by extrapolation are chosen (`refinement`; `rodas4` as an alternative scheme). The chosen run is compared with the
+//! last trial run, and repeated with finer numerics where it disagrees or fails (`check`). Equilibria and modes need a
+//! mesh only, which is doubled until the extrapolated error suffices (`static_mesh`). Output: a [`Problem`] with these
+//! numerics and the estimated error, and the check of its run. `cargo run --release --example chosen_numerics` compares
 //! estimated with true errors, and gives the costs.
 
 mod aim;
@@ -50,8 +51,9 @@ const FIRST_TURN: f64 = 1.5;
 const FIRST_STEPS: f64 = 5.0;
 
 impl Scene {
-    /// Validates the scene, [chooses](self) mesh, step and scheme where they are left out, and builds what a
-    /// simulation needs.
+    /// Validates the scene, [chooses](self) mesh, step and scheme where they are left out, and builds the problem of a
+    /// simulation: of a motion if the scene has `[time]`, else of an equilibrium. With `accuracy` a motion with given
+    /// numerics has an estimated error too.
     ///
     /// ```
     /// let problem = rodfit::Scene::load("data/cantilever.toml")?.problem()?;
@@ -61,14 +63,14 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Invalid`] with file, key, what was found and what is allowed. Where something is to be chosen,
-    /// those of a simulation.
+    /// [`Error::Invalid`] with file, key, what was found and what is allowed. Where something is to be chosen, those of a
+    /// simulation.
     pub fn problem(&self) -> Result<Problem, Error> {
         self.problem_for(if self.time.is_some() { Aim::Motion } else { Aim::Rest })
     }
 
-    /// The problem of a simulation, and the check of its run; `None` where nothing was chosen and no accuracy
-    /// requested.
+    /// The problem of a simulation with its chosen numerics, estimated error and the work of the search, and the check of
+    /// its run. The check is `None` without `[time]`, where nothing is left out, or where no trial run succeeded.
     ///
     /// # Errors
     /// Those of [`problem`](Self::problem).
@@ -93,8 +95,9 @@ impl Scene {
         Ok((chosen.build()?, check))
     }
 
-    /// The problem with mesh, step and scheme [chosen](self) for a purpose: a motion, an equilibrium, modes, or a first
-    /// guess.
+    /// The problem with mesh, step and scheme [chosen](self) for a purpose: a motion, an equilibrium or modes with an
+    /// estimated error, or a first guess with the first mesh and step. Without anything left out it is built as given,
+    /// except for a motion with `accuracy`.
     ///
     /// # Errors
     /// Those of [`problem`](Self::problem), and of the trial solutions.
@@ -135,7 +138,8 @@ struct InitialNumerics {
 }
 
 impl InitialNumerics {
-    /// The numerics with which the search begins for a scene: the first number of edges, and the first step, s.
+    /// The numerics with which the search begins for a scene: the first number of edges and the first step, s. Reads the
+    /// files of the rod's shape. An error for such a file, or for a rod that needs too many edges.
     fn of(scene: &Scene, aim: Aim) -> Result<Self, Error> {
         let mut scene = scene.clone();
         let path = scene.path.clone();
@@ -147,7 +151,9 @@ impl InitialNumerics {
     }
 }
 
-/// Edges of the first trial mesh for a purpose: enough for the curvature of the shape and for the number of modes.
+/// Edges of the first trial mesh for a purpose: at least [`FIRST_EDGES`] for a motion and [`FIRST_EDGES_STILL`] times
+/// [`fineness`] otherwise, at most [`FIRST_TURN`] of turning angle each, and two per requested mode. Rounded up so that
+/// markers of a recorded path are at nodes. An error above [`MAX_SEGMENTS`].
 fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
     let shape = &scene.rod.shape;
     let turning = turning(scene, shape.turning().unwrap_or(0.0), shape.length());
@@ -174,9 +180,10 @@ fn fineness(scene: &Scene) -> f64 {
     (1e-2 / scene.asked()).max(1.0).powf(0.25)
 }
 
-/// The lowest angular frequency of torsion of a twisted rod of this `length`, m, held at one end, rad/s; zero for other
-/// rods. Larger steps damp torsion and the bending that couples with it on every mesh, so that differences between runs
-/// do not contain it.
+/// The lowest angular frequency of torsion, `pi/(2 L) sqrt(G/rho)` as of a round section, of a rod with natural twist and
+/// this `length` L, m, held at one end, rad/s. Zero without natural twist, or without shear modulus and Poisson's ratio.
+/// It limits the first trial step: larger steps damp torsion and the bending that couples with it on every mesh, so that
+/// differences between runs do not contain it.
 fn torsional_rate(scene: &Scene, length: f64) -> f64 {
     let is_twisted = !scene.rod.natural_twist.is_zero();
     let (_, material) = scene.at(0.5);
@@ -188,8 +195,10 @@ fn torsional_rate(scene: &Scene, length: f64) -> f64 {
     shear.filter(|_| is_twisted).map_or(0.0, rate)
 }
 
-/// The first trial step, s: 1/[`FIRST_STEPS`] of the shortest time scale of the scene (first bending mode, loads,
-/// torsion, initial velocities). It is at most the sample interval of a recorded path.
+/// The first trial step, s: 1/[`FIRST_STEPS`] of the shortest time scale of the scene, or of its end time if that is
+/// shorter. Time scales: the first bending mode of a cantilever, free fall over a length under gravity and loads,
+/// torsion, initial velocities. It is at most the mean sample interval of a recorded path and the good step of moved
+/// supports. Zero without `[time]`.
 fn first_step(scene: &Scene, edges: usize) -> Result<f64, Error> {
     let Some(time) = &scene.time else { return Ok(0.0) };
     let (section, material) = scene.at(0.5);

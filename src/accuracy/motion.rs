@@ -1,10 +1,12 @@
-//! The search for mesh, step and scheme of a motion by trial runs.
+//! Search for mesh, step and scheme of a motion by trial runs, each with a finer mesh or smaller steps than the one
+//! before.
 //!
-//! A sequence of runs refines the step or the mesh, whichever has the larger error. The
-//! [differences](crate::accuracy::difference) over the whole rod estimate both errors. The search ends where the
-//! requested error is within reach of an extrapolation; the chosen numerics are those with the least work that reach
-//! it. Neither part is refined far without the other. Large steps damp the modes that finer edges would add, and a
-//! coarse mesh does not have the modes that smaller steps would show.
+//! The [differences](crate::accuracy::difference) between successive runs estimate the errors of mesh and step; the part
+//! with the larger error is refined next. The search ends where an extrapolation from the last run reaches the target
+//! error, or at a limit of work or of failed runs. Output: the numerics with the least work whose extrapolated error is
+//! the target, their estimated error, and the basis for the check of the run. Neither part is refined far without the
+//! other: large steps damp the modes that finer edges would add, and a coarse mesh lacks the modes that smaller steps
+//! would reveal.
 
 use crate::accuracy::aim::allowed_edges;
 use crate::accuracy::basis::{Basis, ChosenMotion};
@@ -75,7 +77,9 @@ pub(super) struct MotionSearch<'a> {
 }
 
 impl<'a> MotionSearch<'a> {
-    /// The search for the numerics of the motion of a scene; `guess` is the scene with the first mesh and step.
+    /// The search for the numerics of the motion of a scene, before the first run; `guess` is the scene with the first
+    /// mesh and step. Edges or step that the scene gives are kept. An error if `guess` cannot be built or has no
+    /// `[time]`.
     pub fn new(scene: &'a Scene, guess: Scene) -> Result<Self, Error> {
         let trials = TrialRuns::new(scene, guess)?;
         let tuning = Tuning::of(scene, &trials.guess);
@@ -102,9 +106,9 @@ impl<'a> MotionSearch<'a> {
         self.trials.work.get()
     }
 
-    /// Runs the search and returns mesh, step and scheme with the estimated error. The first trial run has a step of
-    /// about `first_step`, s. Then the part with the larger error, mesh or step, is refined, until an extrapolation
-    /// reaches the target or the work exceeds its limit.
+    /// Runs the search and returns mesh, step and scheme with the estimated error over the length, and the reason where
+    /// that is above the requested one. The first trial run has a step of about `first_step`, s; a given mesh or step is
+    /// halved for it. After failed runs steps are halved. An error of the input ends the search with that error.
     pub fn choose(&mut self, first_step: f64) -> Result<ChosenMotion, Error> {
         let (end, scheme) = (self.trials.guess.time()?.end, self.trials.guess.time()?.scheme);
         let first_steps = (end / first_step - 1e-9).ceil().max(1.0) as usize;
@@ -181,8 +185,9 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// Whether trial runs above the usual limit of work are expected to reach the target error: both errors converge,
-    /// and the predicted work is at most [`EXTENDED_SEARCH`] times that limit.
+    /// Whether trial runs above the usual limit of work are expected to reach the target error. Mesh and step have two or
+    /// more differences each, which converge. The work predicted from the run with the numerics `at` is at most
+    /// [`EXTENDED_SEARCH`] times that limit.
     fn is_promising(&self, at: Numerics) -> bool {
         let is_falling = |d: &RefinementSequence| d.count() > 1 && d.is_converging();
         let growth = self.errors().cheapest(self.target(), at.segments as f64, self.free());
@@ -192,8 +197,10 @@ impl<'a> MotionSearch<'a> {
             && work.is_some_and(|work| work <= EXTENDED_SEARCH * self.trials.most_work)
     }
 
-    /// A trial run of `rodas4` on a coarser mesh, if generalised-alpha is expected to need a step refined by
-    /// [`MIN_STEP_REFINEMENT`] or more; else `None`.
+    /// A trial run of `rodas4` on a mesh coarser by [`LARGE_RATIO`], if it reaches half the target error with less work
+    /// than generalised-alpha. Tried if scheme and mesh are left open, the scene supports `rodas4`, both errors are
+    /// estimated, and generalised-alpha needs a step refined by [`MIN_STEP_REFINEMENT`] or more. Else `None`. Stores the
+    /// number of steps when it was tried.
     fn cheaper_alternative(&mut self, now: Numerics) -> Result<Option<Alternative>, Error> {
         let can = self.trials.open.scheme
             && self.given_segments.is_none()
@@ -226,8 +233,9 @@ impl<'a> MotionSearch<'a> {
         )
     }
 
-    /// Edges of the first trial run: half of those that the scene gives, as far as markers at nodes permit; else those
-    /// of the first mesh.
+    /// Edges of the first trial run: half of those that the scene gives, rounded so that markers are at nodes. All of
+    /// them if that is not fewer, or if the mesh is that of a polyline's points. Without given edges those of the first
+    /// mesh.
     fn coarsest_segments(&self) -> usize {
         match self.given_segments {
             Some(given) if self.has_mesh_of_points() => given,
@@ -244,8 +252,10 @@ impl<'a> MotionSearch<'a> {
         self.scene.rod.segments.is_none() && self.given_segments.is_some()
     }
 
-    /// Adds the largest distance between two trial runs, over the length, to the sequence of the part that was refined
-    /// by `ratio` between them. A sequence starts again where the other part has been refined too much in between.
+    /// Adds the largest distance between two trial runs, over the length, to the sequence of the part that was refined by
+    /// the factor `ratio` between them. Earlier differences of that part are dropped if the other part was refined by
+    /// more than [`MAX_SHIFT_OF_ORDERS`] in between. The refinement of this part counts from one again, and that of the
+    /// other part since then grows by `ratio`.
     fn compare(&mut self, before: &Positions, after: &Positions, refined: RefinedPart, ratio: f64) {
         let difference = largest_distance(before, after);
         match refined {
@@ -266,8 +276,8 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// The numerics after a run that failed: half the step, and after every second failure [`MORE_EDGES`] times the
-    /// edges. Given parts stay.
+    /// The numerics after the failed run `now`, which was failure number `failures` (from 1): half the step, and after
+    /// every second failure [`MORE_EDGES`] times the edges. A given mesh or step is used as given.
     fn after_failure(&self, now: Numerics, failures: usize) -> Numerics {
         let steps = self.given_steps.unwrap_or(2 * now.steps);
         let more = allowed_edges(self.scene, (MORE_EDGES * now.segments as f64).ceil() as usize);
@@ -275,8 +285,8 @@ impl<'a> MotionSearch<'a> {
         Numerics { segments: self.given_segments.unwrap_or(segments), steps, ..now }
     }
 
-    /// The numerics of the next trial run: those `now` with mesh or step refined by the ratio of the sequence; a given number of
-    /// edges or steps is kept.
+    /// The numerics of the next trial run: those `now` with mesh or step refined by [`ratio`](Self::ratio). A number of
+    /// edges or steps that the scene gives is used instead.
     fn refine(&self, now: Numerics, part: RefinedPart) -> Numerics {
         let ratio = self.ratio(now, part);
         match part {
@@ -290,8 +300,9 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// The factor by which mesh or step is refined next: [`LARGE_RATIO`] where the target is far and the order
-    /// observed, else [`SMALL_RATIO`].
+    /// The factor by which mesh or step of the numerics `now` is refined next. [`LARGE_RATIO`] if two or more differences
+    /// give an order, the other part is unchanged since, runs are related, and the target needs a refinement above
+    /// [`LARGE_RATIO_MARGIN`] times that. Else [`SMALL_RATIO`].
     fn ratio(&self, now: Numerics, part: RefinedPart) -> usize {
         let (own, other_is_fresh) = match part {
             RefinedPart::Mesh => (&self.mesh, self.since_step <= 1.0),
@@ -333,13 +344,14 @@ impl<'a> MotionSearch<'a> {
         Free { mesh: mesh && self.mesh.count() > 0, step: step && self.step.count() > 0 }
     }
 
-    /// Whether at least one error was estimated, and those of all parts that the scene leaves open.
+    /// Whether at least one difference of runs exists, and one for each part, mesh or step, that the scene leaves open.
     fn is_estimated(&self) -> bool {
         self.mesh.count() + self.step.count() > 0 && self.estimated() == self.free()
     }
 
-    /// The part, mesh or step, to be refined next; `None` where the requested error is within reach of an
-    /// extrapolation, or cannot be reached with given numerics.
+    /// The part, mesh or step, to be refined after the run `now`. First each part without a difference, then one whose
+    /// difference is outdated by refinements of the other above [`MAX_SHIFT`], then that with the larger error. `None` if
+    /// an extrapolation within the limits of the tuning reaches the target, or if given numerics prevent it.
     fn next_part(&self, now: Numerics) -> Option<RefinedPart> {
         let can = |part| self.can_refine(now, part);
         let (mesh, step) = (can(RefinedPart::Mesh), can(RefinedPart::Step));
@@ -401,13 +413,14 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// The error for which numerics are chosen, over the length: the requested accuracy times the `target` of the
-    /// tuning.
+    /// The error for which numerics are chosen, over the length: the requested accuracy times the `target` of the tuning
+    /// constants.
     fn target(&self) -> f64 {
         self.tuning.target * self.scene.asked()
     }
 
-    /// Errors of mesh and step after the last refinements, over the length, and their orders less a margin.
+    /// Errors of mesh and step of the last runs, over the length (zero without a difference), and their orders of
+    /// convergence less the `doubt` of the tuning constants.
     fn errors(&self) -> ErrorModel {
         ErrorModel {
             mesh: self.mesh.error(),
@@ -417,9 +430,10 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// The chosen numerics after the trial run `last`: those with the least work whose extrapolated error is the
-    /// target, or the most accurate within the allowed work. `tried` are the numerics of the last attempt, `bound` the
-    /// reason of an early end.
+    /// The chosen numerics after the trial run `last`: those with the least work whose extrapolated error is the target,
+    /// or the most accurate within the allowed work. The error is `None` if not all open parts were estimated. Without a
+    /// successful run they are `tried`, the numerics of the last attempt, without error and basis. `bound` is the reason
+    /// of an early end; the result has one only if the error is above the requested one or unknown.
     fn conclude(
         &self,
         last: Option<TrialRun>,
@@ -467,8 +481,8 @@ impl<'a> MotionSearch<'a> {
         Ok(ChosenMotion { numerics, step, error, bound, basis: Some(basis) })
     }
 
-    /// The numerics of a refinement of the last trial run, and their step, s, reduced to a stable one and to that of
-    /// moved supports.
+    /// Edges, steps and scheme of the last trial run refined by `finer`, and the step, s. A given mesh or step is kept.
+    /// Other steps are reduced to a stable one of an explicit scheme, and to the good step of moved supports.
     fn numerics(&self, basis: &Basis, finer: RefinementFactors) -> Result<(Numerics, f64), Error> {
         let numerics = basis.refined(finer, self.scene);
         let numerics = Numerics {

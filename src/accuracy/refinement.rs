@@ -1,9 +1,11 @@
-//! Model of the errors of mesh and step, `e = e_m r_m^-p + e_s r_s^-q`, and the least expensive refinement for a
-//! requested error.
+//! Model of the errors of mesh and step after a refinement, `e = e_m r_m^-p + e_s r_s^-q`, and the least expensive
+//! refinement for a requested error.
 //!
-//! Input: estimated errors of a run over the length, and their orders. Work is edges plus [`EDGES_PER_STEP`], times
-//! steps. Beyond a refinement of [`MAX_EXTRAPOLATION`] the errors are assumed to fall with half the order. The best
-//! mesh is found among [`CANDIDATES`] ratios; the step follows from the remaining error.
+//! Input: estimated errors `e_m`, `e_s` of a run over the length, and their orders `p`, `q`. Output: the factors `r_m`
+//! and `r_s` by which edges and steps increase. Work is (edges + [`EDGES_PER_STEP`]) times steps. Beyond a factor of
+//! [`MAX_EXTRAPOLATION`] the errors are assumed to decrease with half the order. The best `r_m` is that of least work
+//! among [`CANDIDATES`] equal ratios from [`COARSEST`] to [`FINEST`]; `r_s` follows from the remaining error. The choice
+//! of numerics and the check of runs use it, and so does the choice of finer numerics for a fit.
 
 /// Smallest refinement of the mesh that is considered.
 const COARSEST: f64 = 0.5;
@@ -47,7 +49,8 @@ pub(crate) struct Free {
     pub step: bool,
 }
 
-/// The refinement that enters the power law: beyond [`MAX_EXTRAPOLATION`] the root of the remaining factor.
+/// The refinement that enters the power law: `finer` itself up to [`MAX_EXTRAPOLATION`], beyond it that times the square
+/// root of the remaining factor.
 fn effective(finer: f64) -> f64 {
     finer.min(MAX_EXTRAPOLATION) * (finer / MAX_EXTRAPOLATION).max(1.0).sqrt()
 }
@@ -58,19 +61,20 @@ fn needed(effective: f64) -> f64 {
 }
 
 /// Work of a run: (edges + [`EDGES_PER_STEP`]) times steps. The added edges stand for the part of a step that does not
-/// depend on the mesh.
+/// depend on the mesh. `steps` may be relative to those of another run.
 pub(super) fn work(segments: f64, steps: f64) -> f64 {
     (segments + EDGES_PER_STEP) * steps
 }
 
 impl ErrorModel {
-    /// The model of given errors of mesh and step, both of second order.
+    /// The model of given errors of mesh and step, whose absolute values are used, both of second order.
     pub fn of_second_order([mesh, step]: [f64; 2]) -> Self {
         Self { mesh: mesh.abs(), step: step.abs(), mesh_order: 2.0, step_order: 2.0 }
     }
 
     /// The refinement with the least work of a run with `segments` edges whose error is at most `allowed`; neither mesh
-    /// nor step is coarsened.
+    /// nor step is coarsened. Factors of one if the error is small enough already; else the target is [`TARGET_PART`] of
+    /// `allowed`. [`FINEST`] for both if no refinement reaches it.
     pub fn finer_for(&self, allowed: f64, segments: usize) -> RefinementFactors {
         let same = RefinementFactors { mesh: 1.0, step: 1.0 };
         if self.after(same) <= allowed {
@@ -83,8 +87,8 @@ impl ErrorModel {
         RefinementFactors { mesh: mesh.max(1.0), step: step.max(1.0) }
     }
 
-    /// The error after a refinement: the sum of those of mesh and step, each divided by its effective refinement to the
-    /// power of its order.
+    /// The error after a refinement by these factors: the sum of those of mesh and step, each divided by its effective
+    /// refinement (see [`effective`]) to the power of its order.
     pub fn after(&self, finer: RefinementFactors) -> f64 {
         let Self { mesh, step, .. } = self.refined(finer);
         mesh + step
@@ -99,8 +103,9 @@ impl ErrorModel {
         }
     }
 
-    /// The errors after a finer run showed that they were underestimated by a factor. They were extrapolated from the change
-    /// `d` of a refinement by two, `e = d / (2^p - 1)`: larger errors go with lower orders, down to `lowest`.
+    /// The model with both errors multiplied by `factor`, after a finer run showed that they were underestimated. They
+    /// were extrapolated from the change `d` of a refinement by two, `e = d/(2^p - 1)`: the same change with larger
+    /// errors has a lower order `p`. Orders are lowered to it, at least to `lowest`; orders below `lowest` stay.
     pub fn underestimated(&self, factor: f64, lowest: f64) -> Self {
         let lower = |order: f64| {
             let explained = (1.0 + (order.exp2() - 1.0) / factor).log2();
@@ -114,8 +119,9 @@ impl ErrorModel {
         }
     }
 
-    /// The least expensive refinement of a run with `segments` edges whose error is at most `target`, and the ratio of
-    /// both works. `None` where a mesh or step that may not change has a larger error.
+    /// The least expensive refinement of a run with `segments` edges whose error is at most `target`, and its work over
+    /// that of the run. A part, mesh or step, that is not `free` has the factor one. Factors may be below one (coarser),
+    /// down to [`COARSEST`]. `None` if no candidate reaches the target.
     pub fn cheapest(
         &self,
         target: f64,
@@ -140,7 +146,7 @@ impl ErrorModel {
     }
 
     /// The most accurate refinement whose work is at most `growth` times that of the run with `segments` edges, by
-    /// bisection of the target error.
+    /// bisection of the target error of [`cheapest`](Self::cheapest). Factors of one if there is none.
     pub fn best_within(&self, growth: f64, segments: f64, free: Free) -> RefinementFactors {
         let [mut low, mut high] =
             [1e-3, 1e3].map(|factor| factor * (self.mesh + self.step).max(1e-300));

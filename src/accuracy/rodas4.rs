@@ -1,9 +1,10 @@
 //! `rodas4` (a Rosenbrock method of fourth order) as the alternative to generalised-alpha in the choice of numerics.
 //!
-//! Trial runs on a coarse mesh halve the step until the observed order predicts the work for the target error. `rodas4`
-//! is chosen if that is less than [`MAX_WORK_RATIO`] of the work of generalised-alpha. The error falls abruptly at a
-//! number of steps that is the same on coarse and on fine meshes to a factor of 1.4. A step takes as long as several
-//! Newton iterations of generalised-alpha.
+//! Trial runs on a coarse mesh halve the step, at most [`MAX_RUNS`] runs, until the observed order predicts the work for
+//! the target error of the step. `rodas4` is chosen if that is less than [`MAX_WORK_RATIO`] of the work of
+//! generalised-alpha. Its error decreases abruptly at a number of steps that is the same on coarse and on fine meshes to
+//! a factor of 1.4. A step takes as long as several Newton iterations of generalised-alpha. Output: the trial run and its
+//! differences, or none.
 
 use crate::accuracy::difference::{OrderBounds, RefinementSequence, UNRELATED, largest_distance};
 use crate::accuracy::trial::{ITERATIONS, Numerics, TrialRun, TrialRuns};
@@ -28,9 +29,10 @@ pub(super) struct Alternative {
     pub step: RefinementSequence,
 }
 
-/// A trial run of `rodas4` on `segments` edges that reaches the step error `target` with less work than
-/// generalised-alpha with `needed` steps; `None` if it does not. The first run takes half the work of `tried` steps of
-/// generalised-alpha.
+/// A trial run of `rodas4` on `segments` edges whose step error is extrapolated to `target` with less work than
+/// generalised-alpha with `needed` steps, and its differences. `None` if none of at most [`MAX_RUNS`] runs is. The first
+/// run takes [`FIRST_WORK_RATIO`] of the work of `tried` steps of generalised-alpha, each further one twice the steps. If
+/// the run before the last one reaches the target, that one is returned.
 pub(super) fn cheaper_alternative(
     trials: &TrialRuns<'_>,
     segments: usize,

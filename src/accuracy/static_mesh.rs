@@ -1,9 +1,11 @@
-//! The mesh of an equilibrium or of vibration modes: meshes are doubled until the extrapolated error is the requested
-//! one.
+//! The mesh of an equilibrium or of vibration modes: the number of edges is doubled until the extrapolated error is the
+//! requested one.
 //!
-//! Compared are the positions of the free ends over the length, or the logarithms of frequencies and growth rates
-//! (`difference`). The error follows by Richardson extrapolation with the observed order. The search ends at
-//! [`MAX_SEGMENTS`] edges, or where rounding errors dominate.
+//! Compared are the positions of the free ends (the middle without any) over the length, or the logarithms of frequencies
+//! and growth rates. The error follows by Richardson extrapolation with the observed order (`difference`). The chosen
+//! mesh may be coarser or finer than the last one, by an extrapolation. The search ends at [`MAX_SEGMENTS`] edges
+//! ([`MAX_SEGMENTS_OF_MODES`] for modes), or where rounding errors dominate; then the requested error is not reached.
+//! Output: [`StaticMesh`].
 
 use crate::accuracy::aim::{Aim, MAX_SEGMENTS, MAX_SEGMENTS_OF_MODES, allowed_edges};
 use crate::accuracy::difference::{OrderBounds, Positions, RefinementSequence, largest_distance};
@@ -30,8 +32,8 @@ const MAX_ROUNDING: f64 = 1e-4;
 /// Differences below this count as zero.
 const NO_DIFFERENCE: f64 = 1e-12;
 
-/// Bounds of the observed order, for a method of the theoretical order `order`. The assumed order enlarges the error
-/// after a single difference by [`SINGLE_DIFFERENCE_SAFETY`].
+/// Bounds of the observed order, for a method of the theoretical order `order` (1 or 2), which is the highest. The
+/// assumed order enlarges the error after a single difference by [`SINGLE_DIFFERENCE_SAFETY`].
 fn order_bounds(order: f64) -> OrderBounds {
     let assumed = (1.0 + (order.exp2() - 1.0) / SINGLE_DIFFERENCE_SAFETY).log2();
     let lowest = if order > 1.0 { LOWEST_ORDERS[0] } else { LOWEST_ORDERS[1] };
@@ -46,8 +48,10 @@ pub(super) struct StaticMesh {
     pub bound: Option<Bound>,
 }
 
-/// Chooses the mesh of an equilibrium or of modes. The number of edges is doubled from `first` on until the
-/// extrapolated error is [`TARGET_PART`] of the requested one. `step`, s, is that of the scene.
+/// Chooses the mesh of an equilibrium or of modes: doubles the number of edges from `first` on until the extrapolated
+/// error is [`TARGET_PART`] of the requested one, and extrapolates the number of edges for that error. `step`, s, is that
+/// of the scene. A coarse mesh without an equilibrium is skipped. At the largest mesh, or at rounding errors, the result
+/// has the reason [`Bound::Work`].
 ///
 /// # Errors
 /// Those of the solutions, and of building a problem.
@@ -108,8 +112,9 @@ pub(super) fn choose_static_mesh(
     }
 }
 
-/// Logarithm and sign of a frequency or, negative, of a growth rate. The difference of two meshes is the relative error
-/// of the mode. It is above one where the mode is stable on one mesh only.
+/// Logarithm and sign of a frequency or, negative, of a growth rate, rad/s, as a vector with a third entry of zero; zeros
+/// for zero. The distance of two meshes is the relative error of the mode. It is above one where the mode is stable on
+/// one mesh only.
 fn logarithm(frequency: f64) -> [f64; 3] {
     match frequency == 0.0 {
         true => [0.0; 3],
@@ -117,8 +122,9 @@ fn logarithm(frequency: f64) -> [f64; 3] {
     }
 }
 
-/// The quantities of a mesh that are compared: positions over the length, or logarithms of frequencies and growth
-/// rates.
+/// The quantities of a mesh that are compared. For an equilibrium the positions of the free ends, or of the middle
+/// without any, over the length. For modes the [logarithm] of each frequency, about the equilibrium, or about the rest
+/// shape where there is none.
 fn compared_quantities(problem: &Problem, aim: Aim) -> Result<Positions, Error> {
     if let Aim::Modes(count) = aim {
         // A rod without an equilibrium has modes about its unstressed shape.

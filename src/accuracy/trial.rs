@@ -1,8 +1,9 @@
-//! Trial runs: simulations of a scene with given numerics, which record positions at up to nine points and 100 times,
-//! and their work.
+//! Trial runs: simulations of a scene with given numerics that record up to nine points at 100 times, and their work.
 //!
-//! A run that fails, or needs halved steps of `rodas4`, gives no result. Runs are stored, so that none is computed
-//! twice. The unit of work is one edge times one Newton iteration of generalised-alpha.
+//! Input: edges, steps and scheme. Output: positions of these points over the rod length, the recorded motion of the
+//! nodes around them, or nothing for a run that fails or needs halved steps of `rodas4`. Results are stored, so that no
+//! run is computed twice. The unit of work is one edge times one Newton iteration of generalised-alpha; steps of `rodas4`
+//! count as several. The search for the numerics of a motion uses them.
 
 use crate::accuracy::aim::{TRIAL_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::difference::Positions;
@@ -70,7 +71,7 @@ pub(super) struct TrialRuns<'a> {
 }
 
 impl<'a> TrialRuns<'a> {
-    /// Trial runs of a scene, with the number of edges and the step of `guess` where the scene leaves them open.
+    /// Trial runs of a scene, none computed yet; `guess` is the scene with its first number of edges and first step.
     ///
     /// # Errors
     /// Those of [`Scene::build`].
@@ -89,7 +90,8 @@ impl<'a> TrialRuns<'a> {
         })
     }
 
-    /// Expected work of a run with these numerics, in units of one step and one edge of generalised-alpha.
+    /// Expected work of a run with these numerics: edges times steps. For `rodas4` times the Newton iterations that take
+    /// as long as one of its steps, over the mean number [`ITERATIONS`] of generalised-alpha.
     pub fn expected_work(&self, Numerics { segments, steps, scheme }: Numerics) -> f64 {
         let one = match scheme {
             Scheme::Rodas4 => self.iterations_of_rodas4 / ITERATIONS,
@@ -98,8 +100,8 @@ impl<'a> TrialRuns<'a> {
         one * segments as f64 * steps as f64
     }
 
-    /// The trial run with these numerics; `None` where its steps fail. Results are stored: the same run is not computed
-    /// twice.
+    /// The trial run with these numerics, stored or computed; `None` where its steps fail, or where `rodas4` halves a
+    /// step. An error only for invalid input or files.
     pub fn run(&self, numerics: Numerics) -> Result<Option<TrialRun>, Error> {
         if let Some((_, trial)) = self.known.borrow().iter().find(|(known, _)| *known == numerics) {
             return Ok(trial.clone());
@@ -109,8 +111,9 @@ impl<'a> TrialRuns<'a> {
         Ok(trial)
     }
 
-    /// Simulates the scene with these numerics; `None` for a run that fails, or needs halved steps of `rodas4`. Larger
-    /// steps than an explicit scheme allows are reduced to the largest stable one.
+    /// Simulates the scene with these numerics and adds the run's work. `None` for a run that fails, or needs halved
+    /// steps of `rodas4`; an error for invalid input or files. A step larger than an explicit scheme allows is reduced to
+    /// the largest stable one.
     fn new_run(
         &self,
         Numerics { segments, steps, scheme }: Numerics,
@@ -182,7 +185,7 @@ pub(super) struct RunCost {
 
 impl RunCost {
     /// The cost model of the runs of a problem: its number of edges, and the Newton iterations that take as long as a
-    /// step of its scheme.
+    /// step of `rodas4`, or one for other schemes.
     pub fn of(problem: &Problem) -> Self {
         let iterations_per_step = match problem.scene().time.as_ref().map(|time| time.scheme) {
             Some(Scheme::Rodas4) => iterations_of_rodas4(problem),
@@ -191,21 +194,22 @@ impl RunCost {
         Self { segments: problem.segments() as f64, iterations_per_step }
     }
 
-    /// The work of a run from its counts: edges times Newton iterations, or times the equivalent iterations of its
-    /// steps for schemes without.
+    /// The work of a run from its counts: edges times the larger of its Newton iterations and of the equivalent
+    /// iterations of its steps (several per step of `rodas4`, one of other schemes).
     pub fn work(&self, done: Work) -> f64 {
         self.segments
             * (done.newton_iterations as f64).max(self.iterations_per_step * done.steps as f64)
     }
 }
 
-/// Newton iterations of generalised-alpha that take as long as a step of `rodas4`: fewer in space than in the plane.
+/// Newton iterations of generalised-alpha that take as long as a step of `rodas4`: [`ITERATIONS_OF_RODAS4`] of a planar
+/// or of a spatial problem.
 fn iterations_of_rodas4(problem: &Problem) -> f64 {
     ITERATIONS_OF_RODAS4[usize::from(problem.planar().is_none())]
 }
 
-/// Positions of the compared points, in the world over the length, at [`TIMES`] equidistant times, point after point;
-/// interpolated from the `record` of a run.
+/// Positions of the compared points, in the world over the length, at [`TIMES`] equidistant times up to the end of the
+/// scene, point after point; interpolated from the `record` of a run.
 fn positions(problem: &Problem, stencils: &[Stencil], record: &Record) -> Result<Positions, Error> {
     let (end, over) = (problem.time()?.end, problem.length().recip());
     let times = || (1..=TIMES).map(|k| end * k as f64 / TIMES as f64);
@@ -217,12 +221,13 @@ fn positions(problem: &Problem, stencils: &[Stencil], record: &Record) -> Result
     Ok(positions)
 }
 
-/// [`OF_STABLE_STEP`] of the largest step of an explicit scheme, s; `None` where every step is stable.
+/// [`OF_STABLE_STEP`] of the largest stable step of an explicit scheme, s; `None` for implicit schemes, without a limit.
 pub(super) fn largest_stable_step(problem: &Problem) -> Result<Option<f64>, Error> {
     Ok(largest_step(problem)?.map(|largest| OF_STABLE_STEP * largest))
 }
 
-/// The largest stable step of an explicit scheme, s; `None` where every step is stable.
+/// The largest stable step, s, of the scene's explicit scheme at the start of the motion; `None` for schemes without a
+/// limit.
 pub(crate) fn largest_step(problem: &Problem) -> Result<Option<f64>, Error> {
     match problem.discretized() {
         AnyProblem::Planar(discretized) => discretized.largest_step(),
@@ -230,7 +235,8 @@ pub(crate) fn largest_step(problem: &Problem) -> Result<Option<f64>, Error> {
     }
 }
 
-/// The points at which runs are compared: seven at equal distances along the rod, and its free ends.
+/// The points at which runs are compared: the seven that divide the rod into eight equal parts, then the ends without a
+/// support.
 pub(super) fn comparison_points(problem: &Problem) -> Vec<Point> {
     let inner = (1..PARTS).map(|k| Point::ArcLength(problem.length() * k as f64 / PARTS as f64));
     inner.chain(free_ends(problem)).collect()
@@ -242,7 +248,7 @@ pub(super) fn free_ends_or_middle(problem: &Problem) -> Vec<Point> {
     if points.is_empty() { vec![Point::ArcLength(0.5 * problem.length())] } else { points }
 }
 
-/// The ends of the rod without a support.
+/// The ends of the rod without a support, as its first node and its tip, start first; up to two.
 fn free_ends(problem: &Problem) -> impl Iterator<Item = Point> {
     let supports = &problem.scene().supports;
     let ends = [(End::Start, Point::Node(0)), (End::End, Point::Tip)];

@@ -1,7 +1,8 @@
 //! Constants of the search for the numerics of a motion: one set for motions of a few modes, one for motions of many.
 //!
-//! A motion has many modes if it begins with a jump of velocities, starts from another shape, is spatial, or the rod is
-//! limp. Then every refinement adds modes, and observed orders are lower.
+//! A motion has many modes if a support moves, or the rod has an initial velocity, is not planar, or is limp. It also has
+//! many if it starts from another shape than rest or equilibrium. Then every refinement adds modes, and observed orders
+//! are lower. [`Tuning::of`] returns the set of a scene; `MotionSearch` uses it.
 
 use crate::accuracy::aim::is_struck;
 use crate::accuracy::difference::OrderBounds;
@@ -47,15 +48,16 @@ const EXCITED: Tuning = Tuning {
 const LIMP: f64 = 1.0;
 
 impl Tuning {
-    /// The constants for a scene: those of many modes or those of few. `guess` is its problem with the first trial
-    /// numerics.
+    /// The constants for a scene: those of [many modes](has_many_modes) or those of few. `guess` is its problem with the
+    /// first trial numerics.
     pub fn of(scene: &Scene, guess: &Problem) -> &'static Self {
         if has_many_modes(scene, guess) { &EXCITED } else { &SMOOTH }
     }
 }
 
-/// Whether a rod is limp: clamped at one end, it deflects under its weight by more than [`LIMP`] lengths,
-/// `w L^3 / (8 E I)`.
+/// Whether a rod is limp: its deflection as a cantilever under its own weight, `w L^3/(8 E I)` over its length by linear
+/// beam theory, is above [`LIMP`]. `w` is the weight per length, `I` the smaller second moment of the section in its
+/// middle.
 pub(super) fn is_limp(scene: &Scene, guess: &Problem) -> bool {
     let (section, material) = scene.at(0.5);
     let moments = section.moments();
@@ -66,8 +68,8 @@ pub(super) fn is_limp(scene: &Scene, guess: &Problem) -> bool {
     deflection > LIMP
 }
 
-/// Whether the motion has many modes: a support moves, the rod has an initial velocity or another initial shape, it is not
-/// planar, or it is limp.
+/// Whether the motion has many modes: a support moves, the rod has an initial velocity, starts neither from its rest
+/// shape nor from its equilibrium, is not planar, or is limp by [`is_limp`].
 fn has_many_modes(scene: &Scene, guess: &Problem) -> bool {
     is_struck(scene)
         || !matches!(scene.initial.state, InitialState::Rest | InitialState::Equilibrium)

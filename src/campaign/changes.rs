@@ -1,9 +1,10 @@
 //! Changes of a campaign task to its fit file and scenes: new values by the paths of TOML keys.
 //!
 //! A path has parts separated by dots, as in `rod.segments`, `observation.0.file`, `loads.gravity.y` or
-//! `experiment.long.radius`. A part is a key of a table, or an index (from 0), an axis (x, y, z) or a `name` in a list. The short
-//! name of a scene parameter, as `radius`, stands for its path. [`Key::new`] determines whether the fit file or a scene has the
-//! key; [`set_value`] writes the value into the table. Tables (CSV) and grids of a campaign file use such paths.
+//! `experiment.long.radius`. A part is a key of a table, or an index (from 0), an axis (x, y, z) or a `name` in a list. The
+//! short name of a scene parameter, as `radius`, stands for its path. [`Key::new`] determines by the first part whether the
+//! fit file or a scene has the key, or returns an error. [`set_value`] writes the value into the table. Tables (CSV) and
+//! grids of a campaign file use such paths.
 
 use crate::error::Error;
 use crate::scene::Parameter;
@@ -40,8 +41,9 @@ pub(crate) enum Key {
 }
 
 impl Key {
-    /// The key with a dotted path or short name, as in a column of the table or a key of the grid. An error if neither fit files
-    /// nor scenes have it.
+    /// The key with a dotted path or short name, as in a column of the table or a key of the grid. `experiment.NAME.` and a
+    /// key of a scene is one of the scene of that experiment. Otherwise the first part is a table of fit files or of scenes,
+    /// or the whole is the short name of a scene parameter. Error: neither fit files nor scenes have the key.
     pub fn new(name: &str) -> Result<Self, Error> {
         let parts: Vec<String> = name.split('.').map(Into::into).collect();
         // Keys of the scene of one experiment begin with its index or name.
@@ -61,7 +63,8 @@ impl Key {
         })
     }
 
-    /// Whether a string at this key is the path of a file: of data, or of a scene. List indices at the end are ignored.
+    /// Whether a string at this key is the path of a file, of data or of a scene, by the last part that is no index: `file`,
+    /// `path`, `paths`, or `scene` in a fit file.
     pub fn names_a_file(&self) -> bool {
         let (Self::Fit(path) | Self::Scenes(path) | Self::Scene(_, path)) = self;
         let last = path.iter().rfind(|part| part.parse::<usize>().is_err());
@@ -71,12 +74,13 @@ impl Key {
     }
 }
 
-/// Whether the values of a key (last part of its path) are paths of files.
+/// Whether the values of a key (last part of its path) are paths of files: `file`, `path` or `paths`.
 pub(crate) fn is_file_key(key: &str) -> bool {
     ["file", "path", "paths"].contains(&key)
 }
 
-/// The path of a key of a scene; the short name of a parameter becomes its full path. None if scenes do not have the key.
+/// The path of a key of a scene; the short name of a parameter becomes its full path. None if scenes do not have the key, or
+/// without parts.
 fn scene_path(parts: &[String]) -> Option<Vec<String>> {
     if SCENE_TABLES.contains(&&**parts.first()?) {
         return Some(parts.to_vec());
@@ -98,7 +102,8 @@ pub(crate) fn can_be_planned(value: &Value) -> bool {
 }
 
 /// Sets the value at a path of a table. Missing tables are created; a missing vector, whose next part is an axis, becomes
-/// `[0, 0, 0]`. A number that replaces a text becomes a text. An error if a list has no such index or name.
+/// `[0, 0, 0]`. A number or truth value that replaces a text becomes a text. An empty path changes nothing. Error: a list has
+/// no such index or name, or the path goes on below a plain value.
 pub(crate) fn set_value(table: &mut Table, path: &[String], value: &Value) -> Result<(), Error> {
     let missing = || {
         let allowed = "a key of the file; list items are counted from 0";

@@ -1,8 +1,9 @@
 //! The collection of a campaign's results: at most one for each task, from the files that all processes wrote.
 //!
-//! Two results of one task must agree: to the last byte if both come from one platform, else in the exit
-//! code and in all values and standard errors to within `PLATFORM_DIFFERENCE`. Results of unplanned tasks are ignored.
-//! [`Collected`] is the input of the status, the JSON lines, the CSV table and the comparison page.
+//! Input is a plan, whose folder has the files. Two results of one task must agree: to the last byte if both come from one
+//! platform. On two platforms they must agree in the exit code, and in all values and standard errors to within
+//! `PLATFORM_DIFFERENCE`. Results of unplanned tasks are ignored, and damaged lines are listed. [`Collected`] is the input of
+//! the status, the JSON lines, the CSV table and the comparison page.
 
 use crate::campaign::plan::{CampaignTask, Plan};
 use crate::campaign::store::{DamagedLine, Store, StoredRecord};
@@ -39,7 +40,7 @@ impl Damage {
 }
 
 impl fmt::Display for Damage {
-    /// Writes the damage as text.
+    /// Writes file, line and kind of the damage (torn or damaged), and the action against it.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let DamagedLine { file, line, is_torn } = &self.0;
         let how = if *is_torn { "torn" } else { "damaged" };
@@ -52,12 +53,13 @@ impl fmt::Display for Damage {
 }
 
 impl<'a> Collected<'a> {
-    /// Reads all results of a plan's tasks.
+    /// Reads all results of a plan's tasks from its folder, one for each id, and the damaged lines. Results of other tasks
+    /// are ignored. Of two equal results the one whose JSON is first in alphabetical order is kept.
     ///
     /// # Errors
     ///
-    /// Results that cannot be read, and two different results of one task: byte by byte on one platform, by more than
-    /// 1e-9 between platforms.
+    /// Results that cannot be read, and two different results of one task: byte by byte on one platform, by more than 1e-9
+    /// between platforms.
     pub fn new(plan: &'a Plan) -> Result<Self, Error> {
         let planned: HashSet<&str> = plan.tasks.iter().map(|task| &*task.id).collect();
         let mut results: HashMap<String, StoredRecord> = HashMap::new();
@@ -77,18 +79,18 @@ impl<'a> Collected<'a> {
         failure.map_or(Ok(Self { plan, results, damaged }), Err)
     }
 
-    /// The tasks without a result.
+    /// The tasks of the plan without a result, in its order.
     pub fn missing(&self) -> impl Iterator<Item = &CampaignTask> {
         self.plan.tasks.iter().filter(|task| !self.results.contains_key(&task.id))
     }
 
-    /// The tasks with their results, in the order of the plan.
+    /// Pairs of a task with a result and that result, in the order of the plan; tasks with one id share a result.
     pub(crate) fn results(&self) -> impl Iterator<Item = (&'a CampaignTask, &StoredRecord)> {
         self.plan.tasks.iter().filter_map(|task| Some((task, self.results.get(&task.id)?)))
     }
 
-    /// Writes a line of JSON for every task with a result, sorted by id: the same bytes on one platform however the
-    /// campaign was run.
+    /// Writes a line of JSON for every task with a result, sorted by id: id, name if there is one, fit file, changes, and the
+    /// stored result. The bytes are the same on one platform however the campaign was run.
     ///
     /// # Errors
     ///
@@ -113,8 +115,8 @@ impl<'a> Collected<'a> {
     }
 }
 
-/// An error with the places of both results if two results of a task are not equal: byte by byte on one platform, by their
-/// parameters on two. None if they are equal.
+/// An error with the places of both results if two results of a task are not equal. On one platform they must be equal byte
+/// by byte, on two by [`have_equal_parameters`]. None if they are equal.
 fn difference(one: &StoredRecord, other: &StoredRecord) -> Option<Error> {
     let value = |record: &StoredRecord| serde_json::from_str::<Value>(&record.result).ok();
     // Equal texts need no parsing.
@@ -128,8 +130,8 @@ fn difference(one: &StoredRecord, other: &StoredRecord) -> Option<Error> {
     (!is_same).then(|| Error::invalid(key, found, "equal results; remove one of the two"))
 }
 
-/// Whether two results have the same exit code, and parameters with the same names and experiments, whose values and standard
-/// errors agree to [`PLATFORM_DIFFERENCE`].
+/// Whether two results have the same exit code, and as many parameters in the same order with the same names and experiments.
+/// Values and standard errors must agree to [`PLATFORM_DIFFERENCE`] of the larger one, or both be absent.
 fn have_equal_parameters(one: &Value, other: &Value) -> bool {
     let parameters =
         |of: &Value| of["report"]["parameters"].as_array().cloned().unwrap_or_default();

@@ -1,8 +1,9 @@
 //! The results of a campaign as a CSV table: one row for each fit, for spreadsheets and data frames.
 //!
-//! Columns are id, name, fit file, all changed keys, exit code, grade, status, and value, standard error and 95 % interval of
-//! every parameter in SI units. Tasks that are parts of one bootstrap are pooled: their replicates give one standard error and
-//! one interval. The same rows are the input of the comparison page.
+//! Input are the collected results, as JSON. Columns are id, name, fit file, all changed keys, exit code, grade and status.
+//! Value, standard error and 95 % interval of every parameter in SI units follow. Tasks that are parts of one bootstrap are
+//! one row: their replicates give one standard error and one interval, in further columns. The same rows are the input of the
+//! comparison page.
 
 use crate::campaign::changes::Changes;
 use crate::campaign::collect::Collected;
@@ -61,8 +62,8 @@ pub(crate) struct ResultRow<'a> {
 }
 
 impl ResultRow<'_> {
-    /// The cell of a changed key; empty if the task does not change it. The cell of a bootstrap is the number of all its
-    /// replicates.
+    /// The cell of a changed `key` as text; empty if the task does not change it. The cell of the number of bootstrap
+    /// replicates is that of all pooled ones.
     fn change(&self, key: &str) -> String {
         match (self.task.changes.get(key), self.replicates.first()) {
             (Some(_), Some(replicates)) if key == BOOTSTRAP_KEYS[0] => replicates.len().to_string(),
@@ -70,7 +71,7 @@ impl ResultRow<'_> {
         }
     }
 
-    /// The grade of the fit and its status; an empty text and the error message of a fit without a report.
+    /// The grade of the fit (its code) and its status; for a fit without a report an empty text and the error message.
     fn grade_and_status(&self) -> [String; 2] {
         match &self.result.report {
             Some(report) => {
@@ -80,8 +81,9 @@ impl ResultRow<'_> {
         }
     }
 
-    /// The cells of the parameter with a label: value, standard error, low and high end of the 95 % interval, and these three
-    /// of the pooled bootstrap. Numbers have all digits; missing ones are empty. A one-sided interval has only its lower end.
+    /// The cells of the parameter with this label: value, standard error, low and high end of the 95 % interval, then
+    /// standard error and ends of the pooled bootstrap. Numbers have all digits; missing ones are empty. A lower bound fills
+    /// only the low end. All are empty for a fit without this parameter.
     fn estimate(&self, label: &str) -> [String; 7] {
         let mut own = self.result.parameters().zip(&self.replicates);
         let Some((e, replicates)) = own.find(|(e, _)| e.label() == label) else {
@@ -100,13 +102,13 @@ impl ResultRow<'_> {
 }
 
 impl Collected<'_> {
-    /// A CSV row for every fit with a result, in the order of the plan: name, fit file, changed keys, exit code, grade,
-    /// status, and value, standard error and 95 % interval of every parameter. The parts of a bootstrap are one row. Text
-    /// that a spreadsheet would compute has a leading apostrophe.
+    /// A header and a CSV row for every fit with a result, in the order of the plan: id, name, fit file, changed keys, exit
+    /// code, grade, status, and value, standard error and 95 % interval of every parameter. Columns are the union over all
+    /// fits. The parts of a bootstrap are one row. Text that a spreadsheet would compute has a leading apostrophe.
     ///
     /// # Errors
     ///
-    /// Results of another program.
+    /// Results that are not valid JSON of this version.
     pub fn csv_table(&self) -> Result<Vec<u8>, Error> {
         let rows = self.rows()?;
         let keys = rows.iter().flat_map(|row| row.task.changes.keys());
@@ -148,8 +150,8 @@ impl Collected<'_> {
         writer.into_inner().map_err(|error| failed(&error))
     }
 
-    /// The results in the order of the plan, with all parts of a bootstrap pooled in the row of its first part. An error for a
-    /// result that is not valid JSON of this version.
+    /// The results in the order of the plan, with all parts of a bootstrap pooled in the row of its first part. Parts belong
+    /// together if fit file, name and all other changes are equal. Error: a result that is not valid JSON of this version.
     pub(crate) fn rows(&self) -> Result<Vec<ResultRow<'_>>, Error> {
         let mut rows: Vec<ResultRow> = Vec::new();
         // The row of each bootstrap by its fit, its name and its other changes.

@@ -1,9 +1,9 @@
 //! Glob patterns of fit files in a campaign file, as `specimens/*/fit.toml` and `**/fit.toml`.
 //!
-//! Input is a pattern and the folder that it is relative to; output are the matching files in alphabetical order. `**` matches
-//! any number of folders; links to folders are followed once. Folders that cannot be read are skipped, and so are folders of
-//! devices and processes, which hold no fits and may change while they are listed. A search of the whole disk or of more than
-//! `MOST_ENTRIES` entries is an error.
+//! Input is a pattern and the folder that it is relative to; output are the matching files in alphabetical order, an empty
+//! list without any. `**` matches any number of folders; links to folders are followed once. Folders that cannot be read are
+//! skipped, and so are folders of devices and processes, which hold no fits and may change while they are listed. A search of
+//! the whole disk or of more than `MOST_ENTRIES` entries is an error.
 
 use crate::error::Error;
 use glob::Pattern;
@@ -17,8 +17,8 @@ const SYSTEM_FOLDERS: [&str; 3] = ["/dev", "/proc", "/sys"];
 /// The component of a pattern that matches any number of folders, including none.
 const ANY_DEPTH: &str = "**";
 
-/// The files that match a pattern, which is relative to `folder` or absolute, in alphabetical order. `key` is the key
-/// with the pattern, for messages.
+/// The files that match a pattern, which is relative to `folder` or absolute, each once in alphabetical order; none if none
+/// matches. `key` is the key with the pattern, for messages.
 ///
 /// # Errors
 ///
@@ -65,8 +65,8 @@ struct Walk {
 }
 
 impl Walk {
-    /// Adds the files at the path `place` that match the remaining parts of a pattern; without parts `place` itself, if it is a
-    /// file.
+    /// Adds the files at the path `place` that match the remaining parts of a pattern; without parts `place` itself, if it is
+    /// a file. Error: the scope of a search that is too large.
     fn visit(&mut self, place: &Path, parts: &[PatternPart]) -> Result<(), String> {
         let Some((part, rest)) = parts.split_first() else {
             if place.is_file() {
@@ -91,8 +91,9 @@ impl Walk {
         Ok(())
     }
 
-    /// Adds the files in a folder and in all folders below it that match `parts`, or all files without parts. A link to a
-    /// folder is followed unless it leads to a folder on the way to it.
+    /// Adds the files in the folder `top` and in all folders below it that match `parts`, or all files without parts. A link
+    /// to a folder is followed unless it leads to a folder on the way to it. Nothing is added for a folder that does not
+    /// exist. Error: `top` is the root of the disk, or there are too many entries.
     fn visit_below(&mut self, top: &Path, parts: &[PatternPart]) -> Result<(), String> {
         let Ok(real) = top.canonicalize() else { return Ok(()) };
         if real.parent().is_none() {
@@ -124,7 +125,8 @@ impl Walk {
         Ok(())
     }
 
-    /// The entries of a folder; none of a folder that cannot be read. An error above [`MOST_ENTRIES`] entries in total.
+    /// The entries of a folder; none of a folder that cannot be read. Each counts. Error: more than [`MOST_ENTRIES`] entries
+    /// in total.
     fn entries(&mut self, folder: &Path) -> Result<Vec<std::fs::DirEntry>, String> {
         let mut entries = Vec::new();
         for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {

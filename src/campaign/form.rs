@@ -1,9 +1,9 @@
 //! The campaign file (TOML): which fits are made, and with which changes of their keys.
 //!
 //! Fit files are given by patterns or by a CSV table, whose columns are changed keys. A grid adds all combinations of listed
-//! values. `[starts]` repeats each fit from random start values, and `[bootstrap]` divides the replicates of a bootstrap among
-//! tasks. The result is a list of [`CampaignRow`]s; more than [`MOST_TASKS`] tasks are an error, detected before the list is
-//! built.
+//! values. [`CampaignFile::rows`] returns one [`CampaignRow`] for each fit file or row of the table and each combination.
+//! `[starts]` later repeats each row from random start values, and `[bootstrap]` divides the replicates of a bootstrap among
+//! tasks. More than [`MOST_TASKS`] tasks are an error, detected before the list is built.
 
 use crate::campaign::changes::{Changes, Key};
 use crate::campaign::fit_pattern::matching_files;
@@ -58,7 +58,7 @@ pub(crate) struct DistributedBootstrap {
 }
 
 impl DistributedBootstrap {
-    /// Number of tasks among which the replicates are divided: replicates over batch, at least 1.
+    /// Number of tasks among which the replicates are divided: replicates over batch, rounded down, at least 1.
     pub fn parts(self) -> usize {
         (self.replicates / self.batch).max(1)
     }
@@ -82,7 +82,8 @@ pub(crate) struct RandomStarts {
 }
 
 impl CampaignFile {
-    /// Reads and checks a campaign file. Errors name the file, the key and the allowed values.
+    /// Reads and checks a campaign file. Errors (unreadable, unknown keys, wrong types, numbers out of range) name the file,
+    /// the key and the allowed values.
     pub fn read(file: &Path) -> Result<Self, Error> {
         let text = text(file)?;
         let form: Self = parse(&text, &[])
@@ -91,7 +92,8 @@ impl CampaignFile {
         Ok(form)
     }
 
-    /// Rejects numbers of replicates, batches and starts outside their limits.
+    /// Rejects fewer than 2 or more than [`MOST_TASKS`] replicates, batches outside 2 to 100000, and starts outside 1 to
+    /// [`MOST_TASKS`].
     fn check(&self) -> Result<(), Error> {
         if let Some(DistributedBootstrap { replicates, batch, .. }) = self.bootstrap {
             if !(2..=MOST_TASKS).contains(&replicates) {
@@ -110,15 +112,17 @@ impl CampaignFile {
         }
     }
 
-    /// Number of tasks of a number of rows: rows times random starts times parts of the bootstrap.
+    /// Number of tasks of this number of `rows`: rows times random starts times parts of the bootstrap, each 1 if the file
+    /// has none. It is limited to the largest integer.
     pub fn task_count(&self, rows: usize) -> usize {
         let starts = self.starts.map_or(1, |starts| starts.count);
         let parts = self.bootstrap.map_or(1, DistributedBootstrap::parts);
         rows.saturating_mul(starts).saturating_mul(parts)
     }
 
-    /// All fits with their changes, each row of the table or matched file with each combination of the grid. `file` is the path
-    /// of the campaign file, whose folder all paths are relative to. No fit, or too many, is an error.
+    /// All fits with their changes: each row of the table, or matched file, with each combination of the grid, the grid
+    /// varying faster. Values of the grid win over those of the table. `file` is the path of the campaign file, whose folder
+    /// all paths are relative to. Error: an invalid pattern, table or grid, no fit, or more than [`MOST_TASKS`].
     pub fn rows(&self, file: &Path) -> Result<Vec<CampaignRow>, Error> {
         let root = folder_of(file);
         let in_file = |error: Error| error.in_file(Some(file));
@@ -153,7 +157,8 @@ impl CampaignFile {
         Ok(all)
     }
 
-    /// The fit files that match the patterns, each once, relative to the folder `root` of the campaign file.
+    /// The fit files that match the patterns, pattern after pattern, each file once, relative to the folder `root` of the
+    /// campaign file. Error: an invalid pattern, or one that matches no further file.
     fn matched(&self, root: &Path) -> Result<Vec<PathBuf>, Error> {
         let (mut all, mut seen) = (Vec::new(), BTreeSet::new());
         for (k, pattern) in self.fits.iter().enumerate() {
@@ -177,8 +182,9 @@ impl CampaignFile {
     }
 }
 
-/// All combinations of the values of a grid, the first key varying slowest; one without changes if the grid is empty. Keys may
-/// be quoted paths, or tables in tables. Errors: a key twice, a value that is no list, an empty list, too many combinations.
+/// All combinations of the values of a grid, the first key varying slowest; one without changes if the grid is empty. Keys
+/// may be quoted paths, or tables in tables. Errors: an unknown key, a key twice, a value that is no list, an empty list, and
+/// more than [`MOST_TASKS`] combinations.
 fn combinations(grid: &Table) -> Result<Vec<Changes>, Error> {
     let mut axes = Vec::new();
     flatten(grid, "", &mut axes);
@@ -213,7 +219,7 @@ struct GridAxis {
     value: Value,
 }
 
-/// Every set of changes of `all` combined with each set of `more`, whose values win for equal keys.
+/// Every set of changes of `all` combined with each set of `more`, which varies faster and whose values win for equal keys.
 pub(crate) fn extended(
     all: &[Changes],
     more: impl Iterator<Item = Changes> + Clone,
@@ -225,7 +231,8 @@ pub(crate) fn extended(
     extended
 }
 
-/// Adds the values of a table to `axes`, with dotted paths of their keys. Inner tables are entered; `path` is that of the table.
+/// Adds each value of a table to `axes`, in the order of the table, with the dotted path of its key. Inner tables are
+/// entered; `path` is that of the table, empty for the outermost one.
 fn flatten(table: &Table, path: &str, axes: &mut Vec<GridAxis>) {
     for (key, value) in table {
         let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };

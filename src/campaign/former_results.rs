@@ -1,7 +1,8 @@
 //! Conversion of results that version 0.1 stored: former names of keys and codes become the current ones.
 //!
-//! A stored result (JSON on one line) is recognized by the key `FORMER_KEY` of its report, or by a former code at the end of its
-//! error message. The store applies the conversion when it reads, so that old results remain usable.
+//! A stored result (JSON on one line) of that version has the key `FORMER_KEY` in its report, or a former code at the end of
+//! its error message. [`with_current_names`] returns it with current names, and all others unchanged. The store applies the
+//! conversion when it reads, so that old results remain usable.
 
 use crate::code::Code;
 use crate::fit;
@@ -10,7 +11,8 @@ use serde_json::Value;
 /// Text that every report of version 0.1 contains, and no later one.
 const FORMER_KEY: &str = "\"basins\":";
 
-/// A stored result with current keys and codes, on one line; current results are returned unchanged.
+/// A stored result with current keys and codes, on one line; current results, and texts that are no JSON, are returned
+/// unchanged.
 pub(crate) fn with_current_names(result: &str) -> String {
     if !has_former_names(result) {
         return result.into();
@@ -24,7 +26,7 @@ pub(crate) fn with_current_names(result: &str) -> String {
     whole.to_string()
 }
 
-/// Whether a result has a former key, or a former code at the end of its error message.
+/// Whether a result has a former key ([`FORMER_KEY`]), or a former code at the end of its error message.
 fn has_former_names(result: &str) -> bool {
     let has_former_code = || {
         let former = Code::ALL.iter().filter_map(|code| code.former_name());

@@ -1,4 +1,7 @@
-//! SHA-256 in hexadecimal, shortened: for ids of tasks, digests of plans, checksums of results and the key of the platform.
+//! SHA-256 in hexadecimal, shortened to a given number of bytes.
+//!
+//! Ids of tasks, digests of plans, hashes of data files and checksums of stored results are such hashes. So is the hash of
+//! the mathematical library in the key of the platform.
 
 use sha2::{Digest, Sha256};
 

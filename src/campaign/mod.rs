@@ -1,9 +1,10 @@
-//! Many fits on many machines: planned once, run in shards that may be killed at any moment, and collected to the same
-//! bytes whatever the processes.
+//! Many fits on many machines: planned once, run in shards that may be killed at any moment, and collected to the same bytes
+//! whatever the processes.
 //!
-//! A [`Plan`] is a list of [`CampaignTask`]s. The id of a task is a hash of everything that its result depends on, and of nothing
-//! else; so a task with a result is not computed again. [`run`](Plan::run) appends results to a [`Store`], a line each,
-//! and [`Collected`] merges the results of all processes.
+//! A campaign file names fit files with changes of their keys. A [`Plan`] is the list of its [`CampaignTask`]s. The id of a
+//! task is a hash of everything that its result depends on, and of nothing else; so a task with a result is not computed
+//! again. [`run`](Plan::run) appends results to a [`Store`], a line each, by any number of processes. [`Collected`] merges
+//! the results of all of them, to a [`Status`], lines of JSON, a CSV table, and summaries for a comparison page.
 
 mod changes;
 mod collect;

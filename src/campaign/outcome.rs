@@ -1,7 +1,9 @@
 //! Solution of one task of a campaign, and its outcome as JSON: a report, or an error message.
 //!
-//! The JSON depends on the fit, its data and the platform only: wall times are removed, and paths of files are replaced by the
-//! names of their keys. So equal tasks have equal bytes, whatever the folder, the process and the load of the machine.
+//! [`solve`] receives a task with its files resolved and returns the exit code of `rodfit fit` and the JSON. This depends on
+//! the fit, its data and the platform only: wall times are removed, and paths of files are replaced by the names of their
+//! keys. So equal tasks have equal bytes, whatever the folder, the process and the load of the machine. `run` stores the
+//! outcome.
 
 use crate::campaign::platform::platform;
 use crate::campaign::resolved::{PathName, Resolved};
@@ -21,7 +23,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// An outcome of another program, with its code and its JSON on one line.
+    /// An outcome of another program, with its exit code and its JSON on one line; neither is checked.
     pub fn new(code: u8, json: String) -> Self {
         Self { code, json }
     }
@@ -30,8 +32,8 @@ impl Outcome {
 /// Key of a report with the wall time, which depends on the speed of the machine and is removed.
 const TIME_KEY: &str = "wall_seconds";
 
-/// Solves a task. Returns its outcome with the exit code of `rodfit fit`, also if the fit was rejected or failed; none if `stop`
-/// was set before its end.
+/// Solves a task. Its outcome has the exit code of `rodfit fit` (0, 2 or 3) and the report. If the fit was rejected or
+/// failed, it has the error message instead. None if `stop` was set before its end.
 pub(crate) fn solve(task: &Resolved, stop: Arc<AtomicBool>) -> Option<Outcome> {
     let solved = task.fit(|_| Ok(())).and_then(|file| file.fit().stop_when(stop).solve());
     let (code, key, mut content) = match solved {
@@ -61,7 +63,8 @@ pub(crate) fn solve(task: &Resolved, stop: Arc<AtomicBool>) -> Option<Outcome> {
     Some(Outcome { code, json: Value::Object(whole).to_string() })
 }
 
-/// Replaces the paths of files by the names of their keys, in all texts of a JSON value and of its items.
+/// Replaces the paths of files by the names of their keys, in place, in all texts of a JSON value and of its items. The order
+/// is that of `names`; keys of objects stay.
 fn replace_paths(value: &mut Value, names: &[PathName]) {
     match value {
         Value::String(text) => {

@@ -1,9 +1,10 @@
 //! The plan of a campaign: the list of all its tasks, in the folder that also gets their results.
 //!
 //! Input is a campaign file with the fits, scenes and data that it names. Each row becomes one task per random start and part
-//! of a bootstrap, with an id that is a hash of all inputs. Every fit is read and checked once. The folder gets `tasks.jsonl`, a
-//! line of JSON per task, and `plan.json` with the version, the number of tasks and their digest. A changed list, or a plan
-//! of another version, is rejected when it is opened.
+//! of a bootstrap, with an id that is a hash of all inputs. Every fit is read and checked once; one that cannot be solved is
+//! still planned, unless it is in a table. The folder gets `tasks.jsonl`, a line of JSON per task, and `plan.json` with the
+//! version, the number of tasks and their digest. A changed list, or a plan of another version, is rejected when it is opened
+//! for a run.
 
 use crate::campaign::changes::{Changes, can_be_planned};
 use crate::campaign::form::{CampaignFile, DistributedBootstrap, MOST_TASKS, extended};
@@ -92,25 +93,26 @@ const DIGEST_BYTES: usize = 16;
 /// The schema of campaign files.
 #[cfg(test)]
 impl schemars::JsonSchema for Plan {
-    /// Name of the JSON schema of `Plan`.
+    /// Name of the JSON schema of campaign files, `Campaign`.
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Campaign".into()
     }
 
-    /// JSON schema of `Plan`.
+    /// JSON schema of campaign files, that of [`CampaignFile`].
     fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
         CampaignFile::json_schema(generator)
     }
 }
 
 impl Plan {
-    /// Reads a campaign file and all files that it names, and writes the plan into a folder. Existing results of unchanged
-    /// tasks are kept.
+    /// Reads a campaign file and all files that it names, and writes `tasks.jsonl` and `plan.json` into a folder, which is
+    /// created if it is missing. Existing results of unchanged tasks are kept. Fits of patterns that cannot be solved are
+    /// planned, and their errors are returned as `refused`.
     ///
     /// # Errors
     ///
-    /// An invalid campaign file or table, with its line; files that cannot be read; a fit of a table that cannot be solved;
-    /// a fit that `admission` rejects; and a folder with other files.
+    /// An invalid campaign file or table, with its line; files that cannot be read; a fit of a table that cannot be solved; a
+    /// fit that `admission` rejects; too many tasks; and a folder with other files.
     pub fn make(file: &Path, folder: &Path, admission: &Admission) -> Result<Planned, Error> {
         let campaign = CampaignFile::read(file)?;
         let root = folder_of(file);
@@ -151,7 +153,7 @@ impl Plan {
         Ok(Planned { plan, refused })
     }
 
-    /// Number of tasks of a campaign file. The fits are not read.
+    /// Number of tasks of a campaign file, by its patterns, table, grid, random starts and bootstrap. The fits are not read.
     ///
     /// # Errors
     ///
@@ -162,7 +164,8 @@ impl Plan {
         check_task_count(tasks, file).map(|()| tasks)
     }
 
-    /// The plan with these lines of tasks. Its digest is not checked.
+    /// The plan with these lines of tasks, JSON as in `tasks.jsonl`. Nothing is read from the folders, and no digest is
+    /// checked.
     ///
     /// # Errors
     ///
@@ -179,7 +182,7 @@ impl Plan {
         [DESCRIPTION_FILE, TASKS_FILE].map(|name| self.folder.join(name)).to_vec()
     }
 
-    /// Reads the plan in a folder.
+    /// Reads the plan in a folder, for a run of its tasks.
     ///
     /// # Errors
     ///
@@ -207,7 +210,8 @@ impl Plan {
         Self::described(folder, read_description(folder)?)
     }
 
-    /// The plan with a description; an error if the number or the digest of its file of tasks differs.
+    /// The plan with a description, from the file of tasks in its folder. Error: that file or the folder of the campaign
+    /// cannot be read, or the number or the digest of the tasks differs.
     fn described(folder: &Path, description: PlanDescription) -> Result<Self, Error> {
         let PlanDescription { root, tasks: planned, digest, .. } = description;
         let root = folder.join(root);
@@ -231,8 +235,9 @@ struct RowTasks {
 }
 
 /// The tasks of a row: one for each combination of its random starts and of the parts of its bootstrap. `root` is the folder
-/// of the campaign file, `hashes` those of data files read so far. Errors: a value that cannot be planned, files that cannot
-/// be read, a fit that `admission` rejects, an invalid fit of a table, an unknown key of a grid.
+/// of the campaign file; `hashes` has those of data files read so far, and gets new ones. A fit of a pattern that cannot be
+/// solved is returned as `refused`. Errors: a value that cannot be planned, unreadable files, and a fit that `admission`
+/// rejects. Further ones are an invalid fit of a table, an unknown key of a grid, and random starts without bounds.
 fn row_tasks(
     root: &Path,
     row: &CampaignRow,
@@ -295,8 +300,8 @@ fn row_tasks(
     Ok(RowTasks { tasks: all.into_iter().map(task).collect::<Result<_, Error>>()?, refused })
 }
 
-/// The error of a grid with keys that fit files and scenes do not have, if the fit is valid without its changes; else none. An
-/// `error` other than one of parsing is the result of its fit instead.
+/// The error of a grid with keys that fit files and scenes do not have: `error` is one of parsing, and the fit is valid
+/// without its changes. None otherwise, and for a row without changes; `error` is then the result of the fit.
 fn unknown_grid_key(root: &Path, row: &CampaignRow, error: &Error) -> Option<Error> {
     if row.changes.is_empty() || !matches!(error, Error::Parse { .. }) {
         return None;
@@ -308,8 +313,8 @@ fn unknown_grid_key(root: &Path, row: &CampaignRow, error: &Error) -> Option<Err
     is_valid.then(|| Error::invalid("grid", format!("{} ({error})", keys.join(", ")), allowed))
 }
 
-/// The changes of each part of a bootstrap: its number of replicates, the index of its first, and the common `seed`. All parts
-/// together run the replicates of one fit.
+/// The changes of each part of a bootstrap, in `analysis`: its number of replicates, the index of its first, and the common
+/// `seed`. All parts together run the replicates of one fit, in nearly equal numbers.
 fn bootstrap_parts(
     bootstrap: DistributedBootstrap,
     seed: i64,
@@ -327,7 +332,7 @@ fn bootstrap_parts(
     })
 }
 
-/// Rejects more than [`MOST_TASKS`] tasks; `file` is the campaign file, for the message.
+/// Rejects more than [`MOST_TASKS`] tasks, with an error that names the campaign `file`.
 fn check_task_count(tasks: usize, file: &Path) -> Result<(), Error> {
     match tasks <= MOST_TASKS {
         true => Ok(()),
@@ -338,8 +343,8 @@ fn check_task_count(tasks: usize, file: &Path) -> Result<(), Error> {
     }
 }
 
-/// Rejects a folder with files other than those of a plan or temporary ones of a killed process. A missing folder, or one with a
-/// plan, is accepted.
+/// Rejects a folder with files other than those of a plan or temporary ones of a killed process. A missing or empty folder,
+/// or one with `plan.json`, is accepted.
 fn check_folder(folder: &Path) -> Result<(), Error> {
     let Ok(mut entries) = std::fs::read_dir(folder) else { return Ok(()) };
     let is_of_plan =
@@ -356,13 +361,13 @@ fn check_folder(folder: &Path) -> Result<(), Error> {
     }
 }
 
-/// Reads `plan.json` in a folder; an error without it.
+/// Reads `plan.json` in a folder. Error: it is missing, or not valid.
 fn read_description(folder: &Path) -> Result<PlanDescription, Error> {
     let file = folder.join(DESCRIPTION_FILE);
     parse(&file, &text(&file)?, 1)
 }
 
-/// A value from `text`, line number `line` of the JSON file at `path`, which is named in the error.
+/// A value from `text`, line number `line` of the JSON file at `path`. Error: no such value, with file and line.
 fn parse<T: serde::de::DeserializeOwned>(path: &Path, text: &str, line: u64) -> Result<T, Error> {
     serde_json::from_str(text).map_err(|error| {
         let error = error.to_string();
@@ -372,7 +377,7 @@ fn parse<T: serde::de::DeserializeOwned>(path: &Path, text: &str, line: u64) -> 
     })
 }
 
-/// The values as JSON, one line each, in UTF-8.
+/// The values as JSON, one line each, in UTF-8, with a line break after the last one.
 fn json_lines<T: Serialize>(values: &[T]) -> std::io::Result<Vec<u8>> {
     let mut lines = Vec::new();
     for value in values {
@@ -382,7 +387,8 @@ fn json_lines<T: Serialize>(values: &[T]) -> std::io::Result<Vec<u8>> {
     Ok(lines)
 }
 
-/// Writes `bytes` to the file `name` in a folder, under a temporary name first, so that its own never stands for a part of it.
+/// Writes `bytes` to the file `name` in a folder, under a temporary name first, so that its own never stands for a part of
+/// it. It is synced to the disk, readable by all users, and replaces an older file. Error: a failed write, with the path.
 fn write(folder: &Path, name: &str, bytes: &[u8]) -> Result<(), Error> {
     let path = folder.join(name);
     let written = PartFile::beside(&path).and_then(|mut file| {

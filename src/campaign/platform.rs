@@ -2,8 +2,8 @@
 //! functions, and vector unit.
 //!
 //! The last digits of a fit depend on the implementation of sin, exp and similar functions, of which one library may have
-//! several variants. So the key contains a hash of the values of 16 functions at `ARGUMENTS` arguments. Results with equal keys
-//! are compared byte by byte, others with a tolerance.
+//! several variants. So the key contains a hash of the values of 16 functions at `ARGUMENTS` arguments. The key is a part of
+//! every stored result: results with equal keys are compared byte by byte, others with a tolerance.
 
 use crate::campaign::hash::hash;
 use crate::numerics::simd::simd_level;
@@ -15,8 +15,8 @@ use std::sync::OnceLock;
 /// differences between libraries, at a cost of microseconds.
 const ARGUMENTS: usize = 256;
 
-/// The key of this process, computed once: target, a hash of values of the mathematical library, and the vector unit. Results
-/// with the same key are equal to the last bit.
+/// The key of this process as text, such as `x86_64-linux-gnu libm-1a2b3c4d` and the vector unit, computed once. Results with
+/// the same key are equal to the last bit.
 pub fn platform() -> &'static str {
     static KEY: OnceLock<String> = OnceLock::new();
     KEY.get_or_init(|| {
@@ -33,13 +33,14 @@ pub fn platform() -> &'static str {
     })
 }
 
-/// The k-th argument: `1e-3 * 2^(k / 20 + 1/3)`, over four decades, with all binary digits in use. The compiler cannot evaluate
-/// it in advance.
+/// The k-th argument: `1e-3 * 2^(k / 20 + 1/3)`, k from 0, over four decades, with all binary digits in use. The compiler
+/// cannot evaluate it in advance.
 fn argument(k: usize) -> f64 {
     black_box(1e-3 * (k as f64 * 0.05 + 1.0 / 3.0).exp2())
 }
 
-/// Values of 16 functions of the mathematical library at a positive argument; some take `x / (1 + x)` or a limited argument.
+/// Values of 16 functions of the mathematical library (sin to cbrt) at a positive argument; some take `x / (1 + x)` or an
+/// argument of at most 100.
 fn values(x: f64) -> [f64; 16] {
     let small = x / (1.0 + x);
     [

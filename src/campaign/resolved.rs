@@ -1,8 +1,9 @@
 //! A task with everything that its result depends on: the fit file as one TOML table, with changes applied, scenes in the
 //! places of their names, and absolute paths of data.
 //!
-//! From this table come the id of the task (a hash of the program's version, all keys, and the contents of all data files,
-//! without their paths) and the fit to solve. Equal inputs have equal ids, wherever the files are.
+//! From this table come the fit to solve ([`Resolved::fit`]) and the id of the task ([`Resolved::id`]). The id is a hash of
+//! the program's version, all keys, and the contents of all data files, without their paths. Equal inputs have equal ids,
+//! wherever the files are. Plans use the ids, and runs check them before they solve the fit.
 
 use crate::campaign::changes::{Changes, Key, is_file_key, set_value};
 use crate::campaign::hash::hash;
@@ -47,8 +48,9 @@ struct FitScene<'a> {
 }
 
 impl Resolved {
-    /// The fit file `fit` with changes. Its path and paths in the changes are relative to `root`. Changes apply in the order fit
-    /// file, all scenes, scene of one experiment. Errors: unreadable files, keys and experiments that do not exist.
+    /// The fit file `fit` with changes. Its path and file names in the changes are relative to `root`; those in files are
+    /// relative to the folder of their file, and become absolute. Changes apply in the order fit file, all scenes, scene of
+    /// one experiment. Errors: unreadable files, keys and experiments that do not exist.
     pub fn new(root: &Path, fit: &Path, changes: &Changes) -> Result<Self, Error> {
         let file = root.join(fit);
         let folder = folder_of(&file).to_path_buf();
@@ -90,8 +92,9 @@ impl Resolved {
         Ok(Self { file, table })
     }
 
-    /// The first 128 bits of the hash of everything that the result depends on, in hexadecimal: the program's version, the fit,
-    /// its scenes, and the contents of its data. `hashes` keeps those of data files that were read before.
+    /// The first 128 bits of the hash of everything that the result depends on, in hexadecimal: the program's version, the
+    /// fit, its scenes, and the contents of its data. The order of keys has no effect. `hashes` has those of data files read
+    /// before, and gets new ones. Error: a data file that cannot be read.
     pub fn id(&self, hashes: &mut DataHashes) -> Result<String, Error> {
         let mut table = self.table.clone();
         let mut failure = None;
@@ -113,15 +116,16 @@ impl Resolved {
         failure.map_or_else(|| Ok(hash(whole.to_string().as_bytes(), ID_BYTES)), Err)
     }
 
-    /// The fit, ready to solve. An error for invalid keys, and for a scene that `admit` rejects before its mesh is made.
+    /// The fit, ready to solve. Error: invalid keys, a scene that `admit` rejects before its mesh is made, and a fit of lists
+    /// along the rod.
     pub fn fit(&self, admit: impl Fn(&Scene) -> Result<(), Error>) -> Result<FitFile, Error> {
         FitFile::read(&self.table.to_string(), &self.file, &admit)?
             .of_parameters()
             .map_err(|error| error.in_file(Some(&self.file)))
     }
 
-    /// The paths in the fit with the names of their keys, which replace them in results. Longest paths come first, as they may
-    /// begin with shorter ones.
+    /// The paths in the fit with the names of their keys, which replace them in results; that of the fit file is `the fit`.
+    /// Longest paths come first, as they may begin with shorter ones.
     pub fn path_names(&self) -> Vec<PathName> {
         let file = self.file.display().to_string();
         let mut names = vec![PathName { path: file, name: "the fit".into() }];
@@ -133,7 +137,8 @@ impl Resolved {
     }
 }
 
-/// All scenes of a fit file in `folder`, each read and put into the place of its name: that of the fit, and those of experiments.
+/// All scenes of a fit file in `folder`, each read and put into the place of its name: that of the fit first, then those of
+/// experiments. Values that are neither a name nor a table are skipped. Error: a scene file that cannot be read.
 fn fit_scenes<'a>(fit: &'a mut Table, folder: &Path) -> Result<Vec<FitScene<'a>>, Error> {
     let mut scenes = Vec::new();
     let mut experiments: &mut [Value] = &mut [];
@@ -163,12 +168,12 @@ pub(crate) fn read_toml(file: &Path) -> Result<Table, Error> {
     parse(&text(file)?, &[]).map_err(|error| error.in_file(Some(file)))
 }
 
-/// The folder of a file; empty for a name without a folder.
+/// The folder of a file; empty for a name without a folder, and for the root.
 pub(crate) fn folder_of(file: &Path) -> &Path {
     file.parent().unwrap_or(Path::new(""))
 }
 
-/// The name of a file relative to `root`, or a list of them, as absolute paths; other values unchanged.
+/// A text as a file name relative to `root`, or a list of them, made absolute; other values unchanged.
 fn absolute(value: &Value, root: &Path) -> Value {
     match value {
         Value::String(name) => Value::String(at(root, Path::new(name)).display().to_string()),
@@ -179,15 +184,15 @@ fn absolute(value: &Value, root: &Path) -> Value {
     }
 }
 
-/// Makes all paths of files in a table absolute that are relative to a folder.
+/// Makes all file names in a table absolute, in place; relative ones are relative to `folder`.
 fn make_absolute(table: &mut Table, folder: &Path) {
     for_each_file(table, "", &mut |_, path| {
         *path = at(folder, Path::new(&*path)).display().to_string()
     });
 }
 
-/// If a scene is given by the name of its file in `folder`, reads it and puts its table in the place of the name. Returns the
-/// table; none if the value is neither a name nor a table.
+/// If a scene is the name of a file in `folder`, puts the table of that file in the place of the name, with absolute paths.
+/// Returns the table; none if the value is neither a name nor a table. Error: the file cannot be read or parsed.
 fn inline_scene<'a>(scene: &'a mut Value, folder: &Path) -> Result<Option<&'a mut Table>, Error> {
     if let Value::String(name) = scene {
         let file = folder.join(&*name);
@@ -198,8 +203,8 @@ fn inline_scene<'a>(scene: &'a mut Value, folder: &Path) -> Result<Option<&'a mu
     Ok(scene.as_table_mut())
 }
 
-/// Calls `each` with the dotted path and the value of every name of a file in a table, at any depth. `key` is the path of the
-/// table.
+/// Calls `each` with the dotted path and the value of every name of a file in a table, at any depth. These are texts, or
+/// lists of texts, with a key by [`is_file_key`]. `key` is the path of the table, empty for the outermost one.
 fn for_each_file(table: &mut Table, key: &str, each: &mut dyn FnMut(&str, &mut String)) {
     for (part, value) in table.iter_mut() {
         let key = if key.is_empty() { part.clone() } else { format!("{key}.{part}") };
@@ -207,7 +212,8 @@ fn for_each_file(table: &mut Table, key: &str, each: &mut dyn FnMut(&str, &mut S
     }
 }
 
-/// Calls `each` with every name of a file in a value with the path `key`; the value is a name itself if `is_file`.
+/// Calls `each` with every name of a file in a value with the path `key`. If `is_file`, the value is a name itself or a list
+/// of names. Tables in it are entered; items of lists have their index, from 0, in the path.
 fn for_each_file_in(
     value: &mut Value,
     is_file: bool,
@@ -226,7 +232,8 @@ fn for_each_file_in(
     }
 }
 
-/// The SHA-256 of a data file in hexadecimal, from `hashes` if it is there, else computed and added to it.
+/// The SHA-256 of a data file in hexadecimal, from `hashes` if it is there, else computed and added to it. Error: the file
+/// cannot be read.
 fn data_hash(file: &Path, hashes: &mut DataHashes) -> Result<String, Error> {
     if let Some(known) = hashes.get(file) {
         return Ok(known.clone());
@@ -236,7 +243,8 @@ fn data_hash(file: &Path, hashes: &mut DataHashes) -> Result<String, Error> {
     Ok(found)
 }
 
-/// A TOML value as JSON that is the same for equal values: keys are sorted; infinite and NaN numbers and dates are texts.
+/// A TOML value as JSON that is the same for equal values: keys are sorted, and dates are texts. Infinite and NaN numbers are
+/// objects with the number as text.
 fn canonical_json(value: &Value) -> Json {
     match value {
         Value::Table(table) => {

@@ -1,5 +1,6 @@
 //! A row of a campaign: a fit file with its changes by table and grid, before random starts and bootstrap multiply it to
-//! tasks.
+//! tasks. `form` and `table` create rows, and `plan` makes tasks of them. [`CampaignRow::locate`] adds the line of the table
+//! to an error.
 
 use crate::campaign::changes::Changes;
 use crate::error::Error;
@@ -25,7 +26,8 @@ pub(crate) struct TableLine {
 }
 
 impl CampaignRow {
-    /// An error of this fit as an error at its line of the table, with the changes in its message; unchanged without a table.
+    /// An error of this fit as an error at its line of the table, with the changes in its message; unchanged for a fit that
+    /// is not from a table.
     pub fn locate(&self, error: Error) -> Error {
         let Some(TableLine { file, line }) = &self.source else { return error };
         let changes: Vec<String> =

@@ -1,8 +1,9 @@
 //! Runs the tasks of a campaign that have no result, in parallel, and stores each outcome at once.
 //!
-//! Each worker thread takes the next open task and solves it with its own share of the processors. Before a task is solved,
-//! its id is computed again: changed files are an error of the task. A panic is caught, and the task remains open. Several
-//! processes may run shards of one plan on a shared folder; each may be killed and repeated.
+//! [`Plan::run`] takes a plan and options (shard, threads, stop) and returns a [`RunSummary`] with counts, exit codes and
+//! failures. Each worker thread takes the next open task and solves it with its own share of the processors. Before a task is
+//! solved, its id is computed again: changed files are an error of the task. A panic is caught, and the task remains open.
+//! Several processes may run shards of one plan on a shared folder; each may be killed and repeated.
 
 use crate::campaign::outcome::{Outcome, solve};
 use crate::campaign::plan::{CampaignTask, Plan};
@@ -63,14 +64,14 @@ struct TimedOutcome {
 }
 
 impl RunSummary {
-    /// Number of tasks of the shard without a result.
+    /// Number of tasks of the shard without a result after the run: all, less those with one before it and the new results.
     pub fn open_tasks(&self) -> usize {
         self.tasks - self.before - self.codes.len()
     }
 }
 
 impl Plan {
-    /// Solves one task and stores its outcome; none if `stop` was set before its end.
+    /// Solves one task and appends its outcome to the `store`; none, and nothing stored, if `stop` was set before its end.
     ///
     /// # Errors
     ///
@@ -86,7 +87,8 @@ impl Plan {
         Ok(Some(timed.outcome))
     }
 
-    /// Solves one task without storing its outcome, and measures its wall time. None if `stop` was set before its end.
+    /// Solves one task without storing its outcome, and measures its wall time, s. None if `stop` was set before its end.
+    /// Error: a task that differs from the planned one.
     fn solve_task(
         &self,
         task: &CampaignTask,
@@ -98,7 +100,8 @@ impl Plan {
         Ok(outcome.map(timed))
     }
 
-    /// The fit of a task with all its files; an error if their hash differs from the planned id.
+    /// The fit of a task with all its files. Error: a file cannot be read, or the hash of all inputs differs from the planned
+    /// id.
     fn resolved(&self, task: &CampaignTask) -> Result<Resolved, Error> {
         let resolved = Resolved::new(&self.root, &task.fit, &task.changes)?;
         if resolved.id(&mut DataHashes::new())? != task.id {
@@ -110,7 +113,8 @@ impl Plan {
         Ok(resolved)
     }
 
-    /// The tasks of a shard without a result, each id once, and the number of those with one.
+    /// The tasks of a shard (all without one) that have no result, and the number of those with one. Each id counts once; the
+    /// order is that of the plan.
     ///
     /// # Errors
     ///
@@ -128,8 +132,10 @@ impl Plan {
         Ok((open, before.len()))
     }
 
-    /// Runs the tasks of a shard without a result. The process may be killed at any moment and repeated, and any number
-    /// of shards may run at once. `progress` is called after every task with the number of results and that of tasks.
+    /// Runs the tasks of a shard without a result in parallel, and stores each outcome. The process may be killed at any
+    /// moment and repeated, and any number of shards may run at once. `progress` is called at the start and after every
+    /// result, with the number of results and that of tasks. Tasks whose files changed, and those that panic, are in the
+    /// summary and have no result.
     ///
     /// # Errors
     ///

@@ -1,8 +1,9 @@
 //! Shards of a campaign: parts of the task list that are computed by separate processes.
 //!
-//! A task is in shard `i/n` if its id, a 128-bit hash read as a number, is `i` modulo `n`. So shards are of nearly equal size and
-//! do not depend on the order of tasks. The index comes from the command line or from the environment variables of a
-//! scheduler: Slurm job arrays, PBS job arrays, HyperQueue.
+//! A task is in shard `i/n` if its id, a 128-bit hash read as a number, is `i` modulo `n`. So shards are of nearly equal size
+//! and do not depend on the order of tasks. The text `i/n` comes from the command line. Otherwise the index is that of the
+//! environment variables of a scheduler: Slurm job arrays, PBS job arrays, HyperQueue. `Plan::run` computes the tasks of one
+//! shard.
 
 use crate::error::Error;
 use std::str::FromStr;
@@ -21,7 +22,8 @@ const ALLOWED: &str = "i/n with n of 1 or more, and i from 0 to n - 1";
 impl FromStr for Shard {
     type Err = Error;
 
-    /// Reads a shard from `i/n`, two whole numbers; an error unless `i < n`.
+    /// Reads a shard from `i/n`, two whole numbers; spaces around them are allowed. Error: another text, or `i` not below
+    /// `n`.
     fn from_str(text: &str) -> Result<Self, Error> {
         let invalid = || Error::invalid("--shard", text, ALLOWED);
         let (index, count) = text.split_once('/').ok_or_else(invalid)?;
@@ -42,12 +44,13 @@ impl Shard {
         u128::from_str_radix(id, 16).is_ok_and(|id| id % self.count == self.index)
     }
 
-    /// The part that a scheduler assigns to this process, by its environment variables: of a Slurm job array, or, if the
-    /// `count` is given, of a PBS job array or the tasks of HyperQueue. None without a scheduler.
+    /// The part that a scheduler assigns to this process, by its environment variables, which `variable` returns. Slurm job
+    /// arrays come first, with the size of the array or else `count`. A PBS job array or the tasks of HyperQueue need
+    /// `count`. None without a scheduler.
     ///
     /// # Errors
     ///
-    /// Variables that are no numbers, an array with gaps, and an unknown number of parts.
+    /// Variables that are no numbers, an index outside the array as with gaps in it, and an unknown number of parts.
     pub fn from_scheduler(
         variable: impl Fn(&str) -> Option<String>,
         count: Option<u64>,
@@ -88,7 +91,7 @@ impl Shard {
     }
 }
 
-/// The error of the variable `name` with an index but without the number of shards.
+/// The error of the environment variable `name` with an `index`, but without the number of shards.
 fn unknown_count(name: &str, index: u64) -> Error {
     let found = format!("{index} without the number of shards");
     Error::invalid(name, found, "--shards N in addition, or --shard i/n")

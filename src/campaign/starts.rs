@@ -1,8 +1,9 @@
 //! Random start values of fits (`[starts]` of a campaign), and seeds of their bootstraps.
 //!
-//! Start values are uniform between the bounds of each free parameter, or log-uniform for positive physical parameters. The
-//! generator (ChaCha8) is keyed by the SHA-256 of the id of the fit and the seed of the campaign, with one stream per start. So
-//! every start is reproducible and independent of the other fits and starts.
+//! Start values are uniform between the bounds of each free parameter, or log-uniform for positive physical parameters.
+//! [`start`] returns them as changes of the fit file, from which `plan` makes a task. The generator (ChaCha8) is keyed by the
+//! SHA-256 of the id of the fit and the seed of the campaign, with one stream per start. So every start is reproducible and
+//! independent of the other fits and starts.
 
 use crate::campaign::changes::Changes;
 use crate::campaign::resolved::Resolved;
@@ -13,12 +14,13 @@ use rand_chacha::ChaCha8Rng;
 use sha2::{Digest, Sha256};
 use toml::Value;
 
-/// The key of a random generator: the SHA-256 of the id of a fit and the seed of the campaign.
+/// The key of a random generator: the SHA-256 of the text `id seed`, with the id of a fit and the seed of the campaign.
 fn generator_key(id: &str, seed: u64) -> [u8; 32] {
     Sha256::digest(format!("{id} {seed}")).into()
 }
 
-/// The seed of a fit's bootstrap: the first 63 bits of [`generator_key`], as fit files take whole numbers below 2^63.
+/// The seed of a fit's bootstrap, 0 or more: 63 bits of the first 8 bytes of [`generator_key`], as fit files take whole
+/// numbers below 2^63.
 pub(crate) fn bootstrap_seed(id: &str, seed: u64) -> i64 {
     let [a, b, c, d, e, f, g, h, ..] = generator_key(id, seed);
     i64::from_le_bytes([a, b, c, d, e, f, g, h]) & i64::MAX
@@ -33,8 +35,8 @@ pub(crate) struct StartRange {
     is_logarithmic: bool,
 }
 
-/// The ranges of all parameters that are not fixed: their bounds. Missing, infinite or reversed bounds are errors, and so is a
-/// lower bound of 0 or less for a positive parameter.
+/// The ranges of all parameters of the fit file that are not `fixed`, in its order: their bounds. Missing, infinite or
+/// reversed bounds are errors, and so is a lower bound of 0 or less for a positive parameter.
 pub(crate) fn start_ranges(fit: &Resolved) -> Result<Vec<StartRange>, Error> {
     let parameters = fit.table.get("parameter").and_then(Value::as_array).into_iter().flatten();
     let mut ranges = Vec::new();
@@ -64,7 +66,8 @@ pub(crate) fn start_ranges(fit: &Resolved) -> Result<Vec<StartRange>, Error> {
     Ok(ranges)
 }
 
-/// The random start number `number` as changes `parameter.K.start` of the fit file; `id` and `seed` are the generator's key.
+/// The random start number `number` (from 0) as changes `parameter.K.start` of the fit file, one per range, in SI units. `id`
+/// and `seed` key the generator, and `number` is its stream.
 pub(crate) fn start(ranges: &[StartRange], id: &str, seed: u64, number: usize) -> Changes {
     let mut random = ChaCha8Rng::from_seed(generator_key(id, seed));
     // Every start has a stream of its own, so that it does not depend on the others.

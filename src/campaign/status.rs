@@ -1,7 +1,7 @@
 //! Progress of a campaign: numbers of planned, finished and usable fits, and an estimate of the remaining time.
 //!
-//! Input are the collected results. The remaining time is the number of open fits times the mean wall time of finished ones, on
-//! one processor. Output is JSON or text, by `rodfit campaign plan`, `status` and `collect`.
+//! Input are the collected results; each id counts once. The remaining time is the number of open fits times the mean wall
+//! time of finished ones, on one processor. Output is JSON or text, by `rodfit campaign plan`, `status` and `collect`.
 
 use crate::campaign::collect::Collected;
 use crate::summary::{ItemTable, Summary, Tone, duration};
@@ -29,7 +29,7 @@ pub struct Status {
 const CODES: [u8; 3] = [0, 2, 3];
 
 impl Status {
-    /// Counts the collected results, each id once.
+    /// Counts the collected results by exit code, and sums their wall times, each id once; tasks without a result count too.
     pub fn new(collected: &Collected) -> Self {
         let mut status =
             Self { tasks: 0, done: 0, codes: [0; 3], seconds: 0.0, longest_seconds: 0.0 };
@@ -54,7 +54,8 @@ impl Status {
         self.tasks - self.done
     }
 
-    /// The progress as text for a terminal: counts by kind of result, mean and longest wall time of a fit, and remaining time.
+    /// The progress as text for a terminal: number of results, then counts by kind of result, mean and longest wall time of a
+    /// fit, and remaining time if fits are open. Without any result only the first line.
     pub fn summary(&self) -> Summary {
         let [usable, rejected, unusable] = self.codes;
         let open = self.open_tasks();
@@ -86,7 +87,7 @@ impl Status {
 }
 
 impl fmt::Display for Status {
-    /// Writes the status as text.
+    /// Writes [`Status::summary`] as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.summary().fmt(f)
     }

@@ -1,8 +1,9 @@
-//! The results of a campaign on disk, in the folder `parts`.
+//! The results of a campaign on disk, in the folder `parts` of the plan.
 //!
-//! Every process appends to a file of its own, named by machine, process and time. Each result is one line of JSON with its
-//! checksum at the end, in one write and one sync. So a killed process leaves at most one torn line, the last of its file. When
-//! results are read, lines with a wrong checksum are skipped and reported; results of version 0.1 get current names.
+//! Every process appends to a file of its own, named by machine, process and time. Each result is one line of JSON, in one
+//! write and one sync: task id, outcome, circumstances (wall time, machine, end), and a checksum at the end. So a killed
+//! process leaves at most one torn line, the last of its file. `Store::read` skips lines with a wrong checksum and returns
+//! them as damaged; results of version 0.1 get current names. Runs add results; collection and status read them.
 
 use crate::campaign::former_results::with_current_names;
 use crate::campaign::hash::hash;
@@ -64,12 +65,13 @@ pub struct Store {
 }
 
 impl Store {
-    /// The store of a plan's folder.
+    /// The store of a plan's folder, with its files in the subfolder `parts`. Nothing is created or read yet.
     pub fn new(folder: &Path) -> Self {
         Self { folder: folder.join(PARTS), host: host(), part: Mutex::new(None) }
     }
 
-    /// Appends a result. It is on disk when this returns.
+    /// Appends the outcome of the task `id` with its wall time, s, the name of the machine and the present time. It is on
+    /// disk when this returns. The first result of a process creates its file; the first after a failed write begins another.
     ///
     /// # Errors
     ///
@@ -93,7 +95,8 @@ impl Store {
         Ok(())
     }
 
-    /// Creates the file of this process with a name that no other file has, and syncs the folder.
+    /// Creates the folder, and the file of this process with a name that no other file has, and syncs the folder. Error:
+    /// either cannot be created.
     fn begin(&self) -> io::Result<File> {
         std::fs::create_dir_all(&self.folder)?;
         loop {
@@ -109,8 +112,8 @@ impl Store {
         }
     }
 
-    /// Calls `each` with every stored result, file by file in alphabetical order, and returns the lines without a valid one. A
-    /// missing folder has no results.
+    /// Calls `each` with every stored result, file by file (`.jsonl`) in alphabetical order, and returns the lines without a
+    /// valid one. A missing folder has no results. Error: a folder or file that cannot be read.
     pub(crate) fn read(
         &self,
         mut each: impl FnMut(StoredRecord),
@@ -151,8 +154,8 @@ impl Store {
     }
 }
 
-/// The result of a line (with its line break); none if the line is torn, is no UTF-8, or has a wrong checksum. `number` counts
-/// the lines of `file` from 1.
+/// The result of a line (with its line break), with current names; none if the line is torn, is no UTF-8, has another form,
+/// or a wrong checksum. `number` counts the lines of `file` from 1.
 fn parse_record(line: &[u8], file: &Path, number: u64) -> Option<StoredRecord> {
     let line = std::str::from_utf8(line).ok()?.strip_suffix("\"}\n")?;
     let (line, checksum) = line.rsplit_once(",\"checksum\":\"")?;
@@ -177,8 +180,8 @@ fn now() -> std::time::Duration {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default()
 }
 
-/// The name of the machine by Slurm, the kernel or the environment, at most 60 characters, of which those other than ASCII
-/// letters, digits and `.-_` are `_`; `host` if unknown.
+/// The name of the machine by Slurm, else the kernel, else the environment. It has at most 60 characters, of which those
+/// other than ASCII letters, digits and `.-_` are `_`; `host` if unknown.
 fn host() -> String {
     let system = || std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
     let variable = |name: &str| std::env::var(name).ok();

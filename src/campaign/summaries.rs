@@ -1,6 +1,8 @@
 //! Summaries of a campaign's fits for the page that compares them: name, changed keys, grade, status, estimates and warnings.
 //!
-//! Only keys whose values differ between the fits are kept. Fits without a name are named after these keys.
+//! Input are the rows of the CSV table, in which the parts of a bootstrap are one fit. Only keys whose values differ between
+//! the fits are kept. Fits without a name are named after their file and these keys. Output is a `FitSummary` per fit with a
+//! result.
 
 use crate::campaign::collect::Collected;
 use crate::campaign::csv_table::{BOOTSTRAP_KEYS, ResultRow, plain_text};
@@ -11,12 +13,13 @@ use crate::summary::distinct;
 use std::collections::BTreeSet;
 
 impl Collected<'_> {
-    /// A summary of every fit with a result, in the order of the plan; the parts of a bootstrap are one fit. A fit without
-    /// a name is called after its file and the keys that differ between the fits.
+    /// A summary of every fit with a result, in the order of the plan; the parts of a bootstrap are one fit. A fit without a
+    /// name is called after its file and the keys that differ between the fits. One without a report has its error message as
+    /// status.
     ///
     /// # Errors
     ///
-    /// Results of another program.
+    /// Results that are not valid JSON of this version.
     pub fn summaries(&self) -> Result<Vec<FitSummary>, Error> {
         let rows = self.rows()?;
         let keys: BTreeSet<&String> = rows.iter().flat_map(|row| row.task.changes.keys()).collect();
@@ -49,8 +52,9 @@ impl Collected<'_> {
     }
 }
 
-/// The name of a task. A task without one is called after its fit file and its changes (keys with their values), or after
-/// the changes alone if all tasks have one file. Keys are shortened to their last part if that is unique.
+/// The name of a task. A task without one is called after its fit file (without extension) and its changes, as `file, key =
+/// value`. It has the changes alone if all tasks have one file, and the file alone without changes. Keys are shortened to
+/// their last part if that is unique.
 fn fit_name(task: &CampaignTask, changes: &[(String, String)], is_one_file: bool) -> String {
     if !task.name.is_empty() {
         return task.name.clone();

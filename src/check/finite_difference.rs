@@ -26,9 +26,10 @@ pub(crate) struct Difference {
     pub error: f64,
 }
 
-/// Length scale of an energy at the unknowns `q`: the largest step, in decades below the largest unknown, up to which
-/// differences of its `gradient` equal those of small steps. Coordinates may be much larger than this scale. `stiffest` is
-/// the largest entry of the Hessian.
+/// Length scale of an energy at the unknowns `q`: the largest step up to which differences of its `gradient` equal those
+/// of small steps within [`SMOOTH`] of `stiffest`, the largest entry of the Hessian. Steps are decades below the largest
+/// unknown (1 if all are zero), which is the result if no step is accepted. Coordinates may be much larger than this
+/// scale.
 pub(crate) fn scale(q: &[f64], gradient: &dyn Fn(&[f64]) -> Vec<f64>, stiffest: f64) -> f64 {
     let largest = q.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let largest = if largest > 0.0 { largest } else { 1.0 };
@@ -57,8 +58,8 @@ pub(crate) fn scale(q: &[f64], gradient: &dyn Fn(&[f64]) -> Vec<f64>, stiffest: 
     found.map_or(largest, |(scale, _)| scale)
 }
 
-/// Central differences of every component of `function` by unknown `j` at `q`: for each component, that over steps of `h` and
-/// that over steps of `2 h`.
+/// Central differences of every component of `function` by unknown `j` at `q`, an entry for each component: that between
+/// `-h` and `h`, and that between `-2 h` and `2 h`, both per unit of the unknown.
 fn pairs(q: &[f64], j: usize, h: f64, function: &dyn Fn(&[f64]) -> Vec<f64>) -> Vec<[f64; 2]> {
     // Differences are divided by the rounded step.
     let shifted = |s: f64| {
@@ -86,8 +87,9 @@ pub(crate) struct DifferenceErrors {
     pub best: Vec<Difference>,
 }
 
-/// Fourth-order differences of `function` at `q` by every unknown, at every step size `h = STEPS * scale`. Each is compared
-/// with `expected(place, h)`: the derivative by unknown `place[0]` of component `place[1]`, and the size for the relative error.
+/// Fourth-order differences of `function` at `q` by every unknown, at every step size `h = STEPS * scale`. Each is
+/// compared with `expected(place, h)`: the derivative by unknown `place[0]` of component `place[1]`, and the size for the
+/// relative error. Returned are the largest error of each step size, and each difference at its best step.
 pub(crate) fn compare_differences(
     q: &[f64],
     scale: f64,
@@ -125,8 +127,8 @@ pub(crate) fn compare_differences(
     DifferenceErrors { worst_per_step, best }
 }
 
-/// Absolute value of `error` over `terms`, the sum of absolute terms. It is 0 for errors below the smallest normal number, and
-/// infinite if the quotient is not finite (an error of vanishing terms, NaN).
+/// Absolute value of `error` over `terms`, the sum of absolute terms. It is 0 for errors up to the smallest normal
+/// number, and infinite if the quotient is not finite (an error of vanishing terms, NaN).
 pub(crate) fn relative(error: f64, terms: f64) -> f64 {
     match error.abs() {
         0.0 => 0.0,

@@ -42,7 +42,7 @@ pub struct Tolerance {
 }
 
 impl Default for Tolerance {
-    /// Tolerances of 1e-12 against dual numbers and 1e-7 against finite differences.
+    /// Tolerances of 1e-12 for gradients and Hessians against dual numbers, and of 1e-7 against finite differences.
     fn default() -> Self {
         Self { gradient: 1e-12, hessian: 1e-12, finite_difference: 1e-7 }
     }
@@ -166,7 +166,8 @@ pub struct CheckReport {
 }
 
 impl CheckReport {
-    /// An empty report before the first state: errors of zero, both verdicts `Agree`, no compared states.
+    /// An empty report before the first state: errors of zero at every step size, both verdicts `Agree`, no compared
+    /// states.
     pub fn new(tolerance: Tolerance) -> Self {
         let valley = STEPS.map(|step| ValleyPoint { step, gradient: 0.0, hessian: 0.0 });
         Self {
@@ -181,7 +182,8 @@ impl CheckReport {
         }
     }
 
-    /// Whether at least one state was compared, and hand-derived derivatives agree with dual numbers and finite differences.
+    /// Whether at least one state was compared, and hand-derived derivatives agree with dual numbers and with finite
+    /// differences.
     pub fn passed(&self) -> bool {
         self.derivatives_agree() && self.verdicts.finite_difference == Verdict::Agree
     }
@@ -192,8 +194,9 @@ impl CheckReport {
         self.states > 0 && self.verdicts.hand_dual == Verdict::Agree
     }
 
-    /// Compares the hand-derived gradient and Hessian of `energy` at the unknowns `q` with dual numbers and finite differences,
-    /// and adds the errors to this report. `element` names the energy, `dof(i)` its unknown `i`.
+    /// Compares the hand-derived gradient and Hessian of `energy` at the unknowns `q` with dual numbers and finite
+    /// differences, and adds the errors and one state to this report. `element` names the energy, `dof(i)` its unknown
+    /// `i`. Errors are relative to the sum of absolute terms ([`Terms`]).
     pub fn compare<const N: usize>(
         &mut self,
         energy: &impl Analytic<N>,
@@ -214,8 +217,9 @@ impl CheckReport {
         self.compare_routes(routes, q, element, &dof);
     }
 
-    /// Compares hand-derived derivatives at the unknowns `q` with dual numbers and finite differences. It updates the largest
-    /// errors, verdicts, listed entries, errors by step size and the number of states.
+    /// Compares hand-derived derivatives at the unknowns `q` with dual numbers and finite differences. It updates the
+    /// largest errors, verdicts, listed entries, errors by step size and the number of states. Errors of finite
+    /// differences are relative to the terms plus their change over a step.
     fn compare_routes(
         &mut self,
         routes: Routes<'_>,
@@ -270,8 +274,9 @@ impl CheckReport {
         self.states += 1;
     }
 
-    /// Compares a hand-derived entry with its value by dual numbers; `terms` is the sum of its absolute terms. Updates the
-    /// largest error and the worst entry; an error above the tolerance is listed and sets the verdict `Disagree`.
+    /// Compares a hand-derived entry with its value by dual numbers, relative to `terms`, the sum of its absolute terms.
+    /// Updates the largest error and the worst entry; an error above the tolerance is counted and listed, and sets the
+    /// verdict `hand_dual` to `Disagree`.
     fn compare_entry(&mut self, entry: &DerivativeEntry<'_>, hand: f64, dual: f64, terms: f64) {
         let relative_error = relative(hand - dual, terms);
         let (largest, allowed) = match entry.quantity {
@@ -293,8 +298,8 @@ impl CheckReport {
         }
     }
 
-    /// Compares a hand-derived entry with its finite difference at the best step; an error above the tolerance is listed and
-    /// sets the verdict `Disagree`.
+    /// Compares a hand-derived entry with its finite difference at the best step. Updates the largest error; one above
+    /// the tolerance is counted and listed, and sets the verdict `finite_difference` to `Disagree`.
     fn compare_difference(&mut self, entry: &DerivativeEntry<'_>, d: &Difference) {
         let largest = &mut self.max_relative_error.finite_difference;
         *largest = largest.max(d.error);
@@ -304,8 +309,9 @@ impl CheckReport {
         }
     }
 
-    /// Compares `found`, a component of a gradient that must vanish, with `size`, the size of its terms. Above [`LARGEST_ZERO`]
-    /// the entry is listed and the verdict of the hand-derived derivatives is `Disagree`.
+    /// Compares `found`, a component of a gradient that must vanish, with `size`, the size of its terms. Above
+    /// [`LARGEST_ZERO`] the entry `name` is listed and the verdict `hand_dual` becomes `Disagree`; largest errors do not
+    /// change.
     fn compare_with_zero(&mut self, name: &str, found: f64, size: f64, element: &str) {
         let relative_error = relative(found, size);
         if relative_error > LARGEST_ZERO {
@@ -316,7 +322,7 @@ impl CheckReport {
         }
     }
 
-    /// Counts an entry above the limits; lists it if it is one of the first [`MOST_ABOVE`].
+    /// Counts an entry with an error above its limit, and lists it if it is one of the first [`MOST_ABOVE`].
     fn list_above(
         &mut self,
         entry: &DerivativeEntry<'_>,
@@ -358,7 +364,7 @@ struct GradientAndHessian {
 }
 
 impl GradientAndHessian {
-    /// Copies a gradient and a Hessian by `N` unknowns into lists.
+    /// Copies a gradient and a full Hessian by `N` unknowns into lists, the Hessian row by row.
     fn new<const N: usize>(gradient: &[f64; N], hessian: &[[f64; N]; N]) -> Self {
         Self {
             gradient: gradient.to_vec(),
@@ -381,8 +387,8 @@ struct Routes<'a> {
     terms: GradientAndHessian,
 }
 
-/// Energy at `q` as a hyper-dual number with derivatives by the two unknowns `pair`. Larger dual numbers, with all unknowns,
-/// would save less run time than they cost to compile.
+/// Energy at `q` as a hyper-dual number with first derivatives by the two unknowns `pair` and their mixed second
+/// derivative. Larger dual numbers, with all unknowns, would save less run time than they cost to compile.
 fn energy_along<const N: usize>(
     energy: &impl Energy<N>,
     q: &[f64; N],
@@ -393,12 +399,12 @@ fn energy_along<const N: usize>(
     energy.energy(&std::array::from_fn(along)).0
 }
 
-/// Gradient of `energy` at `q` by hyper-dual numbers (num-dual).
+/// Gradient of `energy` at `q` by hyper-dual numbers (num-dual), one evaluation for each unknown.
 fn dual_gradient<const N: usize>(energy: &impl Energy<N>, q: &[f64; N]) -> [f64; N] {
     std::array::from_fn(|i| energy_along(energy, q, [i, i]).eps1)
 }
 
-/// Symmetric Hessian of `energy` at `q` by hyper-dual numbers (num-dual).
+/// Symmetric Hessian of `energy` at `q` by hyper-dual numbers (num-dual), one evaluation for each pair of unknowns.
 fn dual_hessian<const N: usize>(energy: &impl Energy<N>, q: &[f64; N]) -> [[f64; N]; N] {
     let mut hessian = [[0.0; N]; N];
     for (i, j) in (0..N).flat_map(|i| (0..=i).map(move |j| (i, j))) {
@@ -408,7 +414,8 @@ fn dual_hessian<const N: usize>(energy: &impl Energy<N>, q: &[f64; N]) -> [[f64;
     hessian
 }
 
-/// Checks the hand-derived gradient and Hessian of an energy at `states`.
+/// Checks the hand-derived gradient and Hessian of an energy against dual numbers and finite differences, at each of the
+/// `states`, and returns the report of all. Unknowns are named `q[i]`.
 ///
 /// ```
 /// use rodfit::{Analytic, Energy, Scalar, check::{Tolerance, check}};
@@ -434,8 +441,8 @@ pub fn check<const N: usize>(
     report
 }
 
-/// Checks a given `hessian` of `energy` at the unknowns `q` against num-dual, and against finite differences of the gradient by
-/// num-dual, with the default tolerances.
+/// Checks a given `hessian` of `energy` at the unknowns `q` against num-dual, and against finite differences of the
+/// gradient by num-dual, with the default tolerances. The gradient of the report is that of num-dual itself.
 pub fn check_hessian<const N: usize>(
     energy: &impl Energy<N>,
     q: &[f64; N],
@@ -470,8 +477,9 @@ impl fmt::Display for CheckReport {
 }
 
 impl CheckReport {
-    /// The verdict, the largest errors with their limits, the largest difference, the entries above the limits and the errors by
-    /// step size, as text for a terminal.
+    /// The report as text for a terminal: the verdict as status, and a table of largest errors with their limits. Below
+    /// are the largest difference, the listed entries above the limits, and the errors of finite differences by step
+    /// size. Derivatives that disagree have a code.
     pub fn summary(&self) -> Summary {
         let (found, allowed) = (&self.max_relative_error, &self.tolerance);
         let is_confirmed = matches!(self.verdicts.finite_difference, Verdict::Agree);

@@ -126,8 +126,8 @@ struct IndependentInputs<'a, E, const N: usize, const P: usize> {
 }
 
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> IndependentInputs<'_, E, N, P> {
-    /// Evaluates `of` at the place, the parameters, the nodes and the edges; `inputs` are the coordinates of the nodes, then
-    /// those of the three directors of each edge.
+    /// The result of `of` at the rest shape, the parameters, the nodes and the edges. `inputs` are the coordinates of the
+    /// nodes, then those of the three directors of each edge.
     fn with<D: Scalar, T>(
         &self,
         inputs: &[D],
@@ -145,7 +145,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> IndependentInputs<'_, E
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Energy<M>
     for IndependentInputs<'_, E, N, P>
 {
-    /// The energy in J at the coordinates of nodes and directors.
+    /// The energy, J, at the coordinates of nodes and directors.
     fn energy<D: Scalar>(&self, inputs: &[D; M]) -> D {
         self.with(inputs, |place, p, nodes, edges| self.energy.energy(place, p, nodes, edges))
     }
@@ -154,7 +154,8 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Energy<
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Analytic<M>
     for IndependentInputs<'_, E, N, P>
 {
-    /// The gradient by the coordinates of nodes and directors: by hand, or by dual numbers if the energy has none by hand.
+    /// The gradient by the coordinates of nodes and directors, in their order: by hand, or by dual numbers if the energy
+    /// has none by hand.
     fn gradient(&self, inputs: &[f64; M]) -> [f64; M] {
         let slopes = self
             .with(inputs, |place, p, nodes, edges| self.energy.gradient(place, p, nodes, edges));
@@ -163,7 +164,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Analyti
         std::array::from_fn(|i| all[i / 3][i % 3])
     }
 
-    /// The symmetric Hessian by the coordinates of nodes and directors: by hand, or by dual numbers if there is none by hand.
+    /// The full Hessian by the coordinates of nodes and directors: by hand, or by dual numbers if there is none by hand.
     fn hessian(&self, inputs: &[f64; M]) -> [[f64; M]; M] {
         let curvatures =
             self.with(inputs, |place, p, nodes, edges| self.energy.hessian(place, p, nodes, edges));
@@ -190,9 +191,9 @@ pub(super) struct EnergyAt<'a> {
     pub length: f64,
 }
 
-/// Compares the derivatives of an energy by the unknowns `q` of its element: by hand, by dual numbers and finite differences,
-/// and adds the errors to the report. Lengths are in units of the edge length and angles in rad, so that steps by both are
-/// comparable.
+/// Compares the derivatives of an energy by the unknowns `q` of its element with dual numbers and finite differences;
+/// errors are added to the report. They are hand-derived if the energy has them. Lengths are in units of the edge length
+/// and angles in rad, so that steps by both are comparable.
 pub(super) fn compare(report: &mut CheckReport, place: EnergyAt<'_>, q: &[f64]) {
     let EnergyAt { energy, site, name, first, length } = place;
     let stride = site.chart.stride();
@@ -234,8 +235,9 @@ pub(super) fn compare(report: &mut CheckReport, place: EnergyAt<'_>, q: &[f64]) 
     });
 }
 
-/// Checks that an energy that keeps a plane has no force along the plane's `normal` (axes of the model) and no moment about the
-/// tangents. `q` are the unknowns of an element of a rod in space that lies in this plane.
+/// Checks that an energy that keeps a plane has no force along the plane's `normal` (axes of the model) and no moment
+/// about the tangents. `q` are the unknowns of an element of a rod in space that lies in this plane. Sizes are those of
+/// the largest terms; violations are added to the report.
 pub(super) fn check_plane_is_kept(
     report: &mut CheckReport,
     place: EnergyAt<'_>,

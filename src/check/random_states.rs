@@ -1,7 +1,8 @@
 //! Random unknowns of planar and spatial rods, for the check of derivatives at states far from those of a simulation.
 //!
-//! Edges have uniform strains within 30 %. Turning angles are up to `LARGEST_TURN`; rotations of the edges from the reference
-//! directions of their frames up to `LARGEST_ROTATION`. Twist angles are up to 6 rad. The generator is the caller's, seeded.
+//! Each edge has its own strain within 30 %. Turning angles are up to [`LARGEST_TURN`]; rotations of the edges from the
+//! reference directions of their frames up to [`LARGEST_ROTATION`]. Twist angles and reference twists are within 6 rad.
+//! The generator is the caller's, seeded.
 
 use crate::energy::frame::Frames;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, unit};
@@ -15,8 +16,8 @@ const LARGEST_TURN: f64 = 150.0;
 /// Largest rotation of an edge from its reference direction in random states, degrees.
 const LARGEST_ROTATION: f64 = 120.0;
 
-/// Coordinates x, y of all nodes of a planar rod, m, with the first node at the origin, random turning angles up to
-/// [`LARGEST_TURN`] and edge strains up to 30 %.
+/// Coordinates x, y of all nodes of a planar rod, m, with the first node at the origin. The first direction is random,
+/// turning angles are within [`LARGEST_TURN`] of both signs, and edge strains within 30 %.
 pub(super) fn random_planar(rod: &PlanarRod<f64>, random: &mut ChaCha8Rng) -> Vec<f64> {
     let mut angle: f64 = random.random_range(-3.1..3.1);
     let mut q = vec![0.0, 0.0];
@@ -53,8 +54,9 @@ fn rotated_randomly(t: Vector<f64>, angle: f64, random: &mut ChaCha8Rng) -> Vect
     unit(add(scale(t, angle.cos()), scale(across, angle.sin())))
 }
 
-/// Unknowns and frames of a spatial rod with edge strains up to 30 %, turning angles up to [`LARGEST_TURN`], and twist angles
-/// within 6 rad. Reference directions of the frames differ from the edges by up to [`LARGEST_ROTATION`].
+/// Unknowns and frames of a spatial rod with edge strains within 30 %, turning angles up to [`LARGEST_TURN`], and edge
+/// angles and reference twists within 6 rad. Reference directions of the frames differ from the edges by up to
+/// [`LARGEST_ROTATION`].
 pub(super) fn random_spatial(
     rod: &SpatialRod<f64>,
     random: &mut ChaCha8Rng,

@@ -28,19 +28,19 @@ impl<E, const N: usize> Scaled<E, N> {
 }
 
 impl<E: Energy<N>, const N: usize> Energy<N> for Scaled<E, N> {
-    /// The energy in J at the scaled unknowns `x`.
+    /// The energy, J, at the scaled unknowns `x`, in their units.
     fn energy<D: Scalar>(&self, x: &[D; N]) -> D {
         self.energy.energy(&std::array::from_fn(|i| x[i] * self.units[i]))
     }
 }
 
 impl<E: Analytic<N>, const N: usize> Analytic<N> for Scaled<E, N> {
-    /// The gradient in J by the scaled unknowns `x`.
+    /// The gradient, J, by the scaled unknowns `x`: that of the energy times the unit of each unknown.
     fn gradient(&self, x: &[f64; N]) -> [f64; N] {
         let gradient = self.energy.gradient(&self.unscaled(x));
         std::array::from_fn(|i| gradient[i] * self.units[i])
     }
-    /// The symmetric Hessian in J by the scaled unknowns `x`.
+    /// The full Hessian, J, by the scaled unknowns `x`: that of the energy times the units of both unknowns.
     fn hessian(&self, x: &[f64; N]) -> [[f64; N]; N] {
         let hessian = self.energy.hessian(&self.unscaled(x));
         std::array::from_fn(|i| {

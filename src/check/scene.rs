@@ -32,10 +32,12 @@ const OWN_STATES: usize = 8;
 const OWN_STEPS: usize = 400;
 /// Number of random states of the rod.
 const RANDOM_STATES: usize = 20;
-/// Checks the derivatives of every kind of element of a scene. States are the rest shape, its motion if it has a `[time]` (up to
-/// a step that fails), and seeded random ones. These have turning angles up to 150 degrees and strains up to 30 %; in space also
-/// edges rotated by up to 120 degrees since the reference of their frames. [User-defined energies](crate::energy::own) are
-/// checked under their names.
+
+/// Compares the hand-derived gradients and Hessians of every kind of element of a scene (up to `ELEMENTS` of each) with
+/// those of dual numbers and with finite differences. States are the rest shape, its motion if it has a `[time]` (up to a
+/// step that fails), and seeded random ones. These have turning angles up to 150 degrees and strains up to 30 %; in space
+/// also edges rotated by up to 120 degrees since the reference of their frames. [User-defined
+/// energies](crate::energy::own) are checked under their names, those of a planar scene also for forces out of the plane.
 ///
 /// # Errors
 ///
@@ -83,7 +85,8 @@ struct SpatialCounterpart {
 }
 
 impl SpatialCounterpart {
-    /// The spatial model; none without user-defined energies, and for scenes with moments, which have no spatial model.
+    /// The spatial model of a planar scene; `None` without user-defined energies, and for scenes with moments, which have
+    /// no spatial model.
     fn new(problem: &Problem) -> Option<Self> {
         if problem.scene().energies.is_empty() {
             return None;
@@ -93,8 +96,8 @@ impl SpatialCounterpart {
         Some(Self { model, rod })
     }
 
-    /// Checks the energies at the unknowns `q` of the planar rod: no force along the normal of the plane, no moment about the
-    /// tangents. The result is added to the report.
+    /// Checks the user-defined energies in space at the unknowns `q` of the planar rod: no force along the normal of the
+    /// plane, no moment about the tangents. Violations are added to the report.
     fn compare(
         &self,
         report: &mut CheckReport,
@@ -130,8 +133,9 @@ fn name(placed: &Placed<f64>, spot: &Spot<f64>) -> String {
     format!("{} at {:.4} m", placed.name, spot.numbers[0])
 }
 
-/// Calls `show(state, previous state)` at rest and at up to [`OWN_STATES`] states of the motion, within the first
-/// [`OWN_STEPS`] steps. A scene without `[time]` has the rest state only.
+/// Calls `show(state, previous state)` at the start and at up to [`OWN_STATES`] states of the motion, evenly spaced over
+/// its first [`OWN_STEPS`] steps. A scene without `[time]` has the start only; a step that fails ends the visit without
+/// an error.
 fn visit_states<M: Model>(
     problem: &Problem,
     discretized: &Discretized<'_, M>,
@@ -156,14 +160,16 @@ fn visit_states<M: Model>(
 /// State of the rod of a model.
 type StateOf<M> = State<f64, <<M as Model>::Rod<f64> as Rod<f64>>::Frames>;
 
-/// Every k-th index below `count`, at most [`ELEMENTS`] of them.
+/// Every k-th index below `count` from 0 on, with the smallest k at which there are at most [`ELEMENTS`] of them.
 fn spaced_indices(count: usize) -> impl Iterator<Item = usize> {
     (0..count).step_by(count.div_ceil(ELEMENTS).max(1))
 }
 
-/// Compares the derivatives of the elements of a planar rod at the unknowns `q`: stretch, joints, moments, user-defined ones.
+/// Compares the derivatives of the elements of a planar rod at the unknowns `q` (stretch, joints, moments, user-defined
+/// ones) and adds them to the report. Coordinates are relative to the first node of each element.
 fn compare_planar(report: &mut CheckReport, rod: &PlanarRod<f64>, q: &[f64]) {
-    /// Compares elements of one kind; `first` is the number of the first element, `node` that of its first node.
+    /// Compares elements of one kind, element `i` of which has its first node at node `i` of `q`. `first` and `node` are
+    /// the numbers of the first element and of its first node in the report.
     fn compare<E: Element<f64, N>, const N: usize>(
         report: &mut CheckReport,
         elements: &[E],
@@ -189,8 +195,9 @@ fn compare_planar(report: &mut CheckReport, rod: &PlanarRod<f64>, q: &[f64]) {
     compare_own(report, &rod.own, q, &[], |i| edge_length(&rod.stretch, i));
 }
 
-/// Compares user-defined energies at a selection of their places; `q` are the unknowns of the rod, `frames` the references of
-/// its edges (none in a plane). `length(i)` is that of the edge at node `i`, m.
+/// Compares user-defined energies at a selection of their places and adds them to the report. `q` are the unknowns of the
+/// rod, `frames` the references of its edges (none in a plane). `length(i)` is that of the edge at node `i`, m, the unit
+/// of lengths.
 fn compare_own(
     report: &mut CheckReport,
     own: &Extra<f64>,
@@ -213,9 +220,9 @@ fn edge_length<const M: usize>(edges: &[Stretch<f64, M>], node: usize) -> f64 {
     edges[node.min(edges.len() - 1)].rest_length
 }
 
-/// Compares the derivatives of the elements of a spatial rod at the unknowns `q` with the reference frames `frames`:
-/// stretch, bend and twist, and user-defined ones. Coordinates are in units of the edge length, so that finite differences by
-/// lengths and angles are comparable.
+/// Compares the derivatives of the elements of a spatial rod at the unknowns `q` and adds them to the report: stretch,
+/// bend and twist, user-defined ones. `frames` are the reference frames. Coordinates are relative to the first node and
+/// in units of the edge length, so that finite differences by lengths and angles are comparable.
 fn compare_spatial(
     report: &mut CheckReport,
     rod: &SpatialRod<f64>,

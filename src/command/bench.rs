@@ -1,8 +1,9 @@
 //! `rodfit bench`: measures the speed of this machine on two shipped scenes, a planar cantilever and a spatial helix.
 //!
-//! Two quantities are measured: time steps per second of the stepper alone ([`RUNS`]), and wall seconds of a fit of Young's
-//! modulus to the recorded tip. Each measurement is repeated for the time of `--seconds`, and the shortest duration counts.
-//! The output is a table, or JSON, with the version, the vector unit of the processor and the number of threads.
+//! Two quantities are measured: time steps per second of the time stepper alone ([`RUNS`]), and wall seconds of a complete
+//! fit of Young's modulus to the recorded tip. Each measurement is repeated for the time of `--seconds`, at least once, and
+//! the shortest duration counts. The output is a table, or JSON, with the version, the vector unit of the processor and the
+//! number of threads.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption};
@@ -85,8 +86,8 @@ struct BenchReport {
     fits: Vec<FitTime>,
 }
 
-/// Measures the steps per second of [`RUNS`] and the seconds per fit of both scenes, and writes the report (JSON and table).
-/// Returns the exit code: 0, or that of an output that cannot be written.
+/// Measures the steps per second of [`RUNS`] and the seconds per fit of both scenes, and writes the report (JSON if
+/// requested, and a table). Returns the exit code: 0, or that of an output that cannot be written.
 pub fn run(options: &BenchOptions, global: GlobalOptions) -> Result<u8, Error> {
     let outputs = Outputs::with_json(&options.json, &[], global)?;
     let least = Duration::from_secs_f64(options.seconds);
@@ -126,7 +127,8 @@ pub fn run(options: &BenchOptions, global: GlobalOptions) -> Result<u8, Error> {
     Ok(outputs.finish(0, &report, None, &report.summary()))
 }
 
-/// The shortest duration that `run` returns when it is repeated until `least` has passed; it runs once at least.
+/// The shortest duration that `run` returns when it is repeated until `least` has passed; it runs once at least. The first
+/// error of a run ends it.
 fn fastest(
     least: Duration,
     mut run: impl FnMut() -> Result<Duration, Error>,
@@ -141,7 +143,8 @@ fn fastest(
 }
 
 impl ShippedScene {
-    /// The problem of the scene with another time step, s, and another beta of the scheme; the mesh is that of the scene.
+    /// The problem of the scene with another time step, s, and another beta of the time scheme; the mesh is that of the
+    /// scene.
     fn problem(&self, step: f64, beta: f64) -> Result<Problem, Error> {
         let mut scene = Scene::from_toml(self.scene, ".")?;
         if let Some(time) = &mut scene.time {

@@ -1,7 +1,8 @@
 //! `rodfit check`: verifies the hand-derived derivatives of the energies of a scene.
 //!
-//! At states of a simulation of the scene they are compared with automatic derivatives (dual numbers) and with finite
-//! differences. The result is a report (JSON and text); the exit code is 3 if any pair differs by more than its tolerance.
+//! At states of a simulation of the scene and at random states they are compared with automatic derivatives (dual numbers)
+//! and with finite differences ([`check_problem`]). The result is a report (JSON and text); the exit code is 3 if any pair
+//! differs by more than its tolerance.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, limits};
@@ -19,7 +20,8 @@ pub struct CheckOptions {
     json: JsonOption,
 }
 
-/// Checks the derivatives of a scene and writes the report. Returns exit code 0 if all agree, 3 if some disagree.
+/// Checks the derivatives of the energies of a scene, on the mesh of a first guess if the scene leaves it open, and writes
+/// the report. Returns exit code 0 if all agree, 3 if some disagree.
 pub fn run(options: &CheckOptions, global: GlobalOptions) -> Result<u8, Error> {
     let scene = Scene::load(&options.scene)?;
     // Outputs are checked before the computation: a mistyped path costs no time.

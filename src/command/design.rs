@@ -1,8 +1,9 @@
 //! `rodfit design`: predicts the uncertainty of the parameters of an experiment before it is made.
 //!
 //! Input is a fit file, or a plan without data, with the standard deviations of the positions (`--sigma`) and of the inputs
-//! (`--known`). The sensitivities of a simulation give the expected standard errors, and the best marker position, duration and
-//! frame rate. Output is JSON, a page and a summary; the exit code is 3 if a parameter is not identifiable.
+//! (`--known`). The sensitivities of a simulation give the expected standard errors, and the best marker position, duration
+//! and frame rate. Output is JSON and a page, if requested, and a summary; the exit code is 3 if a parameter is not
+//! identifiable. Lists along the rod (`[[field]]`) are rejected.
 
 use crate::command::known::add_known_inputs;
 use crate::command::output::Outputs;
@@ -29,7 +30,8 @@ pub struct DesignOptions {
     sigma: Option<f64>,
 }
 
-/// Computes the design and writes its outputs. Returns exit code 3 if the planned data do not determine all parameters.
+/// Reads the plan, computes the design and writes its outputs. Returns exit code 3 if the planned data do not determine all
+/// parameters, the code of an output that cannot be written, or 0.
 pub fn run(options: &DesignOptions, global: GlobalOptions) -> Result<u8, Error> {
     let path = &options.fit;
     let admit = |scene: &_| limits::mesh_cost(scene).admit(global);
@@ -58,7 +60,7 @@ pub fn run(options: &DesignOptions, global: GlobalOptions) -> Result<u8, Error> 
     Ok(outputs.finish(code, &design, Some(&page), &design.summary().with_subject(&name)))
 }
 
-/// Sets the standard deviation of all measured positions without one to `sigma`, m. An error unless it is finite and positive.
+/// Sets the standard deviation of all measurements without one to `sigma`, m. An error unless it is finite and positive.
 fn set_sigma(file: &mut FitFile, sigma: f64) -> Result<(), Error> {
     if !(sigma.is_finite() && sigma > 0.0) {
         return Err(Error::invalid("--sigma", sigma, "a finite number above 0, m"));

@@ -1,7 +1,8 @@
 //! `rodfit inspect`: describes a file of recorded markers before it is used in a fit.
 //!
-//! The format is recognized (plain table, or a motion-capture or tracking program); `--fps` and `--scale` give a frame rate and a
-//! scale that the file lacks. Output is a description (JSON and text), with the `[[observation]]` for a fit file.
+//! The format is recognized (plain table, or a motion-capture or tracking program); `--fps` and `--scale` give a frame rate
+//! and a scale that the file lacks. Output is a description (JSON if requested, and text): frames, clock, markers with range,
+//! noise and gaps, likely problems, and the `[[observation]]` table for a fit file.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption};
@@ -38,7 +39,8 @@ impl RecordingUnits {
     }
 }
 
-/// Reads the file and writes its description. Returns exit code 0, or that of an output that cannot be written.
+/// Reads the file and writes its description. Returns exit code 0, or that of an output that cannot be written; a file that
+/// cannot be read is an error.
 pub fn run(options: &InspectOptions, global: GlobalOptions) -> Result<u8, Error> {
     let inputs = std::slice::from_ref(&options.file);
     let outputs = Outputs::with_json(&options.json, inputs, global)?;

@@ -1,9 +1,10 @@
 //! Estimated cost of a run in memory, time and disk space before it starts, and its rejection above a limit.
 //!
 //! Cost is the number of nodes times the number of steps or simulations times a measured cost per node. A run above
-//! [`MAX_MEMORY`], [`MAX_TIME`] or [`MAX_DISK`] is an error without `--no-limits`; a long or large one ([`LONG`], [`LARGE`]) is
-//! announced on standard error. The constants were measured on a current machine. They are right to within a factor of two or
-//! so: enough to separate minutes from hours and hours from years.
+//! [`MAX_MEMORY`], [`MAX_TIME`] or [`MAX_DISK`] is an error without `--no-limits`; a long or large one ([`LONG`], [`LARGE`])
+//! is announced on standard error. The constants were measured on a current machine. They are right to within a factor of two
+//! or so: enough to separate minutes from hours and hours from years. The number of threads is limited here too
+//! ([`limit_threads`]).
 
 use crate::command::{GlobalOptions, terminal};
 use rodfit::fit::{Experiment, FitFile, Measurement, PointMotion};
@@ -83,8 +84,8 @@ pub struct CostEstimate {
 }
 
 impl CostEstimate {
-    /// Rejects a cost above the limits by an error with the setting, the estimate and the limit; prints a note for a long or
-    /// large run unless `--quiet`. With `--no-limits` everything passes without a note.
+    /// An error for a cost above a limit, with the setting, the estimate and the first exceeded limit: memory, time, disk.
+    /// Prints a note for a long or large run unless `--quiet`. With `--no-limits` everything passes without a note.
     pub fn admit(&self, global: GlobalOptions) -> Result<(), Error> {
         if global.ignores_limits() {
             return Ok(());
@@ -111,7 +112,8 @@ impl CostEstimate {
         Ok(())
     }
 
-    /// The cost of a scene whose memory and time are proportional to its nodes: `bytes` and `seconds` are those of one node.
+    /// The cost of a scene whose memory and time are proportional to its nodes: `bytes` and `seconds`, s, are those of one
+    /// node. No disk space.
     fn per_node(scene: &Scene, bytes: f64, seconds: f64) -> Self {
         let nodes = node_count(scene);
         let cause = format!("{} nodes", count(nodes));
@@ -120,32 +122,35 @@ impl CostEstimate {
     }
 }
 
-/// The cost of the mesh of a scene: the memory of a simulation's state, without time.
+/// The cost of the mesh of a scene: the memory of a simulation's state; no time and no disk space.
 pub fn mesh_cost(scene: &Scene) -> CostEstimate {
     CostEstimate::per_node(scene, node_cost(scene).bytes, 0.0)
 }
 
-/// The cost of the equilibrium of a scene: memory and time per node times the number of nodes.
+/// The cost of the equilibrium of a scene: [`EQUILIBRIUM_MEMORY`] times the memory of a simulation, and time, both
+/// proportional to the nodes.
 pub fn equilibrium_cost(scene: &Scene) -> CostEstimate {
     let node = node_cost(scene);
     CostEstimate::per_node(scene, EQUILIBRIUM_MEMORY * node.bytes, node.equilibrium)
 }
 
-/// The cost of a number of vibration modes about an equilibrium, which is computed first.
+/// The cost of a number of vibration modes and [`EXTRA_MODES`] more, and of the equilibrium, which is computed first; memory
+/// and time are proportional to the nodes.
 pub fn modes_cost(scene: &Scene, modes: usize) -> CostEstimate {
     let (node, modes) = (node_cost(scene), modes as f64 + EXTRA_MODES);
     let bytes = EQUILIBRIUM_MEMORY * node.bytes + MODE_BYTES * modes;
     CostEstimate::per_node(scene, bytes, node.equilibrium + MODE_SECONDS * modes)
 }
 
-/// The cost of a comparison of derivatives at the states of a simulation of [`CHECK_STEPS`] steps.
+/// The cost of a comparison of derivatives: the time of [`CHECK_STEPS`] steps, and the memory of an equilibrium.
 pub fn check_cost(scene: &Scene) -> CostEstimate {
     let node = node_cost(scene);
     CostEstimate::per_node(scene, EQUILIBRIUM_MEMORY * node.bytes, CHECK_STEPS * node.step)
 }
 
-/// The cost of a simulation of `steps` steps. `has_table`: the positions of all nodes go to a file at every step; `has_series`:
-/// the report has the series of tip and energies.
+/// The cost of a simulation of `steps` steps: memory of the state, time, and disk space. `has_table`: the positions of all
+/// nodes go to a file at every step; `has_series`: the report in JSON has the series of tip and energies, which also takes
+/// memory.
 pub fn simulation_cost(
     problem: &Problem,
     steps: usize,
@@ -166,7 +171,8 @@ pub fn simulation_cost(
     }
 }
 
-/// The cost of a work-precision study of a scene: time of [`STUDY_RUNS`] simulations, memory of the finest one.
+/// The cost of a work-precision study of a scene: time of [`STUDY_RUNS`] simulations; memory of the finest one, on
+/// [`STUDY_REFINEMENT`] times the nodes in as many times the steps. No disk space.
 pub fn study_cost(scene: &Scene) -> CostEstimate {
     let (node, nodes) = (node_cost(scene), node_count(scene));
     let steps = scene.time.as_ref().map_or(0.0, |time| time.steps() as f64);
@@ -182,8 +188,8 @@ pub fn study_cost(scene: &Scene) -> CostEstimate {
     }
 }
 
-/// The cost of the fit file at `path`: [`FIT_RUNS`] simulations, and [`REPLICATE_RUNS`] per replicate of bootstrap and Monte
-/// Carlo.
+/// The cost of the fit file at `path`, by the [number of simulations](repeated_cost): [`FIT_RUNS`], and [`REPLICATE_RUNS`]
+/// per replicate of bootstrap and Monte Carlo.
 pub fn fit_cost(file: &FitFile, path: PathBuf) -> CostEstimate {
     let replicates = file.analysis.bootstrap + file.analysis.monte_carlo;
     repeated_cost(file, path, FIT_RUNS + REPLICATE_RUNS * replicates as f64)
@@ -194,8 +200,8 @@ pub fn design_cost(file: &FitFile, path: PathBuf) -> CostEstimate {
     repeated_cost(file, path, DESIGN_RUNS)
 }
 
-/// The cost of `runs` simulations of every experiment up to its last recorded time, with an equilibrium each per fit. Memory
-/// holds each recorded point with its derivatives by all parameters.
+/// The cost of `runs` simulations of every experiment up to its last recorded time, with an equilibrium per [`FIT_RUNS`] of
+/// them. Memory holds each recorded point with its derivatives by all parameters; no disk space.
 fn repeated_cost(file: &FitFile, path: PathBuf, runs: f64) -> CostEstimate {
     let [mut bytes, mut seconds, mut most_steps, mut most_nodes] = [0.0_f64; 4];
     // Each recorded value has a derivative by every parameter.
@@ -228,8 +234,8 @@ fn recorded_steps(experiment: &Experiment) -> f64 {
     time.map_or(0.0, |time| (end.min(time.end) / time.step_size()).ceil())
 }
 
-/// The number of nodes of a scene before its mesh exists: segments + 1, the given points of a polyline, or an upper bound by the
-/// size of the polyline's file.
+/// The number of nodes of a scene before its mesh exists: segments + 1 (1 if the program chooses them). For a polyline
+/// without segments it is the number of its points, or an upper bound by the size of its file.
 fn node_count(scene: &Scene) -> f64 {
     match (&scene.rod.shape, scene.rod.segments) {
         (Shape::Polyline { points, .. }, None) if !points.is_empty() => points.len() as f64,
@@ -241,18 +247,18 @@ fn node_count(scene: &Scene) -> f64 {
     }
 }
 
-/// The cost of a node of a scene, whose model is not chosen yet: that of a planar rod unless the scene requires a spatial one.
+/// The cost of a node of a scene, whose model is not chosen yet: that of a planar rod, unless the scene states a spatial one.
 fn node_cost(scene: &Scene) -> NodeCost {
     if scene.rod.dimension == Dimension::Spatial { SPATIAL } else { PLANAR }
 }
 
-/// The cost of a node of a problem, by its model, planar or spatial.
+/// The measured cost of a node of a problem: [`PLANAR`] if its model is planar, else [`SPATIAL`].
 fn problem_node_cost(problem: &Problem) -> NodeCost {
     if problem.planar().is_some() { PLANAR } else { SPATIAL }
 }
 
-/// Limits the threads of the pool to [`MAX_THREADS`] if `RAYON_NUM_THREADS` is larger, with a warning. No effect otherwise,
-/// or if a pool exists already.
+/// Limits the threads of the global pool to [`MAX_THREADS`] if `RAYON_NUM_THREADS` is larger, with a warning unless
+/// `--quiet`. No effect otherwise, or if a pool exists already.
 pub fn limit_threads(global: GlobalOptions) {
     let asked = std::env::var("RAYON_NUM_THREADS").ok().and_then(|n| n.parse::<usize>().ok());
     let Some(asked) = asked.filter(|n| *n > MAX_THREADS) else { return };
@@ -263,17 +269,17 @@ pub fn limit_threads(global: GlobalOptions) {
     }
 }
 
-/// A count as text, with an exponent from 1e5 on.
+/// A count as text: an integer, or with one decimal and an exponent from 1e5 on.
 fn count(n: f64) -> String {
     if n < 1e5 { format!("{n:.0}") } else { format!("{n:.1e}") }
 }
 
-/// A number of bytes as text, in MB or GB.
+/// A number of bytes as text, in MB, or in GB from 1e9 on.
 fn size(bytes: f64) -> String {
     if bytes < 1e9 { format!("{:.0} MB", bytes / 1e6) } else { format!("{:.1} GB", bytes / 1e9) }
 }
 
-/// A duration, s, as text in a fitting unit from seconds to years.
+/// A duration, s, as text in a fitting unit: s, min (from 90 s on), h (from 90 min), days (from 48 h), years.
 fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 90.0 => format!("{s:.0} s"),

@@ -1,8 +1,8 @@
 //! The command `rodfit` as a function: parses a command line, runs the subcommand and returns the exit code.
 //!
-//! Every subcommand has the same stages: read the inputs, check that the outputs can be written, estimate the cost and
-//! reject it above a limit, compute, write files, print the summary. It uses the public library only; the program and
-//! the Python package call it.
+//! Every subcommand of a computation has the same stages: read the inputs, check that the outputs can be written, estimate
+//! the cost and reject it above a limit, compute, write files, print the summary. Others print texts: manual pages,
+//! completions, schemas, codes. It uses the public library only; the program and the Python package call [`run`].
 
 mod bench;
 mod campaign;
@@ -69,12 +69,12 @@ struct GlobalOptions {
 }
 
 impl GlobalOptions {
-    /// Whether existing files may be replaced where they are kept by default.
+    /// Whether existing files may be replaced where they are kept by default: `--overwrite` or `--force`.
     const fn overwrites(self) -> bool {
         self.overwrite || self.force
     }
 
-    /// Whether the limits of memory, time and disk are ignored.
+    /// Whether the limits of memory, time and disk are ignored: `--no-limits` or `--force`.
     const fn ignores_limits(self) -> bool {
         self.no_limits || self.force
     }
@@ -167,7 +167,7 @@ enum DerivativesOption {
 }
 
 impl From<DerivativesOption> for Derivatives {
-    /// Converts `DerivativesOption` to `Derivatives`.
+    /// The library's kind of derivatives of the same name: hand-derived or by dual numbers.
     fn from(option: DerivativesOption) -> Self {
         match option {
             DerivativesOption::Hand => Self::Hand,
@@ -176,8 +176,8 @@ impl From<DerivativesOption> for Derivatives {
     }
 }
 
-/// Runs a command line, whose first argument is the name of the program. Returns the exit code: 0 done; 2 bad input;
-/// 3 not computed, not converged or not identifiable.
+/// Runs a command line, whose first argument is the name of the program. Errors are printed on standard error. Returns the
+/// exit code: 0 done (also help and version); 2 bad input; 3 not computed, not converged or not identifiable.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     // The arguments are parsed twice if they are invalid, so they are kept.
     let arguments: Vec<OsString> = arguments.into_iter().collect();
@@ -222,14 +222,15 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     })
 }
 
-/// Prints the completion script of a shell.
+/// Prints the completion script of a shell. Returns exit code 0.
 fn completions(shell: Shell) -> Result<u8, Error> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Arguments::command(), "rodfit", &mut script);
     terminal::print(&String::from_utf8_lossy(&script).trim_end()).map(|()| 0)
 }
 
-/// Prints the manual page of the command or of a subcommand.
+/// Prints the manual page (roff) of the subcommand, or of the whole command if `None`. Returns exit code 0. An unknown
+/// subcommand is an error with all names.
 fn man(subcommand: Option<&str>) -> Result<u8, Error> {
     let mut command = Arguments::command();
     // Options of all commands are added to the subcommands.
@@ -248,19 +249,20 @@ fn man(subcommand: Option<&str>) -> Result<u8, Error> {
     terminal::print(&String::from_utf8_lossy(&page).trim_end()).map(|()| 0)
 }
 
-/// The exit code of a command that ended with an error: 2 for invalid input, 3 for a failed computation.
+/// The exit code of a command that ended with an error: 2 for invalid input (`Error::is_input`), 3 for a failed computation.
 fn exit_code(error: &Error) -> u8 {
     if error.is_input() { 2 } else { 3 }
 }
 
-/// The estimated error of the mesh that was chosen for an equilibrium or modes; none for a scene with its own mesh.
+/// The mesh that the program chose for an equilibrium or modes, with its estimated error, without step and scheme; `None` for
+/// a scene with its own mesh.
 fn chosen_mesh(problem: &Problem) -> Option<Resolution> {
     let chosen = Chosen { segments: true, ..Chosen::default() };
     let found = problem.resolution().filter(|found| found.chosen.segments)?;
     Some(Resolution { step: None, scheme: None, chosen, ..*found })
 }
 
-/// Prints the errors of outputs that could not be written, and returns the largest of their exit codes and `code`.
+/// Prints the errors in `written`, the outcomes of the outputs, and returns the largest of their exit codes and `code`.
 fn conclude(code: u8, written: impl IntoIterator<Item = Result<(), Error>>) -> u8 {
     written.into_iter().filter_map(Result::err).fold(code, |code, error| {
         terminal::print_error(&error);

@@ -1,4 +1,8 @@
-//! `rodfit modes`: the lowest natural frequencies and mode shapes of a scene.
+//! `rodfit modes`: the lowest natural frequencies and mode shapes of a scene or a structure.
+//!
+//! They are those of small vibrations about the equilibrium under the loads, or about the rest shape (`--rest`), of the
+//! slender rod, without shear deformation and rotary inertia. All unstable modes are listed too, with their growth rates.
+//! Output is a text, and JSON if requested.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, chosen_mesh, limits, structure};
@@ -23,7 +27,8 @@ pub struct ModesOptions {
     pub(super) json: JsonOption,
 }
 
-/// Computes and writes the modes.
+/// Computes the modes of a scene on its own mesh or one chosen for their number, and writes the report; a structure has its
+/// own function. Returns exit code 0, or that of an output that cannot be written.
 pub fn run(options: &ModesOptions, global: GlobalOptions) -> Result<u8, Error> {
     let scene = match SceneFile::load(&options.scene)? {
         SceneFile::Rod(scene) => *scene,

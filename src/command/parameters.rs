@@ -1,4 +1,7 @@
-//! `rodfit parameters`: lists the parameters of a scene that can be identified.
+//! `rodfit parameters`: lists the parameters of a scene that can be identified, with their values and units.
+//!
+//! The list is that of the prepared scene ([`ParameterList`]), on the mesh of a first guess if the scene leaves it open.
+//! Output is a text, and JSON if requested.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, limits};
@@ -16,7 +19,8 @@ pub struct ParametersOptions {
     json: JsonOption,
 }
 
-/// Writes and prints the list.
+/// Writes (JSON) and prints the list of the parameters of the scene. Returns exit code 0, or that of an output that cannot be
+/// written.
 pub fn run(options: &ParametersOptions, global: GlobalOptions) -> Result<u8, Error> {
     let scene = Scene::load(&options.scene)?;
     let outputs = Outputs::with_json(&options.json, &scene.files(), global)?;

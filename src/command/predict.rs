@@ -1,4 +1,9 @@
 //! `rodfit predict`: compares a scene with recordings, without a fit.
+//!
+//! The scene and the recordings (`--on`) become a fit file whose measurements are all validation data, one experiment per
+//! recording. Keys that a file needs are determined by its inspection. The experiments are simulated with the values of the
+//! scene. Output is a summary of the errors, and a report (`--json`) and a page (`--report`) if requested; the exit code is 3
+//! if an experiment could not be simulated.
 
 use crate::command::inspect::RecordingUnits;
 use crate::command::output::Outputs;
@@ -43,7 +48,8 @@ pub struct PredictOptions {
     derivatives: DerivativesOption,
 }
 
-/// Predicts the recordings and writes the errors.
+/// Predicts the recordings with the values of the scene and writes the errors. Returns exit code 3 if an experiment could not
+/// be simulated, the code of an output that cannot be written, or 0.
 pub fn run(options: &PredictOptions, global: GlobalOptions) -> Result<u8, Error> {
     let mut outputs = Outputs::new(&options.json, global);
     outputs.add_page_with_data(options.report.as_deref(), "predict");
@@ -62,14 +68,16 @@ pub fn run(options: &PredictOptions, global: GlobalOptions) -> Result<u8, Error>
     Ok(finish_prediction(&outputs, &report, &options.scene.display().to_string()))
 }
 
-/// Sets the derivatives of the energies in the time steppers of all experiments.
+/// Sets the derivatives of the energies (hand-derived or dual numbers) in the time steppers of all experiments of a fit file,
+/// in place.
 pub fn set_derivatives(file: &mut FitFile, derivatives: DerivativesOption) {
     for experiment in &mut file.experiments {
         experiment.problem = experiment.problem.clone().with_derivatives(derivatives.into());
     }
 }
 
-/// The prediction errors of a fit file whose measurements are all validation data.
+/// The prediction errors of a fit file whose measurements are all validation data. `keeps_plots`: with data of plots; `stop`
+/// interrupts the simulations.
 pub fn prediction(
     file: &FitFile,
     keeps_plots: bool,
@@ -79,14 +87,16 @@ pub fn prediction(
     if keeps_plots { fit.keep_plot_data().predict() } else { fit.predict() }
 }
 
-/// Writes a prediction, and returns the exit code: 3 if an experiment could not be simulated.
+/// Writes the `report` of a prediction as JSON and page and prints its summary, under the `title`. Returns the exit code: 3
+/// if an experiment could not be simulated, else 0, or that of an output that cannot be written.
 pub fn finish_prediction(outputs: &Outputs, report: &ValidationReport, title: &str) -> u8 {
     let code = if report.is_complete() { 0 } else { 3 };
     let page = || page::prediction_page(report, title);
     outputs.finish(code, report, Some(&page), &report.to_summary().with_subject(title))
 }
 
-/// A fit file (TOML) with the recordings as validation data, an experiment each.
+/// A fit file as TOML text with the recordings of the options as validation data, one experiment each. With recorded ends in
+/// the scene, each recording prescribes them.
 fn fit_text(options: &PredictOptions, scene: &Scene) -> Result<String, Error> {
     let path = |path: &Path| Value::String(path.display().to_string());
     let mut experiments: Vec<Value> = Vec::new();
@@ -108,7 +118,7 @@ fn fit_text(options: &PredictOptions, scene: &Scene) -> Result<String, Error> {
     toml::to_string(&whole).map_err(|error| Error::Parse { file: None, message: error.to_string() })
 }
 
-/// The stem of a file, or its path if other files have the same stem.
+/// The stem of the `k`-th file, or its path without extension if another of the files has the same stem.
 fn experiment_name(files: &[PathBuf], k: usize) -> String {
     let stem = |file: &Path| file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let own = stem(&files[k]);
@@ -118,8 +128,9 @@ fn experiment_name(files: &[PathBuf], k: usize) -> String {
     }
 }
 
-/// The keys of the measurement in a file: of free markers if the recording prescribes the ends of the rod, of a shape if
-/// the scene has no time, else of the motion of a point.
+/// The keys (TOML) of the measurement in a file. If recordings prescribe the ends of the rod: its free markers, and options
+/// of files are rejected. If the scene has no time: a shape at rest. Else the motion of `--point`, with keys as
+/// [`Inspection`] determines them where the options give none.
 fn measurement_keys(file: &Path, options: &PredictOptions, scene: &Scene) -> Result<Table, Error> {
     let RecordingUnits { fps, scale } = options.units;
     let mut keys = Table::new();
@@ -166,7 +177,7 @@ fn measurement_keys(file: &Path, options: &PredictOptions, scene: &Scene) -> Res
     Ok(keys)
 }
 
-/// The value of the key `point`: `tip`, or an arc length in meters.
+/// The TOML value of the key `point` from the text of `--point`: `tip`, or an arc length in meters. Other texts are an error.
 fn point_value(text: &str) -> Result<Value, Error> {
     if text == "tip" {
         return Ok(Value::String(text.into()));

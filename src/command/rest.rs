@@ -1,4 +1,7 @@
-//! `rodfit static`: the equilibrium of a scene under its loads, and its stability.
+//! `rodfit static`: the equilibrium of a scene or a structure under its loads, and its stability.
+//!
+//! The mesh is that of the scene, or chosen for the equilibrium. Output is a text, a report (`--json`) and the positions of
+//! all nodes (`--out`, CSV) if requested.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, chosen_mesh, conclude, limits, structure};
@@ -20,7 +23,8 @@ pub struct StaticOptions {
     pub(super) json: JsonOption,
 }
 
-/// Computes and writes the equilibrium.
+/// Computes the equilibrium of a scene and writes the report and the table of nodes; a structure has its own function.
+/// Returns exit code 0, or that of an output that cannot be written.
 pub fn run(options: &StaticOptions, global: GlobalOptions) -> Result<u8, Error> {
     let scene = match SceneFile::load(&options.scene)? {
         SceneFile::Rod(scene) => *scene,

@@ -1,7 +1,8 @@
-//! `rodfit schema`: the JSON schema of an input file or of a result.
+//! `rodfit schema`: prints the JSON schema of an input file (TOML) or of a result (JSON).
 //!
-//! The schemas are files of the repository. A test generates them from the types and their documentation, and compares
-//! the files with them. Definitions that several schemas have are in one shared file.
+//! The schemas are files of the repository, compiled into the program. A test (`generate`) generates them from the types and
+//! their documentation, and compares the files with them. Definitions that several schemas have are in one shared file, and
+//! are put back when a schema is printed.
 
 use crate::command::terminal;
 use clap::ValueEnum;
@@ -54,13 +55,13 @@ enum SchemaKind {
     Design,
 }
 
-/// Prints the schema.
+/// Prints the schema of the given kind as JSON. Returns exit code 0.
 pub fn run(options: &SchemaOptions) -> Result<u8, Error> {
     terminal::print(&options.of.text()).map(|()| 0)
 }
 
 impl SchemaKind {
-    /// The schema, with the shared definitions in their places.
+    /// The schema as indented JSON text, with the shared definitions in the places of their placeholders `true`.
     fn text(self) -> String {
         let value =
             |text| serde_json::from_str::<Value>(text).expect("a schema of the repository is JSON");
@@ -76,7 +77,7 @@ impl SchemaKind {
         format!("{schema:#}")
     }
 
-    /// The file of the schema.
+    /// The stored text (JSON) of the schema, without the shared definitions.
     fn file(self) -> &'static str {
         match self {
             Self::Scene => include_str!("schema/scene.json"),

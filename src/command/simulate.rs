@@ -1,4 +1,9 @@
-//! `rodfit simulate`: the motion of a scene.
+//! `rodfit simulate`: the motion of a scene or a structure.
+//!
+//! Numerics (mesh, step, scheme) that the program chose are checked by their error, and the run is repeated with finer ones
+//! where needed. Output is a summary, and if requested a report (`--json`), the positions of all nodes at every step
+//! (`--out`, CSV) and a page with an animation (`--report`). An interrupted or failed run writes its results up to that time;
+//! the exit code is then that of the error.
 
 use crate::command::output::{OutputWriter, Outputs};
 use crate::command::{
@@ -30,8 +35,9 @@ pub struct SimulateOptions {
     pub(super) derivatives: DerivativesOption,
 }
 
-/// Simulates the scene. If its numerics are chosen by the program, the run is checked, and repeated with finer ones where
-/// needed.
+/// Simulates the scene and writes its outputs; a structure has its own function. If its numerics are chosen by the program,
+/// the run is checked, and repeated with finer ones where needed. With a table on a stream there is a trial run without
+/// output first. Returns the exit code: 0, or that of the error that ended the run or of an output.
 pub fn run(options: &SimulateOptions, global: GlobalOptions) -> Result<u8, Error> {
     let scene = match SceneFile::load(&options.scene)? {
         SceneFile::Rod(scene) => *scene,
@@ -129,7 +135,8 @@ struct RunRecord {
     trajectory: Trajectory,
 }
 
-/// The result as text for a terminal.
+/// The result as text for a terminal: status, last position of the tip, m, energy, warnings, numerics, length, model with its
+/// unknowns, and cost.
 fn summary(problem: &Problem, report: &SimulationReport) -> Summary {
     let tone = Tone::of_result(report.status == "completed", !report.warnings.is_empty());
     let mut summary = Summary::new(&report.status, tone);

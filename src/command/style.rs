@@ -1,4 +1,7 @@
 //! Width and color of printed text, by the stream and the environment.
+//!
+//! Input is the stream (standard output or error), its number of columns, and the variables `NO_COLOR`, `CLICOLOR_FORCE` and
+//! `TERM`. Output is a [`TextStyle`] with a width from [`DEFAULT_WIDTH`] to [`MAX_WIDTH`], and whether the text is colored.
 
 use console::Term;
 use rodfit::summary::{DEFAULT_WIDTH, TextStyle};
@@ -17,7 +20,8 @@ pub enum Stream {
 }
 
 impl Stream {
-    /// The style of a text on this stream. Messages that other programs read have one line each.
+    /// The style of a text on this stream. Standard error that is no terminal has no wrapping: messages that other programs
+    /// read have one line each.
     pub fn style(self) -> TextStyle {
         let (is_terminal, terminal) = match self {
             Self::Output => (std::io::stdout().is_terminal(), Term::stdout()),
@@ -32,8 +36,9 @@ impl Stream {
     }
 }
 
-/// The style of a text on a stream with this many columns. Streams that are no terminal, or a narrower one, have 80.
-/// Terminals have color unless `NO_COLOR` is set (<https://no-color.org>); other streams if `CLICOLOR_FORCE` is set.
+/// The style of a text on a stream with this number of `columns` (`None`: [`DEFAULT_WIDTH`]), cut to [`DEFAULT_WIDTH`] to
+/// [`MAX_WIDTH`]. Color: on a terminal unless `TERM` is `dumb`, or anywhere if `CLICOLOR_FORCE` is set and not 0; never if
+/// `NO_COLOR` is set (<https://no-color.org>). `variable` returns the value of an environment variable.
 fn style(
     is_terminal: bool,
     columns: Option<u16>,

@@ -1,8 +1,8 @@
-//! Results on standard output; progress, warnings and errors on standard error.
+//! Results on standard output; progress, warnings and errors on standard error; stop of a run by Ctrl-C or the signal TERM.
 //!
-//! Nothing here panics. If the reader of standard output closes the pipe (`rodfit fit .. | head -1`), the rest of the text
-//! is dropped without an error, all other outputs are written, and the exit code is that of the computation. A standard
-//! output that cannot be written for another reason, such as a full disk, is an error.
+//! Nothing here panics. If the reader of standard output closes the pipe (`rodfit fit .. | head -1`), the rest of the text is
+//! dropped without an error. All other outputs are written, and the exit code is that of the computation. A standard output
+//! that cannot be written for another reason, such as a full disk, is an error.
 //!
 //! Control characters of names and of quoted lines are shown as `\x1b`, so that a file cannot control the terminal.
 
@@ -17,17 +17,18 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Prints a text without wrapping its lines, such as a script or a part of a file.
+/// Prints a text and a line break on standard output, with control characters escaped, without wrapping its lines. A closed
+/// pipe is no error.
 pub fn print(text: &impl Display) -> Result<(), Error> {
     print_line(&printable(&text.to_string()))
 }
 
-/// Prints a result in the width and the color of standard output.
+/// Prints a result on standard output, in its width and color. A closed pipe is no error.
 pub fn print_summary(summary: &Summary) -> Result<(), Error> {
     print_line(&summary.render(Stream::Output.style()))
 }
 
-/// Prints a text and a line break.
+/// Prints a text as it is and a line break on standard output, and flushes it. A closed pipe is no error.
 fn print_line(text: &str) -> Result<(), Error> {
     let mut stdout = std::io::stdout().lock();
     unless_closed(writeln!(stdout, "{text}").and_then(|()| stdout.flush())).map_err(stdout_error)
@@ -45,7 +46,7 @@ pub fn write_data(bytes: &[u8]) -> std::io::Result<usize> {
     stdout.write_all(printable(&text).as_bytes()).map(|()| bytes.len())
 }
 
-/// The outcome of a write; a closed pipe is no error.
+/// The outcome of a write; a closed pipe (`BrokenPipe`) becomes `Ok`.
 pub fn unless_closed(written: std::io::Result<()>) -> std::io::Result<()> {
     match written {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
@@ -53,23 +54,23 @@ pub fn unless_closed(written: std::io::Result<()>) -> std::io::Result<()> {
     }
 }
 
-/// The error of a failed write on standard output.
+/// The error of a failed write on standard output, with `standard output` in the place of the path.
 pub fn stdout_error(source: std::io::Error) -> Error {
     Error::Io { named_in: None, path: "standard output".into(), source }
 }
 
-/// Prints a message on standard error, in lines of its width. A failure cannot be reported and is ignored.
+/// Prints a message on standard error, wrapped to its width, with control characters escaped. A failure is ignored.
 pub fn print_note(text: impl Display) {
     let text = wrap_message(&printable(&text.to_string()), Stream::Error.style());
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 
-/// Prints a warning with its code.
+/// Prints `warning: `, the text and the code in brackets on standard error.
 pub fn warn(code: Code, text: impl Display) {
     print_note(format_args!("warning: {text} [{code}]"));
 }
 
-/// Prints an error, with its code if it has one.
+/// Prints `error: ` and the error on standard error, with its code in brackets if it has one.
 pub fn print_error(error: &Error) {
     match error.code() {
         Some(code) => print_note(format_args!("error: {error} [{code}]")),
@@ -77,8 +78,9 @@ pub fn print_error(error: &Error) {
     }
 }
 
-/// A flag that Ctrl-C sets, and the signal TERM, by which schedulers and containers end a process. A second Ctrl-C ends
-/// the process at once.
+/// A flag that is set by Ctrl-C and by the signal TERM, by which schedulers and containers end a process. A note is printed
+/// unless `--quiet`. A second signal ends the process at once with exit code 130. If Ctrl-C cannot be caught there is a
+/// warning.
 pub fn stop_on_ctrl_c(global: GlobalOptions) -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let shared = flag.clone();
@@ -98,8 +100,8 @@ pub fn stop_on_ctrl_c(global: GlobalOptions) -> Arc<AtomicBool> {
     flag
 }
 
-/// Ends the process with exit code 0 if it still runs `delay` after `stop` was set: for runs that store each result at
-/// once.
+/// Starts a thread that ends the process, with a note and exit code 0, if it still runs `delay` after `stop` was set: for
+/// runs that store each result at once.
 pub fn end_after_stop(stop: &Arc<AtomicBool>, delay: Duration) {
     /// Time between two reads of the flag.
     const INTERVAL: Duration = Duration::from_millis(50);
@@ -116,7 +118,7 @@ pub fn end_after_stop(stop: &Arc<AtomicBool>, delay: Duration) {
     });
 }
 
-/// A progress bar of this many steps, with the remaining time; hidden with `--quiet`.
+/// A progress bar on standard error for this number of steps, with the remaining time; hidden with `--quiet`.
 pub fn progress_bar(global: GlobalOptions, steps: u64) -> ProgressBar {
     if global.quiet {
         return ProgressBar::hidden();
@@ -130,7 +132,7 @@ pub fn progress_bar(global: GlobalOptions, steps: u64) -> ProgressBar {
     ProgressBar::new(steps).with_style(style.with_key("remaining", remaining))
 }
 
-/// A spinner for work of unknown length; hidden with `--quiet`.
+/// A spinner on standard error for work of unknown length; hidden with `--quiet`.
 pub fn spinner(global: GlobalOptions) -> ProgressBar {
     if global.quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() }
 }

@@ -1,7 +1,10 @@
-//! Bisection of rejected steps: a step that fails, or gains energy, is replaced by two steps of half its size.
+//! Bisection of rejected steps: a step that fails, or violates the limits of step control, is replaced by two steps
+//! of half its size.
 //!
-//! Halving continues up to [`HALVINGS`] times; the error of the smallest step then ends the run. Simulations with
-//! derivatives and assemblies of rods use the same function through the trait [`BisectedSteps`].
+//! Halving continues up to [`HALVINGS`] times; the error of the smallest step then ends the run, at the last valid
+//! state. The limits are those of the energy or, where supports or a flow do work, of the rotation of edges.
+//! Simulations with derivatives and assemblies of rods use the same function [`advance`] through the trait
+//! [`BisectedSteps`].
 
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step_control::{HALVINGS, StepControl};
@@ -13,29 +16,30 @@ pub(crate) trait BisectedSteps {
     /// The rod.
     type Rod: Rod<f64>;
 
-    /// The simulation.
+    /// The simulation at its present state.
     fn simulation(&self) -> &Simulation<f64, Self::Rod>;
 
-    /// Makes a trial step to a time, s.
+    /// Makes a trial step of the simulation to a time, s.
     ///
     /// # Errors
     /// Those of the step; the state is then the one before it.
     fn step_to(&mut self, time: f64) -> Result<(), Error>;
 
-    /// Restores the state before the last step.
+    /// Restores the state before the last trial step.
     fn step_back(&mut self);
 
-    /// Completes an accepted step, for example by advancing derivatives.
+    /// Completes an accepted step, for example by advancing derivatives over it.
     ///
     /// # Errors
     /// Those of the derivatives.
     fn accepted(&mut self) -> Result<(), Error>;
 
-    /// The energy control of the steps, with the simulation.
+    /// The energy control of the steps, mutable, with the simulation.
     fn control(&mut self) -> (&mut StepControl, &Simulation<f64, Self::Rod>);
 }
 
-/// Advances to a time, s. A rejected step is replaced by two steps of half its size.
+/// Advances to a time, s, in one step. If it fails or step control rejects it, it is replaced by two steps of half
+/// its size, and so on. Each accepted step is completed by [`BisectedSteps::accepted`].
 ///
 /// # Errors
 /// Those of a step that bisection does not save; the state is then the last valid one.
@@ -43,7 +47,8 @@ pub(crate) fn advance(steps: &mut impl BisectedSteps, time: f64) -> Result<(), E
     advance_halved(steps, time, 0)
 }
 
-/// [`advance`] for a step that is already the result of so many halvings.
+/// [`advance`] for a step that is already the result of so many halvings. At [`HALVINGS`] it is not halved again: its
+/// error is returned.
 fn advance_halved(steps: &mut impl BisectedSteps, time: f64, halvings: u32) -> Result<(), Error> {
     let at_last = halvings == HALVINGS;
     // Trial step, and its energy.

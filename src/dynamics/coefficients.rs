@@ -131,9 +131,10 @@ const AVERAGE: [Stage; 4] = [
 ];
 
 impl<D: Scalar> StepCoefficients<D> {
-    /// The coefficients of a step of size `h`, s, of a scheme with its `parameter` (beta or rho). `knows_acceleration`:
-    /// whether the accelerations at its start are known; without them generalised-alpha takes one step of implicit
-    /// Euler.
+    /// The coefficients of a step of size `h`, s, of a scheme with its `parameter` (beta of Newmark-beta, rho of
+    /// generalised-alpha, ignored by the average vector field). `knows_acceleration`: whether the accelerations at
+    /// its start are known; without them generalised-alpha takes one step of implicit Euler. Explicit schemes get
+    /// those of Newmark-beta and do not use them.
     #[inline]
     pub fn new(scheme: Scheme, parameter: D, knows_acceleration: bool, h: f64) -> Self {
         match scheme {
@@ -159,7 +160,8 @@ impl<D: Scalar> StepCoefficients<D> {
     }
 
     /// The coefficients of Newmark-beta with the parameter `beta` and the step size `h`, s: `end = h^2 beta^2`,
-    /// `start = h^2 beta (1 - beta)`, `rate = 1/(h beta)`.
+    /// `start = h^2 beta (1 - beta)`, `rate = 1/(h beta)`, `old_velocity_factor = (1 - beta)/beta`. No acceleration,
+    /// one stage at the end.
     #[inline]
     fn newmark(beta: D, h: f64) -> Self {
         let rest = -beta + 1.0;
@@ -177,8 +179,9 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// The coefficients of generalised-alpha with the spectral radius `rho` and the step size `h`, s, from `am`, `af`,
-    /// gamma and beta of Chung and Hulbert (1993).
+    /// The coefficients of generalised-alpha with the spectral radius `rho` and the step size `h`, s, from `am`,
+    /// `af`, gamma and beta of Chung and Hulbert (1993). They have the terms of accelerations, and one stage at the
+    /// end.
     fn generalised_alpha(rho: D, h: f64) -> Self {
         // am and af of Chung and Hulbert, then gamma and beta for second order.
         let part = (rho + 1.0).recip();
@@ -206,7 +209,8 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// The coefficients with every number converted to another scalar type.
+    /// The coefficients with every number converted to another scalar type by `convert`; the step size and the stages
+    /// stay.
     pub fn map<E: Copy + From<f64>>(&self, convert: impl Fn(D) -> E + Copy) -> StepCoefficients<E> {
         StepCoefficients {
             h: self.h,
@@ -224,20 +228,21 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// Whether the forces are a mean over several stages of the step.
+    /// Whether the forces are a mean over several stages of the step: the average vector field only.
     #[inline]
     pub fn averages(&self) -> bool {
         self.stages.len() > 1
     }
 
-    /// The same coefficients without those of accelerations, so that loops over unknowns do not test for them.
+    /// A copy without the terms of accelerations, so that loops over unknowns do not test for them.
     #[inline(always)]
     pub fn without_acceleration(self) -> Self {
         Self { acceleration: None, ..self }
     }
 
-    /// Velocity at the end of an unknown that changed by `change` from the velocity `v0`, Eq. (6c), and the
-    /// acceleration `a0`. Schemes without accelerations ignore `a0`.
+    /// Velocity at the end of the step, `rate change - old_velocity_factor v0` (Eq. 6c), of an unknown that changed
+    /// by `change` from the velocity `v0`. Schemes with accelerations add a multiple of the acceleration `a0` at the
+    /// start; others ignore it.
     #[inline]
     pub fn velocity(&self, change: D, v0: D, a0: D) -> D {
         let v1 = change * self.rate - self.old_velocity_factor * v0;
@@ -247,22 +252,24 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// Factors of the change of an unknown, 1/s, of its velocity, and of its acceleration at the start, s, in the
-    /// [velocity](Self::velocity) at the end.
+    /// Factors `[f, g, k]` of the [velocity](Self::velocity) at the end, `f change + g v0 + k a0`: of the change of
+    /// an unknown, 1/s, of its velocity, and of its acceleration at the start, s. The last is zero for schemes
+    /// without accelerations.
     pub fn velocity_factors(&self) -> [D; 3] {
         let acceleration = self.acceleration.as_ref().map_or(D::from(0.0), |a| a.velocity);
         [self.rate, -self.old_velocity_factor, acceleration]
     }
 
-    /// Factors of change, velocity and acceleration in the [velocity that mass damping acts on](Self::damped_velocity).
+    /// Factors of change, velocity and acceleration at the start in the [velocity that mass damping acts
+    /// on](Self::damped_velocity); `[1/h, 0, 0]` for an averaging scheme.
     pub fn damped_velocity_factors(&self) -> [D; 3] {
         // An averaging scheme damps the mean velocity, which keeps the energy balance exact.
         let [mean, zero] = [D::from(1.0 / self.h), D::from(0.0)];
         if self.averages() { [mean, zero, zero] } else { self.velocity_factors() }
     }
 
-    /// Factors of change, velocity and acceleration at the start in the [acceleration](Self::acceleration_at_end) at
-    /// the end.
+    /// Factors of change, 1/s^2, velocity, 1/s, and acceleration at the start in the
+    /// [acceleration](Self::acceleration_at_end) at the end; the last is zero for schemes without accelerations.
     pub fn acceleration_factors(&self) -> [D; 3] {
         let ([rate, old_velocity_factor, zero], by_h) = (self.velocity_factors(), 1.0 / self.h);
         let Some(Acceleration { end, .. }) = self.acceleration else {
@@ -271,15 +278,17 @@ impl<D: Scalar> StepCoefficients<D> {
         end
     }
 
-    /// The velocity that mass damping acts on, from the change of the unknown over the step, and its velocity and
-    /// acceleration at the start: the mean velocity for an averaging scheme, that at the end for others.
+    /// The velocity that mass damping and drag act on: the mean velocity `change/h` for an averaging scheme, that at
+    /// the end for others. `change` is that of the unknown over the step, `v0` and `a0` are its velocity and
+    /// acceleration at the start.
     #[inline]
     pub fn damped_velocity(&self, change: D, v0: D, a0: D) -> D {
         if self.averages() { change * (1.0 / self.h) } else { self.velocity(change, v0, a0) }
     }
 
-    /// Acceleration at the end of a step in which an unknown changed by `change`, and its velocity from `v0` to `v1`.
-    /// Without accelerations in the scheme it is the mean acceleration `(v1 - v0)/h`.
+    /// Acceleration at the end of a step in which an unknown changed by `change` and its velocity from `v0` to `v1`,
+    /// with the acceleration `a0` at the start. Without accelerations in the scheme it is the mean acceleration `(v1
+    /// - v0)/h`.
     #[inline]
     pub fn acceleration_at_end(&self, change: D, [v0, v1]: [D; 2], a0: D) -> D {
         match &self.acceleration {
@@ -288,14 +297,16 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// Derivative of the [damped velocity](Self::damped_velocity) by the change of the unknown, 1/s.
+    /// Derivative of the [damped velocity](Self::damped_velocity) by the change of the unknown, 1/s: `1/h` for an
+    /// averaging scheme, `rate` for others.
     #[inline]
     pub fn damped_velocity_slope(&self) -> D {
         if self.averages() { D::from(1.0 / self.h) } else { self.rate }
     }
 
-    /// Residual of one degree of freedom, kg m, the corrected Eq. (6a): from its mass, its change over the step,
-    /// velocity and acceleration at the start, and forces at the end, `n1`, and at the start, `n0`.
+    /// Residual of one degree of freedom, kg m: `mass (change - h v0) + end n1 + start n0` (the corrected Eq. 6a),
+    /// plus `mass` times the term of the acceleration `a0`. `n1` and `n0` are the forces at the end and at the start,
+    /// N.
     #[inline]
     pub fn residual(&self, mass: D, change: D, [v0, a0]: [D; 2], n1: D, n0: D) -> D {
         // Change over the step less that at constant velocity.
@@ -306,9 +317,9 @@ impl<D: Scalar> StepCoefficients<D> {
         mass * inertial + self.end * n1 + self.start * n0
     }
 
-    /// Overwrites `minus` with minus the residuals of unknowns that move from `q0` to `q1`. Velocities at the start are
-    /// `v0`, forces `n0`; forces at the end are `n1`. The function `a0` returns the acceleration at the start, and is
-    /// called only by schemes with accelerations.
+    /// Overwrites `minus` with minus the residuals, kg m, of unknowns that move from `q0` to `q1`; all lists have its
+    /// length or more. Velocities at the start are `v0`, forces `n0`; forces at the end are `n1`. The function `a0`
+    /// returns the acceleration of an unknown at the start; only schemes with accelerations use it.
     #[inline(always)]
     pub fn residuals(
         self,
@@ -327,8 +338,9 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// Adds the forces of mass damping, `c m v`, N, to `n1`. `damping` is `c`, 1/s; `v` is the damped velocity from the
-    /// unknowns at both ends and the velocities `v0` and accelerations `a0` at the start.
+    /// Adds the forces of mass damping, `c m v`, N, to `n1`. `damping` is `c`, 1/s; `v` is the [damped
+    /// velocity](Self::damped_velocity) from the unknowns `q1` and `q0` at both ends and the velocities `v0` and
+    /// accelerations `a0` at the start.
     #[inline(always)]
     pub fn add_damping(
         self,
@@ -345,8 +357,9 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// Overwrites `v1` with the velocities at the end, from the unknowns `q1` at the end and `q0`, velocities `v0` and
-    /// accelerations `a0` at the start: `rate (q1 - q0) - old_velocity_factor v0`, plus the term of `a0`.
+    /// Overwrites `v1` with the velocities at the end, from the unknowns `q1` at the end and `q0`, velocities `v0`
+    /// and accelerations `a0` at the start: `rate (q1 - q0) - old_velocity_factor v0`, plus the term of `a0` of
+    /// schemes with accelerations.
     #[inline(always)]
     pub fn velocities(self, [q1, q0, v0]: [&[D]; 3], a0: impl Fn(usize) -> D, v1: &mut [D]) {
         let count = v1.len();
@@ -356,8 +369,8 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// Overwrites `a1` with the accelerations at the end, from unknowns and velocities at both ends and the
-    /// accelerations `a0` at the start.
+    /// Overwrites `a1` with the [accelerations at the end](Self::acceleration_at_end), from unknowns and velocities
+    /// at both ends and the accelerations `a0` at the start.
     #[inline(always)]
     pub fn accelerations(self, [q1, q0, v0, v1]: [&[D]; 4], a0: impl Fn(usize) -> D, a1: &mut [D]) {
         let count = a1.len();
@@ -367,23 +380,23 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// The viscous time `eta` multiplied by the weight of an end of the step: a mean over the step takes half of the
-    /// viscous stress at each end.
+    /// The viscous time `eta`, s, multiplied by the weight of an end of the step: 1/2 for an averaging scheme, which
+    /// takes half of the viscous stress at each end, else 1.
     #[inline]
     fn viscous(&self, eta: D) -> D {
         if self.averages() { eta * 0.5 } else { eta }
     }
 
-    /// Factor `c` of the stiffnesses under Kelvin-Voigt damping of time `eta`, s: `1 + eta/(h beta)`. Averaging
-    /// schemes: that of the viscous stress alone.
+    /// Factor `c` of the stiffnesses under Kelvin-Voigt damping of time `eta`, s: `1 + eta/(h beta)` for
+    /// Newmark-beta. Averaging schemes: that of the viscous stress alone, `eta/h`.
     #[inline]
     pub fn viscous_factor(&self, eta: D) -> D {
         let viscous = self.viscous(eta) * self.strain_rate[0];
         if self.averages() { viscous } else { viscous + 1.0 }
     }
 
-    /// The part of minus a strain's rate at the end that follows from the strain and rate before, 1/s: times the time of
-    /// Kelvin-Voigt damping, the shift of a natural strain.
+    /// The part of minus a strain's rate at the end that follows from the strain `strain0` and its mean rate `rate0`
+    /// before, 1/s. The time of Kelvin-Voigt damping multiplied by it is the shift of the natural strain.
     #[inline]
     pub fn viscous_past(&self, strain0: D, rate0: D) -> D {
         let [rate, old_velocity_factor] = self.strain_rate;

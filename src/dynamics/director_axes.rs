@@ -22,7 +22,8 @@ pub(super) struct DirectorAxes {
 }
 
 impl DirectorAxes {
-    /// The axes of the edges of `record`, with their derivatives by `parameters`; `None` if it has no edges.
+    /// The axes of the edges of `record`, with the rotations for their derivatives by `parameters`; `None` if the
+    /// record has no edges.
     pub fn new<M: Model>(
         discretized: &Discretized<'_, M>,
         parameters: &[Parameter],
@@ -39,7 +40,8 @@ impl DirectorAxes {
         })
     }
 
-    /// Three unit axes of every recorded edge in a state, each with its rate of change, 1/s.
+    /// Three unit axes (tangent, two material directors) of every recorded edge in a state, edge after edge, each
+    /// with its rate of change, 1/s. In world axes.
     pub fn motions<M: Model>(
         &self,
         discretized: &Discretized<'_, M>,
@@ -50,7 +52,8 @@ impl DirectorAxes {
             .flat_map(move |edge| discretized.axes(self.directors, q, v, frames, *edge))
     }
 
-    /// The derivatives of axes and rates by parameter `k`, in the order of [`motions`](Self::motions).
+    /// The derivatives of axes and rates by parameter `k` in the given state, in the order of
+    /// [`motions`](Self::motions): components of dual numbers made of state and sensitivities.
     pub fn rates<M: Model>(
         &self,
         discretized: &Discretized<'_, M>,

@@ -1,8 +1,10 @@
 //! Energy that a time integration scheme adds to a motion, or removes from it, as a warning.
 //!
-//! Without damping, moving supports or flow the total energy `T + V` of a rod is constant. Its change is then an error
-//! of the scheme. The scale is the largest kinetic energy: a change by all of it makes the motion wrong. Gains stop a
-//! run ([`StepControl`](crate::dynamics::step_control::StepControl)); losses above [`MAX_CHANGE`] are reported here.
+//! Without damping, moving supports or flow the total energy `T + V` of a rod is constant. Its change is then an
+//! error of the scheme. The scale is the largest kinetic energy: a change by all of it makes the motion wrong. Input:
+//! the scene and the largest relative change of the energy in a run. Output: a warning with code if the change
+//! exceeds [`MAX_CHANGE`], or [`MAX_DISSIPATION`] where dissipation is expected. Large gains stop the run before
+//! ([`StepControl`](crate::dynamics::step_control::StepControl)).
 
 use crate::code::Code;
 use crate::scene::{Scene, SchemeParameter, Time};
@@ -18,7 +20,8 @@ const DISSIPATIVE_BETA: f64 = 0.505;
 /// Up to this `rho_inf` generalised-alpha is taken as dissipative.
 const DISSIPATIVE_RHO_INF: f64 = 0.98;
 
-/// Whether the parameter of the scheme requests numerical dissipation.
+/// Whether the parameter of the scheme requests numerical dissipation: beta of at least `DISSIPATIVE_BETA`, or
+/// rho_inf of at most `DISSIPATIVE_RHO_INF`. False for schemes without a parameter.
 pub(super) fn is_dissipative(time: &Time) -> bool {
     match time.scheme.traits().parameter {
         Some(SchemeParameter::Beta) => time.beta >= DISSIPATIVE_BETA,
@@ -27,14 +30,15 @@ pub(super) fn is_dissipative(time: &Time) -> bool {
     }
 }
 
-/// Whether the total energy of a scene is constant: no damping, flow or moving support. Every change is then an error
-/// of the scheme.
+/// Whether the total energy of a scene is constant: no damping, internal friction, flow or moving support. Every
+/// change is then an error of the scheme.
 pub(super) fn is_conservative(scene: &Scene) -> bool {
     !(scene.supports.move_ends() || scene.loads.have_flow() || scene.loads.are_dissipative())
 }
 
-/// The warning of a run whose total energy changed by `change`, a fraction of the largest kinetic energy; `None` below
-/// the limit and for scenes that are not conservative.
+/// Code and text of the warning of a run whose total energy changed by `change`, a fraction of the largest kinetic
+/// energy. `None` up to the limit, without `[time]`, and for scenes that are not conservative. The limit is
+/// `MAX_CHANGE`, or `MAX_DISSIPATION` for dissipative parameters and steps that the program chose.
 pub(crate) fn warning(scene: &Scene, change: f64) -> Option<(Code, String)> {
     let time = scene.time.as_ref().filter(|_| is_conservative(scene))?;
     // A chosen step is for the accuracy of positions, which lost high modes hardly change.

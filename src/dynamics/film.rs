@@ -1,8 +1,9 @@
 //! A motion thinned to a bounded number of frames and samples, for the animation and the plots of a page.
 //!
-//! Input: the states of a run, step after step. Tip and energies are kept at regular intervals, at most about
-//! [`SAMPLES`] times; the shape at selected nodes at most about [`FRAMES`] times. The first and the last state are
-//! always kept.
+//! Input: the states of a run, step after step. Samples (tip and energies) are kept at regular intervals, at most
+//! [`SAMPLES`] beside the first and the last state. Frames (positions of selected nodes, at most [`EDGES`] edges) are
+//! kept at every n-th sample, at most [`FRAMES`] beside the first and the last. `Film::thinned` describes the omitted
+//! steps and nodes for a caption.
 
 use crate::dynamics::run::Snapshot;
 use crate::problem::Problem;
@@ -54,7 +55,8 @@ pub struct FilmSample {
 }
 
 impl Film {
-    /// An empty film for a run of so many steps.
+    /// An empty film for a run of `steps` steps: chooses the nodes of frames, both ends included, and the intervals
+    /// of samples and frames.
     pub fn new(problem: &Problem, steps: usize) -> Self {
         let (last, sample) = (problem.nodes() - 1, steps.div_ceil(SAMPLES).max(1));
         let between = last.div_ceil(EDGES).max(1);
@@ -67,8 +69,8 @@ impl Film {
         Self { nodes, tip: problem.tip(), steps, every, seen: 0, frames, samples }
     }
 
-    /// Adds the initial state of a simulation, or the state after a step. Only states at the sampling intervals, and
-    /// the last one, are kept.
+    /// Adds the initial state of a simulation, or the state after a step; it must be called once for each. Tip and
+    /// energies are kept at the sampling interval, the shape at the frame interval, both also at the last step.
     pub fn push(&mut self, simulation: &dyn Snapshot) {
         let [sample, frame] = self.every;
         let step = self.seen;
@@ -87,17 +89,18 @@ impl Film {
         }
     }
 
-    /// The shapes, from the first to the last state.
+    /// The kept shapes in the order of time, the first state included, the last one once it was added.
     pub fn frames(&self) -> &[Frame] {
         &self.frames
     }
 
-    /// Tip position and energies of all samples; there are at least as many as frames.
+    /// Tip position and energies of all samples in the order of time; every frame is one of them.
     pub fn samples(&self) -> &[FilmSample] {
         &self.samples
     }
 
-    /// A description of the omitted steps and nodes, for a caption; `None` if nothing was omitted.
+    /// A description of the thinning for a caption, such as `every 5th step of 1000, 51 of 101 nodes`; `None` if
+    /// nothing was omitted.
     pub fn thinned(&self, problem: &Problem) -> Option<String> {
         let [sample, frame] = self.every;
         let mut words = Vec::new();
@@ -114,7 +117,7 @@ impl Film {
     }
 }
 
-/// An ordinal number as text, such as `2nd` or `13th`.
+/// An ordinal number in digits as text, such as `2nd` or `13th`.
 fn ordinal(n: usize) -> String {
     let ending = match (n % 10, n % 100) {
         (_, 11..=13) => "th",

@@ -1,8 +1,9 @@
-//! The largest stable step of an explicit scheme: its stability limit over the highest angular frequency of the rod.
+//! The largest stable step (s) of an explicit scheme: its stability limit over the highest angular frequency of the
+//! rod.
 //!
-//! The highest eigenvalue of `K x = omega^2 M x` at the start of the scene is found by bisection. The number of
-//! negative pivots of `K - lambda M` is that of eigenvalues below `lambda` (Sylvester). A step above the limit is
-//! rejected before the run.
+//! The highest eigenvalue of `K x = omega^2 M x` at the start of the scene is found by bisection, as an upper bound.
+//! The number of negative pivots of `K - lambda M` is that of eigenvalues below `lambda` (Sylvester). A scene whose
+//! step is larger is rejected before the run. Other schemes have no limit.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -18,7 +19,8 @@ use std::ops::Range;
 const TOLERANCE: f64 = 1e-4;
 
 impl<M: Model> Discretized<'_, M> {
-    /// The largest stable step of the scene's scheme at its start, s; `None` for schemes without a limit.
+    /// The largest stable step of the scene's scheme at its initial state, s: the scheme's stability limit over the
+    /// highest angular frequency. `None` for schemes without a limit.
     ///
     /// # Errors
     /// Those of making the [start](Self::simulation).
@@ -34,7 +36,8 @@ impl<M: Model> Discretized<'_, M> {
         Ok(Some(limit / highest_squared(&tangent, rod.mass(), self.free()).sqrt()))
     }
 
-    /// Rejects a scene whose step exceeds the largest stable one of its explicit scheme. Schemes without a limit pass.
+    /// Rejects a scene whose step, or whole time if that is shorter, exceeds the largest stable step of its explicit
+    /// scheme. Schemes without a limit and scenes without `[time]` pass.
     pub(crate) fn check_step(&self) -> Result<(), Error> {
         let (Some(largest), Some(time)) = (self.largest_step()?, &self.scene().time) else {
             return Ok(());
@@ -52,8 +55,9 @@ impl<M: Model> Discretized<'_, M> {
     }
 }
 
-/// An upper bound of the largest eigenvalue of `K x = lambda M x` of the unknowns in `range`, 1/s^2, to [`TOLERANCE`].
-/// Bisection: `K - lambda M` has as many negative pivots as there are eigenvalues below `lambda`.
+/// An upper bound of the largest eigenvalue of `K x = lambda M x` of the unknowns in `range`, 1/s^2, which exceeds it
+/// by at most the relative [`TOLERANCE`]. Bisection between the largest diagonal entry of `M^-1 K` and Gershgorin's
+/// bound: `K - lambda M` has as many negative pivots as there are eigenvalues below `lambda`.
 fn highest_squared<T: Tangent<f64>>(tangent: &T, mass: &[f64], range: Range<usize>) -> f64 {
     let n = mass.len();
     let mut sums = vec![0.0; n];

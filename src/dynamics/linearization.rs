@@ -1,8 +1,9 @@
 //! Linearization of an implicit step at its solution: the data from which derivatives over the step follow.
 //!
-//! [`Linearization`] refers to the states before and after, and to the tangent of the forces at the solution. It has
-//! the factors of the matrix of the step, `M (1 + h beta c) + h^2 beta^2 K`. Forward sensitivities and the adjoint
-//! solve with these factors; solutions of indefinite matrices are checked by their residual.
+//! [`Linearization`] refers to the states before and after, to gradient and tangent of the forces at the solution,
+//! and to those of the stages of averaging schemes. It has the factors of the matrix of the step, for Newmark-beta
+//! `M (1 + h beta c) + h^2 beta^2 K`. Forward sensitivities and the adjoint solve with these factors. Solutions with
+//! an indefinite matrix are checked by their residual; a large one is an error.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::energy::Derivatives;
@@ -89,16 +90,18 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D>> {
 }
 
 impl<D: Scalar, R: Rod<D>> Linearization<'_, D, R> {
-    /// The coefficients of the step for a `parameter` of the scheme that may carry derivatives.
+    /// The coefficients of the step, for a `parameter` of the scheme over any scalar, which may carry derivatives;
+    /// the step size has none.
     pub fn coefficients<E: Scalar>(&self, parameter: E) -> StepCoefficients<E> {
         let knows_acceleration = !self.before.acceleration.is_empty();
         let h = self.after.time - self.before.time;
         StepCoefficients::new(self.scheme, parameter, knows_acceleration, h)
     }
 
-    /// Rejects a solution `x` of the factored matrix and right-hand side `b` whose residual exceeds
-    /// `SOLUTION_TOLERANCE` of both. A positive definite matrix is always solved well; one with negative pivots may not
-    /// be. (Newton's corrections need no such check: one that does not shrink as predicted is followed by another.)
+    /// Rejects a solution `x` of the factored matrix and right-hand side `b` whose largest residual exceeds
+    /// `SOLUTION_TOLERANCE` of their sizes. A positive definite matrix always passes; the solution of one with
+    /// negative pivots may be inaccurate. Newton's corrections need no such check: one that does not shrink as
+    /// predicted is followed by another.
     ///
     /// # Errors
     /// [`Error::SingularTangent`].

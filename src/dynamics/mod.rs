@@ -2,8 +2,9 @@
 //!
 //! A prepared problem gives the initial state ([`Simulation`]); a stepper of the scheme advances it; step control
 //! rejects wrong steps, which are bisected. The run is recorded as a [`Trajectory`] (positions and velocities of
-//! selected nodes) with derivatives by parameters: forward sensitivities, or the adjoint ([`Reversible`]) for the
-//! gradient of a misfit.
+//! selected nodes). Its derivatives by parameters are forward sensitivities, or, for the gradient of a misfit, those
+//! of the adjoint ([`Reversible`]). [`SimulationReport`], [`NodeTable`] and [`Film`] are the output for files and
+//! pages.
 
 pub mod adjoint;
 mod bisection;

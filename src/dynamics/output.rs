@@ -1,8 +1,9 @@
 //! Output of `rodfit simulate`: a CSV table of all nodes during the run, and a JSON report at its end.
 //!
-//! [`NodeTable`] writes a row per step: time (s) and coordinates of all nodes (m). [`SimulationReport`] collects tip,
-//! energies, work and warnings (strain, energy balance, instability), and describes the change of the total energy in
-//! one sentence. [`shape_csv`] writes one shape as a polyline with arc lengths.
+//! [`NodeTable`] writes a row for the initial state and after each step: time (s) and coordinates of all nodes (m).
+//! [`SimulationReport`] collects tip, energies, work and warnings (strain, numerical damping, instability), and
+//! describes the change of the total energy in one sentence. [`shape_csv`] writes one shape as a polyline with arc
+//! lengths.
 
 use crate::code::Code;
 use crate::dynamics::energy_balance;
@@ -32,12 +33,12 @@ pub struct NodeTable<W> {
 }
 
 impl<W: Write> NodeTable<W> {
-    /// A table of `nodes` nodes.
+    /// A table of `nodes` nodes that is written to `writer`; nothing is written yet.
     pub fn new(writer: W, nodes: usize) -> Self {
         Self { writer, nodes }
     }
 
-    /// Writes the header row: `t`, then `x_i,y_i,z_i` of every node.
+    /// Writes the header row: `t`, then `x_i,y_i,z_i` of every node, with its index `i`.
     pub fn header(&mut self) -> io::Result<()> {
         write!(self.writer, "t")?;
         for i in 0..self.nodes {
@@ -46,7 +47,8 @@ impl<W: Write> NodeTable<W> {
         writeln!(self.writer)
     }
 
-    /// Appends a row with the time, s, and the coordinates of all nodes, m, of a simulation's present state.
+    /// Appends a row with the time, s, and the coordinates of all nodes, m, of a simulation's present state,
+    /// separated by commas.
     pub fn push(&mut self, simulation: &dyn Snapshot) -> io::Result<()> {
         write!(self.writer, "{}", simulation.time())?;
         for i in 0..self.nodes {
@@ -56,14 +58,15 @@ impl<W: Write> NodeTable<W> {
         writeln!(self.writer)
     }
 
-    /// The writer, with the whole table written to it.
+    /// Returns the writer, to which all rows so far have been written; it is not flushed.
     pub fn into_inner(self) -> W {
         self.writer
     }
 }
 
-/// A shape of a problem's rod as a CSV table with the columns x, y, z and s, m, and a row per node: its position in
-/// world axes, and its arc length from the wall. `initial.shape` accepts the table as a polyline.
+/// A shape of a problem's rod as a CSV table with the columns x, y, z and s, m, and a row per node. x, y and z are
+/// its position in world axes, s its arc length from the wall. `initial.shape` accepts the table as a polyline. Fewer
+/// nodes than the rod has give fewer rows.
 ///
 /// # Errors
 /// [`Error::OutOfRange`] for more nodes than the rod has.
@@ -144,18 +147,19 @@ pub struct SimulationReport {
     has_series: bool,
 }
 
-/// `true`, the default of the key `has_series` in reports without it.
+/// `true`, the default of the key `has_series` in reports that do not contain it.
 fn yes() -> bool {
     true
 }
 
-/// Whether the key `has_series` has its default, so that the report omits it.
+/// Whether `has_series` is true, its default, so that the JSON of the report omits it.
 fn is_yes(has_series: &bool) -> bool {
     *has_series
 }
 
 impl SimulationReport {
-    /// The report of a run before its first state.
+    /// The report of a run before its first state: model, numerics and warnings of the `problem`, status `started`,
+    /// no series yet.
     pub fn new(problem: &Problem) -> Self {
         let (model, model_reason) = problem.model();
         Self {
@@ -185,19 +189,23 @@ impl SimulationReport {
         }
     }
 
-    /// Updates resolution and warnings from the `problem`, after its numerics have been checked.
+    /// Overwrites resolution and warnings by those of the `problem`, after its numerics have been checked. Warnings
+    /// of a finished run are lost.
     pub fn assessed(&mut self, problem: &Problem) {
         self.resolution = problem.resolution().copied();
         let warnings = Self::new(problem);
         (self.warnings, self.warning_codes) = (warnings.warnings, warnings.warning_codes);
     }
 
-    /// The report without the series of tips and energies, which grow with every step.
+    /// The report without the series `tip` and `energy`, which grow with every step; [`push`](Self::push) then keeps
+    /// the last tip and the extremes only.
     pub fn without_series(self) -> Self {
         Self { has_series: false, ..self }
     }
 
-    /// Adds the state of a simulation: tip, energies, largest strain, largest change of energy.
+    /// Adds the present state of a simulation: tip and energies to the series, largest strain, largest change of the
+    /// total energy since the first state, largest kinetic energy. The first call sets the energy at the start; each
+    /// later one counts as a step.
     pub fn push(&mut self, problem: &Problem, simulation: &dyn Snapshot) {
         let (t, e) = (simulation.time(), simulation.energies());
         let [x, y, z] = simulation.place(&problem.tip());
@@ -218,7 +226,9 @@ impl SimulationReport {
         }
     }
 
-    /// Completes the report with the totals of the run `trajectory`, its warnings, and its `outcome`.
+    /// Completes the report with the work and time of the run `trajectory` and its status: `completed`, or
+    /// `stopped: ` with the error of `outcome`. Appends warnings about large strains, numerical damping and unstable
+    /// states, with their codes.
     pub fn finish(&mut self, trajectory: &Trajectory, outcome: &Result<(), Error>) {
         self.work = trajectory.work();
         self.newton_iterations = self.work.newton_iterations;
@@ -242,12 +252,13 @@ impl SimulationReport {
         };
     }
 
-    /// `[t, x, y, z]` of the last recorded tip, s and m.
+    /// `[t, x, y, z]` of the last recorded tip, s and m; `None` before the first state.
     pub fn last_tip(&self) -> Option<[f64; 4]> {
         self.last_tip.or(self.tip.last().copied())
     }
 
-    /// Largest change of the total energy over the largest kinetic energy; 0 for a rod that does not move.
+    /// Largest change of the total energy since the start over the largest kinetic energy, dimensionless; 0 for a rod
+    /// that does not move.
     pub fn energy_drift(&self) -> f64 {
         match self.is_still() {
             true => 0.0,
@@ -255,8 +266,10 @@ impl SimulationReport {
         }
     }
 
-    /// A description of the change of the energy. Without damping, flow and moving supports the change is an error of
-    /// the scheme, given as a percentage of the largest kinetic energy.
+    /// A sentence about the change of the energy. Cases, in this order: no motion; moving supports or flow (energies
+    /// at start and end, J); damping (dissipated energy, J); numerical damping by beta or rho_inf. Otherwise the
+    /// change is an error of the scheme, given as a percentage of the largest kinetic energy: conserved within
+    /// `MAX_KEPT`, or changed.
     pub fn energy_in_words(&self) -> String {
         let (scene, drift) = (&self.scene, 100.0 * self.energy_drift());
         let (start, end) = (self.start_energy, self.end_energy);
@@ -292,14 +305,14 @@ impl SimulationReport {
         }
     }
 
-    /// Whether the largest kinetic energy is below [`negligible_energy`].
+    /// Whether the largest kinetic energy is at most [`negligible_energy`], that of displacements by rounding errors.
     fn is_still(&self) -> bool {
         self.largest_kinetic_energy <= self.negligible_energy
     }
 }
 
 /// The kinetic energy, J, of a rod that moves by [`NEGLIGIBLE_DISPLACEMENT`] of its length during the time of the
-/// scene.
+/// scene. Section and density are those halfway along it. Zero without `[time]`.
 fn negligible_energy(problem: &Problem) -> f64 {
     let (section, material) = problem.scene().at(0.5);
     let (mass, end) = (
@@ -309,7 +322,7 @@ fn negligible_energy(problem: &Problem) -> f64 {
     0.5 * mass * (NEGLIGIBLE_DISPLACEMENT * problem.length() / end).powi(2)
 }
 
-/// A number of percent as text: with one decimal, below 0.1 % in scientific notation.
+/// A number of percent as text, such as `2.5 %`: one decimal, or scientific notation below 0.1 %.
 fn percent(x: f64) -> String {
     if x.abs() < 0.1 { format!("{x:.1e} %") } else { format!("{x:.1} %") }
 }

@@ -1,8 +1,11 @@
-//! Recorded motion of a run: positions and velocities of tracked nodes at every step, interpolated in between.
+//! Recorded motion of a run: positions and velocities of tracked nodes at the start and after every step of the
+//! scene, interpolated in between.
 //!
-//! Storage: one list of motions, record after record, with nodes first and then three director axes per recorded edge;
-//! the derivatives by each parameter in the same order. [`RecordView`] computes positions of points and markers at any
-//! time by cubic Hermite interpolation of positions and velocities, with derivatives if requested.
+//! Storage: one list of motions, record after record, with the tracked nodes first and then three director axes per
+//! recorded edge; the derivatives by each parameter in the same order. Energies, reactions, accepted steps and counts
+//! of work are stored beside them. [`RecordView`] computes positions of points and markers at any recorded time by
+//! cubic Hermite interpolation of positions and velocities. Its numbers are those of the record, or dual numbers with
+//! the derivative by one parameter.
 
 use crate::dynamics::step::Work;
 use crate::dynamics::unstable_state::StabilityChecks;
@@ -54,7 +57,8 @@ pub(crate) struct Record<D = f64> {
 }
 
 impl<D: Scalar> Record<D> {
-    /// An empty record of the nodes `tracked`, ascending, with lists of derivatives by so many parameters.
+    /// An empty record of the nodes `tracked`, which must be ascending, with an empty list of derivatives for each of
+    /// `parameters` parameters.
     pub fn new(tracked: impl Into<Arc<[usize]>>, parameters: usize) -> Self {
         Self {
             tracked: tracked.into(),
@@ -72,7 +76,7 @@ impl<D: Scalar> Record<D> {
         }
     }
 
-    /// The record with the axes of these edges, ascending.
+    /// The record with `edges`, ascending, as the edges whose axes are recorded.
     pub fn with_axes(self, edges: impl Into<Arc<[usize]>>) -> Self {
         Self { edges: edges.into(), ..self }
     }
@@ -89,23 +93,25 @@ impl<D: Scalar> Record<D> {
     pub fn times(&self) -> &[f64] {
         &self.times
     }
-    /// The motions of tracked nodes and director axes, step after step.
+    /// The motions of tracked nodes, then of director axes, record after record.
     pub fn motions(&self) -> &[Motion<D>] {
         &self.motion
     }
 
-    /// Appends the motions of the tracked nodes and axes, in their order, at `time`, s.
+    /// Appends a record at `time`, s: the motions of the tracked nodes, then of the axes, [`width`](Self::width) in
+    /// all.
     pub fn push(&mut self, time: f64, motions: impl Iterator<Item = Motion<D>>) {
         self.times.push(time);
         self.motion.extend(motions);
     }
 
-    /// The list of derivatives by parameter `k`, to be appended to.
+    /// The list of derivatives by parameter `k` in the order of the motions, to be appended to.
     pub fn derivatives_mut(&mut self, k: usize) -> &mut Vec<Motion> {
         &mut self.derivatives[k]
     }
 
-    /// Reserves memory for derivatives at so many `times` by every parameter. Failure is ignored: the lists grow then.
+    /// Reserves memory for the derivatives of `times` records by every parameter. A failed allocation is ignored: the
+    /// lists then grow as needed.
     pub fn make_room(&mut self, times: usize) {
         let motions = times.saturating_mul(self.width());
         for list in &mut self.derivatives {
@@ -113,7 +119,8 @@ impl<D: Scalar> Record<D> {
         }
     }
 
-    /// Removes everything after the first so many `times`.
+    /// Removes all records after the first `times`, with their derivatives, energies and reactions, and the ends of
+    /// accepted steps after the last remaining time.
     pub fn truncate(&mut self, times: usize) {
         let motions = times * self.width();
         self.times.truncate(times);
@@ -125,13 +132,15 @@ impl<D: Scalar> Record<D> {
         self.taken.retain(|end| *end <= last);
     }
 
-    /// Position and velocity of a tracked node after `k` steps; `None` where it is not recorded.
+    /// Position and velocity of a tracked node after `k` steps of the scene; `None` if the node is not tracked or the
+    /// step is not recorded.
     pub fn motion_of(&self, node: usize, k: usize) -> Option<&Motion<D>> {
         let column = self.tracked.binary_search(&node).ok()?;
         self.motion.get(k * self.width() + column)
     }
 
-    /// The index of the motion of a node after `k` steps in the list of motions.
+    /// The index of the motion of a node after `k` steps in the list of motions. [`Error::OutOfRange`] for a node
+    /// that is not tracked or a step that is not recorded.
     pub fn index_of(&self, node: usize, k: usize) -> Result<usize, Error> {
         let column = place_in(&self.tracked, node, "a node that was not tracked")?;
         let last = self.times.len().saturating_sub(1);
@@ -142,17 +151,18 @@ impl<D: Scalar> Record<D> {
         Ok(k * self.width() + column)
     }
 
-    /// The number of recorded motions per time: one for each tracked node, three for each edge.
+    /// The number of recorded motions per time: one for each tracked node, three for each recorded edge.
     fn width(&self) -> usize {
         self.tracked.len() + 3 * self.edges.len()
     }
 
-    /// The parts of the record: times, s; motions; and their derivatives by every parameter.
+    /// The parts of the record: times, s; motions, record after record; and their derivatives in the same order, one
+    /// list per parameter.
     pub fn into_parts(self) -> (Vec<f64>, Vec<Motion<D>>, Vec<Vec<Motion>>) {
         (self.times, self.motion, self.derivatives)
     }
 
-    /// A view of the record that interpolates at any time.
+    /// A view of the record in its own numbers, which interpolates at any recorded time.
     pub fn read(&self) -> RecordView<'_, D> {
         let motions = RecordedMotions::Own(&self.motion);
         RecordView { tracked: &self.tracked, edges: &self.edges, times: &self.times, motions }
@@ -178,7 +188,8 @@ enum RecordedMotions<'a, D> {
 }
 
 impl<D: Scalar> RecordView<'_, D> {
-    /// The recorded position, m, and velocity, m/s, at `index` in the list of all records and nodes.
+    /// The motion at `index` in the list of all motions: position, m, and velocity, m/s, of a node, or axis and its
+    /// rate, 1/s. A view with derivatives combines both into dual numbers.
     #[inline]
     fn at(&self, index: usize) -> Motion<D> {
         match self.motions {
@@ -189,20 +200,21 @@ impl<D: Scalar> RecordView<'_, D> {
         }
     }
 
-    /// The number of motions of a step.
+    /// The number of recorded motions per time: one for each tracked node, three for each recorded edge.
     fn width(&self) -> usize {
         self.tracked.len() + 3 * self.edges.len()
     }
 
-    /// The position of a point at a time, m: between steps the cubic Hermite interpolant of
-    /// positions and velocities.
+    /// The position of a point at a time, s, in world axes, m: the weighted sum over the nodes of its `stencil`.
+    /// Between steps each is the cubic Hermite interpolant of positions and velocities. [`Error`] for times outside
+    /// of the record and for nodes that are not tracked.
     pub fn position(&self, stencil: &Stencil<D>, time: D) -> Result<[D; 3], Error> {
         let (k, hermite) = self.around(time)?;
         self.interpolate(&self.columns(stencil)?, k, &hermite)
     }
 
-    /// The positions of a point at these `times`, m, as [`position`](Self::position) computes them. Ascending times are
-    /// found fastest.
+    /// The positions of a point at these `times`, m, in their order, as [`position`](Self::position) computes them.
+    /// The step of each time is searched forward from that of the time before; an earlier time is found by bisection.
     pub fn places(
         &self,
         stencil: &Stencil<D>,
@@ -219,7 +231,7 @@ impl<D: Scalar> RecordView<'_, D> {
     }
 
     /// The position of a marker at a time, m: the point on the center line plus the offset along the director axes of
-    /// its edges.
+    /// its edges, all interpolated. [`Error`] for nodes or edges that were not recorded.
     pub fn marker(&self, marker: &MarkerStencil<D>, time: D) -> Result<[D; 3], Error> {
         let (k, hermite) = self.around(time)?;
         let mut columns = self.columns(&marker.centre)?;
@@ -231,7 +243,8 @@ impl<D: Scalar> RecordView<'_, D> {
         self.interpolate(&columns, k, &hermite)
     }
 
-    /// Position and velocity of a point at a time, m and m/s: the interpolant and its derivative by time.
+    /// Position, m, and velocity, m/s, of a point at a time: the cubic Hermite interpolant and its derivative by
+    /// time. The velocity is zero if there is one record only.
     pub fn motion(&self, stencil: &Stencil<D>, time: f64) -> Result<Motion<D>, Error> {
         let position = self.position(stencil, D::from(time))?;
         let (k, _) = self.around(time)?;
@@ -243,8 +256,9 @@ impl<D: Scalar> RecordView<'_, D> {
         Ok([position, self.interpolate(&columns, k, &rates)?])
     }
 
-    /// The recorded motions from which a point's position at a time is interpolated: their indices, with the weights of
-    /// position and velocity.
+    /// The recorded motions from which the position of a point at a time is interpolated: index in the list of
+    /// motions, with the factors of position and of velocity. Two entries per node of the stencil, for the records at
+    /// both ends of the step.
     pub fn weights(&self, stencil: &Stencil, time: f64) -> Result<Vec<(usize, [f64; 2])>, Error> {
         let (k, hermite) = self.around(time)?;
         let width = self.width();
@@ -260,14 +274,16 @@ impl<D: Scalar> RecordView<'_, D> {
         Ok(ends.into_iter().flat_map(of_end).collect())
     }
 
-    /// The step that contains `time`, s: the index of the record at its end, and the Hermite weights at that time.
+    /// The step that contains `time`, s: the index of the record at its end, and the Hermite weights at that time. An
+    /// error outside of the record.
     fn around<E: Scalar>(&self, time: E) -> Result<(usize, HermiteWeights<E>), Error> {
         self.check(time.value())?;
         let k = self.step_at(time.value());
         Ok((k, self.hermite(k, time)))
     }
 
-    /// Rejects times outside of the record, beyond a relative tolerance of [`TIME_TOLERANCE`].
+    /// Rejects times before 0, NaN, or after the last record by more than the relative [`TIME_TOLERANCE`], and any
+    /// time of an empty record.
     fn check(&self, time: f64) -> Result<(), Error> {
         let Some(&last) = self.times.last() else {
             return Err(Error::invalid("trajectory", "no record", "a trajectory that has run"));
@@ -279,14 +295,16 @@ impl<D: Scalar> RecordView<'_, D> {
         }
     }
 
-    /// The index of the record at the end of the step that contains `time`, s, by bisection.
+    /// The index of the record at the end of the step that contains `time`, s, by bisection. A time at the end of a
+    /// step belongs to the next one, at the end of the last step to that; 1 if there is one record only.
     fn step_at(&self, time: f64) -> usize {
         // By bisection; a time at the end of the last step belongs to that step.
         let k = self.times.partition_point(|end| *end <= time);
         k.clamp(1, self.times.len().max(2) - 1)
     }
 
-    /// The same as `step_at`, searched forward from step `k`.
+    /// The same as [`step_at`](Self::step_at), searched forward from step `k`, or by bisection for a time before that
+    /// step.
     fn step_from(&self, mut k: usize, time: f64) -> usize {
         // Ascending times find the next step by going forward, without a bisection for each.
         if self.times[k - 1] > time {
@@ -299,7 +317,7 @@ impl<D: Scalar> RecordView<'_, D> {
     }
 
     /// The weights of positions and velocities at both ends of the step that ends with record `k`, for the cubic
-    /// Hermite interpolant at `time`, s.
+    /// Hermite interpolant at `time`, s. With one record only they are those of its position.
     fn hermite<E: Scalar>(&self, k: usize, time: E) -> HermiteWeights<E> {
         match self.times.get(k) {
             Some(end) => HermiteWeights::new(self.times[k - 1], *end, time),
@@ -307,8 +325,8 @@ impl<D: Scalar> RecordView<'_, D> {
         }
     }
 
-    /// The interpolated value, m, in the step that ends with record `k`: the weighted sum over `columns` with the
-    /// weights `hermite`.
+    /// The interpolated value, m, in the step that ends with record `k`: the sum over `columns` (index within a
+    /// record, and weight) of the Hermite interpolants with the weights `hermite`.
     fn interpolate(
         &self,
         columns: &[(usize, D)],
@@ -333,7 +351,8 @@ impl<D: Scalar> RecordView<'_, D> {
         Ok(sum)
     }
 
-    /// The columns of the nodes of a stencil among the motions of a record, with their weights.
+    /// The indices of the nodes of a stencil among the motions of a record, with their weights. [`Error::OutOfRange`]
+    /// for a node that is not tracked.
     fn columns<E: Scalar>(&self, stencil: &Stencil<E>) -> Result<Vec<(usize, E)>, Error> {
         let column = |(node, weight): &(usize, E)| {
             Ok((place_in(self.tracked, *node, "a node that was not tracked")?, *weight))
@@ -342,7 +361,8 @@ impl<D: Scalar> RecordView<'_, D> {
     }
 }
 
-/// The index of a node or edge `wanted` in the ascending list `recorded`; `what` names it in the error.
+/// The index of `wanted`, a node or edge, in the ascending list `recorded`. [`Error::OutOfRange`] with the first and
+/// last entry of the list if it is not there; `what` names it in the message.
 fn place_in(recorded: &[usize], wanted: usize, what: &'static str) -> Result<usize, Error> {
     recorded.binary_search(&wanted).map_err(|_| Error::OutOfRange {
         what,
@@ -353,7 +373,7 @@ fn place_in(recorded: &[usize], wanted: usize, what: &'static str) -> Result<usi
 }
 
 impl Record {
-    /// A view of the record with its derivatives by parameter `k`; zero derivatives for `None`.
+    /// A view of the record in dual numbers, with the derivatives by parameter `k`; `None` gives zero derivatives.
     pub fn along(&self, k: Option<usize>) -> RecordView<'_, Dual64> {
         let rates = k.map(|k| &self.derivatives[k][..]);
         let motions = RecordedMotions::Along(&self.motion, rates, motion_with_rates);
@@ -361,7 +381,7 @@ impl Record {
     }
 }
 
-/// A motion as dual numbers with its derivatives.
+/// The position and velocity of `motion` as dual numbers with the derivatives `rates`.
 #[inline]
 fn motion_with_rates(motion: &Motion, rates: &Motion) -> Motion<Dual64> {
     let mut both = [[Dual64::from(0.0); 3]; 2];

@@ -1,9 +1,11 @@
 //! The run of a scene: initial state, time steps with bisection of rejected ones, and the record of states.
 //!
-//! Input: a discretized scene, parameters of the derivatives, number of steps. After every step of the scene the
-//! motions of tracked nodes and their derivatives are appended to a [`Record`], energies and reactions if requested.
-//! The derivatives are computed on the same thread, or on a second one where a processor is idle; results are bitwise
-//! equal. A run ends early with the error of a step that bisection does not save; the record keeps the states before.
+//! Input: a discretized scene, parameters of the derivatives, number of steps. At the start and after every step of
+//! the scene the motions of tracked nodes, axes of selected edges and their derivatives are appended to a [`Record`].
+//! Energies, reactions and stability checks are added if requested. The derivatives are computed on the same thread,
+//! or on a second one where a processor is idle; results are bitwise equal. A run ends early with the error of a step
+//! that bisection does not save, or of an interruption; the record keeps the states before. [`repeat_over`] repeats a
+//! run with its accepted steps over another scalar.
 
 use crate::dynamics::bisection::{BisectedSteps, advance};
 use crate::dynamics::director_axes::DirectorAxes;
@@ -25,7 +27,7 @@ use std::time::Instant;
 
 /// The state of a running simulation in world coordinates, whatever its model.
 pub trait Snapshot {
-    /// Time, s.
+    /// Time of the state, s.
     fn time(&self) -> f64;
     /// Position of node `i` in world coordinates, m.
     fn position(&self, i: usize) -> [f64; 3];
@@ -46,19 +48,19 @@ struct SimulationSnapshot<'a, M: Model> {
 }
 
 impl<M: Model> Snapshot for SimulationSnapshot<'_, M> {
-    /// Time, s.
+    /// Time of the state, s.
     fn time(&self) -> f64 {
         self.simulation.state().time
     }
-    /// Position of node `i` in world coordinates, m.
+    /// Position of node `i` in world coordinates, m, converted by the model.
     fn position(&self, i: usize) -> [f64; 3] {
         self.model.position(&self.simulation.state().q, i)
     }
-    /// Energies by term, J.
+    /// Energies of the present state by term, J, computed at every call.
     fn energies(&self) -> Energies {
         self.simulation.energies()
     }
-    /// Counts of the numerical work so far.
+    /// Counts of the numerical work of the simulation so far; that of linearizing steps again is not included.
     fn work(&self) -> Work {
         self.simulation.work()
     }
@@ -83,7 +85,8 @@ pub(super) struct RunObservers<'a, M: Model> {
     pub after_substep: &'a mut SubstepObserver<'a, M>,
 }
 
-/// Simulates a run into `record`, with its derivatives on a second thread where a processor is idle.
+/// Simulates a run into `record`, with its derivatives on a second thread if the run is large enough and the process
+/// has threads for it.
 ///
 /// # Errors
 /// Those of the scene's step and initial state, and of a step that bisection does not save; the record then ends with the
@@ -101,8 +104,10 @@ where
     run_with(task, asynchronous, record, observers)
 }
 
-/// [`run`] with a given choice: `asynchronous` derivatives are computed on a second thread, if the scheme can be
-/// linearized again.
+/// [`run`] with a given choice. Derivatives are computed on a second thread if `asynchronous`, there are parameters,
+/// and the scheme can be linearized again from two states. Else they are computed after every accepted step on this
+/// thread. Work of the linearizations is added to `record.work`. A step above the stability limit of an explicit
+/// scheme is an error before the run.
 fn run_with<M: Model>(
     task: &RunTask<'_, M>,
     asynchronous: bool,
@@ -145,6 +150,8 @@ where
 }
 
 /// The run with the derivatives on a second thread, which linearizes accepted steps while the next ones are made.
+/// Appends states and derivatives to `record`, and adds the waiting time to `record.stepping`. If a derivative fails,
+/// the record is cut before that step, and its error is returned.
 fn run_asynchronously<M: Model>(
     task: &RunTask<'_, M>,
     mut simulation: Simulation<f64, M::Rod<f64>>,
@@ -199,8 +206,10 @@ where
     result
 }
 
-/// The main loop of a run: steps, record of states, stability checks, calls of the observers. Derivatives are computed
-/// or sent by the `carrier`.
+/// The main loop of a run. Records the initial state, then makes `task.steps` steps of the scene with bisection;
+/// after each it records the state, examines stability at selected steps and calls the observers. Derivatives are
+/// computed or sent by the `carrier`. Ends with the first error, or at an interruption; `record.work` and
+/// `record.stepping` are updated after every step.
 fn take_steps<M: Model>(
     task: &RunTask<'_, M>,
     simulation: &mut Simulation<f64, M::Rod<f64>>,
@@ -269,35 +278,38 @@ struct RunSteps<'a, R: Sensitive> {
 impl<R: Sensitive> BisectedSteps for RunSteps<'_, R> {
     type Rod = R;
 
-    /// The simulation.
+    /// The simulation at its present state.
     fn simulation(&self) -> &Simulation<f64, R> {
         self.simulation
     }
 
-    /// Makes a trial step to a time, s.
+    /// Makes a trial step of the simulation, and of dual simulations of the derivatives if the scheme needs them, to
+    /// a time, s.
     fn step_to(&mut self, time: f64) -> Result<(), Error> {
         self.carrier.step_to(self.simulation, time)
     }
 
-    /// Undoes the last trial step.
+    /// Undoes the last trial step, of dual simulations too.
     fn step_back(&mut self) {
         self.carrier.step_back(self.simulation);
     }
 
-    /// Completes an accepted step: observer, then derivatives.
+    /// Completes an accepted step: calls the observer of substeps, then advances the derivatives over it or sends it
+    /// to the other thread.
     fn accepted(&mut self) -> Result<(), Error> {
         (self.accepted)(self.simulation);
         self.carrier.advance(self.simulation)
     }
 
-    /// The energy control of the steps, with the simulation.
+    /// The energy control of the steps, mutable, with the simulation.
     fn control(&mut self) -> (&mut StepControl, &Simulation<f64, R>) {
         (self.control, self.simulation)
     }
 }
 
-/// Appends the state of a simulation to `record`, and its derivatives unless another thread records them. Without a
-/// record only the list of accepted steps is cleared.
+/// Appends the present state to `record`: time, motions of tracked nodes and axes, and energies and reactions if
+/// requested. Its derivatives are appended too, unless another thread records them; then the step is marked for that
+/// thread. If `record.keeps` is false, only the list of accepted steps is cleared.
 fn record_state<M: Model>(
     discretized: &Discretized<'_, M>,
     simulation: &Simulation<f64, M::Rod<f64>>,
@@ -348,7 +360,8 @@ impl<M: Model> DerivativeRecorder<'_, M>
 where
     M::Rod<f64>: Sensitive,
 {
-    /// Appends to `list` the derivatives, by parameter `k`, of the recorded motions of a state.
+    /// Appends to `list` the derivatives by parameter `k` of the recorded motions of a state, in world axes: position
+    /// and velocity of each tracked node, then of the axes.
     fn push(
         &self,
         sensitivities: &Sensitivities<M::Rod<f64>>,
@@ -368,8 +381,9 @@ where
     }
 }
 
-/// Repeats a run over another scalar with the accepted steps of the `plain` record, and records the same nodes and
-/// axes. `seed` converts the value of each parameter to the scalar.
+/// Repeats a run over the scalar `D`, with the ends of the accepted steps of the `plain` record, bisected ones
+/// included. Records the same nodes and axes at the same times, without derivatives lists, energies and reactions.
+/// `seed` converts the value of each parameter to the scalar. No step is bisected or checked again.
 pub(super) fn repeat_over<D: Nestable, M: Model>(
     discretized: &Discretized<'_, M>,
     plain: &Record,

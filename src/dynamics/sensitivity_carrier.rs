@@ -1,7 +1,9 @@
-//! Derivatives of a run: computed by the thread that makes the steps, or sent to another one.
+//! Derivatives of a run: computed by the thread that makes the steps, or by another one to which the steps are sent.
 //!
-//! [`SensitivityCarrier`] gives the main loop of a run the same three operations for both: step, undo, advance
-//! derivatives.
+//! [`SensitivityCarrier`] gives the main loop of a run the same three operations for both: make a step, undo it, and
+//! advance the derivatives over it. On the same thread, accepted steps of implicit schemes are linearized again by a
+//! second simulation, those of averaging schemes at the solution. Explicit and linearly implicit schemes take steps
+//! in dual numbers.
 
 use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::sensitivity_pipeline::StepProducer;
@@ -23,7 +25,7 @@ pub(super) enum SensitivityCarrier<R: Sensitive> {
 
 impl<R: Sensitive> SensitivityCarrier<R> {
     /// Makes a step of `simulation` to `time`, s. Where derivatives come from dual numbers, the first dual simulation
-    /// makes it.
+    /// makes it, and `simulation` takes over its state.
     pub fn step_to(&mut self, simulation: &mut Simulation<f64, R>, time: f64) -> Result<(), Error> {
         match self {
             Self::Synchronous { sensitivities, .. } => sensitivities.step_to(simulation, time),
@@ -31,7 +33,7 @@ impl<R: Sensitive> SensitivityCarrier<R> {
         }
     }
 
-    /// Undoes the last step of `simulation`, and of the dual simulation that made it.
+    /// Undoes the last step of `simulation`, and of the dual simulation that made it, if there is one.
     pub fn step_back(&mut self, simulation: &mut Simulation<f64, R>) {
         match self {
             Self::Synchronous { sensitivities, .. } => sensitivities.step_back(simulation),
@@ -39,8 +41,8 @@ impl<R: Sensitive> SensitivityCarrier<R> {
         }
     }
 
-    /// Advances the derivatives over the last accepted step, see [`Sensitivities::advance`], or sends that step to the
-    /// other thread.
+    /// Advances the derivatives over the last accepted step of `simulation`: by its linearization, by a step of the
+    /// other dual simulations, or by sending the step to the other thread.
     pub fn advance(&mut self, simulation: &Simulation<f64, R>) -> Result<(), Error> {
         match self {
             Self::Synchronous { sensitivities, relinearized: None } => {

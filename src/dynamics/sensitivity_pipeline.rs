@@ -29,14 +29,14 @@ static RUNS: AtomicUsize = AtomicUsize::new(0);
 pub(super) struct ActiveRun;
 
 impl ActiveRun {
-    /// Counts a run as active.
+    /// Adds one to the number of active runs of the process, until the result is dropped.
     pub fn begin() -> Self {
         RUNS.fetch_add(1, Ordering::Relaxed);
         Self
     }
 
-    /// Whether a processor is idle, and the run is large enough for a second thread: at least
-    /// [`MIN_STEPS_TIMES_NODES`], and two threads for each active run of the process.
+    /// Whether a second thread is worthwhile: the product of steps and nodes is at least [`MIN_STEPS_TIMES_NODES`],
+    /// and the thread pool has two threads for each active run of the process.
     pub fn has_room(&self, steps_times_nodes: usize) -> bool {
         let runs = RUNS.load(Ordering::Relaxed);
         // Two threads for each run: other runs of the process have theirs.
@@ -45,7 +45,7 @@ impl ActiveRun {
 }
 
 impl Drop for ActiveRun {
-    /// Ends the count of the run.
+    /// Subtracts one from the number of active runs.
     fn drop(&mut self) {
         RUNS.fetch_sub(1, Ordering::Relaxed);
     }
@@ -75,7 +75,8 @@ pub(super) struct StepProducer<R: Sensitive> {
 }
 
 impl<R: Sensitive> StepProducer<R> {
-    /// Appends the last step of a simulation to the batch, and sends the batch when it is full.
+    /// Appends the last step of a simulation to the batch: its state, the work so far, not marked as recorded. A full
+    /// batch is sent before; this waits while [`MAX_WAITING_BATCHES`] batches are waiting.
     ///
     /// # Errors
     /// [`Error::Interrupted`] where the consumer has ended; its own error has the reason.
@@ -98,14 +99,15 @@ impl<R: Sensitive> StepProducer<R> {
         Ok(())
     }
 
-    /// Marks the last step as recorded, so that the consumer records its derivatives.
+    /// Marks the last step as recorded, so that the consumer records its derivatives. Nothing happens at an empty
+    /// batch.
     pub fn mark_recorded(&mut self) {
         if let Some(last) = self.batch.filled.checked_sub(1) {
             self.batch.steps[last].is_recorded = true;
         }
     }
 
-    /// Sends the filled batch to the consumer, and continues with an empty one.
+    /// Sends the current batch to the consumer, and continues with an empty one, a returned batch if there is one.
     ///
     /// # Errors
     /// [`Error::Interrupted`] if the consumer has ended.
@@ -117,7 +119,8 @@ impl<R: Sensitive> StepProducer<R> {
         self.full.send(batch).map_err(|_| Error::Interrupted)
     }
 
-    /// Sends the last, incomplete batch and closes the pipeline.
+    /// Sends the last, incomplete batch and closes the pipeline. An error of sending is ignored, as the consumer
+    /// reports its own.
     pub fn finish(mut self) {
         // A consumer that ended early reports its own error.
         let _ = self.send();
@@ -150,7 +153,8 @@ pub(super) struct SensitivityResult {
     pub failure: Option<SensitivityFailure>,
 }
 
-/// The producer and the consumer of a pipeline, for a simulation in its initial state and its sensitivities.
+/// The producer and the consumer of a pipeline, for a `simulation` in its initial state, of which the consumer gets a
+/// copy for linearization, and its `sensitivities`.
 pub(super) fn new<R: Sensitive>(
     simulation: &Simulation<f64, R>,
     sensitivities: Sensitivities<R>,
@@ -166,8 +170,9 @@ pub(super) fn new<R: Sensitive>(
 }
 
 impl<R: Sensitive> SensitivityConsumer<R> {
-    /// Computes the derivatives over all steps until the pipeline closes or a step has no derivatives. `record` appends
-    /// the derivatives of a recorded state by one parameter to a list.
+    /// Computes the derivatives over all steps in their order, until the pipeline closes or a step has no derivatives
+    /// (`failure` of the result). For each recorded step, `record` is called with every parameter's index and list,
+    /// to which it appends derivatives. Used batches are returned to the producer.
     pub fn consume(
         self,
         record: impl Fn(&Sensitivities<R>, usize, &State<f64, R::Frames>, &mut Vec<Motion>),

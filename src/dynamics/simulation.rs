@@ -1,8 +1,9 @@
 //! A simulation: the state of a rod, its equations of motion, and the stepper that advances it from time to time.
 //!
 //! Generic over the scalar: plain numbers give the motion, dual numbers the motion with its derivatives. A step that
-//! fails leaves the state before it. After each step of an implicit scheme the linearization is available, from which
-//! derivatives follow. Also computed: kinetic and total energy, J, with those of Maxwell and friction springs.
+//! fails leaves the state before it, and the last step can be undone. After each step of an implicit scheme the
+//! linearization is available on request, from which derivatives follow. Also computed: kinetic and total energy, J,
+//! with those of Maxwell and friction springs.
 
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::step::{Step, StepperSettings, System, Work};
@@ -34,8 +35,9 @@ pub struct Simulation<D: Nestable, R: Rod<D>> {
 }
 
 impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
-    /// A rod at rest at `q` with the given frames. Only the unknowns in `free` move. The stepper follows from
-    /// `settings`; `derivatives` selects hand-derived or dual derivatives of the energy.
+    /// A simulation of a rod at rest at `q` with the given frames, at time zero, without drag and moving supports.
+    /// Only the unknowns in `free` move. The stepper follows from `settings`; `derivatives` selects hand-derived or
+    /// dual derivatives of the energy. Forces and accelerations at the start are computed.
     pub fn new(
         rod: R,
         q: Vec<D>,
@@ -54,26 +56,27 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         Self { system, previous: state.clone(), state, stepper, work: Work::default() }
     }
 
-    /// Keeps tangents and factors for the [linearization](Self::linearization) of every later step.
+    /// Requests tangents and factors at the solution of every later step, for its
+    /// [linearization](Self::linearization). No effect for schemes without Newton's method.
     pub fn keep_tangent(&mut self) {
         self.stepper.keep_tangent();
     }
 
-    /// Keeps tangents and factors for the transposed derivatives of every later step, which also need the tangents of the
-    /// forces at the starts of steps.
+    /// Requests tangents and factors at the solution of every later step for its transposed derivatives. Those need
+    /// the tangents of the forces at the starts of steps too, which viscous rods keep then.
     pub(crate) fn keep_all_tangents(&mut self) {
         self.stepper.keep_tangent();
         self.stepper.keep_next_tangent();
     }
 
-    /// Adds the drag of a fluid, and computes the forces at the start again.
+    /// Sets the drag of a fluid, and computes forces and accelerations at the start again.
     pub(crate) fn immerse(&mut self, drag: NodalDrag<D>) {
         self.system.drag = Some(drag);
         self.find_forces();
     }
 
-    /// Sets the motion of supports, and the free unknowns that it prescribes. Velocities and forces at the start
-    /// follow.
+    /// Sets the motion of supports, and the unknowns inside the free range that it prescribes. Overwrites the
+    /// velocities of held nodes, and computes forces and accelerations at the start again.
     pub(crate) fn move_supports(
         &mut self,
         boundary_motion: BoundaryMotion<D>,
@@ -85,8 +88,9 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         self.find_forces();
     }
 
-    /// Sets the velocities, m/s (rad/s for angles), and the forces they cause. Entries outside the free unknowns are
-    /// ignored.
+    /// Sets the velocities, m/s (rad/s for angles), of the free unknowns; other entries of `v` are ignored, and
+    /// prescribed unknowns keep the velocities of their recordings. Computes forces and accelerations at the start
+    /// again.
     pub fn set_velocity(&mut self, v: &[D]) {
         for i in self.system.free.clone() {
             self.state.v[i] = v[i];
@@ -95,8 +99,9 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         self.find_forces();
     }
 
-    /// Sets initial velocities from the `change` of all unknowns in the first `h`, s: the mean velocity `change/h` less
-    /// `a h/2`, with the acceleration `a` at the start.
+    /// Sets initial velocities from the `change` of all unknowns in the first `h`, s: the mean velocity `change/h`
+    /// less `a h/2`. `a` is the acceleration at the start as a step of `h/2` resolves it. Prescribed unknowns get the
+    /// velocities of their recordings. `a` and the forces that cause it are stored for the first step.
     ///
     /// # Errors
     /// [`Error::SingularTangent`].
@@ -115,52 +120,54 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         Ok(())
     }
 
-    /// Computes the forces and accelerations that the next step takes as those of its start.
+    /// Computes the forces and, for generalised-alpha, the accelerations that the next step takes as those of its
+    /// start.
     fn find_forces(&mut self) {
         self.stepper.find_forces(&self.system, &mut self.state);
         self.stepper.find_acceleration(&self.system, &mut self.state);
     }
 
-    /// The rod.
+    /// The rod under its loads.
     pub fn rod(&self) -> &R {
         &self.system.rod
     }
-    /// The drag of a fluid, if there is one.
+    /// The drag of a fluid on the nodes; `None` without a fluid.
     pub(crate) fn drag(&self) -> Option<&NodalDrag<D>> {
         self.system.drag.as_ref()
     }
-    /// The motion of the supports, if there is any.
+    /// The motion of the supports and recorded nodes; `None` if nothing is moved.
     pub(crate) fn boundary_motion(&self) -> Option<&BoundaryMotion<D>> {
         self.system.boundary_motion.as_ref()
     }
-    /// The state now.
+    /// The present state.
     pub fn state(&self) -> &State<D, R::Frames> {
         &self.state
     }
-    /// The state before the last step.
+    /// The state before the last step; the initial state if there was none. After [`step_back`](Self::step_back) it
+    /// equals the present state.
     pub fn previous(&self) -> &State<D, R::Frames> {
         &self.previous
     }
-    /// The range of free unknowns. A recording may prescribe some of them.
+    /// The range of free unknowns, which supports do not hold. Recordings may prescribe some of them.
     pub fn free(&self) -> Range<usize> {
         self.system.free.clone()
     }
-    /// Mass damping and Kelvin-Voigt damping.
+    /// Mass damping, Kelvin-Voigt damping, relaxation and internal friction of the scene.
     pub fn damping(&self) -> Damping<D> {
         self.system.damping
     }
-    /// The work so far.
+    /// Counts of the numerical work so far, undone steps included.
     pub fn work(&self) -> Work {
         self.work
     }
-    /// The Newton solver, if the scheme has one.
+    /// The Newton solver; `None` for explicit and linearly implicit schemes.
     pub(crate) fn newton(&self) -> Option<&Newton<D, R>> {
         self.stepper.newton()
     }
 
     /// The last step, linearized at its solution. `None` at the start, after a step that was undone, without [kept
-    /// tangents](Self::keep_tangent), and for schemes that solve no equations. Derivatives of the latter come from the
-    /// same step in dual numbers.
+    /// tangents](Self::keep_tangent), and for schemes that solve no equations. Derivatives of the latter come from
+    /// the same step in dual numbers.
     pub fn linearization(&self) -> Option<Linearization<'_, D, R>> {
         if self.previous.time >= self.state.time {
             return None;
@@ -168,21 +175,23 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         self.newton()?.linearization(&self.system, &self.previous, &self.state)
     }
 
-    /// Whether steps can be [linearized](Self::linearized) from the states before and after them: implicit schemes that
-    /// do not average.
+    /// Whether steps can be [linearized](Self::linearized) from the states before and after them: Newmark-beta and
+    /// generalised-alpha, but not the average vector field.
     pub(crate) fn can_linearize_again(&self) -> bool {
         self.newton().is_some_and(|newton| !newton.averages())
     }
 
-    /// A copy that [linearizes](Self::linearized) steps of this simulation again, with a work count of its own.
+    /// A copy that [linearizes](Self::linearized) steps of this simulation again: it keeps tangents, and its work
+    /// count begins at zero.
     pub(crate) fn linear(&self) -> Self {
         let mut linear = Self { work: Work::default(), ..self.clone() };
         linear.keep_tangent();
         linear
     }
 
-    /// The [linearization](Self::linearization) of an earlier step from the states `before` and `after` it; `None` for
-    /// schemes that solve no equations.
+    /// The [linearization](Self::linearization) of an earlier step from the states `before` and `after` it, with
+    /// tangent and factors computed at `after`. `None` for schemes without Newton's method, and without kept
+    /// tangents. The state of this simulation does not change; its work count does.
     ///
     /// # Errors
     /// [`Error::SingularTangent`].
@@ -196,7 +205,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         Ok(newton.linearization(&self.system, before, after))
     }
 
-    /// Kinetic energy of the free unknowns now, J.
+    /// Kinetic energy of the free unknowns in the present state, J, without derivatives: half the sum of `mass v^2`.
     pub fn kinetic_energy(&self) -> f64 {
         let twice = |mass: &D, v: &D| mass.value() * v.value() * v.value();
         let (masses, rest_mass) = self.system.rod.mass()[self.system.free.clone()].as_chunks::<4>();
@@ -212,7 +221,8 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         0.5 * (sums.iter().sum::<f64>() + rest)
     }
 
-    /// All energies now, J. Bending includes that of friction springs, each kind that of its Maxwell springs.
+    /// All energies of the present state, J, without derivatives. Bending includes the energy of friction springs,
+    /// each kind that of its Maxwell springs; the potential includes whole turns of constant moments.
     pub fn energies(&self) -> Energies {
         let kinetic = self.kinetic_energy();
         let mut energies = self.system.rod.energies(&self.state.q, &self.state.frames);
@@ -229,8 +239,9 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         Energies { kinetic, ..energies }
     }
 
-    /// An upper bound of the energy, J, of a change of all coordinates by the fraction `relative` of themselves within
-    /// the time `h`, s: the effect of rounding errors of coordinates.
+    /// An upper bound of the energy, J, of a change of all free coordinates by the fraction `relative` of themselves
+    /// within the time `h`, s: `relative^2/2 sum_i ((|K| |q|)_i |q_i| + m_i (q_i/h)^2)`. It bounds the effect of
+    /// rounding errors of coordinates.
     pub(crate) fn energy_of_motion_by(&self, relative: f64, h: f64) -> f64 {
         let State { q, frames, .. } = &self.state;
         let n = q.len();
@@ -245,7 +256,8 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         0.5 * relative * relative * self.system.free.clone().map(of).sum::<f64>()
     }
 
-    /// Advances to `time`, s, in one step. Steps through a fold are rejected.
+    /// Advances to `time`, s, in one step of any size. A step through a fold is rejected. If a step fails at values
+    /// of a user-defined energy that are not finite, the error names that energy.
     ///
     /// # Errors
     /// [`Error::Newton`], [`Error::SingularTangent`], [`Error::Unstable`] or [`Error::Fold`]; the
@@ -274,22 +286,23 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         solved
     }
 
-    /// The error at `time` of a user-defined energy that is not finite in the current state; `None` if all are finite.
+    /// The error at `time` of the first user-defined energy whose value or gradient is not finite in the current
+    /// state; `None` if all are finite.
     pub(crate) fn non_finite_energy(&self, time: f64) -> Option<Error> {
         let (name, arc_length) =
             self.system.rod.non_finite_energy(&self.state.q, &self.state.frames)?;
         Some(Error::NotFinite { time, name, arc_length })
     }
 
-    /// Restores the state before the last step; it can be called once per step.
+    /// Restores the state before the last step; it can be called once per step. The work count stays.
     pub fn step_back(&mut self) {
         self.state.restore(&self.previous);
     }
 }
 
 impl<R: Rod<f64>> Simulation<f64, R> {
-    /// Takes over the last step of a simulation of the same rod in dual numbers: the real parts of its state, and its
-    /// work.
+    /// Takes over the last step of a simulation of the same rod in dual numbers: time, unknowns, velocities, forces
+    /// and frames without derivatives, and its work. The present state becomes the previous one.
     pub(crate) fn adopt(&mut self, dual: &Simulation<Dual64, R::Dual>) {
         std::mem::swap(&mut self.state, &mut self.previous);
         let (state, of) = (&mut self.state, &dual.state);
@@ -301,7 +314,8 @@ impl<R: Rod<f64>> Simulation<f64, R> {
         (state.time, state.wound, self.work) = (of.time, of.wound, dual.work);
     }
 
-    /// Makes the current state the one before the last step, so that [`step_back`](Self::step_back) keeps it.
+    /// Overwrites the stored state before the last step by the current state, so that [`step_back`](Self::step_back)
+    /// changes nothing.
     pub(crate) fn stay(&mut self) {
         self.previous.restore(&self.state);
     }

@@ -1,8 +1,10 @@
 //! The initial state of a simulation and of its derivatives: positions and velocities at t = 0, over any scalar.
 //!
-//! Positions: rest shape, equilibrium under the loads, or a recorded motion; optionally with a perturbation.
-//! Velocities: those of a rigid body, or of the recorded motion over its first interval. The equilibrium is found once
-//! in plain numbers; its derivatives follow from one linear system with the tangent.
+//! Positions: rest shape or initial shape of the scene, equilibrium under the loads, or a recorded motion; the first
+//! two optionally with a perturbation. Velocities: those of a rigid body, or of the recorded motion over its first
+//! interval. The equilibrium is found once in plain numbers; its derivatives follow from linear systems with the
+//! tangent. Output: a [`Simulation`] with supports, drag and scheme, or the [`Sensitivities`] of one simulation in
+//! dual numbers per parameter.
 
 use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::simulation::Simulation;
@@ -22,7 +24,7 @@ use crate::statics::RecordedStart;
 use num_dual::Dual64;
 
 impl<M: Model> Discretized<'_, M> {
-    /// A simulation in its initial state, over plain numbers.
+    /// A simulation in its initial state at t = 0, over plain numbers.
     ///
     /// # Errors
     /// Those of the [equilibrium](Discretized::equilibrium), for a scene that starts from one.
@@ -30,7 +32,8 @@ impl<M: Model> Discretized<'_, M> {
         self.simulation_of(self.setup)
     }
 
-    /// A simulation in its initial state over any scalar. `seed` converts the values of parameters to it.
+    /// A simulation in its initial state at t = 0 over any scalar. `seed` converts the value of each parameter to it,
+    /// with derivatives if wanted.
     ///
     /// ```no_run
     /// # use rodfit::{Scene, Parameter};
@@ -54,8 +57,8 @@ impl<M: Model> Discretized<'_, M> {
         self.simulation_of(&self.setup_over(seed))
     }
 
-    /// The simulation of a setup in its initial state: positions, velocities, supports, drag and scheme over the scalar
-    /// `D`.
+    /// The simulation of a setup in its initial state over the scalar `D`: positions and velocities of the scene or
+    /// of its recording, then drag, moving supports and scheme. A scene without `[time]` gets the parameter 0.5.
     fn simulation_of<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -111,7 +114,8 @@ impl<M: Model> Discretized<'_, M> {
         Ok(simulation)
     }
 
-    /// The sensitivities of a simulation to `parameters`, in the initial state.
+    /// The sensitivities of a simulation to `parameters`, in the initial state: one simulation in dual numbers per
+    /// parameter.
     ///
     /// # Errors
     /// Those of [`simulation_over`](Self::simulation_over).
@@ -130,7 +134,8 @@ impl<M: Model> Discretized<'_, M> {
         Ok(Sensitivities::new(parameters.iter().map(along).collect::<Result<_, _>>()?))
     }
 
-    /// The unknowns of the equilibrium at t = 0, m and rad, computed at the first call and then stored in the problem.
+    /// The unknowns of the equilibrium at t = 0 with the forces that hold the rod until then, m and rad, angles being
+    /// measured from the initial frames. Computed at the first call and then stored in the problem.
     fn equilibrium_start(&self) -> Result<&[f64], Error> {
         let start = &self.problem.start;
         if start.get().is_none() {
@@ -142,8 +147,8 @@ impl<M: Model> Discretized<'_, M> {
         Ok(start.get().map_or(&[], |start| start[0].as_slice()))
     }
 
-    /// The unknowns at t = 0 with their frames: rest shape or equilibrium with exact derivatives, plus the perturbation
-    /// of the scene.
+    /// The unknowns at t = 0 with their frames, with the derivatives that `D` carries: rest shape, initial shape or
+    /// equilibrium, plus the perturbation of the scene. The frames are moved to the perturbed shape.
     pub(crate) fn start<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -157,8 +162,11 @@ impl<M: Model> Discretized<'_, M> {
         Ok((q, frames))
     }
 
-    /// The unknowns and frames at the start, without the perturbation of the scene: the rest shape, or the equilibrium with its
-    /// derivatives.
+    /// The unknowns and frames at the start, without the perturbation of the scene, with the derivatives that `D`
+    /// carries. They are the rest shape, the initial shape of the scene, or the equilibrium under the loads and the
+    /// forces `initial.point`, which hold the rod until t = 0. At a neutral equilibrium, or with a singular tangent,
+    /// the rod moves with its initial position and a small stiffness is added. [`Error::Indifferent`] if that tangent
+    /// is singular too.
     fn unperturbed_start<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -199,8 +207,9 @@ impl<M: Model> Discretized<'_, M> {
         Ok((followed, frames))
     }
 
-    /// The initial velocities of a rod at `q`, m/s and rad/s: those of a rigid body that translates and spins about the
-    /// center of mass. `None` for a rod at rest over plain numbers.
+    /// The initial velocities of a rod at `q`, m/s and rad/s: those of a rigid body with `initial.velocity` of its
+    /// center of mass and `initial.angular_velocity` about it. An edge in space spins by the component along it.
+    /// `None` over plain numbers if both are zero.
     pub(crate) fn start_velocity<D: Nestable>(
         &self,
         setup: &Setup<D, M>,

@@ -1,7 +1,9 @@
-//! The equations of motion of a rod ([`System`]), one step of them ([`Step`]), and counts of numerical work ([`Work`]).
+//! The equations of motion of a rod ([`System`]), one step of them ([`Step`]), settings of a stepper
+//! ([`StepperSettings`]), and counts of numerical work ([`Work`]).
 //!
-//! These are the arguments that a simulation passes to the stepper of its scheme: rod, free unknowns, damping, drag,
-//! moving supports, and the time and size of the step.
+//! A simulation passes these to the stepper of its scheme. A system has the rod under its loads, free and prescribed
+//! unknowns, damping, drag and moving supports; a step has its end (s) and size (s). The stepper adds its evaluations
+//! and factorizations to the counts.
 
 use crate::energy::Derivatives;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
@@ -32,7 +34,7 @@ pub struct Work {
 }
 
 impl std::ops::AddAssign for Work {
-    /// Adds the counts of other work.
+    /// Adds each count of `other` to the same count.
     fn add_assign(&mut self, other: Self) {
         self.steps += other.steps;
         self.newton_iterations += other.newton_iterations;
@@ -88,8 +90,8 @@ pub(crate) struct Step<'a, D, R> {
 }
 
 impl<D: Nestable, R> System<D, R> {
-    /// Overwrites the entries of prescribed unknowns in `v` with their recorded velocities at `time`, s, m/s. Nothing
-    /// changes without such unknowns.
+    /// Overwrites the entries of `v` of nodes held by moving supports or recordings with their velocities at `time`,
+    /// s, in m/s. Nothing changes without recorded unknowns inside the free range.
     pub fn apply_prescribed_velocities(&self, time: f64, v: &mut [D]) {
         if let (false, Some(boundary_motion)) = (self.prescribed.is_empty(), &self.boundary_motion)
         {

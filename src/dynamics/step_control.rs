@@ -13,6 +13,9 @@
 //! Supports that move and fluids that flow do work. There a wrong root shows in the rotation of edges: none may turn by
 //! more than 45 degrees in a step. The average vector field conserves the energy where its quadrature is exact; its
 //! limits are much smaller, for losses too.
+//!
+//! [`StepControl::check`] is called after every trial step, with the simulation; its error makes the caller halve the step
+//! or end the run. [`StepControl::accept`] is called for each accepted step.
 
 use crate::dynamics::energy_balance::is_dissipative;
 use crate::dynamics::simulation::Simulation;
@@ -74,8 +77,9 @@ struct Limits {
 }
 
 impl Limits {
-    /// The limits for the scheme of a scene: those of an energy-conserving scheme without damping, or those of all
-    /// others. `None` without `[time]`, and where supports or a fluid do work.
+    /// The limits for the scheme of a scene: those of an energy-conserving scheme without damping and user-defined
+    /// energies, for gains and losses; or those of all others, for gains. `None` without `[time]`, and where moving
+    /// supports or a flow do work.
     fn of(scene: &Scene) -> Option<Self> {
         let time = scene.time.as_ref()?;
         if scene.supports.move_ends() || scene.loads.have_flow() {
@@ -160,7 +164,8 @@ pub(crate) struct StepControl {
 }
 
 impl StepControl {
-    /// The control of a run of the scene, at the initial state of the simulation.
+    /// The control of a run of the scene, at the initial state of the simulation: its energy is the reference of
+    /// gains. No energy is computed for scenes without limits.
     pub fn new<R: Rod<f64>>(scene: &Scene, simulation: &Simulation<f64, R>) -> Self {
         let limits = Limits::of(scene);
         let (start, kinetic, still) = match limits {
@@ -187,8 +192,10 @@ impl StepControl {
         }
     }
 
-    /// Rejects the step `simulation` has just made if its energy grew beyond the limits. `at_last`: the step will not
-    /// be halved again, so that the wider limit holds.
+    /// Rejects the step that `simulation` has just made if the total energy changed beyond the limits, per step or
+    /// since the reference. Without limits it is rejected if an edge turned by more than 45 degrees. The sum of all
+    /// energies is skipped in easy steps without a rise of the kinetic energy, at most `interval` in succession.
+    /// `at_last`: the step will not be halved again, so that the wider limit holds.
     pub fn check<R: Rod<f64>>(
         &mut self,
         simulation: &Simulation<f64, R>,
@@ -235,8 +242,8 @@ impl StepControl {
         Ok(())
     }
 
-    /// Accepts the checked step: if its energy was summed, it is the reference of the next check, and a lower energy
-    /// that of later gains.
+    /// Accepts the checked step. If its energy was summed, it is the reference of the next check, and, where energy
+    /// must fall, a lower one also that of the run's gain. The largest kinetic energy is updated.
     pub fn accept(&mut self) {
         match self.now {
             Some(now) => {
@@ -253,8 +260,8 @@ impl StepControl {
     }
 }
 
-/// The check where supports or a fluid do work, so that a wrong root does not show in the energy: rejects the step
-/// `simulation` has just made if an edge turned by more than 45 degrees.
+/// The check where supports or a fluid do work, so that a wrong root does not show in the energy. It rejects the step
+/// `simulation` has just made if an edge turned by more than 45 degrees ([`Error::Leap`]).
 fn not_leapt<R: Rod<f64>>(simulation: &Simulation<f64, R>) -> Result<(), Error> {
     let (before, now) = (simulation.previous(), simulation.state());
     match simulation.rod().over_rotated_edge(&before.q, &now.q, &before.frames) {

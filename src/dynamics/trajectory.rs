@@ -1,9 +1,11 @@
-//! Trajectories: positions and velocities of tracked nodes at every step of a run, with their derivatives by
-//! parameters.
+//! Trajectories: positions and velocities of tracked nodes at the start and after every step of a run, with their
+//! derivatives by parameters.
 //!
-//! [`Trajectory`] belongs to one problem and one run, or to an equilibrium (one record at time 0). Positions of points
-//! on the rod at any time follow by cubic Hermite interpolation. [`Trajectory::over`] repeats the run in another
-//! scalar, for example hyper-dual numbers for second derivatives.
+//! [`Trajectory`] belongs to one problem and one run, or to an equilibrium (one record at time 0, with zero
+//! velocities). A run is made by [`Problem::simulate`] or [`Trajectory::run`]. Positions of points on the rod at any
+//! simulated time follow by cubic Hermite interpolation. [`Trajectory::over`] repeats the run in another scalar, for
+//! example hyper-dual numbers for second derivatives. Energies, reactions, axes of edges and stability checks are
+//! recorded if requested before the run.
 
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::run::{RunObservers, RunTask, Snapshot, repeat_over, run};
@@ -36,9 +38,9 @@ pub struct Trajectory<D = f64> {
 }
 
 impl Problem {
-    /// Simulates the whole scene and keeps every node.
+    /// Simulates the whole scene and keeps positions and velocities of every node, without derivatives.
     ///
-    /// The numerics are those of the problem, and are not checked by the run: where the program chose them, use
+    /// The numerics are those of the problem, and the run does not check them. Where the program chose them, use
     /// [`Scene::simulate`](crate::Scene::simulate), which repeats a run that is less accurate than requested.
     ///
     /// ```
@@ -55,8 +57,8 @@ impl Problem {
         self.simulate_with(&[])
     }
 
-    /// Simulates the whole scene with the derivatives of every node's motion with respect to
-    /// `parameters`.
+    /// Simulates the whole scene and keeps positions and velocities of every node, with their derivatives with
+    /// respect to `parameters`.
     ///
     /// ```
     /// use rodfit::{Parameter, Point, Scene};
@@ -79,7 +81,8 @@ impl Problem {
 }
 
 impl Trajectory {
-    /// An empty record of the nodes `tracked`, with derivatives by `parameters`.
+    /// An empty record of the nodes `tracked`, sorted and without duplicates, for a run with derivatives by
+    /// `parameters`. Nothing is simulated.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a parameter that the scene does not have, [`Error::OutOfRange`] for a
@@ -109,7 +112,8 @@ impl Trajectory {
         })
     }
 
-    /// An empty trajectory for a run that is observed only, and records nothing.
+    /// An empty trajectory for a run whose states are only passed to an observer: no motion, energies or reactions
+    /// are recorded, and there are no derivatives.
     ///
     /// # Errors
     /// None today.
@@ -119,35 +123,35 @@ impl Trajectory {
         Ok(trajectory)
     }
 
-    /// Requests, for the run to come, the director axes of these edges, in ascending order.
+    /// Requests, for the run to come, the director axes of these edges; `edges` must be in ascending order.
     pub(crate) fn keep_axes(mut self, edges: &[usize]) -> Self {
         self.record = self.record.with_axes(edges);
         self
     }
 
-    /// Requests the [energies](Self::energies) of the run to come.
+    /// Requests the [energies](Self::energies) at every recorded time of the run to come.
     pub fn keep_energies(mut self) -> Self {
         self.record.energies = Some(Vec::new());
         self
     }
 
-    /// Requests, for the run to come, stability checks of a few states.
-    /// [`SimulationReport`](crate::dynamics::SimulationReport) then has a warning where symmetry holds the rod at an
-    /// unstable one.
+    /// Requests, for the run to come, stability checks of at most nine states, the last one included.
+    /// [`SimulationReport`](crate::dynamics::SimulationReport) then has a warning if symmetry holds the rod at an
+    /// unstable state.
     pub fn check_stability(mut self) -> Self {
         self.record.stability = Some(StabilityChecks::default());
         self
     }
 
-    /// Requests the [reactions](Self::reactions) of the run to come.
+    /// Requests the [reactions](Self::reactions) of the supports at every recorded time of the run to come.
     pub fn keep_reactions(mut self) -> Self {
         self.record.reactions = Some(Vec::new());
         self
     }
 
-    /// The [equilibrium](Problem::equilibrium) of a problem as a record at time 0: the nodes
-    /// `tracked` where the rod comes to rest under its loads, and their exact derivatives
-    /// by `parameters`. The scene needs no `[time]`. The work counts the Newton iterations of the way.
+    /// The [equilibrium](Problem::equilibrium) of a problem as a record at time 0: the nodes `tracked` of the rod at
+    /// rest under its loads, with zero velocities, and their exact derivatives by `parameters`. The scene needs no
+    /// `[time]`. The work counts the Newton iterations of the search.
     ///
     /// ```
     /// use rodfit::{Parameter, Point, Scene, Trajectory};
@@ -175,8 +179,9 @@ impl Trajectory {
         Ok(trajectory)
     }
 
-    /// Simulates `steps` steps of the scene from its start and records them. `after` is called with the initial state and
-    /// after every step. The record remains when a step fails.
+    /// Simulates `steps` steps of the scene from its start and records them, the start included. `after` is called
+    /// with the initial state and after every step of the scene. If a step fails, its error is returned, and the
+    /// states before it remain recorded.
     ///
     /// # Errors
     /// A record is of one run of the problem it was made for: [`Error::Invalid`] for a second run,
@@ -192,7 +197,8 @@ impl Trajectory {
         self.run_seen(problem, steps, &mut after)
     }
 
-    /// The run of [`run`](Self::run), not generic, so that callers do not compile the simulation again.
+    /// The run of [`run`](Self::run), not generic, so that callers do not compile the simulation again. If the
+    /// parameters include a damping whose value is zero, the run is made with a trace of viscosity.
     fn run_seen(
         &mut self,
         problem: &Problem,
@@ -219,8 +225,8 @@ impl Trajectory {
         }
     }
 
-    /// Rejects a run of `problem` over so many steps: into a record that is not empty, of another scene, or with more
-    /// steps than the scene has.
+    /// Rejects a run of `problem` over so many `steps` into a record that is not empty, of another scene than the
+    /// trajectory's, or with more steps than the scene has. A scene without `[time]` is rejected too.
     ///
     /// # Errors
     /// [`Error::Invalid`].
@@ -246,9 +252,9 @@ impl Trajectory {
         Ok(())
     }
 
-    /// The same again over another scalar, with the numbers that `seed` makes of the parameters: a
-    /// run step for step, halves too, a rod at rest at the same place. Second derivatives of the
-    /// motion come from hyper-dual numbers:
+    /// The same motion again over another scalar, with the numbers that `seed` makes of the parameters. A run is
+    /// repeated with the same accepted steps, bisected ones included; an equilibrium is differentiated. Nodes, axes
+    /// and times are those of this trajectory. Second derivatives of the motion come from hyper-dual numbers:
     ///
     /// ```
     /// use num_dual::HyperDual64;
@@ -284,8 +290,8 @@ impl Trajectory {
         })
     }
 
-    /// The recorded motion over the scalar `D`, with the numbers of the scene that `seed` returns: the run is repeated,
-    /// or the equilibrium differentiated.
+    /// The recorded motion over the scalar `D`, with the numbers of the scene that `seed` returns. A run is repeated
+    /// with the same steps; an equilibrium is found again in plain numbers and differentiated.
     fn record_over<D: Nestable, M: Model>(
         &self,
         discretized: &Discretized<'_, M>,
@@ -305,19 +311,19 @@ impl Trajectory {
         Ok(record)
     }
 
-    /// The parameters of the derivatives.
+    /// The parameters of the derivatives, in their order; empty for a trajectory in another scalar.
     pub fn parameters(&self) -> &[Parameter] {
         &self.parameters
     }
 
-    /// Energies by term at each of [`times`](Self::times), J; empty unless they were to be
-    /// [kept](Self::keep_energies).
+    /// Energies by term at each of [`times`](Self::times), J; empty unless they were requested by
+    /// [`keep_energies`](Self::keep_energies).
     pub fn energies(&self) -> &[Energies] {
         self.record.energies.as_deref().unwrap_or_default()
     }
 
-    /// Forces and moments of the supports on the rod at each of [`times`](Self::times); empty unless it was to
-    /// be [kept](Self::keep_reactions).
+    /// Forces, N, and moments, N m, of the supports on the rod at each of [`times`](Self::times), in world axes.
+    /// Empty unless they were requested by [`keep_reactions`](Self::keep_reactions).
     ///
     /// ```
     /// use rodfit::{Scene, Trajectory};
@@ -333,9 +339,10 @@ impl Trajectory {
         self.record.reactions.as_deref().unwrap_or_default()
     }
 
-    /// Position of a point at a time, m, and its derivative by each of
-    /// [`parameters`](Self::parameters), in world axes. Between steps the cubic Hermite
-    /// interpolant of positions and velocities.
+    /// Position of a point at a time, s, in world axes, m, and its derivative by each of
+    /// [`parameters`](Self::parameters), in their order. Between steps it is the cubic Hermite interpolant of
+    /// positions and velocities of nodes. The derivatives include that of the point's weights of nodes, as the mesh
+    /// may depend on a parameter.
     ///
     /// ```
     /// use rodfit::{Point, Scene};
@@ -366,36 +373,36 @@ impl Trajectory {
 }
 
 impl Trajectory {
-    /// The record of the trajectory, without a copy.
+    /// The record of the trajectory, by value.
     pub(crate) fn into_record(self) -> Record {
         self.record
     }
 
-    /// The record, to which a run appends its states.
+    /// The record of the trajectory, mutable: a run appends its states to it.
     pub(super) fn record_mut(&mut self) -> &mut Record {
         &mut self.record
     }
 }
 
 impl<D: Scalar> Trajectory<D> {
-    /// The record of all states.
+    /// The record of all states: times, motions and derivatives.
     pub(crate) fn record(&self) -> &Record<D> {
         &self.record
     }
 
-    /// Times of the records, s: the start and the end of every step.
+    /// Times of the records, s: the start and the end of every step of the scene; 0 alone for an equilibrium.
     pub fn times(&self) -> &[f64] {
         self.record.times()
     }
-    /// Counts of the numerical work of the run.
+    /// Counts of the numerical work of the run, or of the search for the equilibrium (Newton iterations only).
     pub fn work(&self) -> Work {
         self.record.work
     }
-    /// Wall time of the stepping alone.
+    /// Wall time of the stepping, without the setup of the run and the recording of states.
     pub fn stepping(&self) -> Duration {
         self.record.stepping
     }
-    /// Number of nodes of the rod.
+    /// Number of nodes of the rod, tracked or not.
     pub fn nodes(&self) -> usize {
         self.problem.nodes()
     }
@@ -415,25 +422,26 @@ impl<D: Scalar> Trajectory<D> {
             .place(|i| self.node(i, k))
     }
 
-    /// Position of a tracked node after `k` steps in world coordinates, m. Panics if `k` was not
+    /// Position of a tracked node after `k` steps of the scene in world coordinates, m. Panics if `k` was not
     /// recorded or the node not tracked.
     pub fn node(&self, node: usize, k: usize) -> [D; 3] {
         self.motion(node, k)[0]
     }
 
-    /// Velocity of a tracked node after `k` steps in world axes, m/s. Panics if `k` was not recorded
-    /// or the node not tracked.
+    /// Velocity of a tracked node after `k` steps of the scene in world axes, m/s. Panics if `k` was not recorded or
+    /// the node not tracked.
     pub fn velocity(&self, node: usize, k: usize) -> [D; 3] {
         self.motion(node, k)[1]
     }
 
-    /// The position, m, and velocity, m/s, of a tracked node in record `k`.
+    /// The position, m, and velocity, m/s, of a tracked node in record `k`. Panics if it was not recorded.
     fn motion(&self, node: usize, k: usize) -> &Motion<D> {
         self.record.motion_of(node, k).expect("the node is tracked, and the step recorded")
     }
 }
 
-/// Records the equilibrium of a problem at time 0, and its derivatives by `parameters`.
+/// Finds the equilibrium of a problem and appends it to `record` at time 0: positions of the tracked nodes with zero
+/// velocities, and their derivatives by `parameters`. Sets the count of Newton iterations.
 fn rest<M: Model>(
     discretized: &Discretized<'_, M>,
     parameters: &[Parameter],
@@ -458,8 +466,8 @@ fn rest<M: Model>(
 pub type Motions = Vec<[[f64; 3]; 2]>;
 
 impl Trajectory {
-    /// The parts of the record: times, s; positions and velocities of the tracked nodes at every time; and their
-    /// derivatives by every parameter.
+    /// The parts of the record: times, s, and positions, m, and velocities, m/s, of the tracked nodes, record after
+    /// record. The third part has their derivatives in the same order, one list per parameter.
     pub fn into_parts(self) -> (Vec<f64>, Motions, Vec<Motions>) {
         self.record.into_parts()
     }
@@ -468,12 +476,13 @@ impl Trajectory {
 impl approx::AbsDiffEq for Trajectory {
     type Epsilon = f64;
 
-    /// The default tolerance, 1e-12 m.
+    /// The default tolerance of positions, 1e-12 m.
     fn default_epsilon() -> f64 {
         1e-12
     }
 
-    /// Whether times and tracked nodes are equal, and positions agree to `epsilon`, m.
+    /// Whether times and tracked nodes are equal, and every position agrees to a distance of `epsilon`, m. Velocities
+    /// and derivatives are not compared.
     fn abs_diff_eq(&self, other: &Self, epsilon: f64) -> bool {
         let [a, b] = [self, other].map(|t| t.record.motions());
         self.times() == other.times()
@@ -485,7 +494,7 @@ impl approx::AbsDiffEq for Trajectory {
 }
 
 impl PartialEq for Trajectory {
-    /// Whether times, tracked nodes and motions are equal.
+    /// Whether times, tracked nodes, positions and velocities are exactly equal. Derivatives are not compared.
     fn eq(&self, other: &Self) -> bool {
         self.times() == other.times()
             && self.record.tracked() == other.record.tracked()

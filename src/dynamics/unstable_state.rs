@@ -11,6 +11,7 @@
 //!    `s = 2 sigma^2` these displacements are `(K + s M)^-1 f` and `(K + s M)^-1 s^(1/2) M v`.
 //!
 //! The result is a warning with time and growth rate.
+//! The last such state of a run becomes a warning of its report; the run is not changed.
 
 use crate::code::Code;
 use crate::dynamics::simulation::Simulation;
@@ -47,7 +48,9 @@ pub(crate) struct UnstableState {
 }
 
 impl UnstableState {
-    /// The warning about this state, for a simulation that lasts until `end`, s.
+    /// The code and text of the warning about this state: its time or, at the end of a simulation that lasts until
+    /// `end`, s, the end, and the growth rate. Suggests a perturbation, and a spatial model if the mode leaves the
+    /// plane.
     pub fn warning(&self, end: f64) -> (Code, String) {
         let Self { time, rate, out_of_plane } = *self;
         let when = match time >= end * (1.0 - 1e-9) {
@@ -77,14 +80,16 @@ pub(crate) struct StabilityChecks {
 }
 
 impl StabilityChecks {
-    /// Whether the state after `step` of so many `steps` is examined: evenly spaced times, and the end.
+    /// Whether the state after `step` of `steps` steps is examined: one in about [`STEPS_PER_TIME`] steps, evenly
+    /// spaced, at most [`MOST_TIMES`] and the last one.
     pub fn includes(step: usize, steps: usize) -> bool {
         // Evenly spaced over the run.
         let times = (steps / STEPS_PER_TIME).min(MOST_TIMES) + 1;
         step == steps || step > 0 && (step * times) / steps != ((step - 1) * times) / steps
     }
 
-    /// Examines the present state of a simulation. A failure of the linear algebra is not reported.
+    /// Examines the present state of a simulation and counts it. An unstable state at which symmetry holds the rod
+    /// replaces the last one found. A failure of the linear algebra is not reported.
     pub fn examine<M: Model>(
         &mut self,
         discretized: &Discretized<'_, M>,
@@ -104,8 +109,9 @@ struct HeldMode {
     out_of_plane: bool,
 }
 
-/// The unstable state at which symmetry holds the rod now, with the growth rate of its fastest held mode; `None` if one
-/// of the three properties is missing.
+/// The unstable state at which symmetry holds the rod now, with the growth rate of its fastest held mode; `None` if
+/// one of the three properties of the header is missing. Modes in the plane and, if the rod has a torsional
+/// stiffness, out of it are examined.
 fn unstable_state<M: Model>(
     discretized: &Discretized<'_, M>,
     simulation: &Simulation<f64, M::Rod<f64>>,
@@ -168,9 +174,9 @@ fn unstable_state<M: Model>(
     Ok(persists.then_some(found))
 }
 
-/// Unknowns of the state without vibrations that are fast against a squared rate, 1/s^2, by the static response
-/// `(K + s M)^-1 f`. Axial vibrations, for example, double the load of a column for half a period. `None` if the
-/// response displaces the rod far: the state does not persist.
+/// Unknowns of the state without vibrations that are fast against a `squared` rate, 1/s^2: less the static response
+/// `(K + s M)^-1 f` to the forces out of balance. Axial vibrations, for example, double the load of a column for half
+/// a period. `None` if the response displaces a node by more than [`PERSISTENT`] lengths: the state does not persist.
 fn relaxed<M: Model>(
     discretized: &Discretized<'_, M>,
     rod: &M::Rod<f64>,
@@ -192,8 +198,9 @@ fn relaxed<M: Model>(
     Ok((!far).then(|| moved.collect()))
 }
 
-/// The square of the fastest growth rate, above `least`, of motions out of the plane of a planar scene at `q`, 1/s^2;
-/// `None` without one.
+/// The square of the fastest growth rate of motions out of the plane of a planar scene at `q`, 1/s^2, from its
+/// spatial model. `None` if no squared rate exceeds `least`, or the motion displaces no node (a spin). `scale`,
+/// 1/s^2, is that of the eigenvalue search.
 fn out_of_plane<M: Model>(
     discretized: &Discretized<'_, M>,
     q: &[f64],
@@ -217,13 +224,14 @@ fn out_of_plane<M: Model>(
     Ok(fastest.filter(|mode| moves(&mode.vector)).map(|mode| -mode.squared))
 }
 
-/// The largest displacement of a node along an axis, m.
+/// The largest absolute component of the displacements of nodes in a motion `x`, m; angles are left out.
 fn largest_displacement<M: Model>(x: &[f64]) -> f64 {
     let lengths = x.iter().enumerate().filter(|(i, _)| !M::Rod::<f64>::is_angle(*i));
     lengths.map(|(_, x)| x.abs()).fold(0.0, f64::max)
 }
 
-/// The largest component of a displacement of nodes, m, among four unknowns of a node, of which the last is an angle.
+/// The largest absolute component of the displacements of nodes, m, in a motion `x` with four unknowns per node, of
+/// which the last is an angle.
 fn largest_displacement_in_space(x: &[f64]) -> f64 {
     x.chunks(4).flat_map(|node| node.iter().take(3)).map(|x| x.abs()).fold(0.0, f64::max)
 }

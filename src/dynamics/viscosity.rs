@@ -12,6 +12,9 @@
 //! ```
 //!
 //! so that the branch adds `g w` to the factor of the stiffness and `g (w s0 - e^(-h/tau) z0)` to the shift.
+//!
+//! Input: coefficients of the step, damping, and strains, rates and spring stretches at its start. Output: a
+//! [`Viscosity`], from which the laws of a step follow, and the stretches of the Maxwell springs after the step.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::numerics::phi_function::phi1;
@@ -20,8 +23,8 @@ use crate::numerics::vector::map_components;
 use crate::rod::{InternalVariables, Viscosity};
 use crate::scene::{Damping, Maxwell};
 
-/// The factors `[e^(-h/tau), w]` of a Maxwell spring over a step of length `h`, s: of its stretch `z0` and of the
-/// change of its strain, in its stretch at the end.
+/// The factors `[e^(-h/tau), w]` in the stretch of a Maxwell spring at the end of a step of length `h`, s: of its
+/// stretch `z0` at the start, and of the change of its strain.
 pub fn relaxation<D: Scalar>(maxwell: &Maxwell<D>, h: f64) -> [D; 2] {
     let x = maxwell.time.recip() * h;
     [(-x).exp(), phi1(x)]
@@ -50,8 +53,8 @@ pub struct EffectiveStrainFactors<D> {
 }
 
 impl<D: Scalar> EffectiveStrainFactors<D> {
-    /// The factors at the end of a step, which began with `s0`, `r0` and `z0`; of an averaging scheme for the viscous
-    /// stress alone.
+    /// The factors of the stress at the end of a step that began with `s0`, `r0` and `z0`. Those of an averaging
+    /// scheme are for the viscous stress alone, with half of the damping times.
     pub fn at_end(coefficients: &StepCoefficients<D>, damping: &Damping<D>) -> Self {
         let (zero, part) = (D::from(0.0), if coefficients.averages() { 0.5 } else { 1.0 });
         let past = [(1.0, 0.0), (0.0, 1.0)]
@@ -76,8 +79,9 @@ impl<D: Scalar> EffectiveStrainFactors<D> {
         }
     }
 
-    /// The factors at the start of a step, where the strain `s0`, its rate `r0` and the stretch `z0` of the Maxwell
-    /// spring are known.
+    /// The factors of the stress at the start of a step, where the strain `s0`, its mean rate `r0` over the step
+    /// before and the stretch `z0` of the Maxwell spring are given. Those of an averaging scheme are for half of the
+    /// viscous stress alone.
     pub fn at_start(coefficients: &StepCoefficients<D>, damping: &Damping<D>) -> Self {
         let zero = D::from(0.0);
         // An average counts both ends by half.
@@ -94,8 +98,10 @@ impl<D: Scalar> EffectiveStrainFactors<D> {
     }
 }
 
-/// Overwrites `viscosity` with the stress at the end of a step that began with the internal variables `before`: a
-/// factor of the stiffnesses, and shifts of the natural strains.
+/// Overwrites `viscosity` with the stress at the end of a step that began with the internal variables `before`, by
+/// Kelvin-Voigt and Maxwell stress. It is a factor of the stiffnesses, and shifts of the natural strains. For
+/// averaging schemes they are those of dashpots alone. Kinds with additional times get their own factors and past
+/// rates.
 pub fn at_end<D: Scalar>(
     coefficients: &StepCoefficients<D>,
     damping: &Damping<D>,
@@ -136,7 +142,8 @@ pub fn at_end<D: Scalar>(
     }
 }
 
-/// Overwrites `viscosity` with the stress at the start of a step, where the internal variables `now` have the rates.
+/// Overwrites `viscosity` with the stress at the start of a step, from strain rates and spring stretches in `now`.
+/// For averaging schemes it is half of the viscous stress of dashpots alone, expressed by shifted strains.
 pub fn at_start<D: Scalar>(
     coefficients: &StepCoefficients<D>,
     damping: &Damping<D>,
@@ -153,8 +160,8 @@ pub fn at_start<D: Scalar>(
     }
 }
 
-/// Overwrites `z` with the stretches of the Maxwell springs after a step of length `h`, s, from the internal variables
-/// `before` to these `strains`; empty without a Maxwell branch.
+/// Overwrites `z` with the stretches of the Maxwell springs after a step of length `h`, s, from the internal
+/// variables `before` to these `strains`: `z0 e^(-h/tau) + (s1 - s0) w`. Empty without a Maxwell branch.
 pub fn relax<D: Scalar>(
     damping: &Damping<D>,
     h: f64,

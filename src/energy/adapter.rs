@@ -54,7 +54,7 @@ fn scaled<D: Scalar>(axis: &[f64; 3], factor: D) -> Vector<D> {
     [factor * axis[0], factor * axis[1], factor * axis[2]]
 }
 
-/// The vector with the components `along` along the axes.
+/// The vector with the components `along` along the first `M` axes: the sum of each axis times its component.
 #[inline]
 fn along<D: Scalar, const M: usize>(axes: &[[f64; 3]; M], along: [D; M]) -> Vector<D> {
     let mut sum = scaled(&axes[0], along[0]);
@@ -73,7 +73,8 @@ impl<B: Scalar> Chart<B> {
         }
     }
 
-    /// Number of unknowns of `nodes` nodes and the edges between them.
+    /// Number of unknowns of `nodes` consecutive nodes and the edges between them: `2 nodes` in a plane, `4 nodes - 1` in
+    /// space.
     pub fn unknowns(&self, nodes: usize) -> usize {
         match self {
             Self::Plane { .. } => 2 * nodes,
@@ -81,7 +82,8 @@ impl<B: Scalar> Chart<B> {
         }
     }
 
-    /// The derivative of a node's position in the world by its unknown number `component`.
+    /// The constant derivative of a node's position in the world by its coordinate number `component` (0 or 1 in a plane,
+    /// 0 to 2 in space): an axis of the model.
     pub fn axis(&self, component: usize) -> [f64; 3] {
         match self {
             Self::Plane { axes, .. } => axes[component],
@@ -90,8 +92,9 @@ impl<B: Scalar> Chart<B> {
         }
     }
 
-    /// Positions of the nodes, m, and directors of the edges of an element with unknowns `q`; `over` converts the numbers
-    /// of the chart to the scalar of `q`.
+    /// Positions of the `N` nodes, m, and directors of the `N - 1` edges between them (zeros in unused places), in the
+    /// world, of an element with unknowns `q`. In space directors are transported from the reference `frames` and turned
+    /// by the edge's angle. `over` converts the numbers of the chart to the scalar of `q`.
     #[inline]
     pub fn world<D: Scalar, const N: usize>(
         &self,
@@ -162,11 +165,13 @@ pub struct Site<'a, D> {
 
 /// A user-defined energy, J, and its derivatives by the unknowns `q` of an element, in one scalar.
 pub trait Over<D> {
-    /// The energy at the unknowns `q` of the element at `site`, J.
+    /// The energy, J, at the unknowns `q` of the element at `site`, times the weight of the site.
     fn energy(&self, site: &Site<D>, q: &[D]) -> D;
-    /// Writes the derivatives by `q`, N (N m for angles), by the method of `derivatives`; later entries stay as they are.
+    /// Writes the derivatives by `q`, N (N m for angles), times the weight of the site, by the method of `derivatives`.
+    /// Entries of `gradient` beyond the unknowns stay as they are.
     fn gradient(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, gradient: &mut [D; MOST]);
-    /// Writes the gradient and the lower triangle of the Hessian by `q` to `local`, by the method of `derivatives`.
+    /// Writes the gradient and the lower triangle of the Hessian by `q`, times the weight of the site, to `local`, by the
+    /// method of `derivatives`. Other entries have no meaning.
     fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, local: &mut OwnLocal<D>);
 }
 
@@ -181,7 +186,8 @@ pub trait AnyEnergy:
     /// Whether a rod in the plane with this normal through this point, m, stays in it, at these parameter values: see
     /// [`OwnEnergy::keeps_plane`].
     fn keeps_plane(&self, values: &[f64], normal: [f64; 3], point: [f64; 3]) -> bool;
-    /// Sums of the absolute terms in the gradient and Hessian by `q`, for relative errors: see [`Terms`].
+    /// Sums of the absolute terms in each entry of the gradient and Hessian by `q`, the measure of relative errors: see
+    /// [`Terms`].
     fn terms(&self, site: &Site<f64>, q: &[f64]) -> OwnLocal<f64>;
 }
 
@@ -230,8 +236,8 @@ macro_rules! by_size {
 }
 
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
-    /// The energy at the unknowns `q`, J, times the weight of the site; `over` converts the numbers of the site to the scalar of
-    /// `q`.
+    /// The energy at the unknowns `q`, J, times the weight of the site (1 without one); `over` converts the numbers of
+    /// the site to the scalar of `q`.
     #[inline]
     fn value<B: Scalar, D: Scalar>(
         &self,
@@ -248,7 +254,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         }
     }
 
-    /// The result of `of` for the place and the parameters of the site, both converted by `over`.
+    /// Calls `of` with the rest shape and the parameters of the site, both converted by `over`, and returns its result.
     #[inline]
     fn at<B: Scalar, D: Scalar, T>(
         &self,
@@ -260,7 +266,8 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         of(&Place::new(N, &|i| over(site.place[i])), &parameters)
     }
 
-    /// The gradient by the unknowns `q` from hand-derived slopes by nodes and directors, times the weight; none if the energy
+    /// The gradient by the unknowns `q`, times the weight, from the user's first derivatives by nodes and directors. The
+    /// part of the nodes uses the constant axes of the chart, that of the directors dual numbers. `None` if the energy
     /// has no hand-derived gradient.
     fn hand_gradient<B: Nestable, const Q: usize>(
         &self,
@@ -287,8 +294,9 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         Some(gradient)
     }
 
-    /// Gradient and Hessian by `q` (lower triangle), times the weight, from the hand-derived derivatives by nodes and directors
-    /// with the chain rule. None if the energy has no hand-derived gradient or Hessian.
+    /// Gradient and lower triangle of the Hessian by `q`, times the weight. They follow by the chain rule of the module
+    /// from the user's first and second derivatives by nodes and directors. Derivatives of directors are computed in dual
+    /// numbers, if used. `None` if the energy has no hand-derived gradient or no hand-derived Hessian.
     fn hand_tangent<B: Nestable, const Q: usize>(
         &self,
         site: &Site<B>,
@@ -370,7 +378,8 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         Some((gradient, hessian))
     }
 
-    /// Adds slopes by node positions to a gradient by unknowns: the transposed axes of the chart times `slope(i)` of node `i`.
+    /// Adds the derivatives by node positions to a gradient by unknowns: for each coordinate of node `i` the product of
+    /// its axis with `slope(i)`.
     fn add_by_nodes<B: Scalar>(
         &self,
         chart: &Chart<B>,
@@ -396,7 +405,8 @@ struct EnergyOfUnknowns<'a, B, E, const N: usize, const P: usize> {
 impl<B: Scalar, E: OwnEnergy<N, P>, const N: usize, const P: usize> Function<B>
     for EnergyOfUnknowns<'_, B, E, N, P>
 {
-    /// The energy, J, at the unknowns `q`; `over` converts numbers of the rod's scalar to that of the unknowns.
+    /// The energy, J, times the weight of the site, at the unknowns `q`; `over` converts numbers of the rod's scalar to
+    /// that of the unknowns.
     #[inline]
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D {
         self.energy.value(self.site, over, q)
@@ -410,7 +420,8 @@ struct DirectorPull<'a, B, S, const N: usize> {
 }
 
 impl<B: Scalar, S: Fn(By) -> Vector<B>, const N: usize> Function<B> for DirectorPull<'_, B, S, N> {
-    /// The scalar product at the unknowns `q`; `over` converts numbers of the rod's scalar to that of the unknowns.
+    /// The sum over all directors of the element of their scalar products with the constant slopes, at the unknowns `q`;
+    /// `over` converts numbers of the rod's scalar to that of the unknowns.
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D {
         let (_, edges) = self.site.chart.world::<D, N>(over, q, self.site.frames);
         let mut sum = D::from(0.0);
@@ -426,12 +437,13 @@ impl<B: Scalar, S: Fn(By) -> Vector<B>, const N: usize> Function<B> for Director
 }
 
 impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> for Adapter<E, N, P> {
-    /// The energy at the unknowns `q` of the element at `site`, J.
+    /// The energy, J, at the unknowns `q` of the element at `site`, times its weight.
     fn energy(&self, site: &Site<D>, q: &[D]) -> D {
         self.value(site, |x| x, q)
     }
 
-    /// Writes the derivatives by `q`, N (N m for angles): by hand if requested and available, else by dual numbers.
+    /// Writes the derivatives by `q`, N (N m for angles), to the first entries of `to`: by hand if requested and
+    /// available, else by dual numbers.
     fn gradient(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, to: &mut [D; MOST]) {
         by_size!(q, |q| {
             // An energy without hand-derived derivatives is differentiated by dual numbers.
@@ -445,8 +457,8 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
         })
     }
 
-    /// Writes first derivatives and the lower triangle of the second ones by `q`: by hand if requested and available, else by
-    /// dual numbers.
+    /// Writes first derivatives and the lower triangle of the second ones by `q` to the first entries of `to`: by hand if
+    /// requested and both are available, else by dual numbers.
     fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, to: &mut OwnLocal<D>) {
         by_size!(q, |q| {
             let by_hand = match derivatives {
@@ -464,7 +476,7 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
 }
 
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> AnyEnergy for Adapter<E, N, P> {
-    /// The number of nodes of one element.
+    /// The number `N` of neighboring nodes of one element.
     fn nodes(&self) -> usize {
         N
     }
@@ -474,13 +486,15 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> AnyEnergy for Adapter<E
         const { &E::PARAMETERS }
     }
 
-    /// Whether a rod in the plane with this normal through this point, m, stays in it, by the user's method.
+    /// Whether a rod in the plane with this normal through this point, m, stays in it at these parameter values, by the
+    /// user's method.
     fn keeps_plane(&self, values: &[f64], normal: [f64; 3], point: [f64; 3]) -> bool {
         let parameters = components(|i| values[i]);
         self.0.keeps_plane(&parameters, normal, point)
     }
 
-    /// Sums of the absolute terms in the gradient and Hessian by `q`, from an evaluation in `Terms`.
+    /// Sums of the absolute terms in each entry of the gradient and Hessian by `q`, with the floor of rounding errors,
+    /// from an evaluation in `Terms`. Entries beyond the unknowns are zero.
     fn terms(&self, site: &Site<f64>, q: &[f64]) -> OwnLocal<f64> {
         let mut local = ([0.0; MOST], [[0.0; MOST]; MOST]);
         by_size!(q, |q| {

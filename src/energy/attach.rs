@@ -16,13 +16,14 @@ use std::sync::Arc;
 struct Kept(Arc<dyn AnyEnergy>);
 
 impl Code for Kept {
-    /// Names and quantities of the parameters of the energy.
+    /// Names and quantities (unit, allowed range) of the parameters of the energy.
     fn parameters(&self) -> &'static [(&'static str, Quantity)] {
         self.0.parameters()
     }
 }
 
-/// The energy in the form that a scene stores, over all scalars of the rod. More than three nodes do not compile.
+/// The energy as code that a scene stores, compiled for all scalars of the rod. An energy over more than three nodes does
+/// not compile.
 fn code<E, const N: usize, const P: usize>(energy: E) -> Arc<dyn Code>
 where
     E: OwnEnergy<N, P>,
@@ -31,15 +32,16 @@ where
     Arc::new(Kept(Arc::new(Adapter(energy))))
 }
 
-/// The user-defined energy of `attached`; none if its code has not been given.
+/// The user-defined energy of `attached`, an entry of the scene's energies; `None` if its code has not been given.
 pub(crate) fn energy<D>(attached: &Attached<D>) -> Option<&Arc<dyn AnyEnergy>> {
     let code: &dyn Any = attached.code()?;
     code.downcast_ref::<Kept>().map(|kept| &kept.0)
 }
 
 impl Scene {
-    /// The scene with an [energy of one's own](crate::energy::own) at the places `at`, with `values` of its parameters in their
-    /// order. These become numbers of the scene, named `energy.<name>.<parameter>`.
+    /// The scene with an [energy of one's own](crate::energy::own) added at the places `at`, with the `values` of its
+    /// parameters in their order. These become numbers of the scene, named `energy.<name>.<parameter>`. An existing
+    /// energy of this name stays too.
     pub fn with_energy<E, const N: usize, const P: usize>(
         mut self,
         name: &str,
@@ -54,8 +56,8 @@ impl Scene {
         self
     }
 
-    /// Supplies the code of the energy `name` of the scene file; its place and the values of its parameters are those of the
-    /// file.
+    /// Supplies the code of the energy `name` of the scene file; its place and the values of its parameters are those of
+    /// the file. Replaces code that was given before.
     ///
     /// # Errors
     ///

@@ -88,14 +88,14 @@ pub struct JointLaw<D> {
 }
 
 impl<D: Scalar> JointLaw<D> {
-    /// A node without stiffness.
+    /// A law with stiffnesses and natural strains of zero.
     pub(crate) fn none() -> Self {
         let zero = D::from(0.0);
         let stiffness = Stiffness { bend: [zero; 3], twist: zero, coupling: [zero; 2] };
         Self { stiffness, natural: [zero; 3] }
     }
 
-    /// The laws `all` of consecutive nodes as one law in SIMD lanes.
+    /// The laws `all` of consecutive nodes as one law in SIMD lanes: lane `k` has the numbers of law `k`.
     #[inline(always)]
     pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> JointLaw<V> {
         JointLaw {
@@ -108,13 +108,14 @@ impl<D: Scalar> JointLaw<D> {
         }
     }
 
-    /// The element of a node with its reference frames and reference twist, rad.
+    /// The element of a node with this law, the reference frames of its two edges, and their reference twist, rad.
     #[inline(always)]
     pub fn at(&self, frames: [EdgeFrame<D>; 2], twist: D) -> BendTwist<D> {
         BendTwist { stiffness: self.stiffness, natural: self.natural, frames, twist }
     }
 
-    /// First derivatives of the energy by tangents and angles of two edges that are their own references, for a twist in rad.
+    /// First derivatives of the energy, N m, by `p` and `q` (tangent towards both directors) and `h` (angle) of the edges
+    /// `e` and `f`, with the total `twist`, rad. See [`Joint`].
     #[inline(always)]
     pub(crate) fn pull(
         &self,
@@ -138,7 +139,7 @@ impl<D: Scalar> Law<D, 3> for JointLaw<D> {
         self.stiffness
     }
 
-    /// Natural curvatures and twist `[k1, k2, tau]`, at which there is no stress.
+    /// Natural strains: integrated curvatures and twist, rad, `[k1, k2, tau]`, at which there is no stress.
     #[inline(always)]
     fn natural(&self) -> [D; 3] {
         self.natural
@@ -150,8 +151,8 @@ impl<D: Scalar> Law<D, 3> for JointLaw<D> {
         Self { stiffness, natural }
     }
 
-    /// Energies of stretching (zero), bending and twisting, J, at the difference `s` of the strains from the natural ones. Half
-    /// of a coupling between bending and twisting belongs to each.
+    /// Energies of stretching (zero), bending and twisting, J, at the difference `s` of the strains from the natural
+    /// ones. Half of a coupling between bending and twisting belongs to each of the two.
     #[inline(always)]
     fn energies(&self, s: &[D; 3]) -> [D; 3] {
         let stress: [D; 3] = self.stiffness.times(s);
@@ -160,7 +161,8 @@ impl<D: Scalar> Law<D, 3> for JointLaw<D> {
     }
 }
 
-/// The positions of the three nodes, m, and the angles of the two edges, rad.
+/// The positions of the three nodes, m, and the angles of the two edges, rad, from the unknowns `[x0, theta0, x1, theta1,
+/// x2]`.
 #[inline]
 fn split<D: Copy>(q: &[D; UNKNOWNS]) -> ([Vector<D>; 3], [D; 2]) {
     ([[q[0], q[1], q[2]], [q[4], q[5], q[6]], [q[8], q[9], q[10]]], [q[3], q[7]])
@@ -174,14 +176,16 @@ fn to_edges<D: Scalar>(q: &[D; UNKNOWNS]) -> [D; EDGE_UNKNOWNS] {
     [e[0], e[1], e[2], te, f[0], f[1], f[2], tf]
 }
 
-/// Gradient by the 11 unknowns of the nodes from the gradient `g` by the 8 unknowns of the edges (transposed differences).
+/// Gradient by the 11 unknowns of the nodes from the gradient `g` by the 8 unknowns of the edges: the transposed
+/// differences, with angles unchanged.
 #[inline]
 fn to_nodes<D: Scalar>(g: &[D; EDGE_UNKNOWNS]) -> [D; UNKNOWNS] {
     let [e0, e1, e2, te, f0, f1, f2, tf] = *g;
     [-e0, -e1, -e2, te, e0 - f0, e1 - f1, e2 - f2, tf, f0, f1, f2]
 }
 
-/// Hessian by the 11 unknowns of the nodes from the full Hessian `h` by the 8 unknowns of the edges.
+/// Hessian by the 11 unknowns of the nodes from the full Hessian `h` by the 8 unknowns of the edges: [`to_nodes`] of
+/// every row, then of every column.
 #[inline]
 fn hessian_to_nodes<D: Scalar>(
     h: &[[D; EDGE_UNKNOWNS]; EDGE_UNKNOWNS],
@@ -212,7 +216,8 @@ struct JointState<D> {
 }
 
 impl<D: Scalar> BendTwist<D> {
-    /// The two edges and the joint between them, at the edge vectors, m, and angles, rad.
+    /// The two edges and the joint between them, at the edge vectors, m, and angles, rad: directors are transported from
+    /// the reference frames.
     #[inline(always)]
     fn joined(&self, [e0, e1, e2, te, f0, f1, f2, tf]: &[D; EDGE_UNKNOWNS]) -> JointState<D> {
         let e = EdgeState::new(&self.frames[0], [*e0, *e1, *e2], *te);
@@ -220,7 +225,8 @@ impl<D: Scalar> BendTwist<D> {
         JointState { e, f, joint: self.joint(&e, &f, *tf - *te) }
     }
 
-    /// The joint of two edges whose angles differ by `turn`, rad.
+    /// The joint of two edges whose angles differ by `turn`, rad. Its twist is `turn` plus the reference twist, moved to
+    /// the present tangents.
     #[inline(always)]
     pub(crate) fn joint(&self, e: &EdgeState<D>, f: &EdgeState<D>, turn: D) -> Joint<D> {
         let from = [self.frames[0].tangent, self.frames[1].tangent];
@@ -228,7 +234,7 @@ impl<D: Scalar> BendTwist<D> {
         Joint::new(&e.edge, &f.edge, turn + (self.twist - transported))
     }
 
-    /// The strains `[k1, k2, tau]`: integrated curvatures and twist, rad, in the material frame.
+    /// The strains `[k1, k2, tau]` at the unknowns `q`: integrated curvatures in the material frame, and the twist, rad.
     #[inline]
     pub fn strains(&self, q: &[D; UNKNOWNS]) -> [D; 3] {
         self.joined(&to_edges(q)).joint.strains
@@ -242,20 +248,22 @@ impl<D: Scalar> BendTwist<D> {
         [bend, twist]
     }
 
-    /// The energy, J, as a function of the 8 unknowns of the edges.
+    /// The energy, J, as a function of the 8 unknowns of the edges: half the product of stresses and strains less natural
+    /// ones.
     #[inline]
     fn energy_of_edges(&self, edges: &[D; EDGE_UNKNOWNS]) -> D {
         let (law, strains) = (self.law(), self.joined(edges).joint.strains);
         dot(law.stress(&strains), law.difference(&strains)) * 0.5
     }
 
-    /// Stiffness and natural strains without the reference frames.
+    /// The law of the element: stiffness and natural strains without the reference frames.
     #[inline(always)]
     fn law(&self) -> JointLaw<D> {
         JointLaw { stiffness: self.stiffness, natural: self.natural }
     }
 
-    /// Gradient by the 8 unknowns of the edges at the state of the joint, for the stresses `w` of the three strains, N m.
+    /// Gradient by the 8 unknowns of the edges, N and N m, at the state of the joint, for the stresses `w` of the three
+    /// strains, N m; derived by hand.
     #[inline]
     fn gradient_of(JointState { e, f, joint }: &JointState<D>, w: &[D; 3]) -> [D; EDGE_UNKNOWNS] {
         let pull = joint.pull(&e.edge, &f.edge, w);
@@ -265,8 +273,9 @@ impl<D: Scalar> BendTwist<D> {
         [e0, e1, e2, te, f0, f1, f2, tf]
     }
 
-    /// Energy, gradient and lower triangle of the Hessian by the 8 unknowns of the edges, at the state of the joint: derivatives
-    /// by the edges' `p`, `q` and `h` (`energy::joint`), converted to edge vectors and angles.
+    /// Energy, gradient and lower triangle of the Hessian by the 8 unknowns of the edges, at the state of the joint.
+    /// Hand-derived derivatives by the edges' `p`, `q` and `h` (`energy::joint`) are converted to edge vectors and
+    /// angles. Entries above the diagonal are zero or partly set.
     fn tangent_of(&self, JointState { e, f, joint }: &JointState<D>) -> Local<D, EDGE_UNKNOWNS> {
         let (law, strains) = (self.law(), &joint.strains);
         let (w, strain) = (law.stress(strains), law.difference(strains));
@@ -295,7 +304,7 @@ impl<D: Scalar> BendTwist<D> {
     }
 }
 
-/// The symmetric matrix with the lower triangle of `h`.
+/// The symmetric matrix with the lower triangle of `h`, whose upper triangle is overwritten.
 #[inline]
 fn symmetric<D: Copy, const N: usize>(mut h: [[D; N]; N]) -> [[D; N]; N] {
     for r in 0..N {
@@ -306,7 +315,8 @@ fn symmetric<D: Copy, const N: usize>(mut h: [[D; N]; N]) -> [[D; N]; N] {
     h
 }
 
-/// Energy and derivatives by the nodes from those by the edges.
+/// Energy, gradient and full Hessian by the 11 unknowns of the nodes from those by the 8 unknowns of the edges. Of the
+/// Hessian by the edges only the lower triangle is read.
 #[inline]
 fn spread<D: Scalar>(local: Local<D, EDGE_UNKNOWNS>) -> Local<D, UNKNOWNS> {
     Local {
@@ -336,19 +346,20 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
         self.energy_of_edges(&to_edges(q))
     }
 
-    /// dE/dq, derived by hand, N for positions and N m for angles.
+    /// dE/dq, derived by hand, N for positions and N m for angles, exact also away from the reference frames.
     fn gradient(&self, q: &[D; UNKNOWNS]) -> [D; UNKNOWNS] {
         let joined = self.joined(&to_edges(q));
         to_nodes(&Self::gradient_of(&joined, &self.law().stress(&joined.joint.strains)))
     }
 
-    /// E, dE/dq and d2E/dq2, derived by hand, in one pass.
+    /// E, J, dE/dq and the full matrix d2E/dq2, derived by hand, in one pass; exact also away from the reference frames.
     fn tangent(&self, q: &[D; UNKNOWNS]) -> Local<D, UNKNOWNS> {
         spread(self.tangent_of(&self.joined(&to_edges(q))))
     }
 }
 
-/// The gradient dE/dq of `element` by num-dual, through the 8 unknowns of the edges, N and N m.
+/// The gradient dE/dq of `element` at the unknowns `q` by num-dual, N and N m: differentiated by the 8 unknowns of the
+/// edges, then converted to the 11 of the nodes.
 pub fn dual_gradient<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> [D; UNKNOWNS] {
     type Over<D> = DualSVec<D, EDGE_UNKNOWNS>;
     let over = element.map(|x| OutOfLine(Over::<D>::from_re(x)));
@@ -358,8 +369,8 @@ pub fn dual_gradient<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> 
     to_nodes(&gradient.data.0[0])
 }
 
-/// Energy, gradient and Hessian by num-dual, through the edges' unknowns: eight seeds instead of
-/// eleven.
+/// Energy, gradient and full Hessian of `element` at the unknowns `q` by num-dual: differentiated by the 8 unknowns of
+/// the edges instead of eleven, then converted to the nodes.
 pub fn dual_tangent<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> Local<D, UNKNOWNS> {
     type Over<D> = Dual2SVec<D, EDGE_UNKNOWNS>;
     let over = element.map(|x| OutOfLine(Over::<D>::from_re(x)));
@@ -375,7 +386,8 @@ pub fn dual_tangent<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> L
 pub struct Published(pub BendTwist<f64>);
 
 impl Published {
-    /// Energy, and the published gradient and Hessian, by the 11 unknowns `q`.
+    /// Energy, and the published gradient and full Hessian, by the 11 unknowns `q`: those of [`BendTwist`] as if the
+    /// present frames were the reference.
     pub fn tangent(&self, q: &[f64; UNKNOWNS]) -> Local<f64, UNKNOWNS> {
         let JointState { e, f, joint } = self.0.joined(&to_edges(q));
         let reference = JointState { e: e.at_reference(), f: f.at_reference(), joint };

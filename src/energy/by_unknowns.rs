@@ -1,8 +1,9 @@
 //! First and second derivatives of a function `f(q)` by all its `Q` unknowns, in dual numbers (num-dual).
 //!
-//! [`gradient`], [`hessian`] and [`jacobian`] serve user-defined energies without hand-derived formulas and the chain rule of
-//! their directors. For plain numbers all derivatives are computed at once. For rods of dual numbers they are computed by one
-//! unknown, or two, at a time. The function is then compiled for two more scalars only, not for each number of unknowns.
+//! [`gradient`], [`hessian`] and [`jacobian`] serve user-defined energies without hand-derived formulas and the chain
+//! rule of their directors. For `f64` all derivatives are computed at once. For rods of dual numbers they are computed by
+//! one unknown, or two, at a time. The function is then compiled for two more scalars only, not for each number of
+//! unknowns.
 
 use crate::numerics::out_of_line::OutOfLine;
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -16,7 +17,7 @@ pub trait Function<B> {
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D;
 }
 
-/// First derivatives of `f` by the `Q` unknowns at `q`: all at once for plain numbers, else by one unknown at a time.
+/// First derivatives of `f` by the `Q` unknowns at `q`: all at once for `f64`, else by one unknown at a time.
 pub fn gradient<B: Nestable, const Q: usize>(f: &impl Function<B>, q: &[B; Q]) -> [B; Q] {
     if B::PLAIN {
         let at = |q: SVector<DualSVec<B, Q>, Q>| f.at(DualSVec::from_re, &q.data.0[0]);
@@ -29,7 +30,7 @@ pub fn gradient<B: Nestable, const Q: usize>(f: &impl Function<B>, q: &[B; Q]) -
     })
 }
 
-/// First derivatives of `f` by the `Q` unknowns at `q`, and second ones, of which the lower triangle is valid. For plain numbers
+/// First derivatives of `f` by the `Q` unknowns at `q`, and second ones, of which the lower triangle is valid. For `f64`
 /// all at once, else by one pair of unknowns at a time (hyper-dual numbers).
 pub fn hessian<B: Nestable, const Q: usize>(
     f: &impl Function<B>,
@@ -65,7 +66,8 @@ pub fn hessian<B: Nestable, const Q: usize>(
     (gradient, hessian)
 }
 
-/// The Jacobian at `q` of a function `of` with `R` results: rows are results, columns unknowns.
+/// The Jacobian at `q` of a function `of` with `R` results, by one unknown at a time: rows are results, columns unknowns.
+/// `of` receives the conversion of the rod's numbers, and the unknowns.
 pub fn jacobian<B: Nestable, const Q: usize, const R: usize>(
     of: impl Fn(fn(B) -> OutOfLine<Dual<B>>, &[OutOfLine<Dual<B>>]) -> [OutOfLine<Dual<B>>; R],
     q: &[B; Q],
@@ -82,7 +84,7 @@ pub fn jacobian<B: Nestable, const Q: usize, const R: usize>(
     rows
 }
 
-/// The number `q`, with a unit derivative if it is the unknown of the derivatives.
+/// The number `q`, with a unit derivative if `is_unknown`: it is then the unknown of the derivatives.
 fn seed<B: Nestable>(mut q: OutOfLine<Dual<B>>, is_unknown: bool) -> OutOfLine<Dual<B>> {
     if is_unknown {
         q.0.eps = B::from(1.0);

@@ -29,7 +29,7 @@ impl<D: Scalar, const M: usize> Element<D, M> for DeadLoad<D, M> {
         }
         energy
     }
-    /// dE/dq, the negative force, N.
+    /// dE/dq, the negative force `-f`, N, at any coordinates.
     #[inline]
     fn gradient(&self, _: &[D; M]) -> [D; M] {
         self.force.map(|f| -f)

@@ -18,7 +18,8 @@ pub struct DeadMoment<D> {
     pub rest: [D; 2],
 }
 
-/// The vectors `u = e/|e|^2` and `n = perp(u)`, 1/m, of the edge `e` between the nodes `q`.
+/// The vectors `u = e/|e|^2` and `n = perp(u)` (`u` rotated by +90 degrees), 1/m, of the edge `e` from the first to the
+/// second node of `q`.
 #[inline]
 fn reciprocal<D: Scalar>(q: &[D; 4]) -> ([D; 2], [D; 2]) {
     let e = [q[2] - q[0], q[3] - q[1]];
@@ -35,18 +36,19 @@ impl<D: Scalar> Element<D, 4> for DeadMoment<D> {
     fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> DeadMoment<E> {
         DeadMoment { moment: convert(self.moment), rest: self.rest.map(&convert) }
     }
-    /// The energy `-M phi`, J, at the nodes `q`, with `phi` in (-pi, pi].
+    /// The energy `-M phi`, J, at the nodes `q`, with the angle `phi` of the edge from its direction at rest, in (-pi,
+    /// pi].
     fn energy(&self, q: &[D; 4]) -> D {
         let ([a, b], [x, y]) = (self.rest, [q[2] - q[0], q[3] - q[1]]);
         -(self.moment * (a * y - b * x).atan2(a * x + b * y))
     }
-    /// dE/dq = -M dphi/dq, derived by hand, N.
+    /// dE/dq = -M dphi/dq at the nodes `q`, derived by hand, N.
     fn gradient(&self, q: &[D; 4]) -> [D; 4] {
         let (_, n) = reciprocal(q);
         let g = n.map(|c| c * self.moment);
         [g[0], g[1], -g[0], -g[1]]
     }
-    /// E, dE/dq and d2E/dq2 at the nodes `q`, derived by hand.
+    /// E, J, dE/dq, N, and the full matrix d2E/dq2, N/m, at the nodes `q`, derived by hand.
     fn tangent(&self, q: &[D; 4]) -> Local<D, 4> {
         let (u, n) = reciprocal(q);
         let entry = |r: usize, c: usize| self.moment * (u[r] * n[c] + n[r] * u[c]);

@@ -56,7 +56,8 @@ pub fn transport<D: Scalar>(a: Vector<D>, b: Vector<D>, v: Vector<D>) -> Vector<
     sub(v, scale(sum, dot(b, v) / (dot(sum, sum) * 0.5)))
 }
 
-/// A complex number whose argument is half the signed area of the spherical triangle `a b c`.
+/// A complex number `[real, imaginary]` whose argument is half the signed area of the spherical triangle `a b c` of unit
+/// vectors.
 #[inline(always)]
 fn half_area<D: Scalar>(a: Vector<D>, b: Vector<D>, c: Vector<D>) -> [D; 2] {
     [dot(add(a, b), add(b, c)), dot(a, cross(b, c))]
@@ -85,14 +86,15 @@ fn nearer<D: Scalar>(near: D, far: D, a: Vector<D>, b: Vector<D>) -> Vector<D> {
     [far.if_less(near, a[0], b[0]), far.if_less(near, a[1], b[1]), far.if_less(near, a[2], b[2])]
 }
 
-/// Vectors shifted by one SIMD lane towards earlier edges; the last lane is the first one of `later`.
+/// A vector with each component shifted by one SIMD lane towards earlier edges; the last lane receives the first lane of
+/// `later`.
 #[inline(always)]
 pub(crate) fn vector_after<S, V: SimdScalar<S>>(own: Vector<V>, later: Vector<V>) -> Vector<V> {
     [own[0].after(later[0]), own[1].after(later[1]), own[2].after(later[2])]
 }
 
-/// The argument of the complex number `x + i y`, rad. For `|y| < 0.02 x`, as over a step, its series is exact to rounding and
-/// needs no `atan2`.
+/// The argument of the complex number `x + i y`, rad, in (-pi, pi]. For `|y| < 0.02 x`, as over a step, it is a series,
+/// exact to rounding, and `atan2` is not evaluated.
 #[inline(always)]
 fn argument<D: Scalar>(x: D, y: D) -> D {
     let t = y / x;
@@ -107,7 +109,7 @@ fn argument<D: Scalar>(x: D, y: D) -> D {
 }
 
 impl<D: Scalar> EdgeFrame<D> {
-    /// The frames `all` of consecutive edges as one frame in SIMD lanes.
+    /// The frames `all` of consecutive edges as one frame in SIMD lanes: lane `k` has the numbers of frame `k`.
     #[inline(always)]
     pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> EdgeFrame<V> {
         EdgeFrame {
@@ -124,7 +126,7 @@ impl<D: Scalar> EdgeFrame<D> {
         }
     }
 
-    /// The frames shifted by one SIMD lane towards earlier edges; the last lane is the first one of `later`.
+    /// The frames shifted by one SIMD lane towards earlier edges; the last lane receives the first lane of `later`.
     #[inline(always)]
     pub(crate) fn after<S>(&self, later: &Self) -> Self
     where
@@ -145,7 +147,7 @@ impl<D: Scalar> EdgeFrame<D> {
         }
     }
 
-    /// The frame after parallel transport to another unit tangent, with an orthonormal director.
+    /// The frame after parallel transport to the unit vector `tangent`; its director is made orthonormal to that again.
     #[inline(always)]
     pub fn transported(&self, tangent: Vector<D>) -> Self {
         let director = transport(self.tangent, tangent, self.director);
@@ -162,7 +164,8 @@ impl<D: Scalar> EdgeFrame<D> {
         argument(dot(d, other.director), dot(other.tangent, cross(d, other.director)))
     }
 
-    /// The two directors after a rotation by `angle`, rad, about the tangent.
+    /// The two directors after a rotation by `angle`, rad, about the tangent: `[cos d1 + sin d2, cos d2 - sin d1]` with
+    /// the director `d1` and `d2 = t x d1`.
     #[inline(always)]
     pub fn turned(&self, angle: D) -> [Vector<D>; 2] {
         let (d1, d2) = (self.director, cross(self.tangent, self.director));
@@ -210,7 +213,7 @@ impl<D: Scalar> Frames<D> {
     }
 
     /// Moves the reference to the unit vector `tangent(j)` for each edge `j`. Directors are transported; reference twists follow
-    /// continuously (`moved_twist`).
+    /// continuously (`moved_twist`). The energy does not change.
     pub fn rebase(&mut self, tangent: impl Fn(usize) -> Vector<D>) {
         let mut before = None;
         for j in 0..self.edges.len() {

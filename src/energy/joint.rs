@@ -34,26 +34,28 @@ pub(crate) struct DirectedEdge<D> {
 }
 
 impl<D: Scalar> DirectedEdge<D> {
-    /// The edge of a frame that has been transported to its present tangent, turned by `angle`, rad.
+    /// The edge with the inverse length, 1/m, and the tangent of a frame that has been transported to its present
+    /// tangent; its material directors are those of the frame turned by `angle`, rad.
     #[inline(always)]
     pub fn moved(frame: &EdgeFrame<D>, inverse_length: D, angle: D) -> Self {
         Self { inverse_length, tangent: frame.tangent, m: frame.turned(angle) }
     }
 
-    /// The derivative by the edge vector, from those by `p` and `q`: `(p m1 + q m2)/l`.
+    /// The derivative by the edge vector, from those by `p` and `q` (the tangent towards both directors): `(p m1 + q
+    /// m2)/l`.
     #[inline(always)]
     pub fn across(&self, [p, q]: [D; 2]) -> Vector<D> {
         scale(combine(p, self.m[0], q, self.m[1]), self.inverse_length)
     }
 
-    /// The derivatives by the edge vector and its angle from those by `p`, `q` and `h`.
+    /// The derivatives by the three components of the edge vector and by its angle, from those by `p`, `q` and `h`.
     #[inline(always)]
     fn row(&self, p: D, q: D, h: D) -> [D; 4] {
         let [x, y, z] = self.across([p, q]);
         [x, y, z, h]
     }
 
-    /// The components of `t` along the two directors, times `factor`.
+    /// The components of the vector `t` along the two directors, times `factor`.
     #[inline(always)]
     fn along(&self, t: Vector<D>, factor: D) -> [D; 2] {
         [dot(self.m[0], t) * factor, dot(self.m[1], t) * factor]
@@ -93,7 +95,7 @@ pub(crate) struct EdgeSum<D> {
 }
 
 impl<D: Scalar> EdgeSum<D> {
-    /// The derivatives shifted by one SIMD lane towards later edges; the first lane is the last one of `earlier`.
+    /// The derivatives shifted by one SIMD lane towards later edges; the first lane receives the last lane of `earlier`.
     #[inline(always)]
     pub fn before<S>(&self, earlier: &Self) -> Self
     where
@@ -109,7 +111,7 @@ impl<D: Scalar> EdgeSum<D> {
         sum
     }
 
-    /// The sum of the derivatives of two energies by `p`, `q` and `h` of one edge.
+    /// The sum of these derivatives by `p`, `q` and `h` of one edge and of `other`, entry by entry.
     #[inline(always)]
     pub fn plus(&self, other: &Self) -> Self {
         let mut sum = *self;
@@ -124,7 +126,9 @@ impl<D: Scalar> EdgeSum<D> {
 }
 
 impl<D: Scalar> EdgeState<D> {
-    /// The edge with the vector `e`, m, and the angle `angle`, rad, with its director transported from the reference `frame`.
+    /// The edge with the vector `e`, m, and the angle `angle`, rad: length, tangent, and material directors, transported
+    /// in parallel from the reference `frame` and turned by the angle. Also the change of its turn with its tangent,
+    /// which is zero at the reference.
     #[inline(always)]
     pub fn new(frame: &EdgeFrame<D>, e: Vector<D>, angle: D) -> Self {
         let squared = dot(e, e);
@@ -142,7 +146,7 @@ impl<D: Scalar> EdgeState<D> {
         Self { edge: DirectedEdge { inverse_length, tangent, m }, length, squared, turn }
     }
 
-    /// The edges shifted by one SIMD lane towards earlier ones; the last lane is the first one of `later`.
+    /// The edges shifted by one SIMD lane towards earlier ones; the last lane receives the first lane of `later`.
     #[inline(always)]
     pub(crate) fn after<S>(&self, later: &Self) -> Self
     where
@@ -161,14 +165,15 @@ impl<D: Scalar> EdgeState<D> {
         }
     }
 
-    /// The edge with its present frame as reference: the assumption of the derivatives in the literature.
+    /// The edge as if its present frame were the reference, the assumption of the derivatives in the literature: its turn
+    /// per change of the tangent is zero.
     pub(super) fn at_reference(mut self) -> Self {
         self.turn = [D::from(0.0); 2];
         self
     }
 
-    /// The gradient of an energy by the edge's vector and angle, from its derivatives by `p`, `q` and `h` and its axial
-    /// `force`, N.
+    /// The gradient of an energy by the edge's vector, N, and angle, N m, from its derivatives by `p`, `q` and `h` and
+    /// its axial `force`, N. Includes the turn of the director that follows from its transport from the reference.
     #[inline(always)]
     pub(crate) fn gradient(&self, [p, q, h]: [D; 3], force: D) -> [D; 4] {
         let across = self.edge.across([p + h * self.turn[0], q + h * self.turn[1]]);
@@ -234,8 +239,8 @@ impl<D: Scalar> EdgeState<D> {
 /// the first.
 pub type Between<D> = [[D; 4]; 4];
 
-/// Second derivatives by the vectors and angles of two edges, from those by `p`, `q` and `h` in `fe` (rows of `f`, columns of
-/// `e`).
+/// Second derivatives by the vectors and angles of two edges, from those by `p`, `q` and `h` in `fe`. Rows of both belong
+/// to `f`, columns to `e`. Includes the turns of both directors by transport from their references.
 #[inline(always)]
 pub(crate) fn between<D: Scalar>(
     e: &EdgeState<D>,
@@ -266,7 +271,7 @@ pub(crate) fn between<D: Scalar>(
     ]
 }
 
-/// Derivatives `by` of both bending strains times their stresses `w`, summed.
+/// The sum of the derivatives `by` of the two bending strains, each times its stress `w`; the third entries are not used.
 #[inline(always)]
 fn bent<D: Scalar>(by: &[D; 3], w: &[D; 3]) -> D {
     w[0] * by[0] + w[1] * by[1]
@@ -296,7 +301,8 @@ pub(crate) struct JointTangent<D> {
 }
 
 impl<D: Scalar> Joint<D> {
-    /// The joint of two edges with a `twist` between them, rad.
+    /// The joint of the edges `e` and `f` with its strains: two curvatures from tangents and directors, and the given
+    /// `twist`, rad.
     #[inline(always)]
     pub fn new(e: &DirectedEdge<D>, f: &DirectedEdge<D>, twist: D) -> Self {
         let both = add(e.tangent, f.tangent);
@@ -306,8 +312,8 @@ impl<D: Scalar> Joint<D> {
         Self { inverse_chi, a, b, strains: [a[0] - b[0], a[1] - b[1], twist] }
     }
 
-    /// `cos/chi` and `sin/chi = v`, with the angle from the first edge's directors to the second edge's, transported to the
-    /// first.
+    /// `[cos/chi, sin/chi]`, with `chi = 1 + t_e.t_f` and the angle from the first edge's directors to the second edge's,
+    /// transported to the first.
     #[inline(always)]
     fn turned(&self, e: &DirectedEdge<D>, f: &DirectedEdge<D>) -> [D; 2] {
         let Self { inverse_chi, a, b, .. } = self;
@@ -315,7 +321,8 @@ impl<D: Scalar> Joint<D> {
         [cos - a[0] * b[0], sin - a[1] * b[0]]
     }
 
-    /// The derivatives of the three strains (columns) by `p`, `q` and `h` (rows) of the edges `[e, f]`: the table of the header.
+    /// The derivatives of the three strains (columns) by `p`, `q` and `h` (rows), for the edge `e` and for the edge `f`:
+    /// the table of the header.
     #[inline(always)]
     pub fn slopes(&self, e: &DirectedEdge<D>, f: &DirectedEdge<D>) -> [[[D; 3]; 3]; 2] {
         let [c, v] = self.turned(e, f);
@@ -328,7 +335,8 @@ impl<D: Scalar> Joint<D> {
         ]
     }
 
-    /// First derivatives of the energy by `p`, `q` and `h` of both edges: those of the strains times the stresses `w`, N m.
+    /// First derivatives of the energy by `p`, `q` and `h` of both edges, N m: those of the strains times their stresses
+    /// `w`, N m.
     #[inline(always)]
     pub fn pull(&self, e: &DirectedEdge<D>, f: &DirectedEdge<D>, w: &[D; 3]) -> JointGradient<D> {
         let [c, v] = self.turned(e, f);
@@ -349,8 +357,9 @@ impl<D: Scalar> Joint<D> {
         }
     }
 
-    /// First and second derivatives of the energy by `p`, `q` and `h` of both edges, for the `stiffness` and the stresses `w` of
-    /// the strains, N m.
+    /// First and second derivatives of the energy by `p`, `q` and `h` of both edges, derived by hand. `stiffness` and
+    /// stresses `w` are those of the strains, N m. The second derivatives are a block for each edge and one between them
+    /// (rows of `f`, columns of `e`).
     #[inline(always)]
     pub fn tangent(
         &self,

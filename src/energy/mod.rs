@@ -1,9 +1,11 @@
 //! Energies of the elements of a rod, their hand-derived derivatives, and the interface of user-defined energies.
 //!
-//! Every element has one definition of its energy, generic over the [`Scalar`], and a hand-derived gradient and Hessian
-//! ([`Element`]). [`Derivatives`] selects the derivatives of a simulation: the hand-derived formulas, or num-dual's
-//! differentiation of the energy. They agree to rounding; `rodfit check` compares them on any scene. [`Energy`] and
-//! [`Analytic`] are the same for an energy of one's own outside a rod, [`OwnEnergy`] for one on a rod.
+//! Elements are stretching of an edge, bending of a planar joint, bending and twisting of a spatial one, dead loads and
+//! dead moments. Every element has one definition of its energy, generic over the [`Scalar`], and a hand-derived gradient
+//! and Hessian ([`Element`]). [`Derivatives`] selects those of a simulation: the hand-derived formulas, or num-dual's
+//! differentiation of the energy. They agree to rounding; `rodfit check` compares them on any scene. An energy of one's
+//! own on a rod implements [`OwnEnergy`]; outside a rod it implements [`Energy`], and [`Analytic`] if its derivatives are
+//! derived by hand.
 //!
 //! Read [`stretch`] first: it is the simplest complete element.
 
@@ -41,15 +43,15 @@ use serde::{Deserialize, Serialize};
 /// An energy of `N` unknowns, written once for every number type. Implement it to have your own
 /// energy differentiated and checked ([`crate::check`]).
 pub trait Energy<const N: usize> {
-    /// The energy in J at the unknowns `q`.
+    /// The energy, J, at the unknowns `q`.
     fn energy<D: Scalar>(&self, q: &[D; N]) -> D;
 }
 
 /// An [`Energy`] with derivatives derived by hand.
 pub trait Analytic<const N: usize>: Energy<N> {
-    /// The gradient dE/dq, J over the units of `q`.
+    /// The gradient dE/dq at the unknowns `q`, J over the units of `q`.
     fn gradient(&self, q: &[f64; N]) -> [f64; N];
-    /// d2E/dq2, all of the symmetric matrix.
+    /// d2E/dq2 at the unknowns `q`, all of the symmetric matrix.
     fn hessian(&self, q: &[f64; N]) -> [[f64; N]; N];
 }
 
@@ -88,9 +90,9 @@ pub trait Element<D: Scalar, const N: usize>: Copy {
     fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> Self::Over<E>;
     /// The energy, J, at the unknowns `q`: the definition of the element.
     fn energy(&self, q: &[D; N]) -> D;
-    /// dE/dq at the unknowns `q`, derived by hand.
+    /// dE/dq at the unknowns `q`, derived by hand, J over the units of `q`.
     fn gradient(&self, q: &[D; N]) -> [D; N];
-    /// E, dE/dq and d2E/dq2, derived by hand, in one pass.
+    /// E, dE/dq and the full matrix d2E/dq2 at the unknowns `q`, derived by hand, in one pass.
     fn tangent(&self, q: &[D; N]) -> Local<D, N>;
 }
 
@@ -104,7 +106,8 @@ pub fn dual_gradient<D: Nestable, E: Element<D, N>, const N: usize>(
     num_dual::gradient(energy, &SVector::from(*q)).1.data.0[0]
 }
 
-/// E, dE/dq and d2E/dq2 of an element at the unknowns `q` by num-dual (second-order dual numbers with `N` derivatives).
+/// E, dE/dq and the full matrix d2E/dq2 of an element at the unknowns `q` by num-dual (second-order dual numbers with `N`
+/// derivatives).
 pub fn dual_tangent<D: Nestable, E: Element<D, N>, const N: usize>(
     element: &E,
     q: &[D; N],
@@ -131,7 +134,7 @@ impl<E: Element<f64, N>, const N: usize> Analytic<N> for AsEnergy<E> {
     fn gradient(&self, q: &[f64; N]) -> [f64; N] {
         self.0.gradient(q)
     }
-    /// The hand-derived Hessian of the element, all of the symmetric matrix.
+    /// The hand-derived Hessian of the element at the unknowns `q`, all of the symmetric matrix.
     fn hessian(&self, q: &[f64; N]) -> [[f64; N]; N] {
         self.0.tangent(q).hessian
     }

@@ -1,4 +1,4 @@
-//! User-defined energies.
+//! User-defined energies: the trait [`OwnEnergy`] and its derivatives [`Slopes`] and [`Curvatures`].
 //!
 //! A potential that acts on a rod and is not built in is written once, over any
 //! [`Scalar`], and attached to a scene by its place: [`Scene::with_energy`]. From then on it is a
@@ -132,7 +132,8 @@ pub enum By {
 }
 
 impl By {
-    /// The index of the node or edge, and the kind of argument: 0 position, 1 tangent, 2 first and 3 second director.
+    /// `[i, k]`: the index `i` of the node or edge, and the kind `k` of argument: 0 position, 1 tangent, 2 first and 3
+    /// second director.
     fn place(self) -> [usize; 2] {
         match self {
             Self::Node(i) => [i, 0],
@@ -157,14 +158,15 @@ pub struct Slopes<D, const N: usize> {
 }
 
 impl<D: Scalar, const N: usize> Default for Slopes<D, N> {
-    /// Derivatives of zero.
+    /// First derivatives of zero by all positions and directors.
     fn default() -> Self {
         Self { by: [[[D::from(0.0); 3]; 4]; N], of_edges: false }
     }
 }
 
 impl<D: Scalar, const N: usize> Slopes<D, N> {
-    /// The slopes with `slope` added to the derivative by `by`.
+    /// The slopes with the vector `slope` added to the derivative by `by`: the position of a node, or the tangent or a
+    /// director of an edge.
     pub fn with(mut self, by: By, slope: Vector<D>) -> Self {
         let [i, k] = by.place();
         self.of_edges |= k > 0;
@@ -172,7 +174,8 @@ impl<D: Scalar, const N: usize> Slopes<D, N> {
         self
     }
 
-    /// The derivative by the three components of `by`.
+    /// The derivative by the three components of `by`, the position of a node, or the tangent or a director of an edge;
+    /// zero if not set.
     pub fn by(&self, by: By) -> Vector<D> {
         let [i, k] = by.place();
         self.by[i][k]
@@ -187,15 +190,16 @@ pub struct Curvatures<D, const N: usize> {
 }
 
 impl<D: Scalar, const N: usize> Default for Curvatures<D, N> {
-    /// Derivatives of zero.
+    /// Second derivatives of zero by all positions and directors.
     fn default() -> Self {
         Self { by: [[[[[[D::from(0.0); 3]; 3]; 4]; 4]; N]; N], of_edges: false }
     }
 }
 
 impl<D: Scalar, const N: usize> Curvatures<D, N> {
-    /// The second derivatives with `block` added to those by `row` and `column`, and its transpose to those by `column` and
-    /// `row`.
+    /// The second derivatives with `block` added to those by `row` (rows of the block) and `column`. Both are the
+    /// position of a node, or the tangent or a director of an edge. The transposed block is added to those by `column`
+    /// and `row`, if these differ.
     pub fn with(mut self, row: By, column: By, block: Block<D>) -> Self {
         let ([i, k], [j, l]) = (row.place(), column.place());
         self.of_edges |= k > 0 || l > 0;
@@ -210,7 +214,8 @@ impl<D: Scalar, const N: usize> Curvatures<D, N> {
         self
     }
 
-    /// The three by three second derivatives by `row` and `column`.
+    /// The three by three second derivatives by the components of `row` (rows) and `column`; zeros if not set. Both are
+    /// the position of a node, or the tangent or a director of an edge.
     pub fn by(&self, row: By, column: By) -> Block<D> {
         let ([i, k], [j, l]) = (row.place(), column.place());
         self.by[i][j][k][l]

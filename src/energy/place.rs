@@ -1,8 +1,8 @@
-//! Elements of a rod on which a user-defined energy acts (`spots`), and their rest shape ([`Place`]).
+//! Elements of a rod on which a user-defined energy acts ([`Spot`], by `spots`), and their rest shape ([`Place`]).
 //!
-//! From the place named in a scene ([`At`]: start, end, arc length, interval, whole rod) and the mesh follow the first nodes of
-//! the elements. Each has an arc length, a tributary length and, for a point between two elements, a linear weight. Positions
-//! and directors at rest are stored as one list of numbers.
+//! From the place named in a scene ([`At`]: start, end, arc length, interval, whole rod) and the mesh follow the first
+//! nodes of the elements. Each has an arc length, a tributary length and, for a point between two elements, a linear
+//! weight. Positions and directors at rest are stored as one list of numbers.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, components};
@@ -32,7 +32,7 @@ pub struct Place<'a, D> {
 }
 
 impl<'a, D: Scalar> Place<'a, D> {
-    /// The place of an element of `nodes` nodes, from the numbers of its [`Spot`].
+    /// The place of an element of `nodes` nodes; `numbers(i)` is number `i` of its [`Spot`].
     pub(crate) fn new(nodes: usize, numbers: &'a dyn Fn(usize) -> D) -> Self {
         Self { numbers, nodes }
     }
@@ -42,9 +42,8 @@ impl<'a, D: Scalar> Place<'a, D> {
         (self.numbers)(0)
     }
 
-    /// The tributary length of the element, m: halves of the edges next to a node, or
-    /// the edge, as far as they lie on the rod, beyond its walls, and in the interval. Over an
-    /// interval these add up to its length.
+    /// The tributary length of the element, m: halves of the edges next to its only or inner node, or its edge. It is cut
+    /// to the part on the rod, beyond the walls, and in the interval. Over an interval these add up to its length.
     pub fn length(&self) -> D {
         (self.numbers)(1)
     }
@@ -58,7 +57,7 @@ impl<'a, D: Scalar> Place<'a, D> {
         components(|c| (self.numbers)(2 + 3 * i + c))
     }
 
-    /// The directors of edge `j` of the element at rest.
+    /// The directors of edge `j` of the element at rest: unit tangent, first and second material director, in the world.
     ///
     /// # Panics
     /// If the element has no such edge.
@@ -70,7 +69,8 @@ impl<'a, D: Scalar> Place<'a, D> {
     }
 }
 
-/// The list of numbers of a [`Place`]: arc length and tributary length, m, then positions of nodes, then directors of edges.
+/// The list of numbers of a [`Place`]: arc length and tributary length, m, then the coordinates of the nodes, then nine
+/// of the directors of each edge.
 pub(crate) fn numbers<D: Copy>(
     lengths: [D; 2],
     nodes: &[Vector<D>],
@@ -80,8 +80,10 @@ pub(crate) fn numbers<D: Copy>(
     lengths.into_iter().chain(nodes.iter().chain(edges).flatten().copied()).collect()
 }
 
-/// The elements of the place `at` over `nodes` nodes each. `rest(i)` returns the nodes and edges at rest of the element
-/// that begins at node `i`. Empty if the mesh has too few nodes; two weighted elements for an arc length between two centers.
+/// The elements of the place `at` over `nodes` nodes each, with arc length, tributary length and rest shape. `rest(i)`
+/// returns the nodes and edges at rest of the element that begins at node `i`. One at the start or end, two with linear
+/// weights for an arc length between two centers, or all with a positive length in the interval or rod. Empty if the mesh
+/// has too few nodes.
 pub(crate) fn spots<D: Scalar>(
     at: At,
     nodes: usize,

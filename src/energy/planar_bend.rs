@@ -32,7 +32,8 @@ struct BentJoint<D> {
     curvature: D,
 }
 
-/// The edge vectors, m, their squared lengths, and the curvature `2 tan(phi/2)` of a joint at its three nodes.
+/// The edge vectors, m, their squared lengths, m^2, and the curvature `2 tan(phi/2)` of a joint with the coordinates `q`
+/// of its three nodes.
 #[inline]
 fn bent_joint<D: Scalar>(q: &[D; 6]) -> BentJoint<D> {
     let e = [q[2] - q[0], q[3] - q[1]];
@@ -50,7 +51,7 @@ fn bent_joint<D: Scalar>(q: &[D; 6]) -> BentJoint<D> {
 }
 
 impl<D: Scalar> BentJoint<D> {
-    /// The gradients `n(e)` and `n(f)` of the angles of both edges, 1/m.
+    /// The gradients `n(e)` and `n(f)` of the angles of both edges by their vectors, 1/m: `perp(x)/|x|^2`.
     #[inline]
     fn angle_gradients(&self) -> ([D; 2], [D; 2]) {
         // One division for both reciprocals.
@@ -62,20 +63,21 @@ impl<D: Scalar> BentJoint<D> {
     }
 }
 
-/// Gradient by the three nodes from the gradients by both edges (transposed differences).
+/// Gradient by the coordinates of the three nodes from the gradients `g_e` and `g_f` by both edges (transposed
+/// differences).
 #[inline]
 fn to_nodes<D: Scalar>(g_e: [D; 2], g_f: [D; 2]) -> [D; 6] {
     [-g_e[0], -g_e[1], g_e[0] - g_f[0], g_e[1] - g_f[1], g_f[0], g_f[1]]
 }
 
 impl<D: Scalar> PlanarBend<D> {
-    /// A joint without stiffness.
+    /// A joint with a stiffness and a natural curvature of zero.
     pub(crate) fn none() -> Self {
         let zero = D::from(0.0);
         Self { stiffness: zero, natural_curvature: zero }
     }
 
-    /// The joints `all` of consecutive nodes as one joint in SIMD lanes.
+    /// The joints `all` of consecutive nodes as one joint in SIMD lanes: lane `k` has the numbers of joint `k`.
     #[inline(always)]
     pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> PlanarBend<V> {
         PlanarBend {
@@ -97,8 +99,8 @@ impl<D: Scalar> PlanarBend<D> {
         half * half + 1.0
     }
 
-    /// Moment dE/dphi and stiffness d2E/dphi2, N m, at the curvature `k`, from `stiffness` and `stress` of the law by the
-    /// curvature.
+    /// Moment dE/dphi and stiffness d2E/dphi2, N m, by the turning angle `phi`, at the curvature `k`, from `stiffness`
+    /// and `stress` of the law by the curvature (chain rule).
     #[inline(always)]
     pub(crate) fn by_angle(k: D, [stiffness]: [D; 1], [stress]: [D; 1]) -> [D; 2] {
         let half = k * 0.5;
@@ -106,13 +108,13 @@ impl<D: Scalar> PlanarBend<D> {
         [stress * slope, slope * (stiffness * slope + stress * half)]
     }
 
-    /// Moment and stiffness by the turning angle, N m, of the elastic joint at the curvature `k`.
+    /// Moment dE/dphi and stiffness d2E/dphi2 by the turning angle, N m, of the elastic joint at the curvature `k`.
     #[inline(always)]
     fn turning_response(&self, k: D) -> [D; 2] {
         Self::by_angle(k, self.stiffness(), self.stress(&[k]))
     }
 
-    /// The energy, J, at the curvature `k`.
+    /// The energy `1/2 EI/dl (k - k_natural)^2`, J, at the curvature `k`.
     #[inline(always)]
     pub(crate) fn energy_at(&self, k: D) -> D {
         self.energies(&self.difference(&[k]))[1]
@@ -151,7 +153,8 @@ impl<D: Scalar> Law<D, 1> for PlanarBend<D> {
     }
 }
 
-/// Integrated curvature 2 tan(phi/2) between edges with the unit tangents `t` and `u`.
+/// Integrated curvature `2 tan(phi/2)`, dimensionless, with the turning angle `phi` from the unit tangent `t` to the unit
+/// tangent `u`, positive counter-clockwise.
 #[inline(always)]
 pub(crate) fn curvature_between<D: Scalar>(t: [D; 2], u: [D; 2]) -> D {
     // 1 + t.u, without cancellation in a fold.
@@ -160,7 +163,8 @@ pub(crate) fn curvature_between<D: Scalar>(t: [D; 2], u: [D; 2]) -> D {
     (t[0] * u[1] - t[1] * u[0]) / chi * 2.0
 }
 
-/// Integrated curvature 2 tan(phi/2) at the middle one of three points of the plane.
+/// Integrated curvature `2 tan(phi/2)`, dimensionless, at the middle one of three points of the plane, with the turning
+/// angle `phi`, positive counter-clockwise.
 pub fn curvature<D: Scalar>(points: &[[D; 2]; 3]) -> D {
     let [[a, b], [c, d], [e, f]] = *points;
     bent_joint(&[a, b, c, d, e, f]).curvature
@@ -184,7 +188,7 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
         self.energy_at(self.strain(q))
     }
 
-    /// dE/dq, derived by hand, N.
+    /// dE/dq at the nodes `q`, derived by hand, N.
     fn gradient(&self, q: &[D; 6]) -> [D; 6] {
         let bent = bent_joint(q);
         let (n_e, n_f) = bent.angle_gradients();
@@ -192,8 +196,9 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
         to_nodes([-(moment * n_e[0]), -(moment * n_e[1])], [moment * n_f[0], moment * n_f[1]])
     }
 
-    /// E, dE/dq and d2E/dq2 at the nodes `q`. With m = dE/dphi and s = d2E/dphi2: E_ee = s n_e n_e' + m (u_e n_e' + n_e u_e'),
-    /// E_ff = s n_f n_f' - m (u_f n_f' + n_f u_f'), E_ef = -s n_e n_f'.
+    /// E, J, dE/dq, N, and the full matrix d2E/dq2, N/m, at the nodes `q`, derived by hand. With m = dE/dphi and s =
+    /// d2E/dphi2: E_ee = s n_e n_e' + m (u_e n_e' + n_e u_e'), E_ff = s n_f n_f' - m (u_f n_f' + n_f u_f'), E_ef = -s n_e
+    /// n_f'.
     fn tangent(&self, q: &[D; 6]) -> Local<D, 6> {
         let bent = bent_joint(q);
         let (n_e, n_f) = bent.angle_gradients();

@@ -42,7 +42,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         Self { stiffness: zero, rest_length: one, natural_strain: zero, beyond: None }
     }
 
-    /// The edges `all` as one edge in SIMD lanes.
+    /// The edges `all` as one edge in SIMD lanes: lane `k` has the numbers of edge `k`.
     #[inline(always)]
     pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> Stretch<V, M> {
         Stretch {
@@ -53,7 +53,8 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         }
     }
 
-    /// Strain, dimensionless, of the edge vector `e`, m.
+    /// Strain `|e|/l - 1`, dimensionless, of the edge vector `e`, m, with the rest length `l`; not less the natural
+    /// strain.
     #[inline]
     pub fn strain(&self, e: &[D; M]) -> D {
         let squared = squared(e);
@@ -67,7 +68,8 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         self.stress(&[self.strain_of(squared, length)])[0]
     }
 
-    /// The axial force, N, and the stiffness along the edge EA/l, N/m, at the squared length, m^2, and the length, m.
+    /// `[force, stiffness]`: the axial force, N, and the stiffness along the edge EA/l, N/m, at the squared length, m^2,
+    /// and the length, m.
     #[inline(always)]
     pub(crate) fn tension(&self, squared: D, length: D) -> [D; 2] {
         let ([stiffness], [force]) = self.response(&[self.strain_of(squared, length)]);
@@ -100,7 +102,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         gain
     }
 
-    /// The energy, J, at a squared length, m^2, and the length, m.
+    /// The energy `1/2 EA (eps - eps_natural)^2 l`, J, at a squared length, m^2, and the length, m.
     #[inline(always)]
     pub(crate) fn energy_at(&self, squared: D, length: D) -> D {
         let strain = self.strain_of(squared, length);
@@ -116,15 +118,15 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         Self { beyond: None, ..self }
     }
 
-    /// The strain `(|e| - l)/l` of an edge from its squared length, m^2, and its length, m, without the cancellation of `|e| -
-    /// l`.
+    /// The strain `|e|/l - 1` of an edge from its squared length, m^2, and its length, m, as `(|e|^2 - l^2)/(l (|e| +
+    /// l))` without cancellation.
     #[inline(always)]
     pub(crate) fn strain_of(&self, squared: D, length: D) -> D {
         let rest = self.rest_length;
         (squared - rest * rest) / (rest * (length + rest))
     }
 
-    /// The energy, J, of an edge vector `e`, m.
+    /// The energy `1/2 EA (eps - eps_natural)^2 l`, J, of an edge vector `e`, m.
     #[inline]
     fn energy_of(&self, e: [D; M]) -> D {
         let squared = squared(&e);
@@ -233,17 +235,17 @@ macro_rules! element {
                     beyond: self.beyond.as_ref().map(|beyond| beyond.map(&convert)),
                 }
             }
-            /// The energy, J, at the nodes `q`.
+            /// The energy, J, at the coordinates `q` of both nodes, m.
             #[inline]
             fn energy(&self, q: &[D; $n]) -> D {
                 self.energy_of(edge(q))
             }
-            /// dE/dq, derived by hand, N.
+            /// dE/dq at the coordinates `q` of both nodes, derived by hand, N.
             #[inline]
             fn gradient(&self, q: &[D; $n]) -> [D; $n] {
                 to_nodes(self.gradient_of(edge(q)))
             }
-            /// E, dE/dq and d2E/dq2, derived by hand.
+            /// E, J, dE/dq, N, and the full matrix d2E/dq2, N/m, at the coordinates `q` of both nodes, derived by hand.
             #[inline]
             fn tangent(&self, q: &[D; $n]) -> Local<D, $n> {
                 self.tangent_of(edge(q))

@@ -1,7 +1,8 @@
 //! Energy of a linear spring between a node and a fixed point of the world: `E = k |x - x0|^2/2`, as a soft support.
 //!
-//! Positions of nodes are linear in the unknowns, so that its derivatives are two lines for any scalar. The
-//! [adapter](super::adapter) of a user-defined energy would compute them in dual numbers.
+//! It is an element like a user-defined energy ([`AnyEnergy`]), with its stiffness `k` as the parameter. Positions of
+//! nodes are linear in the unknowns, so that its derivatives are two lines for any scalar. The [adapter](super::adapter)
+//! of a user-defined energy would compute them in dual numbers.
 
 use crate::energy::Derivatives;
 use crate::energy::adapter::{AnyEnergy, MOST, Over, OwnLocal, Site};
@@ -21,13 +22,14 @@ impl Tie {
 }
 
 impl<D: Scalar> Over<D> for Tie {
-    /// The energy at the unknowns `q` of the node, J.
+    /// The energy `k |x - x0|^2/2`, J, at the coordinates `q` of the node, m.
     fn energy(&self, site: &Site<D>, q: &[D]) -> D {
         let way = self.displacement(site, q);
         site.values[0] * dot(way, way) * 0.5
     }
 
-    /// Writes the derivatives by the coordinates `q`, N: the stiffness times the displacement along each axis of the model.
+    /// Writes the derivatives by the coordinates `q`, N: the stiffness times the displacement along each axis of the
+    /// model. They are the same by either method of derivatives.
     fn gradient(&self, site: &Site<D>, q: &[D], _: Derivatives, gradient: &mut [D; MOST]) {
         let way = self.displacement(site, q);
         for k in 0..q.len() {
@@ -35,7 +37,8 @@ impl<D: Scalar> Over<D> for Tie {
         }
     }
 
-    /// Writes first and second derivatives. The axes are orthonormal, so that the Hessian is the stiffness times the identity.
+    /// Writes the gradient and the lower triangle of the Hessian, by the coordinates `q`. The axes are orthonormal, so
+    /// that the Hessian is the stiffness times the identity.
     fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, local: &mut OwnLocal<D>) {
         self.gradient(site, q, derivatives, &mut local.0);
         for k in 0..q.len() {
@@ -46,12 +49,12 @@ impl<D: Scalar> Over<D> for Tie {
 }
 
 impl AnyEnergy for Tie {
-    /// One node.
+    /// The number of nodes of one element: one.
     fn nodes(&self) -> usize {
         1
     }
 
-    /// The name and unit of the stiffness.
+    /// The name, unit and range of the only parameter, the stiffness: positive, N/m.
     fn parameters(&self) -> &'static [(&'static str, Quantity)] {
         const { &[("stiffness", Quantity::positive("N/m"))] }
     }
@@ -61,7 +64,8 @@ impl AnyEnergy for Tie {
         false
     }
 
-    /// Sums of the absolute terms in the gradient and Hessian by `q`, for relative errors: see `Terms`.
+    /// Sums of the absolute terms in the gradient (that of the displacement as `|x| + |x0|`) and in the Hessian by `q`,
+    /// for relative errors: see `Terms`. Other entries are zero.
     fn terms(&self, site: &Site<f64>, q: &[f64]) -> OwnLocal<f64> {
         let ([x], _) = site.chart.world::<f64, 1>(|x| x, q, &[]);
         let large = components(|c| x[c].abs() + self.0[c].abs());

@@ -1,13 +1,14 @@
-//! Rejects a fit whose measurements contain the same samples twice. Input: the measurements of all experiments. Output: an
-//! error that names both measurements, or `Ok`. Fitted twice, data make intervals too narrow by the square root of 2; as
-//! validation data they validate nothing.
+//! Rejects a fit whose measurements contain the same samples twice. Input: the measurements of all experiments, planned ones
+//! excepted. Output: an error that names both measurements, or `Ok`. Fitted twice, data make intervals too narrow by the
+//! square root of 2; as validation data they validate nothing.
 //!
-//! Two recordings are duplicates if nearly all coordinates that both have are equal at the times that both have: at least
-//! [`SHARED`] of the shorter record is common, and [`EQUAL`] of the common values are equal. A copy may be in other units or
-//! have fewer digits: values are equal within a relative 1e-9 ([`SAME`]) or half of the last decimal of the coarser one,
-//! times within [`SAME_TIME`] of the interval between samples. Repeated measurements of one motion have some equal values by
-//! chance, never nearly all of them. Parts of one recording that do not overlap in time have no common sample, nor have
-//! several markers of one file. Two lists of natural frequencies are duplicates if the longer one contains the shorter.
+//! Two recordings are duplicates if nearly all coordinates that both have are equal at the times that both have. At least
+//! [`SHARED`] of the shorter record must be common, [`EQUAL`] of the common values equal, and [`FEWEST`] of these distinct. A
+//! copy may be in other units or have fewer digits. So values are equal within a relative 1e-9 ([`SAME`]) or half of the last
+//! decimal of the coarser one, times within [`SAME_TIME`] of the interval between samples. Repeated measurements of one
+//! motion have some equal values by chance, never nearly all of them. Parts of one recording that do not overlap in time have
+//! no common sample, nor have several markers of one file. Two lists of natural frequencies are duplicates if the longer one
+//! contains the shorter, with the same filter of modes; of different experiments at least [`FEWEST_OF_A_LIST`] must be equal.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
@@ -64,14 +65,15 @@ struct ListedMeasurement<'a> {
 }
 
 impl ListedMeasurement<'_> {
-    /// The key of the measurement in the fit file, with its label in parentheses, for the error message.
+    /// The key of the measurement in the fit file, with its label (file or name) in parentheses, for the error message.
     fn name(&self) -> String {
         let key = measurement_key(self.experiment, self.index);
         format!("{key} ({})", self.measurement.label())
     }
 
-    /// The number of common samples of two measurements; `None` if they are no duplicates or of different kinds (table of the
-    /// fit file, unit). Frequencies are compared by mode, other measurements coordinate by coordinate.
+    /// The number of common samples of two measurements. `None` if they are no duplicates, or of different kinds (table of
+    /// the fit file, unit). Frequencies are compared by [`common_frequencies`], other measurements coordinate by coordinate
+    /// ([`common_values`]).
     fn common_samples(&self, other: &Self) -> Option<usize> {
         let (one, two) = (self.measurement, other.measurement);
         match (one.frequencies(), two.frequencies()) {
@@ -86,8 +88,8 @@ impl ListedMeasurement<'_> {
     }
 }
 
-/// Compares every recorded measurement with all before it. An error for the first one that is a duplicate, with both keys and
-/// the number of common samples. Planned measurements are skipped.
+/// Compares every recorded measurement of all experiments, validation data included, with all before it. An error for the
+/// first one that is a duplicate, with both keys and the number of common samples. Planned measurements are skipped.
 pub(crate) fn check_duplicates(experiments: &[Experiment]) -> Result<(), Error> {
     let mut listed: Vec<ListedMeasurement> = Vec::new();
     for experiment in experiments {
@@ -110,8 +112,9 @@ pub(crate) fn check_duplicates(experiments: &[Experiment]) -> Result<(), Error> 
     Ok(())
 }
 
-/// The coordinates of a measurement as series in ascending order of time, s, or arc length, m, with their rounding. A
-/// rounding coarser than [`FINE`] of the largest range of any coordinate is set to zero.
+/// One series per observed coordinate of a measurement, in ascending order of time, s, or arc length, m, with its rounding. A
+/// rounding is set to zero if the last decimal is coarser than [`FINE`] of the largest range of any coordinate
+/// ([`FINE_OF_A_LIST`] for shapes and gauges).
 fn records(measurement: &Measurement, problem: &Problem) -> Vec<CoordinateRecord> {
     let all = measurement.values_in_order();
     let record = |Coordinate { axis, mut values }: Coordinate| {
@@ -146,8 +149,9 @@ fn rounding(values: &[f64]) -> f64 {
     last.map_or(0.0, |decimals| 0.5 * 10.0_f64.powi(-decimals))
 }
 
-/// The largest number of equal values of any coordinate that two measurements share. `None` if they are no duplicates: a
-/// shared coordinate with too few common times or unequal values, or too few distinct values in all of them.
+/// The largest number of equal values of any coordinate that two measurements share. `None` if any coordinate with common
+/// times has fewer than [`EQUAL`] equal or [`SHARED`] common ones. Also `None` if no coordinate has [`FEWEST`] distinct equal
+/// values ([`FEWEST_OF_A_LIST`] if all values of both are equal).
 fn common_values(one: &[CoordinateRecord], other: &[CoordinateRecord]) -> Option<usize> {
     let pairs = one.iter().filter_map(|a| Some((a, other.iter().find(|b| b.axis == a.axis)?)));
     let (mut most, mut is_duplicate) = (0, false);
@@ -181,14 +185,15 @@ struct RecordMatch {
 }
 
 impl CoordinateRecord {
-    /// The largest less the smallest value, in the unit of the values.
+    /// The largest less the smallest value of the coordinate, in the unit of the values; minus infinity without values.
     fn range(&self) -> f64 {
         let low = self.values.iter().copied().fold(f64::INFINITY, f64::min);
         self.values.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low
     }
 
-    /// Counts the common samples of two records, in one pass over both. Equal times and values are those within the
-    /// tolerances of the module header.
+    /// Counts of the samples at common times, of equal values there, and of distinct ones of these, in one pass over both
+    /// records. Equal times are within [`SAME_TIME`] of the smaller median interval. Equal values are within [`SAME`] of the
+    /// largest value, or the larger rounding of both.
     fn compare(&self, other: &Self) -> RecordMatch {
         let interval = |record: &Self| {
             upper_median(record.abscissas.windows(2).map(|w| w[1] - w[0])).unwrap_or(0.0)
@@ -223,9 +228,9 @@ impl CoordinateRecord {
     }
 }
 
-/// The number of frequencies that two lists have in common, with the same mode and within a relative [`SAME`]. `None` if
-/// neither list contains the other. Different rods (not `same_rod`) may have a few equal frequencies by chance: they need
-/// [`FEWEST_OF_A_LIST`].
+/// The number of frequencies that two lists have in common, with the same mode and within a relative [`SAME`]. `None` if the
+/// filters of the modes differ, or if neither list contains the other. Different rods (not `same_rod`) may have a few equal
+/// frequencies by chance: they need [`FEWEST_OF_A_LIST`].
 fn common_frequencies(
     one: &ModeFrequencies,
     other: &ModeFrequencies,

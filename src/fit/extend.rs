@@ -2,10 +2,11 @@
 //!
 //! Input: a fit and its report with score tests (Rao's test of each omitted effect). [`FitFile::extensions`] returns copies
 //! of the fit, each with one significant effect added as a further unknown, the most significant first, at most
-//! [`MOST_TERMS`]. After these are solved, [`FitReport::improves_on`] accepts one by the likelihood-ratio test: twice the
-//! log-likelihood rises by more than [`SIGNIFICANT_RISE`]. [`FitReport::among_alternatives`] warns where another extension
-//! has a similar likelihood (within [`DISCRIMINATING_RISE`]) and other values of the parameters. [`FitReport::not_extended`]
-//! reports that no extension was accepted.
+//! [`MOST_TERMS`]. After these are solved, [`FitReport::improves_on`] accepts one that converged, has no worse grade, and
+//! passes the likelihood-ratio test: twice the log-likelihood rises by more than [`SIGNIFICANT_RISE`].
+//! [`FitReport::among_alternatives`] adds a warning and lowers the grade where another extension has a similar likelihood
+//! (within [`DISCRIMINATING_RISE`]) and a value outside a 95 % interval. [`FitReport::not_extended`] adds a warning that no
+//! extension was accepted.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -45,8 +46,8 @@ pub struct ExtendedFit {
 }
 
 impl FitFile {
-    /// The fit with the most likely omitted effect, by the score tests of its `report`, as a further unknown; `None` if no
-    /// test is significant.
+    /// The fit with the most likely omitted effect, by the score tests of its `report`, as a further unknown: the first of
+    /// [`extensions`](Self::extensions). `None` if no test is significant or no scene can have an effect.
     ///
     /// # Errors
     ///
@@ -56,7 +57,8 @@ impl FitFile {
     }
 
     /// Fits with one likely omitted effect each as a further unknown, by the significant score tests of the `report` of this
-    /// fit; at most six, the most likely first. Effects that are unknowns already are skipped.
+    /// fit; at most six, the most likely first. Friction, mass damping or drag is followed by internal damping, whose motion
+    /// is similar. Effects that are unknowns already, or that no scene can have, are skipped.
     ///
     /// # Errors
     ///
@@ -90,8 +92,9 @@ impl FitFile {
         Ok(found)
     }
 
-    /// The fit with an effect added to its scenes as a further unknown. The unknown starts at the scene's value plus
-    /// `estimate` (or else the plausible size of the effect), in its unit. `None` if no scene can have the effect.
+    /// The fit with an effect added to all scenes that can have it, as a further unknown of these experiments. The unknown
+    /// starts at the value of the first such scene plus `estimate` (or else the plausible size of the effect), in its unit,
+    /// within the limits of the parameter. `None` if no scene can have the effect.
     fn with_term(
         &self,
         extension: &OmittedEffect,
@@ -128,7 +131,8 @@ impl FitFile {
 }
 
 impl FitReport {
-    /// The report with a warning that no extension by these `terms`, given by their descriptions, improved the fit.
+    /// The report with a further warning that no extension improved the fit, with the descriptions of the `terms` that were
+    /// tried.
     pub fn not_extended(mut self, terms: &[String]) -> Self {
         let words = format!(
             "No extension improves this fit. These terms were tried: {}. The values are those without them",
@@ -139,8 +143,9 @@ impl FitReport {
         self
     }
 
-    /// Whether this fit, with one more parameter than `first`, is better: it converged without interruption, its grade is no
-    /// worse, and its likelihood rise exceeds two standard deviations (or `first` did not converge).
+    /// Whether this fit, with one more parameter than `first`, is better: it converged without interruption and its grade is
+    /// no worse. Twice its log-likelihood must also be higher by more than 4, two standard deviations, unless `first` did not
+    /// converge.
     pub fn improves_on(&self, first: &Self) -> bool {
         self.converged
             && !self.interrupted
@@ -149,15 +154,15 @@ impl FitReport {
     }
 
     /// Twice the logarithm of the likelihood ratio of this fit to `other`, of the same data, for white Gaussian noise of
-    /// unknown size: `2 n ln(rms_other / rms)`, with `n` the number of values in the residual tests, at least 1.
+    /// unknown size. It is `2 n ln(rms_other / rms)`, with `n` the number of values in the residual tests, at least 1.
     fn likelihood_rise(&self, other: &Self) -> f64 {
         let values: f64 = self.residual_tests.iter().map(|tests| tests.values as f64).sum();
         values.max(1.0) * 2.0 * (other.residual_rms / self.residual_rms).ln()
     }
 
     /// The report of this fit as the best one of several extended fits; `others` are the rest, each with the description of
-    /// its effect. If one has a similar likelihood and a parameter outside this fit's 95 % interval, a warning has both
-    /// values and the grade is lowered: the data do not discriminate between the effects.
+    /// its effect. For each of similar likelihood with a value outside this fit's 95 % interval, a warning with both values
+    /// is put first. The first such warning lowers the grade to correlated-or-missing, if better, and becomes the verdict.
     pub fn among_alternatives(mut self, others: &[(String, Self)]) -> Self {
         for (term, other) in others {
             if self.likelihood_rise(other) > DISCRIMINATING_RISE {
@@ -182,7 +187,8 @@ impl FitReport {
     }
 
     /// The estimate whose 95 % interval is farthest from the `other` fit's value of the same parameter, in widths of the
-    /// interval, with that value; `None` if all intervals contain the other values.
+    /// interval, with that value. `None` if all intervals contain the other values; estimates without an interval are
+    /// skipped.
     fn largest_contradiction(&self, other: &Self) -> Option<(&Estimate, f64)> {
         let pairs = self.parameters.iter().filter_map(|own| {
             let value = other.parameters.iter().find(|p| p.name == own.name)?.value?;

@@ -2,8 +2,9 @@
 //!
 //! Input: the text of a fit file and the folder to which its paths are relative. The tables are deserialized ([`FitForm`]),
 //! each scene is loaded and prepared as a [`Problem`](crate::Problem) on its initial mesh, and the files of the measurements
-//! are read. Output: a validated [`FitFile`], from which [`FitFile::fit`] makes a [`Fit`]. Errors have the file, the key, the
-//! value found and the allowed values. [`Fit::add_toml`] adds tables of the same form to a fit.
+//! are read. Parameters with `fixed` replace values of the scenes. Output: a validated [`FitFile`], from which
+//! [`FitFile::fit`] makes a [`Fit`]. Errors have the file, the key, the value found and the allowed values. [`Fit::add_toml`]
+//! adds tables of the same form to a fit.
 
 use crate::accuracy::Aim;
 use crate::error::{Error, ensure};
@@ -123,12 +124,12 @@ enum SceneForm {
 
 #[cfg(test)]
 impl schemars::JsonSchema for SceneForm {
-    /// Name of the JSON schema of `SceneForm`.
+    /// Name of the definition in JSON schemas: `SceneOfFit`.
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "SceneOfFit".into()
     }
 
-    /// JSON schema of `SceneForm`.
+    /// The JSON schema of a scene in a fit file: a string (path of the scene file), or the scene as an object.
     fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
         let here = generator.subschema_for::<Scene>();
         schemars::json_schema!({
@@ -141,7 +142,7 @@ impl schemars::JsonSchema for SceneForm {
 impl TryFrom<toml::Value> for SceneForm {
     type Error = String;
 
-    /// Converts `toml::Value` to `SceneForm`; an error if it is not valid.
+    /// A string as the path of a scene file, a table as the scene itself; an error for any other type of value.
     fn try_from(value: toml::Value) -> Result<Self, Self::Error> {
         match value {
             toml::Value::String(file) => Ok(Self::File(file.into())),
@@ -166,7 +167,7 @@ struct NamedForm(ExperimentForm);
 impl TryFrom<ExperimentForm> for NamedForm {
     type Error = &'static str;
 
-    /// Converts `ExperimentForm` to `NamedForm`; an error if it is not valid.
+    /// Accepts an experiment with a `name`, a `path` or `paths`; else the error is that the field `name` is missing.
     fn try_from(form: ExperimentForm) -> Result<Self, Self::Error> {
         match form.name.is_none() && form.path.is_none() && form.paths.is_empty() {
             true => Err("missing field `name`"),
@@ -176,8 +177,9 @@ impl TryFrom<ExperimentForm> for NamedForm {
 }
 
 impl ExperimentForm {
-    /// One experiment for every recording in `paths`, each named after its file; without `paths` the experiment itself. An
-    /// error if `paths` stands together with `path` or `name`. `i` is the index of the table in the fit file.
+    /// One copy of the experiment for every recording in `paths`, each named after its file; without `paths` the experiment
+    /// itself. An error if `paths` stands together with `path` or `name`. `i` is the index of the table in the fit file, for
+    /// errors.
     fn per_recording(mut self, i: usize) -> Result<Vec<Self>, Error> {
         let paths = std::mem::take(&mut self.paths);
         let key = |own: &str| format!("experiment[{i}].{own}");
@@ -199,8 +201,9 @@ impl ExperimentForm {
         Self { name: self.name.clone().or_else(stem), ..self }
     }
 
-    /// Reads the scene and the data of this table of the fit file at path `file`, and prepares the scene on its initial mesh.
-    /// `check_scene` is called before.
+    /// Reads the scene of this table of the fit file at path `file`, with the recording `path` that drives the ends. It calls
+    /// `check_scene`, prepares the scene on its initial mesh, and reads the measurements; all are marked as validation data
+    /// if the table is `held_out`. Paths are relative to the folder of `file`.
     fn read(self, file: &Path, check_scene: &SceneCheck) -> Result<Experiment, Error> {
         // All paths in a fit file are relative to its folder.
         let folder = file.parent().unwrap_or(Path::new(""));
@@ -224,8 +227,9 @@ impl ExperimentForm {
     }
 }
 
-/// Reads the measurements of these three kinds of tables and adds them to an experiment. Paths are relative to `folder`. An
-/// error also for positions in a unit that does not fit the size of the scene.
+/// Reads the measurements of these three kinds of tables and adds them to an experiment, in the order observations, shapes,
+/// frequencies. Paths are relative to `folder`. An error also if positions of any measurement of the experiment are in a unit
+/// that does not fit the size of the scene.
 fn add_measurements(
     experiment: &mut Experiment,
     observation: Vec<ObservationForm>,
@@ -263,9 +267,9 @@ struct Tables {
 }
 
 impl Fit {
-    /// Adds the tables in `text`: `[[observation]]`, `[[shape]]` and `[[frequencies]]` to the
-    /// last experiment, `[[parameter]]` and `[[known]]`. `[analysis]` replaces the analyses. Paths
-    /// are relative to `folder`.
+    /// Adds the tables in `text` to a copy of the fit: `[[observation]]`, `[[shape]]` and `[[frequencies]]` to the last
+    /// experiment, `[[parameter]]` and `[[known]]` to the fit. `[analysis]` replaces the analyses. Paths are relative to
+    /// `folder`.
     ///
     /// # Errors
     ///
@@ -289,19 +293,20 @@ impl Fit {
 
 #[cfg(test)]
 impl schemars::JsonSchema for FitFile {
-    /// Name of the JSON schema of `FitFile`.
+    /// Name of the schema of a fit file: `Fit`.
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Fit".into()
     }
 
-    /// JSON schema of `FitFile`.
+    /// The JSON schema of a fit file, which is that of its tables (`FitForm`).
     fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
         FitForm::json_schema(generator)
     }
 }
 
 impl FitFile {
-    /// Reads and validates a fit file, its scenes and its data.
+    /// Reads and validates a fit file, its scenes, which are prepared on their initial meshes, and its data. Planned measurements
+    /// are rejected.
     ///
     /// ```
     /// use rodfit::Parameter;
@@ -319,8 +324,8 @@ impl FitFile {
         Self::load_if(path, |_| Ok(()))
     }
 
-    /// Reads and validates a fit file like [`load`](Self::load), with `check_scene` called for every scene before its mesh is
-    /// created.
+    /// Reads and validates a fit file, its scenes and its data like [`load`](Self::load). `check_scene` is called for every
+    /// scene before its mesh is created; its error ends the reading. Planned measurements are rejected.
     ///
     /// # Errors
     ///
@@ -334,8 +339,8 @@ impl FitFile {
         Ok(file)
     }
 
-    /// Reads and validates a fit file like [`load_if`](Self::load_if). Observations and shapes may be planned, for
-    /// [`Fit::design`].
+    /// Reads and validates a fit file, its scenes and its data like [`load_if`](Self::load_if), with `check_scene` called for
+    /// every scene before its mesh is created. Observations and shapes may be planned, for [`Fit::design`].
     ///
     /// # Errors
     ///
@@ -358,14 +363,14 @@ impl FitFile {
         Self::read(text, &folder.as_ref().join("fit"), &|_| Ok(()))
     }
 
-    /// Reads and validates the `text` of a fit file at `path`, with `check_scene` called for every scene before its mesh is
-    /// created. Errors have the path.
+    /// Reads and validates the `text` of a fit file at `path`, its scenes and its data, planned ones included. `check_scene`
+    /// is called for every scene before its mesh is created. Errors have the path.
     pub(crate) fn read(text: &str, path: &Path, check_scene: &SceneCheck) -> Result<Self, Error> {
         Self::parse_and_check(text, path, check_scene).map_err(|error| error.in_file(Some(path)))
     }
 
-    /// Parses the `text` of a fit file at `path`, reads its scenes and data, and checks the fit, like [`read`](Self::read).
-    /// Errors may lack the path.
+    /// Parses the `text` of a fit file at `path`, reads its scenes and data, and checks the fit: as lists along the rod, as
+    /// validation data only, or as parameters with inputs. Errors may lack the path.
     fn parse_and_check(text: &str, path: &Path, check_scene: &SceneCheck) -> Result<Self, Error> {
         let mut form: FitForm =
             parse(text, &REQUIRED).map_err(|error| explained(error, text, &FIT))?;
@@ -387,7 +392,8 @@ impl FitFile {
         Ok(file)
     }
 
-    /// Adds the parameters and the inputs with an uncertainty of these tables.
+    /// Adds the unknowns and the inputs with an uncertainty of these tables. A parameter with a `fixed` value changes the
+    /// scenes instead.
     fn add(&mut self, parameters: Vec<ParameterForm>, known: Vec<KnownForm>) -> Result<(), Error> {
         for (i, parameter) in parameters.into_iter().enumerate() {
             self.add_parameter(i, parameter)?;
@@ -398,7 +404,8 @@ impl FitFile {
         Ok(())
     }
 
-    /// Adds the unknown of the `i`-th parameter table, or sets its fixed value in the experiments.
+    /// Adds the unknown of the `i`-th parameter table. With a `fixed` value, it sets this in all experiments that have the
+    /// parameter instead. Then start, bounds or prior in the table are an error.
     fn add_parameter(&mut self, i: usize, parameter: ParameterForm) -> Result<(), Error> {
         let (fixed, key) = (parameter.fixed, format!("parameter[{i}]"));
         // A fixed parameter replaces the value of the scene and is no unknown.
@@ -426,7 +433,8 @@ impl FitFile {
         Ok(())
     }
 
-    /// The paths of all files the fit was read from other than itself: scenes, recordings that drive ends, and data.
+    /// The paths of all files the fit was read from other than itself, by experiment: scene files, recordings that drive
+    /// ends, and data. Duplicates stay.
     pub fn files(&self) -> Vec<PathBuf> {
         let own = |e: &Experiment| {
             let data = e.measurements.iter().filter_map(|m| m.header.source.clone());
@@ -446,13 +454,14 @@ impl FitFile {
         Ok(self)
     }
 
-    /// Whether every measurement is validation data and no list along the rod is fitted. Then [`Fit::predict`] compares the
-    /// data with the scenes instead of a fit.
+    /// Whether every measurement is validation data and the file has no list along the rod. Then [`Fit::predict`] compares
+    /// the data with the scenes instead of a fit.
     pub fn is_validation_only(&self) -> bool {
         self.fields.is_empty() && is_validation_only(&self.experiments)
     }
 
-    /// The fit of the parameters in the file: its experiments, unknowns, inputs and analyses.
+    /// The fit of the parameters in the file: its experiments, unknowns, inputs and analyses. Lists along the rod are not
+    /// part of it.
     pub fn fit(&self) -> Fit {
         let fit = Fit::of(self.experiments.clone()).analyse(self.analysis.clone());
         let fit = self.unknowns.iter().fold(fit, |fit, unknown| fit.identify(unknown.clone()));
@@ -461,9 +470,9 @@ impl FitFile {
 }
 
 impl FitForm {
-    /// Takes the experiments out of the tables: those of `[[experiment]]`, or the one of the file's own `scene` with its
-    /// measurements. An error for both or neither, measurements outside of their experiment, more than [`MOST_EXPERIMENTS`],
-    /// and missing or long names.
+    /// Moves the experiments out of the tables: those of `[[experiment]]` (one per recording), or the one of the file's own
+    /// `scene` with its measurements. An error for both or neither, measurements outside of their experiment, more than
+    /// [`MOST_EXPERIMENTS`], and names that are missing or longer than [`LONGEST_NAME`].
     fn experiments(&mut self) -> Result<Vec<ExperimentForm>, Error> {
         let mut listed: Vec<ExperimentForm> = Vec::new();
         for (i, NamedForm(form)) in std::mem::take(&mut self.experiment).into_iter().enumerate() {

@@ -1,8 +1,9 @@
 //! `[[frequencies]]` of a fit file: its keys, and their conversion to a measurement of natural frequencies.
 //!
-//! Input: the deserialized table with frequencies in Hz or rad/s, their standard deviation, and optional mode numbers and
-//! filters of the modes (plane, kind, direction). Output: a [`Measurement`], or an error with the key: both or neither unit,
-//! a frequency that is not above 0, or another number of mode numbers than frequencies. Used by `fit::file`.
+//! Input: the deserialized table with frequencies in Hz or rad/s, their standard deviation in the same unit, and optional
+//! mode numbers and filters of the modes (plane, kind, direction). Output: a [`Measurement`] in rad/s, or an error with the
+//! key: both or neither unit, a frequency that is not above 0, or another number of mode numbers than frequencies. Used by
+//! `fit::file`.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
@@ -40,8 +41,9 @@ pub(crate) struct FrequenciesForm {
 }
 
 impl FrequenciesForm {
-    /// The measurement of the table, whose `key` in the fit file is named in errors. Checks the unit, the signs of the values
-    /// and the number of modes.
+    /// The measurement of the table, in rad/s, for the lowest modes unless mode numbers are given. An error, with the `key`
+    /// of the table in the fit file, for both or neither unit, frequencies that are not above 0, or another number of mode
+    /// numbers.
     pub fn read(self, key: &str) -> Result<Measurement, Error> {
         // Exactly one of both units: errors name the key in the user's own unit.
         let (unit, values) = match (self.hz, self.rad_s) {

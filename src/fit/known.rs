@@ -2,8 +2,9 @@
 //! exact.
 //!
 //! [`Known`] has the input, its standard uncertainty in its unit, the experiments that share the error, and correlations with
-//! other inputs. [`check`] rejects inputs that no scene has or that are fitted. [`correlations`] returns the correlation
-//! matrix of all inputs for the uncertainty budget, and [`correlation_root`] a root of it for the Monte Carlo propagation.
+//! other inputs. [`check`] rejects inputs that no scene has or that are fitted, and wrong uncertainties. [`correlations`]
+//! returns the correlation matrix of all inputs for the uncertainty budget, and [`correlation_root`] a square root `B` of it
+//! (`B B'`, by eigenvectors) for the Monte Carlo propagation.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::experiment::{Experiment, named};
@@ -44,7 +45,7 @@ pub struct Correlation {
 }
 
 impl Known {
-    /// An input with a standard uncertainty in its unit.
+    /// An input with a standard uncertainty in its unit, shared by all experiments that have it, without correlations.
     pub fn new(parameter: Parameter, sigma: f64) -> Self {
         Self { parameter, sigma, experiments: Vec::new(), correlations: Vec::new() }
     }
@@ -55,25 +56,27 @@ impl Known {
         self
     }
 
-    /// Adds the correlation with the error of another input, -1 to 1.
+    /// Adds the correlation coefficient, -1 to 1, of this input's error with that of another input. The range is checked with
+    /// the fit.
     pub fn correlated(mut self, with: Parameter, value: f64) -> Self {
         self.correlations.push(Correlation { with, experiment: None, value });
         self
     }
 
-    /// The name of the input, followed by its experiments in parentheses unless it belongs to all.
+    /// The name of the input, followed by the names of its experiments in parentheses if any are given.
     pub fn label(&self) -> String {
         named(&self.parameter, &self.experiments)
     }
 
-    /// The input as an unknown of the same experiments, for derivatives of the residuals by it.
+    /// An unknown of the same parameter and experiments, without start and bounds, for derivatives of the residuals by the
+    /// input.
     pub(crate) fn as_unknown(&self) -> Unknown {
         Unknown { experiments: self.experiments.clone(), ..Unknown::new(self.parameter) }
     }
 }
 
-/// Rejects inputs that no scene has, that are given twice or also identified, whose standard uncertainty is not positive and
-/// finite, or whose correlations contradict each other. Errors name the table `known[i]`.
+/// Rejects inputs that no scene has, that are given twice in an experiment or also identified, whose standard uncertainty is
+/// not positive and up to [`MOST_SIGMA`], or whose correlations contradict each other. Errors name the table `known[i]`.
 pub(crate) fn check(
     experiments: &[Experiment],
     unknowns: &[Unknown],
@@ -106,8 +109,9 @@ pub(crate) fn check(
     correlations(knowns).map(|_| ())
 }
 
-/// The correlation matrix of all inputs, one row per input in their order. An error if a correlation names no or several
-/// inputs, is beyond -1 to 1, is given twice with different values, or if the matrix has a negative eigenvalue.
+/// The correlation matrix of all inputs, one row per input in their order; pairs without a given correlation have 0. An error
+/// if a correlation names no or several inputs, is beyond -1 to 1, is given twice with different values, or if the matrix has
+/// an eigenvalue below minus [`ROUNDING`] per row.
 pub(crate) fn correlations(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
     let n = knowns.len();
     // Each correlation is given at one of its inputs and applies to both.
@@ -147,8 +151,9 @@ pub(crate) fn correlations(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
     Ok(matrix)
 }
 
-/// A root `B` of the correlation matrix `B B'`, square and one row per input: the product of `B` with independent standard
-/// normal numbers has these correlations.
+/// A root `B` of the [correlation matrix](correlations) `B B'`, square and one row per input: the product of `B` with
+/// independent standard normal numbers has these correlations. `B` is the eigenvectors times the roots of the eigenvalues,
+/// negative ones as zero.
 pub(crate) fn correlation_root(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
     let correlations = correlations(knowns)?;
     if knowns.is_empty() {

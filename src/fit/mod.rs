@@ -1,8 +1,8 @@
 //! Identification of parameters of rods from measurements.
 //!
-//! [`Fit`] minimizes the difference between the measurements of [experiments](Experiment) and simulations of
-//! their scenes, by the [Levenberg-Marquardt](crate::numerics::levenberg_marquardt) method with exact sensitivities. It needs
-//! no initial values.
+//! [`Fit`] minimizes the difference between the measurements of [experiments](Experiment) and simulations of their scenes, by
+//! the [Levenberg-Marquardt](crate::numerics::levenberg_marquardt) method with exact sensitivities. It needs no initial
+//! values.
 //!
 //! Every estimate has a standard error (the covariance of the exact Jacobian; [on request](Analysis) the exact Hessian, the
 //! profile likelihood or a bootstrap) and an uncertainty budget ([`Estimate::budget`]). The report also has the parameters
@@ -11,7 +11,8 @@
 //! minima ([`LocalMinima`]).
 //!
 //! The stages of a fit: a [`FitFile`], or calls to [`Fit`], define measurements and unknowns. [`Residuals`] compare
-//! measurements and simulations. A search finds the optimum. An assessment results in the [`FitReport`].
+//! measurements and simulations. A search finds the optimum. Where scenes leave mesh and step open, these are refined and the
+//! fit is repeated. An assessment results in the [`FitReport`].
 
 pub(crate) mod design;
 mod duplicates;
@@ -218,12 +219,12 @@ struct RefinementState<'a> {
 }
 
 impl Fit {
-    /// A fit of the parameters of `problem`, as one experiment without a name.
+    /// A fit of the parameters of `problem`, as one experiment without a name, and without measurements and unknowns yet.
     pub fn new(problem: &Problem) -> Self {
         Self::of([Experiment::new("", problem)])
     }
 
-    /// A fit of the parameters of several experiments, without unknowns yet.
+    /// A fit of several experiments, which may share parameters, without unknowns yet.
     pub fn of(experiments: impl IntoIterator<Item = Experiment>) -> Self {
         Self {
             experiments: experiments.into_iter().collect(),
@@ -261,13 +262,13 @@ impl Fit {
         self
     }
 
-    /// Sets the analyses beside the estimates, as bootstrap or profile likelihood.
+    /// Replaces the analyses beside the estimates, as bootstrap or profile likelihood.
     pub fn analyse(self, analysis: Analysis) -> Self {
         Self { analysis, ..self }
     }
 
-    /// Calls `progress` during the fit with the name of the stage and the work done so far, in full simulations of all
-    /// experiments.
+    /// Calls `progress` at each stage and iteration of the fit, with the name of the stage and the work done so far, in full
+    /// simulations of all experiments.
     pub fn on_progress(mut self, progress: impl Fn(&str, f64) + Send + Sync + 'static) -> Self {
         self.progress = Some(Arc::new(progress));
         self
@@ -287,9 +288,9 @@ impl Fit {
         self
     }
 
-    /// The residuals and their derivatives, for any solver of argmin, on the meshes and with the steps of the scenes, also
-    /// where the program chose these for a simulation. [`solve`](Self::solve) chooses them by the accuracy that the data
-    /// require.
+    /// The residuals in units of their standard deviations (preliminary ones where none is given) as functions of the
+    /// unknowns, and their derivatives, for any solver of argmin. Meshes and steps are those of the scenes, also where the
+    /// program chose these for a simulation. [`solve`](Self::solve) chooses them by the accuracy that the data require.
     ///
     /// # Errors
     ///
@@ -302,14 +303,13 @@ impl Fit {
         Residuals::new(&fitted, &sigmas, &self.unknowns, &horizons, work)
     }
 
-    /// The expected uncertainty of planned or existing measurements, without a fit: standard errors, intervals
-    /// and budgets at the start values, or else at those of the scenes, and the standard errors with other markers, durations
-    /// and frame rates. Of existing data only the times are used.
+    /// The expected uncertainty of planned or existing measurements, without a fit: standard errors, intervals and budgets at
+    /// the start values, or else at those of the scenes. It also has the standard errors with other markers, durations and
+    /// frame rates. Of existing data only the times are used.
     ///
     /// # Errors
     ///
-    /// A fit that cannot be solved even with the planned data, a noise that is not given, and a simulation that
-    /// fails.
+    /// A fit that cannot be solved even with the planned data, a noise that is not given, and a simulation that fails.
     pub fn design(&self) -> Result<Design, Error> {
         self.check_plan()?;
         let experiments = self.prepared_experiments()?;
@@ -318,8 +318,9 @@ impl Fit {
         PlannedFit { experiments: &experiments, unknowns, knowns, analysis, progress }.design()
     }
 
-    /// Finds the parameters. The report includes whether the fit converged or was interrupted, and the
-    /// parameters that are not identifiable.
+    /// Finds the parameters. Stages: validation, plausibility of the data, global search, refinement of mesh and step where the
+    /// scenes leave these open, comparison with other minima, uncertainties. The report includes whether the fit converged or was
+    /// interrupted, and the parameters that are not identifiable. Data without motion give a report without values.
     ///
     /// ```
     /// use rodfit::{Fit, Observation, Parameter, Scene};
@@ -361,8 +362,9 @@ impl Fit {
         Ok(FitReport::new(outcome, &search, &experiments, since))
     }
 
-    /// Searches the global optimum on the initial mesh, and refines and assesses it. Where mesh and step are open, the search
-    /// stops at the first optimum that explains the motion, except with prescribed ends. `since` is the start of the fit.
+    /// Searches the global optimum on the initial mesh, and refines and assesses it. Where a scene leaves mesh or step open,
+    /// the search stops at the first optimum that explains the motion, except for rods with recorded ends. `since` is the
+    /// start of the fit, for its duration. The sigmas and weights in `search` change.
     fn search(
         &self,
         search: &mut Search,
@@ -379,9 +381,9 @@ impl Fit {
         self.refine(Fitted { search, optimum: &optimum }, experiments, state)
     }
 
-    /// From an optimum to the report: refines mesh and step to the accuracy that the optimum requires, compares it with other
-    /// minima, and assesses the final optimum. Each change of the optimum or its mesh calls this function again, with the
-    /// `state`.
+    /// From an optimum to the report. Stages: hold undetermined unknowns, refine mesh and step to the accuracy that the
+    /// optimum requires, complete a search that stopped early, compare the optimum with other minima, assess the final one.
+    /// Each change of the optimum or its mesh calls this function again, with the `state`.
     fn refine(
         &self,
         fitted: Fitted,
@@ -468,8 +470,8 @@ impl Fit {
         Ok(FitReport::new(outcome, search, experiments, state.since))
     }
 
-    /// The experiments without constant coordinates, with layouts of their meshes for generic values of all parameters by
-    /// which they are differentiated: unknowns and inputs with an uncertainty.
+    /// The experiments without constant coordinates. The layout of each mesh is fixed for generic values of all parameters by
+    /// which the residuals are differentiated: unknowns and inputs with an uncertainty.
     fn prepared_experiments(&self) -> Result<Vec<Experiment>, Error> {
         let knowns = self.knowns.iter().map(Known::as_unknown);
         let parameters: Vec<Unknown> = self.unknowns.iter().cloned().chain(knowns).collect();
@@ -478,14 +480,14 @@ impl Fit {
         with_fixed_layouts(&experiments, &parameters)
     }
 
-    /// Rejects a fit that cannot be solved, as by missing data or wrong values of keys, and planned measurements.
+    /// Rejects a fit that cannot be solved: the errors of [`check_plan`](Self::check_plan), and planned measurements.
     fn check(&self) -> Result<(), Error> {
         self.check_plan()?;
         check_recorded(&self.experiments)
     }
 
-    /// Rejects a fit that cannot be solved even if all planned measurements were recorded: wrong values of keys, duplicates,
-    /// and contradictory inputs.
+    /// Rejects a fit that cannot be solved even if all planned measurements were recorded: missing data or unknowns, wrong
+    /// values of keys, duplicates of measurements, and contradictory inputs.
     fn check_plan(&self) -> Result<(), Error> {
         check(&self.experiments, &self.unknowns, &self.analysis)?;
         check_duplicates(&self.experiments)?;

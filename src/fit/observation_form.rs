@@ -1,9 +1,10 @@
 //! `[[observation]]` of a fit file: its keys, and their conversion to recorded or planned motions of points of the rod.
 //!
 //! Input: the deserialized table, the folder of the fit file and the prepared scene. A file is read as one marker, or as
-//! several with their points; `markers = "free"` takes all unprescribed markers of the recording that drives the ends;
-//! `duration` with `fps` plans an observation without data. Output: one [`Measurement`] per point, or an error with the key
-//! for keys that exclude each other. [`Sigma`] is shared with `[[shape]]`.
+//! several with their points. `markers = "free"` takes all markers of the recording in `supports.path` that prescribe neither
+//! an end nor an inner node. `duration` with `fps` plans an observation without data. Output: one [`Measurement`] per point,
+//! or an error with the key for keys that exclude each other. [`Sigma`] (a number or columns of the file) is shared with
+//! `[[shape]]`.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
@@ -26,7 +27,7 @@ impl TryFrom<ObservationKeys> for ObservationForm {
     type Error = &'static str;
 
     /// Checks the required keys: a file unless markers are free or the observation is planned, and a frame rate where it is
-    /// planned. The error is the name of the missing key.
+    /// planned. The error is `missing field` with the name of the key.
     fn try_from(form: ObservationKeys) -> Result<Self, Self::Error> {
         let is_free = matches!(form.markers, Some(MarkerSelection::Recorded(_)));
         match (&form.file, form.duration) {
@@ -137,8 +138,10 @@ struct ObservationKeys {
 }
 
 impl ObservationForm {
-    /// The measurements of the table, whose `key` in the fit file is named in errors: a planned or recorded point, several
-    /// markers of a file, whose path is relative to `folder`, or the free markers of the recording in `problem`.
+    /// The measurements of the table, whose `key` in the fit file is named in errors. With `duration`: one planned point.
+    /// With `markers = "free"`: all markers of the recording in `problem` that prescribe neither an end nor an inner node.
+    /// Else those of a file, whose path is relative to `folder`: one point, by default the tip, or one measurement per named
+    /// marker. An error for keys that exclude each other.
     pub fn read(
         self,
         folder: &Path,

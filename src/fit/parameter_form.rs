@@ -3,7 +3,7 @@
 //!
 //! Input: the deserialized tables, with numbers in the unit of each parameter. Output: an [`Unknown`] (start, bounds, prior,
 //! experiments) or a [`Known`] (standard uncertainty, correlations, experiments). The only error here is an empty list of
-//! experiments; values are checked later with the scenes. Used by `fit::file`.
+//! experiments; values are checked later with the scenes. `fit::file` applies a `fixed` value to the scenes instead.
 
 use crate::error::Error;
 use crate::fit::known::{Correlation, Known};
@@ -74,7 +74,8 @@ pub(crate) enum ExperimentNames {
 }
 
 impl ExperimentNames {
-    /// The names, in the table at `key`; an empty list means all experiments. An error for an empty list in the file.
+    /// The names of the experiments; without the key an empty list, which means all experiments. An error, with the `key` of
+    /// the table, if the list in the file is empty.
     pub fn list(self, key: &str) -> Result<Vec<String>, Error> {
         match self {
             Self::All => Ok(Vec::new()),
@@ -90,7 +91,8 @@ impl ExperimentNames {
 }
 
 impl ParameterForm {
-    /// The unknown of the table at `key` of the fit file; its `fixed` value is applied by the caller.
+    /// The unknown of the table at `key` of the fit file, with its start, bounds, prior and experiments. The `fixed` value is
+    /// not part of it. An error for an empty list of experiments.
     pub fn unknown(self, key: &str) -> Result<Unknown, Error> {
         let Self { name, start, bounds, prior, experiment, .. } = self;
         let experiments = experiment.list(key)?;
@@ -99,7 +101,8 @@ impl ParameterForm {
 }
 
 impl KnownForm {
-    /// The input with its standard uncertainty of the table at `key` of the fit file.
+    /// The input of the table at `key` of the fit file, with its standard uncertainty, experiments and correlations. An error
+    /// for an empty list of experiments.
     pub fn known(self, key: &str) -> Result<Known, Error> {
         let Self { name, sigma, experiment, correlation } = self;
         // The form has the names of the file's keys, the input those of the library.

@@ -1,7 +1,9 @@
 //! Required keys of a fit file, as a list of rules by table for messages about missing keys.
 //!
 //! Each rule names a table, as `experiment[].shape[]`, and returns the keys that a table of this name must have, which may
-//! depend on its other keys. The parser in `input::missing_keys` reports all missing keys of a file at once by these rules.
+//! depend on its other keys: a planned observation (`duration`) needs `fps` instead of `file`. The parser in
+//! `input::missing_keys` reports all missing keys of a file at once by these rules. Output is [`REQUIRED`]; values of keys
+//! are not checked here.
 
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 
@@ -23,8 +25,8 @@ pub(crate) const REQUIRED: [Rule; 13] = [
     if_there("experiment[].frequencies[]", |_| &["sigma"]),
 ];
 
-/// Required keys of the file: `parameter`, unless it fits lists along the rod (`field`) or all its experiments are validation
-/// data (`held_out`).
+/// Required keys of the file: `parameter`. None if the file fits lists along the rod (`field`), or if every `[[experiment]]`
+/// has `held_out = true`.
 fn fit_keys(fit: &toml::Table) -> Keys {
     let held_out = |table: &toml::Value| table.get("held_out") == Some(&toml::Value::Boolean(true));
     let experiments = fit.get("experiment").and_then(toml::Value::as_array);
@@ -40,8 +42,8 @@ fn experiment_keys(experiment: &toml::Table) -> Keys {
     }
 }
 
-/// Required keys of `[[observation]]`: `file`. Planned observations (with `duration`) need `fps` instead; free markers, which
-/// are in the recording that prescribes the ends, need none.
+/// Required keys of `[[observation]]`: `file`. Planned observations (with `duration`) need `fps` instead. Free markers
+/// (`markers` is a string), which are in the recording that prescribes the ends, need none.
 fn observation_keys(observation: &toml::Table) -> Keys {
     let free = observation.get("markers").is_some_and(toml::Value::is_str);
     match observation.contains_key("duration") {
@@ -51,7 +53,7 @@ fn observation_keys(observation: &toml::Table) -> Keys {
     }
 }
 
-/// Required keys of `[[shape]]`: `file`. Planned shapes have arc lengths (`at`) instead.
+/// Required keys of `[[shape]]`: `file`; none for a planned shape, which has arc lengths (`at`).
 fn shape_keys(shape: &toml::Table) -> Keys {
     if shape.contains_key("at") { &[] } else { &["file"] }
 }

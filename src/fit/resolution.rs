@@ -3,9 +3,10 @@
 //! Input: experiments, and at an optimum its covariance and discretization errors. A search begins with a coarse mesh and
 //! large steps for the recorded motion ([`with_initial_resolution`]). At its optimum another mesh and another step give the
 //! shift of every parameter from its limit for vanishing edges and steps (Richardson extrapolation). The shift is corrected
-//! in the estimates, and half of it is the error of the correction. Where this half exceeds [`MAX_ERROR_RATIO`] of a standard
-//! error and [`MAX_RELATIVE_ERROR`] of the value, or discretization errors are a visible part of the residuals, mesh and step
-//! are refined ([`refined_start`]). Output: the refined experiments, with the optimum that is expected on them as the next
+//! in the estimates, and half of it is the error of the correction. Mesh and step are refined ([`refined_start`]) where this
+//! half exceeds both [`MAX_ERROR_RATIO`] of a standard error and [`MAX_RELATIVE_ERROR`] of the value. They are also refined
+//! where discretization errors are a visible part of the residuals, or where steps were halved. There are at most [`ROUNDS`]
+//! refinements, within [`MOST_WORK`]. Output: the refined experiments, with the optimum that is expected on them as the next
 //! start.
 
 use crate::accuracy::{Aim, ErrorModel};
@@ -47,7 +48,9 @@ const FINER_IF_HALVED: f64 = 2.0;
 const MOST_WORK: f64 = 4e6;
 
 /// The experiments with the mesh and the step with which a search begins, where the scenes leave these open; others
-/// unchanged. The mesh has edges for the highest measured mode, the step is the recorded period over [`FIRST_STEPS`].
+/// unchanged. The mesh has at least the edges of a first guess, [`FIRST_EDGES`], and [`FIRST_PER_MODE`] per measured mode.
+/// The step is twice the shortest rise time of the recordings over [`FIRST_STEPS`], at most that for moving supports; without
+/// a rise time it is the scene's own.
 pub(crate) fn with_initial_resolution(
     experiments: Vec<Experiment>,
 ) -> Result<Vec<Experiment>, Error> {
@@ -72,8 +75,8 @@ pub(crate) fn with_initial_resolution(
     experiments.into_iter().map(initial).collect()
 }
 
-/// The experiments on the meshes and with the steps of their scenes. Where the program chose the scheme for a simulation, its
-/// steps are solved to a smaller tolerance, so that the residuals are smooth functions of the unknowns.
+/// The experiments on the meshes and with the steps of their scenes. Where the program chose the scheme for a simulation, the
+/// tolerance of its steps becomes the (smaller) default one, so that the residuals are smooth functions of the unknowns.
 pub(crate) fn with_smooth_steps(experiments: Vec<Experiment>) -> Result<Vec<Experiment>, Error> {
     let smooth = |experiment: Experiment| {
         let mut scene = experiment.problem.scene().clone();
@@ -92,7 +95,8 @@ fn step_size(experiment: &Experiment) -> f64 {
 }
 
 /// The experiment with at least this number of edges (`segments`) and this `step`, s, where its scene leaves them open. The
-/// markers of a recording that prescribes the ends are at nodes: the number of edges is a multiple of the spans between them.
+/// markers of a recording that prescribes the ends are at nodes: the number of edges is rounded up to a multiple of the spans
+/// between markers.
 fn with_resolution(
     experiment: Experiment,
     segments: usize,
@@ -115,9 +119,10 @@ pub(crate) struct RefinedStart {
     pub x: Vec<f64>,
 }
 
-/// The experiments with the mesh and the step that the accuracy of the optimum requires, and the optimum expected on them.
-/// `bias` is the shift of the unknowns by mesh and step. `None` where mesh and step are sufficient or at their limit of work,
-/// or where `round`, the number of refinements so far, is [`ROUNDS`].
+/// The experiments with finer meshes and steps, as the accuracy of the optimum requires, and the optimum expected on them by
+/// second-order extrapolation. `bias` is the shift of the unknowns by mesh and step (`None`: no shift). `None` if no scene
+/// leaves mesh or step open, if they suffice (a factor below [`LEAST_FINER`]) or are at the limit of work, or if `round`, the
+/// number of refinements so far, is [`ROUNDS`]. A factor is at most [`MOST_FINER`].
 pub(crate) fn refined_start(
     experiments: &[Experiment],
     Fitted { search, optimum }: Fitted,
@@ -181,8 +186,8 @@ pub(crate) fn refined_start(
     Ok(Some(RefinedStart { experiments, x: expected.collect() }))
 }
 
-/// The scale of the relative error of an unknown at `x`, on the scale of the fit: 1 for a logarithm; for others the larger of
-/// the value and the typical size of the parameter.
+/// The scale of the relative error of an unknown at `x`, on the scale of the fit: 1 for a logarithm. For others it is the
+/// larger of `|x|` and the typical size of the parameter in its first experiment (1 without one).
 fn value_scale(unknown: &Unknown, x: f64, search: &Search) -> f64 {
     if unknown.parameter.is_positive() {
         return 1.0;

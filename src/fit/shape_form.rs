@@ -1,8 +1,9 @@
 //! `[[shape]]` of a fit file: its keys, and their conversion to a measured or planned shape of the rod at rest.
 //!
-//! Input: the deserialized table with the CSV file of the points (read with scale, origin and axes), or with the arc lengths
-//! `at`, m, of a planned shape; the standard deviation, m; the loss function. Output: a [`Measurement`], or an error with the
-//! key if both or neither of file and arc lengths are given. Used by `fit::file`.
+//! Input: the deserialized table. It has the CSV file of the points (read with scale, origin and direction of y), or the arc
+//! lengths `at`, m, of a planned shape. It also has the standard deviation (a number, m, or columns of the file) and the loss
+//! function. Output: a [`Measurement`], or an error with the key if both or neither of file and arc lengths are given. Used
+//! by `fit::file`.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
@@ -41,8 +42,8 @@ pub(crate) struct ShapeForm {
 }
 
 impl ShapeForm {
-    /// The measurement of the table, whose `key` in the fit file is named in errors. Reads the file, whose path is relative
-    /// to `folder`, or plans the points.
+    /// The measurement of the table: the points of the file, whose path is relative to `folder`, or planned points at the arc
+    /// lengths `at`. An error, with the `key` of the table in the fit file, for both, neither, or keys of files in a plan.
     pub fn read(self, folder: &Path, key: &str) -> Result<Measurement, Error> {
         let Self { sigma, loss, held_out, scale, origin, y, .. } = self;
         let (sigma, columns) = sigma.map_or((None, None), Sigma::parts);

@@ -1,8 +1,9 @@
 //! Unknowns of a fit: a parameter with its start, bounds and prior, and the scale on which it is identified.
 //!
-//! Positive parameters (stiffness, density, damping) are identified as their natural logarithm, others as their value in
-//! their unit. Bounds, steps and covariances of the search are on this scale ("the scale of the fit"). [`Unknown::to_scale`]
-//! and [`Unknown::from_scale`] convert, and [`ParameterPoint`] is a point of all unknowns on their scales.
+//! Start, bounds and prior are given in the parameter's unit, and the prior is normal in that unit. Positive parameters
+//! (stiffness, density, damping) are identified as their natural logarithm, others as their value ("the scale of the fit").
+//! Steps and covariances of the search are on this scale, and bounds are converted to it. [`Unknown::to_scale`] and
+//! [`Unknown::from_scale`] convert, and [`ParameterPoint`] is a point of all unknowns on their scales.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, named};
@@ -54,7 +55,7 @@ impl ParameterPoint<'_> {
         self.unknowns.iter().zip(self.x).map(|(unknown, x)| unknown.from_scale(*x)).collect()
     }
 
-    /// The parameters of one experiment with their values, each in its unit.
+    /// The parameters that belong to an experiment with their values, each in its unit, in the order of the unknowns.
     pub fn values_of(self, experiment: &Experiment) -> Vec<(Parameter, f64)> {
         let own = self.unknowns.iter().zip(self.x).filter(|(u, _)| u.is_of(experiment));
         own.map(|(u, x)| (u.parameter, u.from_scale(*x))).collect()
@@ -62,7 +63,8 @@ impl ParameterPoint<'_> {
 }
 
 /// The experiments with the layout of their mesh (the arrangement of nodes and elements) chosen for generic values of the
-/// unknowns, once for the whole fit. The misfit is then a smooth function of the unknowns.
+/// unknowns that belong to them, once for the whole fit. The misfit is then a smooth function of the unknowns. An error if a
+/// scene cannot be prepared.
 pub(crate) fn with_fixed_layouts(
     experiments: &[Experiment],
     unknowns: &[Unknown],
@@ -76,7 +78,7 @@ pub(crate) fn with_fixed_layouts(
 }
 
 impl From<Parameter> for Unknown {
-    /// Converts `Parameter` to `Unknown`.
+    /// An unknown of the parameter without start, bounds and prior, of all experiments whose scene has it.
     fn from(parameter: Parameter) -> Self {
         let (start, bounds, prior) = (None, None, None);
         Self { parameter, start, bounds, prior, experiments: Vec::new(), plain: false }
@@ -84,14 +86,14 @@ impl From<Parameter> for Unknown {
 }
 
 impl fmt::Display for Unknown {
-    /// Writes the unknown as text.
+    /// Writes the name of the parameter, followed by its experiments in parentheses unless it belongs to all.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&named(&self.parameter, &self.experiments))
     }
 }
 
 impl Unknown {
-    /// An unknown without start and bounds.
+    /// An unknown without start, bounds and prior, of all experiments whose scene has the parameter.
     ///
     /// ```
     /// use rodfit::{Parameter, Unknown};
@@ -124,7 +126,8 @@ impl Unknown {
         self
     }
 
-    /// Whether an experiment has this unknown: it is named, or without names its scene has the parameter.
+    /// Whether an unknown belongs to an experiment: the experiment is in its list of names, or without names its scene has
+    /// the parameter.
     pub(crate) fn is_of(&self, experiment: &Experiment) -> bool {
         match self.experiments.is_empty() {
             true => self.parameter.of(experiment.problem.scene()).is_some(),
@@ -132,29 +135,33 @@ impl Unknown {
         }
     }
 
-    /// The residual of the prior at `x` on the scale of the fit: the distance from the mean in standard deviations; none
-    /// without a prior. `x` may carry derivatives.
+    /// The residual of the normal prior, `(value - mean)/sigma`, at `x` on the scale of the fit; mean, sigma and value are in
+    /// the parameter's unit. `None` without a prior. `x` may carry derivatives.
     pub(crate) fn prior_residual<D: Scalar>(&self, x: D) -> Option<D> {
         let Prior { mean, sigma } = self.prior?;
         Some((self.value(x) - mean) * sigma.recip())
     }
 
-    /// The number on the scale of the fit of a value in the parameter's unit: its logarithm for positive parameters.
+    /// The number on the scale of the fit of a value in the parameter's unit: its natural logarithm for positive parameters,
+    /// else the value.
     pub fn to_scale(&self, value: f64) -> f64 {
         if self.is_logarithm() { value.ln() } else { value }
     }
 
-    /// The value in the parameter's unit of a number on the scale of the fit.
+    /// The value in the parameter's unit of a number on the scale of the fit: its exponential for positive parameters, else
+    /// the number.
     pub fn from_scale(&self, x: f64) -> f64 {
         self.value(x)
     }
 
-    /// The value in the parameter's unit at `x` on the scale of the fit, which may carry derivatives.
+    /// The value in the parameter's unit at `x` on the scale of the fit (exponential for positive parameters), which may
+    /// carry derivatives.
     pub(crate) fn value<D: Scalar>(&self, x: D) -> D {
         if self.is_logarithm() { x.exp() } else { x }
     }
 
-    /// Whether the scale of the fit is the logarithm of the parameter.
+    /// Whether the scale of the fit is the logarithm of the parameter: it is positive, and the unknown is not marked `plain`
+    /// (for derivatives at zero).
     fn is_logarithm(&self) -> bool {
         self.parameter.is_positive() && !self.plain
     }
@@ -165,8 +172,8 @@ impl Unknown {
         if self.is_logarithm() { value } else { 1.0 }
     }
 
-    /// A change on the scale of the fit that changes the motion of an experiment by about the size of the motion; 0 for units
-    /// without one.
+    /// A change on the scale of the fit that changes the motion of an experiment by about the size of the motion. It is 1 for
+    /// positive parameters, pure numbers and angles, the rod's length for m, the duration for s, and 0 for other units.
     pub(crate) fn typical_size(&self, experiment: &Experiment) -> f64 {
         match self.parameter.unit() {
             _ if self.parameter.is_positive() => 1.0,
@@ -177,8 +184,8 @@ impl Unknown {
         }
     }
 
-    /// The lower and upper bound on the scale of the fit: the given bounds within the physical limits of the parameter.
-    /// Infinite where a side is unlimited.
+    /// The lower and upper bound on the scale of the fit: the given bounds, cut to the physical limits of the parameter, or
+    /// else these limits. Infinite where a side is unlimited (also minus infinity for the logarithm of zero).
     pub fn scaled_bounds(&self) -> [f64; 2] {
         // Given bounds never extend beyond the limits of the parameter.
         let [low, high] = self.parameter.limits();

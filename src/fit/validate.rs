@@ -2,9 +2,9 @@
 //!
 //! Input: experiments, unknowns and analyses. Rejected are missing or too few data, duplicate names, values of keys out of
 //! range, and parameters or points that a scene does not have. So are starts that make the rod too short for an observed
-//! point, and positions in a wrong unit. Output: `Ok`, or the first [`Error::Invalid`] with the key in the fit file or the
-//! file, the value found, and the allowed values. [`check`] is for fits, [`check_predicted`] for validation data,
-//! [`check_recorded`] excludes planned measurements.
+//! point, and positions in a wrong unit ([`Measurement::check_units`]). Output: `Ok`, or the first [`Error::Invalid`] with
+//! the key in the fit file or the file, the value found, and the allowed values. [`check`] is for fits, [`check_predicted`]
+//! for validation data, [`check_recorded`] excludes planned measurements.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
@@ -34,7 +34,7 @@ const LARGEST_TOLERANCE: f64 = 0.1;
 const FARTHEST: f64 = 2.5;
 
 /// Rejects a fit that cannot be solved: without fitted measurements or unknowns, with wrong values of keys, or with fewer
-/// values (and priors) than unknowns. Without all sigmas one more value is needed for the noise.
+/// values (and priors) than unknowns. If any sigma is not given, one more value is needed for the noise.
 pub(crate) fn check(
     experiments: &[Experiment],
     unknowns: &[Unknown],
@@ -68,7 +68,8 @@ pub(crate) fn check(
     ensure(values + priors >= needed, "observation", format!("{values} values"), allowed)
 }
 
-/// Rejects values of `[analysis]` outside of their ranges, and names in `plausible` that are no tested effect.
+/// Rejects values of `[analysis]` outside of their ranges: numbers of replicates (0, or 2 to [`MOST_REPLICATES`]), and the
+/// tolerance (0 to [`LARGEST_TOLERANCE`]). Names in `plausible` must be tested effects, and their sizes positive.
 fn check_analysis(analysis: &Analysis) -> Result<(), Error> {
     let Analysis { bootstrap, monte_carlo, .. } = analysis;
     for (key, replicates) in [("bootstrap", *bootstrap), ("monte_carlo", *monte_carlo)] {
@@ -93,7 +94,8 @@ fn check_analysis(analysis: &Analysis) -> Result<(), Error> {
     Ok(())
 }
 
-/// Rejects validation data that cannot be compared with their scenes, for a prediction without a fit.
+/// Rejects validation data that cannot be compared with their scenes, for a prediction without a fit: names of experiments,
+/// and each measurement. A sigma is not required.
 pub(crate) fn check_predicted(experiments: &[Experiment]) -> Result<(), Error> {
     check_experiments(experiments)?;
     // Without a fit the noise of a measurement is not needed for its weight.
@@ -118,7 +120,7 @@ pub(crate) fn check_recorded(experiments: &[Experiment]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Rejects experiments with the same name, and experiments without measurements.
+/// Rejects two experiments with the same name, and experiments without measurements, by their key `experiment[i]`.
 fn check_experiments(experiments: &[Experiment]) -> Result<(), Error> {
     for (i, experiment) in experiments.iter().enumerate() {
         let name = &experiment.name;
@@ -131,7 +133,7 @@ fn check_experiments(experiments: &[Experiment]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Rejects unknowns with wrong values (`Unknown::check`), and two unknowns of one parameter in one experiment.
+/// Rejects unknowns with wrong values ([`Unknown::check`]), and two unknowns of one parameter in one experiment.
 fn check_unknowns(experiments: &[Experiment], unknowns: &[Unknown]) -> Result<(), Error> {
     for (i, unknown) in unknowns.iter().enumerate() {
         let key = format!("parameter[{i}]");
@@ -143,9 +145,9 @@ fn check_unknowns(experiments: &[Experiment], unknowns: &[Unknown]) -> Result<()
     Ok(())
 }
 
-/// Rejects measurements of one experiment that cannot be compared with its scene, parameters of a scheme without a fixed
-/// step, and nodes named by index on an open mesh. If the fit has `several` measurements, one with few values needs a sigma,
-/// or it has no weight.
+/// Rejects measurements of one experiment that cannot be compared with its scene, parameters of the time scheme without a
+/// fixed step, and nodes named by index on a mesh that the program chooses. If the fit has `several` measurements, one with
+/// fewer than [`FEW`] values needs a sigma, or it has no weight.
 fn check_measurements(
     experiment: &Experiment,
     unknowns: &[Unknown],
@@ -185,7 +187,8 @@ fn check_measurements(
     Ok(())
 }
 
-/// Rejects starts of the unknowns of one experiment at which the rod is too short for an observed point.
+/// Rejects start values of the unknowns of one experiment (keys `rod.*` only) at which the rod is too short for an observed
+/// point of a motion. Starts for which no problem can be made pass; the simulation reports them.
 fn check_starts(experiment: &Experiment, unknowns: &[Unknown]) -> Result<(), Error> {
     let is_of_rod = |u: &Unknown| u.is_of(experiment) && u.parameter.path().starts_with("rod.");
     for (i, unknown) in unknowns.iter().enumerate().filter(|(_, u)| is_of_rod(u)) {
@@ -207,7 +210,8 @@ fn check_starts(experiment: &Experiment, unknowns: &[Unknown]) -> Result<(), Err
     Ok(())
 }
 
-/// Whether a measurement names a point by the index of a node, other than a marker of the recording that prescribes the ends.
+/// Whether a motion or a shape names a point by the index of a node. Markers of the recording that prescribes the ends do not
+/// count.
 fn names_nodes(measurement: &Measurement) -> bool {
     let is_node = |point: Point| matches!(point, Point::Node(_));
     let of_motion = |m: &PointMotion| m.marker.is_none() && is_node(m.point);
@@ -215,15 +219,17 @@ fn names_nodes(measurement: &Measurement) -> bool {
     measurement.motion().is_some_and(of_motion) || measurement.shape().is_some_and(of_shape)
 }
 
-/// The key of measurement `i` of an experiment in the fit file, as in `experiment.observation[0]`.
+/// The key of measurement `i` of an experiment in the fit file: name of the experiment, table, and index in the table, as
+/// `bent.observation[0]`; without the name if it is empty.
 pub(crate) fn measurement_key(experiment: &Experiment, i: usize) -> String {
     let table = experiment.measurements[i].table();
     let before = experiment.measurements[..i].iter().filter(|m| m.table() == table).count();
     experiment.key(&format!("{table}[{before}]"))
 }
 
-/// The `error` of a scene about a parameter, with the `key` of the parameter's table in the fit file and the name of the
-/// experiment added. Other errors are unchanged.
+/// The `error` of a scene about a parameter, with the name of the experiment (if any) added to the value found. The key
+/// `parameter` becomes `{key}.name`, with the `key` of the table in the fit file; other keys stay. Other kinds of errors are
+/// unchanged.
 fn with_parameter_key(error: Error, key: &str, experiment: &str) -> Error {
     let Error::Invalid { file, key: own, mut found, allowed } = error else { return error };
     if !experiment.is_empty() {
@@ -234,14 +240,15 @@ fn with_parameter_key(error: Error, key: &str, experiment: &str) -> Error {
 }
 
 impl Unknown {
-    /// Whether both unknowns are of the same parameter and any experiment has both.
+    /// Whether both unknowns are of the same parameter, and at least one experiment belongs to both.
     pub(crate) fn is_same_in_any(&self, other: &Self, experiments: &[Experiment]) -> bool {
         let has_both = |e: &Experiment| self.is_of(e) && other.is_of(e);
         self.parameter == other.parameter && experiments.iter().any(has_both)
     }
 
-    /// Rejects unknown or repeated names of experiments, parameters that no scene has, and values of start, bounds and prior
-    /// out of range. `key` is that of the unknown's table in the fit file.
+    /// Rejects names of experiments that do not exist or are repeated, parameters that no scene has, and values of start,
+    /// bounds and prior out of range. All must be within the limits of the parameter, bounds ascending, the start within the
+    /// bounds, sigma of the prior positive. `key` is that of the unknown's table in the fit file.
     pub(crate) fn check(&self, experiments: &[Experiment], key: &str) -> Result<(), Error> {
         let parameter = self.parameter;
         // Names of experiments, then the parameter in their scenes, then its values.
@@ -297,8 +304,9 @@ impl Unknown {
 }
 
 impl Measurement {
-    /// Rejects a measurement whose positions are in another unit than meters: their median distance from the wall of a held
-    /// rod exceeds [`FARTHEST`] lengths of the rod. Planned data and free rods are accepted.
+    /// Rejects a measurement whose positions are in another unit than meters. The distance of a point from the wall is its
+    /// largest coordinate difference; the median over the points must be at most [`FARTHEST`] lengths of the rod. Planned
+    /// data, free rods and data without positions are accepted.
     pub(crate) fn check_units(&self, experiment: &Experiment) -> Result<(), Error> {
         let problem = &experiment.problem;
         let supports = &problem.scene().supports;
@@ -328,8 +336,9 @@ impl Measurement {
         Err(Error::invalid(experiment.label(self), found, allowed))
     }
 
-    /// Rejects values, sigmas and points that cannot be compared with the problem of the experiment. `key` is that of the
-    /// table in the fit file. With `other_clock` the times may end after the motion.
+    /// Rejects a measurement without values, sigmas and factors that are not positive, a wrong number of factors, and values
+    /// that the kind of data rejects for the problem of the experiment. `key` is that of the table in the fit file. With
+    /// `other_clock` the times may end after the motion.
     fn check(&self, experiment: &Experiment, key: &str, other_clock: bool) -> Result<(), Error> {
         let (problem, label) = (&experiment.problem, experiment.label(self));
         ensure(self.values() > 0, key, "no values", "at least one")?;

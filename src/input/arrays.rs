@@ -5,21 +5,22 @@
 
 use serde::de::{Deserialize, Deserializer, Error};
 
-/// Reads a list of exactly `N` numbers; another length is an error.
+/// Reads a list of exactly `N` numbers; an error with both lengths for another one.
 pub(crate) fn numbers<'de, T: Deserialize<'de>, D: Deserializer<'de>, const N: usize>(
     deserializer: D,
 ) -> Result<[T; N], D::Error> {
     exactly(Vec::deserialize(deserializer)?)
 }
 
-/// Reads a list of exactly `N` numbers; none for a key that is absent or null. Another length is an error.
+/// Reads a list of exactly `N` numbers; none for null. Another length is an error. A field with a default is none if its key
+/// is absent.
 pub(crate) fn some_numbers<'de, T: Deserialize<'de>, D: Deserializer<'de>, const N: usize>(
     deserializer: D,
 ) -> Result<Option<[T; N]>, D::Error> {
     Option::deserialize(deserializer)?.map(exactly).transpose()
 }
 
-/// Reads a list of lists of exactly `N` numbers each; another length is an error.
+/// Reads a list, of any length, of lists of exactly `N` numbers each; another length of a row is an error.
 pub(crate) fn rows<'de, T: Deserialize<'de>, D: Deserializer<'de>, const N: usize>(
     deserializer: D,
 ) -> Result<Vec<[T; N]>, D::Error> {
@@ -32,12 +33,12 @@ fn exactly<T, E: Error, const N: usize>(values: Vec<T>) -> Result<[T; N], E> {
     <[T; N]>::try_from(values).map_err(|values| E::invalid_length(values.len(), &expected.as_str()))
 }
 
-/// Reads a number; null, as which JSON writes infinity, is infinite.
+/// Reads a number; null, as which JSON writes infinite numbers and NaN, becomes plus infinity.
 pub(crate) fn or_infinite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
 }
 
-/// Reads a list of numbers; a null, as which JSON writes infinity, is infinite.
+/// Reads a list of numbers; each null, as which JSON writes infinite numbers and NaN, becomes plus infinity.
 pub(crate) fn all_or_infinite<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Vec<f64>, D::Error> {

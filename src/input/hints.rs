@@ -1,8 +1,8 @@
-//! Messages about likely mistakes behind an input file (TOML) that cannot be parsed.
+//! Messages about likely mistakes behind an input file (TOML) that cannot be parsed as its kind.
 //!
-//! [`explained`] detects a file of another kind (a fit instead of a scene) by keys that only this kind has. It also detects
-//! `[[table]]` for `[table]`, or the other way round, with its line. It replaces the message of the TOML reader. [`SCENE`],
-//! [`STRUCTURE`], [`FIT`] and [`CAMPAIGN`] are the kinds of files.
+//! [`explained`] replaces the message of the TOML reader if the text is valid TOML with a known mistake. A file without keys
+//! of its own kind that has keys of another one (a fit instead of a scene) is of that kind. `[[table]]` for `[table]`, or the
+//! other way round, is detected with its line. [`SCENE`], [`STRUCTURE`], [`FIT`] and [`CAMPAIGN`] are the kinds of files.
 
 use crate::error::Error;
 use toml::{Table, Value};
@@ -91,8 +91,8 @@ pub(crate) const CAMPAIGN: FileKind = FileKind {
     repeated: &[],
 };
 
-/// The parse error with the likely mistake as its message, if one is found in `text`, which was `read_as` a kind of file.
-/// Other errors, and texts without a known mistake, are unchanged.
+/// The parse error with the likely mistake as its message, if `text` is valid TOML with one. `read_as` is the kind of file
+/// that was expected; another kind goes before wrong brackets. Errors other than of parsing, and other texts, are unchanged.
 pub(crate) fn explained(error: Error, text: &str, read_as: &FileKind) -> Error {
     let Error::Parse { file, message } = error else { return error };
     // The text is TOML, but not of this kind: the likely mistake is clearer than the parser's
@@ -103,8 +103,8 @@ pub(crate) fn explained(error: Error, text: &str, read_as: &FileKind) -> Error {
     Error::Parse { file, message: hint.unwrap_or(message) }
 }
 
-/// Message about a file of another kind, with the commands for it; none for a file with keys of the kind itself, or of no known
-/// kind.
+/// Message that a file is of another kind than `read_as`, with the commands for it. None for a file with a key of the kind
+/// `read_as`, and for one without a key of any kind.
 fn other_kind(table: &Table, read_as: &FileKind) -> Option<String> {
     let has_marks = |kind: &FileKind| kind.marks.iter().any(|key| table.contains_key(*key));
     // A file with a key of its own kind has another error.
@@ -115,8 +115,8 @@ fn other_kind(table: &Table, read_as: &FileKind) -> Option<String> {
     Some(format!("this is {}, not {}; {}", other.name, read_as.name, other.commands))
 }
 
-/// Message, with its line in `text`, about a table with the brackets of a list, or a list with those of a table; none without
-/// such a mistake.
+/// Message about the first table of the kind `read_as` with the brackets of a list, or else the first list with those of a
+/// table. It begins with its line in `text`, if the header is found. None without such a mistake.
 fn wrong_brackets(table: &Table, text: &str, read_as: &FileKind) -> Option<String> {
     let is_list = |value: &Value| {
         value.as_array().is_some_and(|list| !list.is_empty() && list.iter().all(Value::is_table))
@@ -146,7 +146,8 @@ fn wrong_brackets(table: &Table, text: &str, read_as: &FileKind) -> Option<Strin
     None
 }
 
-/// Value at a dotted path (`rod.shape`); in a list of tables the first one is followed. None if a part is missing.
+/// Value at a dotted path (`rod.shape`); in a list of tables the first one is followed. None if a part is missing or is no
+/// table.
 fn value_at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
     let (first, rest) =
         path.split_once('.').map_or((path, None), |(first, rest)| (first, Some(rest)));

@@ -1,5 +1,6 @@
-//! Input and output of text files: lists of fixed length, messages about missing keys and likely mistakes, the onset of a
-//! recorded motion, table cells safe for spreadsheets, and output files that are replaced only when complete.
+//! Input and output of text files: lists of fixed length, messages about missing keys and likely mistakes, and the onset of a
+//! recorded motion. With the feature `cli` there are also table cells safe for spreadsheets, and output files that are
+//! replaced only when complete.
 
 pub(crate) mod arrays;
 pub(crate) mod hints;

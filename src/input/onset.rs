@@ -48,7 +48,7 @@ struct SlidingRange {
 }
 
 impl SlidingRange {
-    /// Adds the sample `x` with the number `index` at the end of the window.
+    /// Adds the sample `x` with the number `index` at the end of the window. Numbers must increase.
     fn push(&mut self, index: usize, x: f64) {
         // Samples that can never be the extreme any more are dropped: constant time per sample.
         while self.lows.back().is_some_and(|(_, low)| *low >= x) {
@@ -61,7 +61,7 @@ impl SlidingRange {
         self.highs.push_back((index, x));
     }
 
-    /// Removes the samples before the number `first`.
+    /// Removes the samples whose number is below `first`, at the beginning of the window.
     fn forget_before(&mut self, first: usize) {
         for list in [&mut self.lows, &mut self.highs] {
             while list.front().is_some_and(|(index, _)| *index < first) {
@@ -70,7 +70,7 @@ impl SlidingRange {
         }
     }
 
-    /// Difference of the highest and the lowest sample; 0 without samples.
+    /// Highest minus lowest sample of the window; 0 without samples.
     fn range(&self) -> f64 {
         match (self.lows.front(), self.highs.front()) {
             (Some((_, low)), Some((_, high))) => high - low,
@@ -85,9 +85,10 @@ struct MotionSamples {
     places: Vec<[f64; 3]>,
 }
 
-/// Time of the onset of motion of a point that is at rest first, in the unit of `times`. None if the recording begins with
-/// the motion, or no motion exceeds the noise. The rest may follow slower motion, of a point that is pulled aside and held
-/// before its release.
+/// Time of the onset of motion of a point that is at rest first, in the unit of `times`, between the samples. The rest may
+/// follow slower motion, of a point that is pulled aside and held before its release. Two sizes of the rest are tried, by the
+/// extent and by the noise, and the later onset is taken. None if the recording begins with the motion, no motion exceeds the
+/// noise, or there are fewer than [`FEWEST_SAMPLES`] samples.
 pub(crate) fn onset_of_motion(times: &[f64], places: &[[Option<f64>; 3]]) -> Option<f64> {
     let samples = MotionSamples::of(times, places)?;
     let extent = samples.extent();
@@ -103,8 +104,8 @@ pub(crate) fn onset_of_motion(times: &[f64], places: &[[Option<f64>; 3]]) -> Opt
 }
 
 impl MotionSamples {
-    /// The samples of a recording, without axes that are never recorded (zero) and without frames in which another axis is
-    /// missing. None for fewer than [`FEWEST_SAMPLES`].
+    /// The samples of a recording in the frames that have all recorded axes. Axes that are never recorded are zero. None for
+    /// fewer than [`FEWEST_SAMPLES`].
     fn of(times: &[f64], places: &[[Option<f64>; 3]]) -> Option<Self> {
         let seen = [0, 1, 2].map(|c| places.iter().any(|place| place[c].is_some()));
         let whole = |place: &[Option<f64>; 3]| (0..3).all(|c| place[c].is_some() == seen[c]);
@@ -117,7 +118,7 @@ impl MotionSamples {
         (times.len() >= FEWEST_SAMPLES).then_some(Self { times, places })
     }
 
-    /// Distance between the positions of two samples.
+    /// Distance between the positions of samples `i` and `j`, in their unit.
     fn distance(&self, i: usize, j: usize) -> f64 {
         norm([0, 1, 2].map(|c| self.places[i][c] - self.places[j][c]))
     }
@@ -134,8 +135,8 @@ impl MotionSamples {
         norm([0, 1, 2].map(along))
     }
 
-    /// Standard deviation of the noise, all axes: the median length of the second differences over `sqrt(6)`; 0 for fewer than
-    /// three samples.
+    /// Standard deviation of the noise, all axes: the median (upper of two) length of the second differences over `sqrt(6)`.
+    /// Zero for fewer than three samples.
     fn noise(&self) -> f64 {
         let second = |w: &[[f64; 3]]| {
             norm([0, 1, 2].map(|c| w[0][c] - 2.0 * w[1][c] + w[2][c])) / 6.0_f64.sqrt()
@@ -145,9 +146,9 @@ impl MotionSamples {
         all.get(all.len() / 2).copied().unwrap_or(0.0)
     }
 
-    /// First and last sample of the first fast motion. The lag is the smallest power of two with a displacement of
-    /// [`FAST_EXTENT`] of the extent; the motion is the first with at least [`FAST`] times the largest displacement. None
-    /// without such a displacement.
+    /// First and last sample of the first fast motion; `extent` is that of all positions. The lag between both is the
+    /// smallest power of two with a displacement of [`FAST_EXTENT`] of the extent. The motion is the first with at least
+    /// [`FAST`] times the largest displacement at this lag. None without such a displacement.
     fn fast(&self, extent: f64) -> Option<[usize; 2]> {
         let count = self.places.len();
         // The lag doubles until a displacement of a quarter of the extent is found within it.
@@ -163,9 +164,10 @@ impl MotionSamples {
         None
     }
 
-    /// First sample of the last rest before the first fast motion, and the last sample to be fitted. Positions at rest are
-    /// within an `allowed` range. None without a rest of [`FEWEST_AT_REST`] samples that begins the recording or outlasts the
-    /// rise.
+    /// First sample of the last rest before the first fast motion, and the last sample to be fitted. The diagonal of the
+    /// ranges of positions at rest is at most `allowed`. A rest has at least [`FEWEST_AT_REST`] samples, and begins the
+    /// recording or outlasts the rise. None without one. The fit ends where the displacement reaches [`FITTED_PART`] of the
+    /// largest, after at least [`FEWEST_MOVING`] samples. A long rest is shortened.
     fn rest_before_motion(&self, extent: f64, allowed: f64) -> Option<(usize, usize)> {
         let [fast, end] = self.fast(extent)?;
         let mut found = None;
@@ -196,7 +198,7 @@ impl MotionSamples {
         Some((first.max(last.saturating_sub(fitted_rest)), end))
     }
 
-    /// Samples from `first` to `last`, at most [`MOST_FITTED`] of them, evenly spaced.
+    /// Samples from `first` to `last`: all, or at most about [`MOST_FITTED`] evenly spaced ones of a longer window.
     fn window(&self, first: usize, last: usize) -> Self {
         let stride = (last - first) / MOST_FITTED + 1;
         Self {
@@ -205,8 +207,10 @@ impl MotionSamples {
         }
     }
 
-    /// Time of the onset by least squares over a grid, refined once. None if a model without rest fits nearly as well
-    /// ([`SIGNIFICANT`] residual variances) or fewer than [`FEWEST_AT_REST`] samples lie before the onset.
+    /// Time of the onset by least squares over a grid of [`CANDIDATES`], refined once, with the best of the powers 1 to 4.
+    /// None if fewer than [`FEWEST_AT_REST`] samples lie before it, or there are too few samples. None also if a model
+    /// without rest (a power from the first sample, or a cubic) fits nearly as well, within [`SIGNIFICANT`] residual
+    /// variances.
     fn onset(&self) -> Option<f64> {
         let count = self.times.len();
         let [first, last] = [self.times[0], self.times[count - 1]];
@@ -239,13 +243,14 @@ impl MotionSamples {
         (at_rest >= FEWEST_AT_REST && without_rest - sum > SIGNIFICANT * variance).then_some(onset)
     }
 
-    /// Sum of squared residuals of `c + a max(0, t - onset)^power` with free `c` and `a` for each axis.
+    /// Sum of squared residuals, all axes, of the least-squares fit of `c + a max(0, t - onset)^power`, with free `c` and `a`
+    /// for each axis.
     fn squares_of_power(&self, onset: f64, power: i32) -> f64 {
         let basis: Vec<f64> = self.times.iter().map(|t| (t - onset).max(0.0).powi(power)).collect();
         self.squares_beside(&[vec![1.0; basis.len()], basis])
     }
 
-    /// Sum of squared residuals of a cubic of time for each axis.
+    /// Sum of squared residuals, all axes, of the least-squares fit of a cubic of time to each axis.
     fn squares_of_cubic(&self) -> f64 {
         let (first, last) = (self.times[0], self.times[self.times.len() - 1]);
         let unit = |t: &f64| 2.0 * (t - first) / (last - first) - 1.0;
@@ -254,7 +259,7 @@ impl MotionSamples {
     }
 
     /// Sum of squared residuals of the positions, all axes, after linear least squares with the basis functions `columns`
-    /// (Gram-Schmidt orthogonalization).
+    /// (Gram-Schmidt orthogonalization). Dependent columns have no effect.
     fn squares_beside(&self, columns: &[Vec<f64>]) -> f64 {
         let mut basis: Vec<Vec<f64>> = Vec::with_capacity(columns.len());
         let remove = |from: &mut [f64], basis: &[Vec<f64>]| {
@@ -284,7 +289,7 @@ impl MotionSamples {
     }
 }
 
-/// The length of a vector, in the unit of its components.
+/// The Euclidean length of a vector, in the unit of its components.
 fn norm(vector: [f64; 3]) -> f64 {
     vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

@@ -26,8 +26,8 @@ const MAX_ATTEMPTS: usize = 100;
 pub struct PartFile(NamedTempFile);
 
 impl PartFile {
-    /// Creates a locked temporary file in the existing folder of `path`, and removes those of the same name that terminated
-    /// processes left.
+    /// Creates a locked temporary file in the existing folder of `path`, named after it, or `rodfit` if the name is longer
+    /// than `LONGEST_NAME`. Removes temporary files of the same name that terminated processes left.
     ///
     /// # Errors
     ///
@@ -54,7 +54,7 @@ impl PartFile {
         self.0.as_file()
     }
 
-    /// Renames the complete file to `path`, which is replaced.
+    /// Renames the complete file to `path`; an existing file there is replaced. It is not removed any more.
     ///
     /// # Errors
     ///
@@ -63,7 +63,8 @@ impl PartFile {
         self.0.persist(path).map(drop).map_err(|failed| (failed.error, Self(failed.file)))
     }
 
-    /// Keeps an incomplete file under a name that no other run removes, `NAME.XXXXXX.kept`, and returns its path.
+    /// Keeps an incomplete file under a name that no other run removes, `NAME.XXXXXX.kept`, and returns its path. If it
+    /// cannot be renamed, it keeps its temporary name.
     ///
     /// # Errors
     ///
@@ -76,18 +77,19 @@ impl PartFile {
 }
 
 impl Write for PartFile {
-    /// Writes bytes, and returns how many of them are written.
+    /// Writes bytes to the temporary file, and returns how many of them were written.
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.0.write(bytes)
     }
-    /// Writes the buffered bytes.
+    /// Flushes the temporary file.
     fn flush(&mut self) -> io::Result<()> {
         self.0.flush()
     }
 }
 
-/// Creates a temporary file in `folder` whose name begins with `prefix`, and locks it for this process. An error if no file can
-/// be created, or if another program removes [`MAX_ATTEMPTS`] of them.
+/// Creates a temporary file in `folder` whose name is `prefix`, random characters and [`SUFFIX`], and locks it for this
+/// process. Where the file system has no locks, it stays unlocked. An error if no file can be created, or if another program
+/// removes [`MAX_ATTEMPTS`] of them before they are locked.
 fn create_locked(folder: &Path, prefix: &OsStr) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
@@ -107,7 +109,7 @@ fn create_locked(folder: &Path, prefix: &OsStr) -> io::Result<NamedTempFile> {
     Err(io::Error::other("temporary files are removed by another program"))
 }
 
-/// Removes temporary files in `folder` with the name `prefix` that no process has locked; ignores errors.
+/// Removes the temporary files in `folder` whose name begins with `prefix` and that no process has locked; ignores errors.
 fn remove_abandoned(folder: &Path, prefix: &OsStr) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for entry in entries.flatten().filter(|entry| is_temporary(&entry.file_name(), prefix)) {
@@ -131,7 +133,7 @@ fn is_temporary(name: &OsStr, prefix: &OsStr) -> bool {
     random.is_some_and(|r| r.len() == RANDOM_LENGTH && r.iter().all(u8::is_ascii_alphanumeric))
 }
 
-/// Folder of a file; `.` for a file name alone.
+/// Folder of a file: `.` for a file name alone, and the path itself for a root.
 pub fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if folder.as_os_str().is_empty() => Path::new("."),

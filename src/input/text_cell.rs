@@ -1,26 +1,27 @@
 //! Text in the cells of CSV tables, guarded against evaluation as a formula.
 //!
 //! Spreadsheets compute cells that begin with `=`, `+`, `-` or `@`, whoever wrote them; a leading apostrophe keeps them text
-//! (OWASP, "CSV Injection"). [`to_cell`] adds it, [`of_cell`] removes it, so that every text is read back unchanged.
+//! (OWASP, "CSV Injection"). [`to_cell`] adds it, [`of_cell`] removes it, so that every text is read back unchanged. Numbers
+//! are not guarded.
 
 use std::borrow::Cow;
 
 /// First characters of text that spreadsheets may evaluate as a formula.
 const BEGINS_FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 
-/// Text for a cell of a table, with a leading apostrophe if a spreadsheet would evaluate it. Numbers are unchanged.
+/// Text for a cell of a table. A text that begins like a formula, also after apostrophes, gets one more apostrophe in front.
+/// Numbers, such as `-1`, and other texts are unchanged.
 pub(crate) fn to_cell(text: &str) -> Cow<'_, str> {
     let is_formula = is_guarded(text) && text.parse::<f64>().is_err();
     if is_formula { format!("'{text}").into() } else { text.into() }
 }
 
-/// Text of a cell without the apostrophe of [`to_cell`].
+/// Text of a cell without one leading apostrophe, if a text that begins like a formula follows it. Other cells are unchanged.
 pub(crate) fn of_cell(cell: &str) -> &str {
     cell.strip_prefix('\'').filter(|text| is_guarded(text)).unwrap_or(cell)
 }
 
-/// Whether a text begins like a formula after any leading apostrophes. These texts get one more apostrophe, so that every
-/// text is read back unchanged.
+/// Whether a text, after any leading apostrophes, begins with one of [`BEGINS_FORMULA`].
 fn is_guarded(text: &str) -> bool {
     text.trim_start_matches('\'').starts_with(BEGINS_FORMULA)
 }

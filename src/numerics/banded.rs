@@ -1,14 +1,14 @@
 //! Symmetric band matrices of half-bandwidth `W` and their `L D L^T` factors, for the linear systems of a rod.
 //!
-//! The tangent of an open rod is a band with `W = 5` in the plane and 10 in space. [`BandMatrix`] stores it by columns, adds
-//! element blocks and multiplies; [`Ldlt`] factors and solves. The factorization takes no pivots. It is backward stable for
-//! positive definite matrices. For others the number of negative pivots is positive, and the solution is checked by its
-//! [residual](Tangent::residual).
+//! The tangent of an open rod is a band with `W = 5` in the plane and 10 in space. [`BandMatrix`] stores it by columns,
+//! adds element blocks and multiplies; [`Ldlt`] factors and solves. The factorization takes no pivots. It is backward
+//! stable for positive definite matrices. For others the number of negative pivots is positive, and the solution is
+//! checked by its [residual](Tangent::residual).
 //!
-//! Row by row, an elimination mostly waits for the previous pivot. Therefore it proceeds from both ends at once, in the
-//! order first row, last row, second row, ..., until the ends meet in `W` or `W + 1` rows in the middle, which come last.
-//! This is `L D L^T` of the matrix with permuted rows and columns: equally stable, and with the same number of negative
-//! pivots. The numbers of both ends are adjacent in memory, so that one vector instruction processes both.
+//! Row by row, an elimination mostly waits for the previous pivot. Therefore it proceeds from both ends at once: first
+//! row, last row, second row, and so on. The ends meet in `W` or `W + 1` rows in the middle, which come last. This is `L
+//! D L^T` of the matrix with permuted rows and columns: equally stable, and with the same number of negative pivots. The
+//! numbers of both ends are adjacent in memory, so that one vector instruction processes both.
 
 mod columns;
 mod elimination;
@@ -23,13 +23,15 @@ use crate::numerics::simd::with_simd_if_wide;
 use crate::numerics::tangent::{PatternByOrder, Tangent};
 use std::ops::Range;
 
-/// `N` entries of `slice` from `start` on, with one bounds check for all of them.
+/// The `N` entries of `slice` from index `start` on, as an array, with one bounds check for all. Panics if there are
+/// fewer.
 #[inline(always)]
 fn array<T, const N: usize>(slice: &[T], start: usize) -> &[T; N] {
     slice[start..].first_chunk().expect("the band has padding")
 }
 
-/// `N` mutable entries of `slice` from `start` on, with one bounds check for all of them.
+/// The `N` mutable entries of `slice` from index `start` on, as an array, with one bounds check for all. Panics if there
+/// are fewer.
 #[inline(always)]
 fn array_mut<T, const N: usize>(slice: &mut [T], start: usize) -> &mut [T; N] {
     slice[start..].first_chunk_mut().expect("the band has padding")
@@ -54,7 +56,7 @@ struct Product<'a, D, const W: usize, const G: usize> {
 impl<D: Scalar, const W: usize, const G: usize> pulp::NullaryFnOnce for Product<'_, D, W, G> {
     type Output = ();
 
-    /// Computes the product, compiled for the instruction set of the caller.
+    /// Adds the product `A x` to `out`, compiled for the instruction set of the caller.
     #[inline(always)]
     fn call(self) {
         self.matrix.add_product_inlined(self.x, self.out);
@@ -62,25 +64,27 @@ impl<D: Scalar, const W: usize, const G: usize> pulp::NullaryFnOnce for Product<
 }
 
 impl<D: Scalar, const W: usize> BandMatrix<D, W> {
-    /// The zero matrix of `n` rows.
+    /// The zero matrix of `n` rows, stored with `W` more rows of zeros (padding) after the last.
     pub fn zeros(n: usize) -> Self {
         // W rows of padding, so that inner loops need no test for the end.
         Self { diagonal: vec![D::from(0.0); n + W], below: vec![[D::from(0.0); W]; n + W] }
     }
 
-    /// Number of rows.
+    /// Number of rows, without the padding.
     pub fn order(&self) -> usize {
         self.diagonal.len() - W
     }
 
-    /// The columns in groups of `C`: entries on the diagonal, and below it. Some groups lie beyond the last column.
+    /// The columns in groups of `C`, by reference: a list of diagonal entries, and a list of the entries below the
+    /// diagonal (`[p]` is row `j + 1 + p` of column `j`). Some groups include the padding beyond the last column; columns
+    /// that fill no group are omitted.
     #[inline]
     pub fn columns_mut<const C: usize>(&mut self) -> (&mut [[D; C]], &mut [[[D; W]; C]]) {
         (self.diagonal.as_chunks_mut().0, self.below.as_chunks_mut().0)
     }
 
-    /// Adds `A x` to `out` for `G` vectors, by symmetry with one pass over the stored half:
-    /// [`add_product`](Tangent::add_product).
+    /// Adds `A x` to `out` for `G` vectors (`x[i][g]` is row `i` of vector `g`), by symmetry with one pass over the
+    /// stored half. The same as [`add_product`](Tangent::add_product), inlined into its caller.
     #[inline(always)]
     fn add_product_inlined<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
         let n = x.len();
@@ -120,12 +124,12 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
     const NUMBERS_PER_ROW: usize = W + 1;
     type Factors = Ldlt<D, W>;
 
-    /// Factors for matrices of this sparsity pattern, not yet computed.
+    /// Allocates factors for matrices of this order; they are not yet computed.
     fn new_factors(&self) -> Ldlt<D, W> {
         Ldlt::with_order(self.order())
     }
 
-    /// The entry of row `i`, column `j`; zero outside the pattern.
+    /// The entry of row `i`, column `j`, in either triangle; zero outside the band.
     fn get(&self, i: usize, j: usize) -> D {
         let (low, high) = (i.min(j), i.max(j));
         match high - low {
@@ -135,8 +139,8 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
-    /// Adds the lower triangle of the leading `size` by `size` part of `block` to the entries from row and column
-    /// `start` on.
+    /// Adds the leading `size` by `size` part of the symmetric `block` to the entries from row and column `start` on.
+    /// Only its lower triangle is read. Parts of more than `W + 1` rows are not allowed.
     #[inline]
     fn add_corner<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]) {
         for c in 0..size {
@@ -147,7 +151,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
-    /// Replaces row and column `i` by those of the identity.
+    /// Replaces row and column `i` by those of the identity: zeros, and one on the diagonal.
     fn uncouple(&mut self, i: usize) {
         self.diagonal[i] = D::from(1.0);
         self.below[i] = [D::from(0.0); W];
@@ -162,7 +166,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         self.below.fill([D::from(0.0); W]);
     }
 
-    /// Adds `factor` times `other`.
+    /// Adds `factor` times the matrix `other`, of the same order, to this one.
     fn add_scaled(&mut self, other: &Self, factor: f64) {
         for (to, from) in self.diagonal.iter_mut().zip(&other.diagonal) {
             *to += *from * factor;
@@ -174,7 +178,8 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
-    /// Adds column `j` of the matrix times `x[g]` to each vector `out[..][g]`.
+    /// Adds column `j` of the matrix times the number `x[g]` to vector `g` of `out`, for `G` vectors (`out[i][g]` is row
+    /// `i`).
     #[inline(always)]
     fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
         let add = |out: &mut [D; G], entry: D| {
@@ -215,12 +220,14 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
-    /// Adds `A x` to `out`, for `G` vectors; with vector instructions for more than two.
+    /// Adds `A x` to `out`, for `G` vectors (`x[i][g]` is row `i` of vector `g`); with AVX2 instructions for more than
+    /// two.
     fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
         with_simd_if_wide::<_, G>(Product { matrix: self, x, out });
     }
 
-    /// Writes `|A| |x|` of the real parts to `out`: rounding errors of `A x` are proportional to it.
+    /// Writes the product of the absolute values of all entries, `|A| |x|`, to `out`, by the real parts. Rounding errors
+    /// of `A x` are proportional to it.
     fn absolute_product(&self, x: &[D], out: &mut [f64]) {
         let n = x.len();
         out[..n].fill(0.0);
@@ -248,7 +255,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
-    /// A range that contains all rows with an entry in column `j` of the matrix, whose order is `n`.
+    /// The rows with an entry in column `j` of the matrix, whose order is `n`: those at most `W` rows from the diagonal.
     fn coupled(&self, j: usize, n: usize) -> Range<usize> {
         j.saturating_sub(W)..(j + W + 1).min(n)
     }

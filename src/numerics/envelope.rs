@@ -13,7 +13,6 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct Envelope<D> {
     first: Arc<[usize]>,
-    /// Offset of each row in the entries, as if it began at column 0: entry `(i, j)` is at `start[i] + j`.
     /// Index of the entry of column 0 of each row, had it one: entry `(i, j)` is at `start[i] + j`.
     start: Arc<[usize]>,
     entries: Vec<D>,
@@ -36,7 +35,8 @@ impl<D: Scalar> Envelope<D> {
         self.first.len()
     }
 
-    /// Index of the entry of row `i`, column `j`, which is inside the envelope, in the list of all entries.
+    /// Index of the entry of row `i`, column `j`, in the list of all entries. The entry must be inside the envelope and
+    /// `j` at most `i`.
     fn index(&self, i: usize, j: usize) -> usize {
         self.start[i].wrapping_add(j)
     }
@@ -46,7 +46,7 @@ impl<D: Scalar> Envelope<D> {
         self.first[i]
     }
 
-    /// The entry of row `i`, column `j`; zero outside the envelope.
+    /// The entry of row `i`, column `j`, in either triangle; zero outside the envelope.
     pub fn get(&self, i: usize, j: usize) -> D {
         let (row, column) = (i.max(j), i.min(j));
         match column >= self.first[row] {
@@ -73,21 +73,21 @@ impl<D: Scalar> Envelope<D> {
         self.entries.fill(D::from(0.0));
     }
 
-    /// Adds `factor` times a matrix with the same envelope.
+    /// Adds `factor` times the matrix `other`, which has the same envelope, to this one.
     pub fn add_scaled(&mut self, other: &Self, factor: f64) {
         for (to, from) in self.entries.iter_mut().zip(&other.entries) {
             *to += *from * factor;
         }
     }
 
-    /// Replaces the matrix by `factor` times another one with the same envelope.
+    /// Overwrites the matrix with `factor` times `other`, which has the same envelope.
     pub fn set_scaled(&mut self, other: &Self, factor: D) {
         for (to, from) in self.entries.iter_mut().zip(&other.entries) {
             *to = *from * factor;
         }
     }
 
-    /// Replaces row and column `i` by those of the identity.
+    /// Replaces row and column `i` by those of the identity: zeros, and one on the diagonal.
     pub fn uncouple(&mut self, i: usize) {
         for row in i..self.order() {
             if self.first[row] <= i {
@@ -100,7 +100,8 @@ impl<D: Scalar> Envelope<D> {
         self.entries[own] = D::from(1.0);
     }
 
-    /// Calls `visit(row, column, entry)` for each entry of the lower triangle inside the envelope.
+    /// Calls `visit(row, column, entry)` for each entry of the lower triangle inside the envelope, zeros and the diagonal
+    /// included, row by row.
     pub fn for_each(&self, mut visit: impl FnMut(usize, usize, D)) {
         for (i, first) in self.first.iter().enumerate() {
             for j in *first..=i {
@@ -112,7 +113,7 @@ impl<D: Scalar> Envelope<D> {
     /// Replaces the matrix `A` by its factors `L D L^T`: `L` (unit lower triangle) below the diagonal, `D` on it.
     ///
     /// # Errors
-    /// The row of a pivot that is zero or not finite.
+    /// The row of a pivot that is zero or not finite; the matrix is then partly overwritten.
     pub fn factor(&mut self) -> Result<(), Singular> {
         for i in 0..self.order() {
             let first = self.first[i];
@@ -143,13 +144,14 @@ impl<D: Scalar> Envelope<D> {
         Ok(())
     }
 
-    /// Number of negative pivots of a factored matrix: that of its negative eigenvalues (Sylvester's law of inertia).
+    /// Number of negative pivots of a [factored](Self::factor) matrix, which is that of its negative eigenvalues
+    /// (Sylvester's law of inertia).
     pub fn negative_pivots(&self) -> usize {
         (0..self.order()).filter(|i| self.entries[self.index(*i, *i)].value() < 0.0).count()
     }
 
-    /// Solves `A x = b` in place for `R` right-hand sides with the factors of `A`: forward with `L`, division by `D`, backward
-    /// with `L^T`.
+    /// Solves `A x = b` in place for `R` right-hand sides (`x[i][r]` is row `i` of number `r`). This matrix has been
+    /// [factored](Self::factor): forward substitution with `L`, division by `D`, backward with `L^T`.
     pub fn solve<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
         // Forward substitution with L.
         for i in 0..self.order() {
@@ -181,8 +183,9 @@ impl<D: Scalar> Envelope<D> {
     }
 }
 
-/// An order of the vertices of a graph, given by the lists of their neighbors, with a small envelope: Cuthill and McKee's,
-/// reversed (George and Liu 1981). Returns the vertices in their new order; parts of the graph may be unconnected.
+/// An order of the vertices of a graph with a small envelope: Cuthill and McKee's, reversed (George and Liu 1981).
+/// `neighbors` has the list of neighbors of each vertex. Returns the vertices in their new order. Each connected part is
+/// ordered by a breadth-first search, repeated from the last vertex of the first search.
 pub fn reverse_cuthill_mckee(neighbors: &[Vec<usize>]) -> Vec<usize> {
     let mut order = Vec::with_capacity(neighbors.len());
     let mut seen = vec![false; neighbors.len()];

@@ -18,7 +18,8 @@ pub(crate) struct HermiteWeights<D> {
 }
 
 impl<D: Scalar> HermiteWeights<D> {
-    /// Weights of the interpolant's derivative by time, the velocity, at `t` between the times `t0` and `t1`, s.
+    /// Weights of the interpolant's derivative by time, the velocity, at `t` between the times `t0` and `t1`, s. A `t`
+    /// outside of the interval extrapolates.
     pub fn derivative(t0: f64, t1: f64, t: D) -> Self {
         let h = t1 - t0;
         let u = (t - t0) / h;
@@ -27,7 +28,8 @@ impl<D: Scalar> HermiteWeights<D> {
         Self { x0: -x1, x1, v0: w * (w - u * 2.0), v1: u * (u - w * 2.0) }
     }
 
-    /// Weights of the position at `t` between the times `t0` and `t1`, s; rounding errors outside of the interval are clamped.
+    /// Weights of the position at `t` between the times `t0` and `t1`, s. A `t` outside of the interval is clamped to it;
+    /// its derivatives stay.
     pub fn new(t0: f64, t1: f64, t: D) -> Self {
         let h = t1 - t0;
         let mut u = (t - D::from(t0)) * (1.0 / h);

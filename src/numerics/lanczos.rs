@@ -45,7 +45,8 @@ fn dot(a: &DVector<f64>, b: &DVector<f64>) -> f64 {
 }
 
 impl Lanczos {
-    /// The Krylov space of the vector `start`, before the first product.
+    /// The Krylov space of the vector `start`, before the first product: the first [next](Self::next) vector is `start`
+    /// over its norm. The space of a zero vector is complete.
     pub fn new(start: Vec<f64>) -> Self {
         let start = DVector::from_vec(start);
         let norm = dot(&start, &start).sqrt();
@@ -59,8 +60,8 @@ impl Lanczos {
         }
     }
 
-    /// The vector whose product with `A` extends the basis; none if the Krylov space is complete (remainder below
-    /// `BREAKDOWN`, or as many products as rows).
+    /// The vector, of length one, whose product with `A` extends the basis; `None` if the Krylov space is complete
+    /// (remainder at most `BREAKDOWN` of the largest product, or as many products as rows).
     pub fn next(&self) -> Option<&[f64]> {
         let complete =
             self.remainder <= BREAKDOWN * self.scale || self.basis.len() >= self.next.len();
@@ -101,7 +102,7 @@ impl Lanczos {
         })
     }
 
-    /// The vector with these coordinates in the Krylov basis.
+    /// The sum of the basis vectors times these coordinates: the vector with these coordinates in the Krylov basis.
     fn combination(&self, coordinates: impl IntoIterator<Item = f64>) -> Vec<f64> {
         let mut sum = DVector::zeros(self.next.len());
         for (coordinate, vector) in coordinates.into_iter().zip(&self.basis) {
@@ -110,8 +111,9 @@ impl Lanczos {
         sum.data.into()
     }
 
-    /// The solution `x` of `(A + shift) x = b` in the Krylov space, and the norm of its residual. `b` is the start vector scaled
-    /// to `length`. Zero, with the residual `length`, before the first product or if `T + shift` is not positive definite.
+    /// The solution `x` of `(A + shift) x = b` in the Krylov space, and the norm of its residual. `b` is the start vector
+    /// scaled to the norm `length`. Zero, with the residual `length`, before the first product or if `T + shift` is not
+    /// positive definite.
     pub fn solve(&self, shift: f64, length: f64) -> (Vec<f64>, f64) {
         let k = self.count();
         let matrix = self.projection() + DMatrix::identity(k, k) * shift;

@@ -67,7 +67,7 @@ impl<const G: usize> SubAssign for Lanes<G> {
     }
 }
 
-/// The scalar product `a . b` of a vector of numbers and one of lanes.
+/// The scalar product `a . b` of `N` numbers and `N` groups of lanes: the sum of `a[i] b[i]`, in each lane.
 #[inline(always)]
 pub fn dot<const G: usize, const N: usize>(a: &[f64; N], b: &[Lanes<G>; N]) -> Lanes<G> {
     let mut sum = b[0] * a[0];
@@ -77,7 +77,7 @@ pub fn dot<const G: usize, const N: usize>(a: &[f64; N], b: &[Lanes<G>; N]) -> L
     sum
 }
 
-/// The array of all values; none if at least one is missing.
+/// The array of the values of all lanes; `None` if at least one is missing.
 pub fn all<T, const G: usize>(some: [Option<T>; G]) -> Option<[T; G]> {
     let all: Vec<T> = some.into_iter().collect::<Option<_>>()?;
     all.try_into().ok()

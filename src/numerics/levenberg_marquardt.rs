@@ -113,8 +113,8 @@ struct PointEvaluation {
     cost: f64,
 }
 
-/// Jacobian, residuals and cost of the problem at `x`; an error if one is not finite or the problem returns one. The Jacobian
-/// comes first: its run yields the residuals too.
+/// Jacobian, residuals and cost `1/2 |r|^2` of the problem at `x`. An error if one of them is not finite, or from the
+/// problem. The Jacobian comes first: its run yields the residuals too.
 fn evaluate<O>(problem: &mut Problem<O>, x: &Vec<f64>) -> Result<PointEvaluation, Error>
 where
     O: Operator<Param = Vec<f64>, Output = Vec<f64>>
@@ -132,13 +132,14 @@ where
     Ok(PointEvaluation { jacobian, residuals, cost })
 }
 
-/// The argmin state with the iterate `x` and its evaluation.
+/// The argmin state with the iterate `x`, and with the Jacobian, residuals and cost of its evaluation `there`.
 fn state_at(state: LeastSquaresState, x: Vec<f64>, there: PointEvaluation) -> LeastSquaresState {
     state.param(x).cost(there.cost).jacobian(there.jacobian).residuals(there.residuals)
 }
 
 impl LevenbergMarquardt {
-    /// A solver for unknowns within `bounds`, a pair of lower and upper bound for each, with the default settings.
+    /// A solver for unknowns within `bounds`, a pair of lower and upper bound for each, with the default settings:
+    /// unlimited steps, step tolerance 1e-10, noise tolerance 1e-3, no last step, unlimited patience.
     pub fn new(bounds: Vec<[f64; 2]>) -> Self {
         Self {
             scale: vec![0.0; bounds.len()],
@@ -162,12 +163,14 @@ impl LevenbergMarquardt {
         Self { longest_steps, ..self }
     }
 
-    /// Sets the largest Gauss-Newton step that counts as zero; default 1e-10.
+    /// Sets the largest Gauss-Newton step of an unknown, in its unit, that counts as zero: the search converges below it;
+    /// default 1e-10.
     pub fn step_tolerance(self, step_tolerance: f64) -> Self {
         Self { step_tolerance, ..self }
     }
 
-    /// Sets the part of a standard deviation that counts as zero; default 1e-3.
+    /// Sets the change of the linear model by a Gauss-Newton step that counts as zero, in standard deviations of the
+    /// residuals; default 1e-3.
     pub fn noise_tolerance(self, noise_tolerance: f64) -> Self {
         Self { noise_tolerance, ..self }
     }
@@ -187,9 +190,10 @@ impl LevenbergMarquardt {
         Self { patience, ..self }
     }
 
-    /// Whether `step`, which changes the linear model by `change` at residuals with the standard deviation `noise`, is the last
-    /// one and need not be evaluated. No unknown moves by a larger part of its standard error than `change/noise`. The error of
-    /// the linear model is extrapolated from the last accepted step; none so far is false.
+    /// Whether `step`, which changes the linear model by `change` at residuals with the standard deviation `noise`, is
+    /// the last one and need not be evaluated. Every unknown moves by at most [`SHORT`] of its longest step, and `change`
+    /// is at most `last_step` times the noise. The error of the linear model, extrapolated from the last accepted step,
+    /// is at most `noise_tolerance` times the noise; without such a step the result is false.
     fn is_last(&self, step: &[f64], change: f64, noise: f64) -> bool {
         let Some(ModelError { step: before, norm }) = &self.model_error else { return false };
         let parts = step.iter().zip(before).map(|(now, before)| match *now == 0.0 {
@@ -206,13 +210,16 @@ impl LevenbergMarquardt {
             && norm * part * part <= self.noise_tolerance * noise
     }
 
-    /// Multiplies the damping by the growth factor after a rejected step, and doubles the factor (Nielsen 1999).
+    /// Multiplies the damping, at least `LEAST_RAISED_DAMPING`, by the growth factor after a rejected step, and doubles
+    /// the factor (Nielsen 1999).
     fn raise_damping(&mut self) {
         self.damping = self.damping.max(LEAST_RAISED_DAMPING) * self.growth;
         self.growth *= 2.0;
     }
 
-    /// Adapts the damping to the gain ratio of an accepted step (Nielsen 1999); `after_rejection` limits the decrease.
+    /// Adapts the damping to the gain ratio of an accepted step, by the factor `1 - (2 gain - 1)^3` (Nielsen 1999), from
+    /// `LEAST_FACTOR` to 2. After a rejection the factor is at least `LEAST_FACTOR_AFTER_REJECTION`. Resets the growth
+    /// factor to 2.
     fn relax_damping(&mut self, gain: f64, after_rejection: bool) {
         let factor = 1.0 - (2.0 * gain - 1.0).powi(3);
         let least = if after_rejection { LEAST_FACTOR_AFTER_REJECTION } else { LEAST_FACTOR };
@@ -220,7 +227,8 @@ impl LevenbergMarquardt {
         self.growth = 2.0;
     }
 
-    /// Bounds of the next iterate: those of the unknowns and of the steps from `x`.
+    /// Bounds of the next iterate, a pair for each unknown: the intersection of its own bounds and of the longest step
+    /// from `x`.
     fn step_bounds(&self, x: &[f64]) -> Vec<[f64; 2]> {
         let within = |((x, [low, high]), longest): ((&f64, &[f64; 2]), &f64)| {
             [low.max(x - longest), high.min(x + longest)]
@@ -229,7 +237,7 @@ impl LevenbergMarquardt {
     }
 }
 
-/// `x` moved to the nearest point within its bounds.
+/// The point `x` moved to the nearest point within its bounds, unknown by unknown.
 fn clamp(x: Vec<f64>, bounds: &[[f64; 2]]) -> Vec<f64> {
     x.iter().zip(bounds).map(|(x, [low, high])| x.clamp(*low, *high)).collect()
 }
@@ -269,8 +277,10 @@ where
         Ok((state_at(state, x, start), None))
     }
 
-    /// One iteration: the state with the next iterate, or the same one with the reason why the search ends. An error is that of
-    /// the problem if no trial point could be evaluated.
+    /// One iteration: the state with the next iterate, or the same one with the reason why the search ends. A negligible
+    /// Gauss-Newton step converges, a last one is taken without evaluation, and one below the resolution of the cost
+    /// without a test of the cost. Otherwise the damping is raised until a step lowers the cost; without such a step the
+    /// search ends. An error is that of the problem at the last trial point.
     fn next_iter(
         &mut self,
         problem: &mut Problem<O>,
@@ -430,17 +440,17 @@ fn decrease(before: &[f64], after: &[f64]) -> f64 {
     0.5 * before.iter().zip(after).map(|(a, b)| (a - b) * (a + b)).sum::<f64>()
 }
 
-/// `x + step`.
+/// The sum `x + step`, entry by entry.
 fn add(x: &[f64], step: &[f64]) -> Vec<f64> {
     x.iter().zip(step).map(|(x, s)| x + s).collect()
 }
 
-/// `to - from`.
+/// The difference `to - from`, entry by entry.
 fn difference(to: &[f64], from: &[f64]) -> Vec<f64> {
     to.iter().zip(from).map(|(to, from)| to - from).collect()
 }
 
-/// `J step`, the change of the linear model.
+/// The product `J step`, an entry for each residual: the change of the linear model by the step.
 fn times(jacobian: &[Vec<f64>], step: &[f64]) -> Vec<f64> {
     jacobian.iter().map(|row| row.iter().zip(step).map(|(d, s)| d * s).sum()).collect()
 }

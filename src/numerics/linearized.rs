@@ -43,8 +43,9 @@ pub(crate) struct BoundedStep {
 }
 
 impl Linearized {
-    /// The linear model from the rows of `J`, the residuals `r`, the iterate `x` and its bounds. Unknowns at a bound whose
-    /// descent direction points outward are held there.
+    /// The linear model from the rows of `J`, the residuals `r`, the iterate `x` and its bounds. Unknowns at a bound
+    /// whose descent direction points outward are held there, for all steps. Also stores the Euclidean norms of all
+    /// columns of `J`.
     pub fn new(rows: &[Vec<f64>], residuals: &[f64], x: &[f64], bounds: &[[f64; 2]]) -> Self {
         let gradient =
             |j: usize| rows.iter().zip(residuals).map(|(row, r)| row[j] * r).sum::<f64>();
@@ -65,12 +66,14 @@ impl Linearized {
         Self { free, r: qr.r(), qtr: qtr.rows(0, n).into_owned(), norms }
     }
 
-    /// The step from `x` that minimizes `|r + J step|^2 + damping |scale step|^2`; `scale` has one number per unknown. None if
-    /// it is not finite. Unknowns that would leave their bounds stop at the bound, and the others are minimized again.
+    /// The step from `x` that minimizes `|r + J step|^2 + damping |scale step|^2`; `scale` has one number per unknown.
+    /// `None` if it is not finite. Unknowns that would leave their bounds stop at the bound, and the others are minimized
+    /// again.
     ///
-    /// Along combinations without an effect on the data, rounding errors determine the step. They may move several unknowns to
-    /// bounds at once, and the others cannot compensate. A bounded step that changes the model by more than the unbounded one is
-    /// such a step; it is computed again with more damping.
+    /// Along combinations without an effect on the data, rounding errors determine the step. They may move several
+    /// unknowns to bounds at once, and the others cannot compensate. A bounded step that changes the model by more than
+    /// the unbounded one is such a step; it is computed again with [`DAMPING_FACTOR`] times the damping, up to
+    /// [`LARGEST_RETRIED_DAMPING`].
     pub fn step(
         &self,
         x: &[f64],
@@ -89,7 +92,7 @@ impl Linearized {
         }
     }
 
-    /// The step within bounds for this damping, without a limit on its change of the model. None if it is not finite.
+    /// The step within bounds for this damping, without a limit on its change of the model. `None` if it is not finite.
     fn bounded(
         &self,
         x: &[f64],
@@ -134,8 +137,8 @@ impl Linearized {
         Some(BoundedStep { step: all, change, unbounded_change })
     }
 
-    /// The steps of the unknowns `moving` that minimize the damped sum of squares, with the given steps of the others. None if
-    /// they are not finite.
+    /// The steps of the free unknowns with the indices `moving` that minimize the damped sum of squares, with the given
+    /// steps of the others. `None` if they are not finite. An unknown with the scale zero gets a weight of one.
     fn solve(
         &self,
         moving: &[usize],
@@ -165,15 +168,17 @@ impl Linearized {
         solution.iter().all(|s| s.is_finite()).then_some(solution)
     }
 
-    /// Decrease of the cost `1/2 |r|^2` by `step` that the linear model predicts; positive for a descent.
+    /// Decrease of the cost `1/2 |r|^2` by `step` that the linear model predicts; positive for a descent. Entries of
+    /// unknowns that are held at a bound are ignored.
     pub fn predicted(&self, step: &[f64]) -> f64 {
         let s = DVector::from_fn(self.free.len(), |j, _| step[self.free[j]]);
         let change = &self.r * s;
         -(change.dot(&self.qtr) + 0.5 * change.norm_squared())
     }
 
-    /// Ratio of an unknown's column norm at another point, with the Jacobian `rows`, to that at the iterate: the smallest one
-    /// over the largest. It is near zero if an unknown loses its effect on the residuals; 1 without any effect.
+    /// The smallest over the largest ratio, among the free unknowns, of a column norm of the Jacobian at another point,
+    /// with these `rows`, to that at the iterate. It is near zero if one unknown alone loses its effect on the residuals;
+    /// 1 if all do, or none has an effect.
     pub fn least_kept_effect(&self, rows: &[Vec<f64>]) -> f64 {
         let norms = column_norms(rows, self.norms.len());
         let had_effect = self.free.iter().filter(|j| self.norms[**j] > 0.0);

@@ -1,5 +1,10 @@
-//! Numerical methods that do not depend on rods: scalars with derivatives and SIMD lanes, vectors, band and envelope matrices
-//! and their factorization, eigenvalues, interpolation, spectra, noise estimates, and nonlinear least squares.
+//! Numerical methods that do not depend on rods.
+//!
+//! Numbers: the trait [`Scalar`](scalar::Scalar), SIMD vectors of it, out-of-line numbers, lanes, error bounds of
+//! derivatives, and vectors of three components. Symmetric matrices: band and envelope storage with `L D L^T` factors,
+//! prescribed unknowns, and the Lanczos method. Signals: Hermite interpolation in time, power spectra, and noise
+//! estimates. Nonlinear least squares: the Levenberg-Marquardt method. Here are an integer with the order of
+//! floating-point numbers, and the median.
 
 pub mod banded;
 pub mod envelope;
@@ -25,8 +30,8 @@ pub mod vector;
 
 pub(crate) use linearized::half_sum_of_squares;
 
-/// An integer with the order of [`f64::total_cmp`], NaN included. Lists that are sorted by it with `sort_by_cached_key` share
-/// one compiled sort.
+/// An integer with the order of [`f64::total_cmp`], NaN included: `x` comes before `y` if its integer is smaller. Lists
+/// that are sorted by it with `sort_by_cached_key` share one compiled sort.
 pub fn total_order(x: f64) -> i64 {
     let bits = x.to_bits().cast_signed();
     bits ^ ((bits >> 63).cast_unsigned() >> 1).cast_signed()

@@ -100,11 +100,14 @@ struct DifferenceVariance {
 }
 
 impl NoisySeries<'_> {
-    /// The standard deviation of white noise on the values: that of the lowest sufficient order of differences.
+    /// The standard deviation of white noise on the values, in their unit, from differences of the lowest order that the
+    /// signal does not dominate (from 2 to 6). Excluded samples, repeated frames and outliers are left out first. The
+    /// result is marked as an upper bound if the variance still decreases at the highest order.
     ///
     /// # Errors
     ///
-    /// The reason why it cannot be estimated: constant values, too few differences, too many outliers, autocorrelated noise.
+    /// The reason why it cannot be estimated: constant values, fewer than [`FEWEST_DIFFERENCES`] differences, more than
+    /// [`MOST_OUTLIERS`] outliers, or autocorrelated noise, with the estimate as a lower bound.
     pub fn noise(&self) -> Result<NoiseEstimate, NoEstimate> {
         let samples = self.usable()?;
         let by_order = |stride: usize| -> Vec<DifferenceVariance> {
@@ -130,8 +133,8 @@ impl NoisySeries<'_> {
         })
     }
 
-    /// The samples without excluded ones, repeated frames and outliers; an error if they are constant or have more than
-    /// [`MOST_OUTLIERS`].
+    /// The samples without excluded ones and repeated frames, outliers marked. An error if there are none, if all have
+    /// the same value, or if the share of outliers is above [`MOST_OUTLIERS`].
     fn usable(&self) -> Result<NoiseSamples, NoEstimate> {
         let mut samples = NoiseSamples::new(self);
         let Some(first) = samples.values.first() else { return Err(NoEstimate::Few(0)) };
@@ -148,8 +151,9 @@ impl NoisySeries<'_> {
     }
 }
 
-/// The quantization step of the values: all differences are whole multiples of it, within `LATTICE_TOLERANCE`. None for
-/// values that are not quantized, or too few distinct ones.
+/// The quantization step of the values: their smallest difference, if all differences of neighbors in ascending order are
+/// whole multiples of it within `LATTICE_TOLERANCE`. Differences below `SMALLEST_DIFFERENCE` of the range are ignored.
+/// `None` for values that are not quantized, or with at most `COINCIDENT_DIFFERENCES` differences.
 pub fn quantization_step(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -166,7 +170,9 @@ pub fn quantization_step(values: &[f64]) -> Option<f64> {
     (steps.len() > COINCIDENT_DIFFERENCES && steps.iter().all(is_multiple)).then_some(least)
 }
 
-/// Number, mean square and degrees of freedom of the normalized differences of an order over every `stride`-th sample.
+/// Number, mean square and degrees of freedom `tr(A)^2/tr(A^2)` of the normalized differences of an order over every
+/// `stride`-th sample. Differences across gaps or outliers are not counted. All differences, from every first sample, are
+/// used.
 fn differences(samples: &NoiseSamples, order: usize, stride: usize) -> DifferenceVariance {
     let all: Vec<Option<(f64, [f64; HIGHEST_ORDER + 1])>> =
         (0..samples.values.len()).map(|first| samples.difference(first, order, stride)).collect();
@@ -191,8 +197,8 @@ fn differences(samples: &NoiseSamples, order: usize, stride: usize) -> Differenc
     }
 }
 
-/// Index of the first order whose variance the next one does not lower significantly ([`SIGNIFICANT_DECREASE`]), else of the
-/// highest order; none for an empty list.
+/// Index in the list, by ascending orders, of the first variance that the next one is not significantly below
+/// ([`SIGNIFICANT_DECREASE`] standard errors), else of the last one. `None` for an empty list.
 fn sufficient_order(all: &[DifferenceVariance]) -> Option<usize> {
     let falls = |pair: &[DifferenceVariance]| {
         let [this, next] = pair else { return false };
@@ -203,8 +209,9 @@ fn sufficient_order(all: &[DifferenceVariance]) -> Option<usize> {
     Some(all.windows(2).position(|pair| !falls(pair)).unwrap_or(highest))
 }
 
-/// Ratio of the standard deviation from every second sample (`thinned`) to that from all. None if it is not significantly above
-/// 1 ([`OVERSAMPLING_LEVEL`]), or if the signal leaks into the thinned differences ([`LEAKAGE_DECREASE`]).
+/// Ratio of the standard deviation from every second sample (`thinned`) to that from all, at the sufficient order of the
+/// thinned differences. `None` if it is not significantly above 1 ([`OVERSAMPLING_LEVEL`]), if the signal leaks into the
+/// thinned differences ([`LEAKAGE_DECREASE`]), or if a list has no such order.
 fn oversampling(all: &[DifferenceVariance], thinned: &[DifferenceVariance]) -> Option<f64> {
     let chosen = sufficient_order(thinned)?;
     let (thin, full) = (&thinned[chosen], all.get(chosen)?);

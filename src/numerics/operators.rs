@@ -1,6 +1,8 @@
-//! Macro that implements the operators of a number type that follow from its binary operators `+ - * /` and its comparison.
+//! Macro `derived_operators!`, which implements the operators of a number type that follow from its binary operators `+ -
+//! * /` and its comparison.
 //!
-//! `derived_operators!` adds the assignments, `Sum`, equality, and comparison with an `f64`; the scalars of this crate use it.
+//! These are the assignments (`+=` and so on), `Sum`, equality, and comparison with an `f64`. The scalars of this crate
+//! (SIMD, out-of-line and term-bound numbers) use it.
 
 /// Implements, for a `Copy` number type `N` with `N + N`, `N + f64` and so on, `From<f64>` and `PartialOrd`:
 /// the assignments `+= -= *= /=` of an `N` and of an `f64`, `Sum`, equality, and comparison with an `f64`.
@@ -23,13 +25,13 @@ macro_rules! derived_operators {
             }
         }
         impl<$($parameters)*> PartialEq for $Number {
-            /// Whether both numbers are equal in their order.
+            /// Whether the comparison of both numbers returns `Equal`; derivatives do not matter.
             fn eq(&self, other: &Self) -> bool {
                 self.partial_cmp(other) == Some(std::cmp::Ordering::Equal)
             }
         }
         impl<$($parameters)*> PartialEq<f64> for $Number {
-            /// Whether the number equals the `f64`.
+            /// Whether the number equals the `f64` in this comparison.
             fn eq(&self, other: &f64) -> bool {
                 *self == Self::from(*other)
             }

@@ -42,7 +42,7 @@ impl PrescribedDofs {
         self.0.iter().copied()
     }
 
-    /// Sets the entries of prescribed unknowns in `x` to `value`.
+    /// Sets the entries of prescribed unknowns in `x`, which has an entry for every unknown, to `value`.
     #[inline]
     pub fn fill<T: Copy>(&self, x: &mut [T], value: T) {
         for i in &*self.0 {
@@ -50,7 +50,7 @@ impl PrescribedDofs {
         }
     }
 
-    /// Replaces rows and columns of prescribed unknowns in a matrix by those of the identity.
+    /// Replaces the rows and columns of all prescribed unknowns in a matrix by those of the identity.
     #[inline]
     pub fn uncouple<D: Scalar>(&self, matrix: &mut impl Tangent<D>) {
         for i in &*self.0 {

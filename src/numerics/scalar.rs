@@ -1,8 +1,10 @@
 //! The trait [`Scalar`]: the number type over which every energy and every physical formula is written.
 //!
-//! An energy is one generic function. `f64` gives its value, a dual number of [`num_dual`] its value and exact derivatives, and
-//! [`Terms`](crate::check::Terms) the size of the terms that may cancel in each derivative. [`SimdScalar`] is a vector of
-//! numbers for loops along a rod ([`Sweep`]); [`Nestable`] are the four scalars with which rods are computed.
+//! An energy is one generic function. `f64` gives its value, a dual number of [`num_dual`] its value and exact
+//! derivatives, and [`Terms`](crate::check::Terms) the size of the terms that may cancel in each derivative.
+//! [`SimdScalar`] is a vector of numbers for loops along a rod ([`Sweep`]). [`Nestable`] are the four scalars with which
+//! rods are computed: `f64`, and dual numbers with one first derivative, with two, and with two first and their mixed
+//! second derivative.
 
 use num_dual::{Dual64, DualNum, DualSVec64, HyperDual64};
 use std::fmt::Debug;
@@ -96,7 +98,7 @@ pub trait Scalar:
     /// Hyperbolic tangent.
     fn tanh(self) -> Self;
 
-    /// Sine and cosine of an angle in rad.
+    /// `[sin x, cos x]` of an angle in rad.
     #[inline]
     fn sin_cos(self) -> [Self; 2] {
         [self.sin(), self.cos()]
@@ -118,28 +120,28 @@ pub trait Scalar:
         self.value() < bound.value()
     }
 
-    /// The nearest integer, without derivatives.
+    /// The nearest integer, without derivatives; halves away from zero (SIMD numbers: to the even one).
     #[inline]
     fn nearest_whole(self) -> Self {
         Self::from(self.value().round())
     }
 
-    /// Absolute value; at zero with the derivatives of the number itself.
+    /// Absolute value, with the derivatives of the number or of its negative; at zero those of the number itself.
     #[inline]
     fn abs(self) -> Self {
         if self.value() < 0.0 { -self } else { self }
     }
-    /// The smaller of two numbers, with its derivatives.
+    /// The smaller of two numbers, with its derivatives; this number if the values are equal.
     #[inline]
     fn min(self, other: Self) -> Self {
         if other.value() < self.value() { other } else { self }
     }
-    /// The larger of two numbers, with its derivatives.
+    /// The larger of two numbers, with its derivatives; this number if the values are equal.
     #[inline]
     fn max(self, other: Self) -> Self {
         if other.value() > self.value() { other } else { self }
     }
-    /// Length of the hypotenuse over two legs. If both are zero there are no derivatives.
+    /// Length of the hypotenuse over two legs, `sqrt(x^2 + y^2)`. If both are zero the derivatives are not finite.
     #[inline]
     fn hypot(self, other: Self) -> Self {
         (self * self + other * other).sqrt()
@@ -176,7 +178,8 @@ impl<T: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for T {
     fn powf(self, n: f64) -> Self {
         DualNum::powf(&self, n)
     }
-    /// Angle of the point (`x`, `self`) in rad, in (-pi, pi], with accurate derivatives also near x = 0.
+    /// Angle of the point (`x`, `self`) in rad, in (-pi, pi], with accurate derivatives also near x = 0: there they are
+    /// those of `-atan(x/y)`.
     #[inline]
     fn atan2(self, x: Self) -> Self {
         // |y| <= |x|: the quotient y/x is small, and its derivatives are accurate.
@@ -202,7 +205,7 @@ pub trait SimdScalar<D>: Scalar {
     /// The number of the lane `lane`.
     fn lane(&self, lane: usize) -> D;
 
-    /// The numbers of the lane `lane` of `N` vectors.
+    /// The numbers of lane `lane` of each of the `N` vectors, as an array.
     #[inline(always)]
     fn extract_lane<const N: usize>(all: &[Self; N], lane: usize) -> [D; N]
     where
@@ -226,7 +229,7 @@ impl<D: Scalar> SimdScalar<D> for D {
     type Level = ();
     const LANES: usize = 1;
 
-    /// The number of lane 0, the only one.
+    /// The number `value(0)`: there is one lane.
     #[inline(always)]
     fn gather((): (), mut value: impl FnMut(usize) -> D) -> Self {
         value(0)
@@ -263,11 +266,11 @@ pub trait Sweep<D> {
 /// numbers. The set is closed: an object chosen at run time, such as a [user-defined energy](crate::energy::own), has
 /// one instance compiled for each of them.
 pub trait Nestable: Scalar + DualNum<Primitive = f64> {
-    /// The instance of `all` for this scalar, such as a user-defined energy.
+    /// The instance of `all` for this scalar, such as a user-defined energy compiled for it.
     #[doc(hidden)]
     fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self>;
 
-    /// Runs a sweep with the widest SIMD numbers of this processor, or with one number at a time.
+    /// Runs a sweep with the widest SIMD numbers of this processor, or with one number at a time, and returns its output.
     #[doc(hidden)]
     fn run_sweep<S: Sweep<Self>>(sweep: S) -> S::Output;
 
@@ -291,8 +294,9 @@ pub trait ForEachScalar {
     fn pair(&self) -> &Self::Instance<DualSVec64<2>>;
 }
 
-/// Whether the values of all numbers are finite; derivatives are not tested. Four independent sums are vectorized: a sum is
-/// finite only if its terms are.
+/// Whether the values of all numbers are finite; derivatives are not tested. True for an empty list. Tests whether their
+/// sum, in four independent parts, is finite: it is only if its terms are. Finite numbers whose sum overflows count as
+/// not finite.
 #[inline(always)]
 pub(crate) fn is_finite<D: Scalar>(x: &[D]) -> bool {
     // The order of the sum does not matter: only whether it is finite.

@@ -2,8 +2,8 @@
 //!
 //! [`SimdF64`] implements [`Scalar`], so that a formula written for any scalar processes four elements of a rod at once
 //! (AVX2). Operations are never fused (no FMA): each lane has bitwise the result of scalar arithmetic, except for sines
-//! and cosines, which are evaluated by polynomials (`numerics::trigonometry`). [`with_simd`] runs a computation compiled for the
-//! vector unit; [`PairLevel`] multiplies pairs for band matrices. Without AVX2 all of them use scalar code.
+//! and cosines, which are evaluated by polynomials (`numerics::trigonometry`). [`with_simd`] runs a computation compiled
+//! for the vector unit; [`PairLevel`] multiplies pairs for band matrices. Without AVX2 all of them use scalar code.
 
 use crate::numerics::operators::derived_operators;
 use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, SimdScalar, Sweep};
@@ -64,13 +64,13 @@ impl<L: Level> SimdF64<L> {
         Self { level, numbers: level.splat_f64s(x) }
     }
 
-    /// The lanes as a slice.
+    /// The numbers of all lanes as a slice.
     #[inline(always)]
     fn lanes(&self) -> &[f64] {
         lanes(&self.numbers)
     }
 
-    /// The vector with `f` of every lane, evaluated one after the other.
+    /// The vector with `f(x)` for the number `x` of every lane, evaluated one after the other.
     #[inline(always)]
     fn map_lanes(self, f: impl Fn(f64) -> f64) -> Self {
         Self::gather(self.level, |lane| f(self.lanes()[lane]))
@@ -153,7 +153,7 @@ impl<L: Level> Neg for SimdF64<L> {
 }
 
 impl<L: Level> PartialOrd for SimdF64<L> {
-    /// The order that all lanes have; none if lanes differ in it.
+    /// The order that all lanes have; `None` if lanes differ in it, or one is NaN.
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         // Comparisons of formulas with SIMD numbers must not branch on one lane only.
         let mut lanes = self.lanes().iter().zip(other.lanes()).map(|(a, b)| a.partial_cmp(b));
@@ -176,8 +176,8 @@ impl<L: Level> Scalar for SimdF64<L> {
 
     lane_by_lane!(exp ln tan asin acos atan sinh cosh tanh);
 
-    /// The value that all lanes have; NaN if they differ. Formulas with SIMD numbers use
-    /// [`if_less`](Scalar::if_less) instead of branches on the value.
+    /// The number that all lanes have; NaN if they differ. Formulas with SIMD numbers use [`if_less`](Scalar::if_less)
+    /// instead of branches on the value.
     #[inline]
     fn value(&self) -> f64 {
         let [first, rest @ ..] = self.lanes() else { return f64::NAN };
@@ -213,8 +213,8 @@ impl<L: Level> Scalar for SimdF64<L> {
     fn cos(self) -> Self {
         self.sin_cos()[1]
     }
-    /// Sine and cosine of the angles in rad: by polynomials if all are below `trigonometry::LARGEST`, else lane by
-    /// lane.
+    /// Sine and cosine of the angles in rad, sine first: by polynomials if all are below `trigonometry::LARGEST` in
+    /// absolute value, else lane by lane with the standard library.
     #[inline(always)]
     fn sin_cos(self) -> [Self; 2] {
         // Argument reduction in two parts of pi/2 is exact to rounding below this bound.
@@ -247,7 +247,7 @@ impl<L: Level> Scalar for SimdF64<L> {
         let less = self.level.less_than_f64s(self.numbers, bound.numbers);
         self.level.first_true_m64s(self.level.not_m64s(less)) == L::F64_LANES
     }
-    /// The nearest integer in every lane, for numbers below 2^51.
+    /// The nearest integer in every lane, halves to the even one, for absolute values below 2^51.
     #[inline(always)]
     fn nearest_whole(self) -> Self {
         // 1.5 * 2^52, at which the spacing of doubles is one: adding and subtracting it rounds to an integer.
@@ -274,12 +274,13 @@ impl<L: Level> Scalar for SimdF64<L> {
 }
 
 impl Nestable for f64 {
-    /// The instance without derivatives.
+    /// The instance of `all` for `f64`, without derivatives.
     fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self> {
         all.plain()
     }
 
-    /// Runs a sweep with AVX2 if the processor has it, else with one number at a time.
+    /// Runs a sweep with vectors of four numbers if the processor has AVX2, else with one number at a time; returns its
+    /// output.
     #[inline]
     fn run_sweep<S: Sweep<Self>>(sweep: S) -> S::Output {
         #[cfg(target_arch = "x86_64")]
@@ -299,8 +300,8 @@ impl Nestable for f64 {
     }
 }
 
-/// Runs `work` compiled for the processor's vector unit, if there [is one](simd_level). The compiler vectorizes its loops
-/// over short arrays. All functions that it calls must be `#[inline(always)]`.
+/// Runs `work` compiled for AVX2 if the processor [has it](simd_level), else as compiled for any processor; returns its
+/// output. The compiler vectorizes its loops over short arrays. All functions that it calls must be `#[inline(always)]`.
 #[inline(always)]
 pub fn with_simd<T: pulp::NullaryFnOnce>(work: T) -> T::Output {
     #[cfg(target_arch = "x86_64")]
@@ -310,7 +311,7 @@ pub fn with_simd<T: pulp::NullaryFnOnce>(work: T) -> T::Output {
     work.call()
 }
 
-/// [`with_simd`] for arrays of `G` numbers with `G > 2`, and the plain call otherwise: two numbers fit into the registers
+/// [`with_simd`] for work on arrays of `G > 2` numbers, and the plain call otherwise: two numbers fit into the registers
 /// that every x86-64 processor has.
 #[inline(always)]
 pub fn with_simd_if_wide<T: pulp::NullaryFnOnce, const G: usize>(work: T) -> T::Output {
@@ -350,14 +351,14 @@ impl PairLevel for () {
 impl PairLevel for pulp::x86::V3 {
     const WIDE: bool = true;
 
-    /// `a - x y` of a pair, by one instruction of two numbers each.
+    /// `a - x y` of a pair, number by number, by instructions that process two numbers each (product, then difference).
     #[inline(always)]
     fn less_product(self, a: [f64; 2], x: [f64; 2], y: [f64; 2]) -> [f64; 2] {
         let [a, x, y] = [bytemuck::cast(a), bytemuck::cast(x), bytemuck::cast(y)];
         bytemuck::cast(self.sse2._mm_sub_pd(a, self.sse2._mm_mul_pd(x, y)))
     }
 
-    /// `a - x y` of two pairs with the same `y`, by one instruction of four numbers each.
+    /// `a - x y` of two pairs with the same `y`, number by number, by instructions that process four numbers each.
     #[inline(always)]
     fn less_products(self, a: [[f64; 2]; 2], x: [[f64; 2]; 2], y: [f64; 2]) -> [[f64; 2]; 2] {
         let [a, x, y] = [bytemuck::cast(a), bytemuck::cast(x), bytemuck::cast([y, y])];

@@ -9,14 +9,15 @@ use std::f64::consts::PI;
 /// Largest number of intervals of a signal, a power of two: it bounds time and memory of the transform.
 const MOST_INTERVALS: usize = 1 << 17;
 
-/// Number of intervals, a power of two from 8 to [`MOST_INTERVALS`], of a uniform grid that resolves a signal of `samples`
-/// samples.
+/// Number of intervals of a uniform grid that resolves a signal of `samples` samples: the next power of two above or at
+/// its number of intervals, from 8 to [`MOST_INTERVALS`].
 pub(crate) fn intervals(samples: usize) -> usize {
     samples.saturating_sub(1).next_power_of_two().clamp(8, MOST_INTERVALS)
 }
 
-/// Variances of the harmonics 1, 2, .. of a signal on a uniform grid with a power of two of intervals, in the squared unit of
-/// the signal. Harmonic `k` has `k / 2` periods over the signal. The sum is the variance of the even extension (Parseval).
+/// Variances of the harmonics 1, 2, .. of the even extension of a signal on a uniform grid with a power of two of
+/// intervals, ends included, in the squared unit of the signal; as many as intervals. Harmonic `k` has `k/2` periods over
+/// the signal. Their sum is the variance of the even extension (Parseval).
 pub(crate) fn harmonic_variances(signal: &[f64]) -> Vec<f64> {
     let intervals = signal.len() - 1;
     let extended = signal.iter().chain(signal[1..intervals].iter().rev());
@@ -28,7 +29,8 @@ pub(crate) fn harmonic_variances(signal: &[f64]) -> Vec<f64> {
     (1..=intervals).map(|k| if k < intervals { 2.0 * power(k) } else { power(k) }).collect()
 }
 
-/// Discrete Fourier transform in place (Cooley and Tukey 1965) of a power of two of complex numbers `[real, imaginary]`.
+/// Discrete Fourier transform, unnormalized, in place (Cooley and Tukey 1965), of complex numbers `[real, imaginary]`,
+/// whose number is a power of two.
 fn transform(terms: &mut [[f64; 2]]) {
     let count = terms.len();
     let bits = count.trailing_zeros();

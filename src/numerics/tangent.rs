@@ -21,20 +21,21 @@ pub trait Tangent<D: Scalar>: Clone + Debug + Send + Sync {
     /// The factors of such a matrix.
     type Factors: Factors<D, Matrix = Self>;
 
-    /// Factors for matrices of this sparsity pattern, not yet computed.
+    /// Factors for matrices of this sparsity pattern, allocated and not yet computed.
     fn new_factors(&self) -> Self::Factors;
 
-    /// The entry of row `i`, column `j`; zero outside the pattern.
+    /// The entry of row `i`, column `j`, in either triangle; zero outside the pattern.
     fn get(&self, i: usize, j: usize) -> D;
 
-    /// A range that contains all rows with an entry in column `j` of the matrix, whose order is `n`.
+    /// A range that contains all rows with an entry in column `j` of the matrix, whose order is `n`. It may contain
+    /// others.
     fn coupled(&self, j: usize, n: usize) -> Range<usize>;
 
-    /// Adds the lower triangle of the leading `size` by `size` part of `block` to the entries from row and column `start`
-    /// on.
+    /// Adds the leading `size` by `size` part of the symmetric `block` to the entries from row and column `start` on;
+    /// only its lower triangle is read.
     fn add_corner<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]);
 
-    /// Replaces row and column `i` by those of the identity.
+    /// Replaces row and column `i` by those of the identity: zeros, and one on the diagonal.
     fn uncouple(&mut self, i: usize);
 
     /// Sets every entry to zero.
@@ -43,19 +44,21 @@ pub trait Tangent<D: Scalar>: Clone + Debug + Send + Sync {
     /// Adds `factor` times `other`, a matrix of the same sparsity pattern.
     fn add_scaled(&mut self, other: &Self, factor: f64);
 
-    /// Adds `A e_j x[g]`, column `j` times a number, to each vector `out[..][g]`.
+    /// Adds `A e_j x[g]`, column `j` times a number, to vector `g` of `out`, for `G` vectors (`out[i][g]` is row `i` of
+    /// vector `g`).
     fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]);
 
     /// Adds `A x` to `out`, for `G` vectors (`x[i][g]` is row `i` of vector `g`).
     fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]);
 
-    /// Writes `A x` to `out`.
+    /// Writes the product `A x` with one vector to `out`, which is overwritten.
     fn product(&self, x: &[D], out: &mut [D]) {
         out.fill(D::from(0.0));
         self.add_product(x.as_chunks::<1>().0, out.as_chunks_mut::<1>().0);
     }
 
-    /// Writes `|A| |x|` of the real parts to `out`: rounding errors of `A x` are proportional to it.
+    /// Writes the product of absolute values, `|A| |x|` of the real parts, to `out`: rounding errors of `A x` are
+    /// proportional to it.
     fn absolute_product(&self, x: &[D], out: &mut [f64]);
 
     /// The residual `b - A x` over the rows and columns of `range`, one number per row; unknowns outside of it count as zero.
@@ -80,13 +83,13 @@ pub trait Factors<D: Scalar>: Clone + Debug + Send + Sync {
     /// Type of the factored matrices.
     type Matrix;
 
-    /// Factors the rows and columns of `range`; allocates nothing.
+    /// Factors the rows and columns of `range` of the matrix and replaces earlier factors; allocates nothing.
     ///
     /// # Errors
     /// The row of a pivot that is zero or not finite.
     fn factor(&mut self, matrix: &Self::Matrix, range: Range<usize>) -> Result<(), Singular>;
 
-    /// Factors `scale diag(diagonal) + factor matrix` over `range` without forming it.
+    /// Factors `scale diag(diagonal) + factor matrix` over `range` without forming it, and replaces earlier factors.
     ///
     /// # Errors
     /// As [`factor`](Self::factor).
@@ -99,14 +102,15 @@ pub trait Factors<D: Scalar>: Clone + Debug + Send + Sync {
         range: Range<usize>,
     ) -> Result<(), Singular>;
 
-    /// Number of negative eigenvalues of the factored matrix (Sylvester's law of inertia).
+    /// Number of negative pivots, which is that of negative eigenvalues of the factored matrix (Sylvester's law of
+    /// inertia).
     fn negative_pivots(&self) -> usize;
 
-    /// Solves `A x = b` in place for `R` right-hand sides, over the factored range. `x` has as many rows as the matrix;
-    /// rows outside of the range become zero.
+    /// Solves `A x = b` in place for `R` right-hand sides (`x[i][r]` is row `i` of number `r`), over the factored range.
+    /// `x` has as many rows as the matrix; rows outside of the range become zero.
     fn solve_many<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]);
 
-    /// Solves `A x = b` in place for one right-hand side.
+    /// Solves `A x = b` in place for one right-hand side, as [`solve_many`](Self::solve_many).
     fn solve<E: RightHandSide<D>>(&self, x: &mut [E]) {
         self.solve_many(x.as_chunks_mut::<1>().0);
     }

@@ -1,8 +1,10 @@
 //! Numbers that bound the rounding errors of derivatives, for the check of hand-derived derivatives.
 //!
-//! A computed derivative is a sum of terms. If large terms cancel, its relative error is large although the
-//! formula is correct. [`Terms`] evaluates an energy and sums the absolute values of the terms of the chain rule,
-//! for every first and second derivative. The check accepts differences up to a tolerance times that sum.
+//! A computed derivative is a sum of terms. If large terms cancel, its relative error is large although the formula is
+//! correct. [`Terms`] evaluates an energy with its value and, for every first and second derivative, the sum of the
+//! absolute values of the terms of the chain rule. It has no derivatives with signs. The check accepts differences
+//! between two derivatives up to a tolerance times that sum. Optionally the sums have a floor for rounding errors of the
+//! values in each term.
 
 use crate::numerics::operators::derived_operators;
 use crate::numerics::scalar::Scalar;
@@ -48,7 +50,8 @@ struct Partials {
 }
 
 impl<const N: usize> Terms<N> {
-    /// The unknowns at the values `q`, whose derivatives have the plain sums of absolute terms.
+    /// The unknowns at the values `q`, each with the sum 1 for the derivative by itself. Sums of absolute terms have no
+    /// floor for rounding errors of the values, as those of [`rounded_unknowns`](Self::rounded_unknowns) have.
     pub fn unknowns(q: &[f64; N]) -> [Self; N] {
         std::array::from_fn(|i| {
             let mut x = Self::from(q[i]);
@@ -57,14 +60,17 @@ impl<const N: usize> Terms<N> {
         })
     }
 
-    /// The unknowns at the values `q`, whose derivatives have sums of absolute terms with the floor that rounding errors of the
-    /// values need.
+    /// The unknowns at the values `q`, each with the sum 1 for the derivative by itself, and with relative rounding
+    /// errors of `VALUE_ROUNDING` (in units of the tolerance). Each sum then has a floor: the change of its terms by
+    /// these errors.
     pub fn rounded_unknowns(q: &[f64; N]) -> [Self; N] {
         Self::unknowns(q).map(|x| Self { rounding: VALUE_ROUNDING, ..x })
     }
 
-    /// The chain rule for `f(x)` with `x = self`: its value and the absolute terms of its derivatives. `f` is evaluated with
-    /// dual numbers of third order, as the floor of the second derivative needs the third one.
+    /// The chain rule for `f(x)` with `x = self`: its value and the absolute terms of its derivatives, `|f'| |x_i|` and
+    /// `|f'| |x_ij| + |f''| |x_i x_j|`. `f` is evaluated with dual numbers of third order. Each derivative of `f` is
+    /// enlarged by the next one times the rounding error of `x`, so that the floor of the second derivative needs the
+    /// third.
     fn chain(&self, f: impl Fn(Dual3_64) -> Dual3_64) -> Self {
         // Value and three derivatives of f by one dual number of third order.
         let exact = f(Dual3_64::new(self.value, 1.0, 0.0, 0.0));
@@ -87,7 +93,9 @@ impl<const N: usize> Terms<N> {
         }
     }
 
-    /// The chain rule for `f(x, y)` with `x = self` and `y = other`, from the value and the partial derivatives of `f`.
+    /// The chain rule for `f(x, y)` with `x = self` and `y = other`, from the value and the partial derivatives of `f`,
+    /// whose signs do not matter. Each partial derivative is enlarged by its change over the rounding errors of `x` and
+    /// `y`.
     fn chain2(&self, other: &Self, value: f64, partials: Partials) -> Self {
         let [p, q] = partials.first.map(f64::abs);
         let [pp, pq, qq] = partials.second.map(f64::abs);
@@ -137,21 +145,21 @@ const LINEAR: Partials = Partials { first: [1.0; 2], second: [0.0; 3], third: [0
 
 impl<const N: usize> Add for Terms<N> {
     type Output = Self;
-    /// The sum, with the terms of both numbers.
+    /// The sum, whose absolute terms are the sums of those of both numbers.
     fn add(self, other: Self) -> Self {
         self.chain2(&other, self.value + other.value, LINEAR)
     }
 }
 impl<const N: usize> Sub for Terms<N> {
     type Output = Self;
-    /// The difference, with the terms of both numbers.
+    /// The difference, whose absolute terms are the sums of those of both numbers.
     fn sub(self, other: Self) -> Self {
         self.chain2(&other, self.value - other.value, LINEAR)
     }
 }
 impl<const N: usize> Mul for Terms<N> {
     type Output = Self;
-    /// The product, with the terms of the product rule.
+    /// The product, with the absolute terms of the product rule.
     fn mul(self, other: Self) -> Self {
         let (a, b) = (self.value, other.value);
         let partials = Partials { first: [b, a], second: [0.0, 1.0, 0.0], third: [0.0; 4] };
@@ -160,7 +168,7 @@ impl<const N: usize> Mul for Terms<N> {
 }
 impl<const N: usize> Div for Terms<N> {
     type Output = Self;
-    /// The quotient, with the terms of the quotient rule.
+    /// The quotient, with the absolute terms of the quotient rule.
     fn div(self, other: Self) -> Self {
         let (a, b) = (self.value, other.value);
         // Derivatives of a/b by a and b: 1/b, -a/b^2, and so on; signs do not matter for bounds.
@@ -175,7 +183,7 @@ impl<const N: usize> Div for Terms<N> {
 }
 impl<const N: usize> Neg for Terms<N> {
     type Output = Self;
-    /// The number with the opposite sign.
+    /// The number with the opposite sign and the same absolute terms.
     fn neg(self) -> Self {
         // Terms are absolute values.
         Self { value: -self.value, ..self }
@@ -183,28 +191,29 @@ impl<const N: usize> Neg for Terms<N> {
 }
 impl<const N: usize> Add<f64> for Terms<N> {
     type Output = Self;
-    /// The sum with a constant.
+    /// The sum with a constant: absolute terms of derivatives stay, and the rounding error of the value includes the
+    /// constant.
     fn add(self, other: f64) -> Self {
         Self { value: self.value + other, magnitude: self.magnitude + other.abs(), ..self }
     }
 }
 impl<const N: usize> Sub<f64> for Terms<N> {
     type Output = Self;
-    /// The difference from a constant.
+    /// The difference from a constant, with the terms of the sum.
     fn sub(self, other: f64) -> Self {
         self + -other
     }
 }
 impl<const N: usize> Mul<f64> for Terms<N> {
     type Output = Self;
-    /// The product with a constant.
+    /// The product with a constant: all terms are multiplied by its absolute value.
     fn mul(self, other: f64) -> Self {
         self.chain(|x| x * other)
     }
 }
 impl<const N: usize> Div<f64> for Terms<N> {
     type Output = Self;
-    /// The quotient by a constant.
+    /// The quotient by a constant: all terms are divided by its absolute value.
     fn div(self, other: f64) -> Self {
         self.chain(|x| x / other)
     }
@@ -213,7 +222,7 @@ impl<const N: usize> Div<f64> for Terms<N> {
 derived_operators!([const N: usize] Terms<N>);
 
 impl<const N: usize> PartialOrd for Terms<N> {
-    /// The order of the values.
+    /// The order of the values; absolute terms are not compared.
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         self.value.partial_cmp(&other.value)
     }

@@ -1,7 +1,9 @@
-//! Sine and cosine by argument reduction and polynomials (FDLIBM), without branches, so that SIMD lanes share the code.
+//! Sine and cosine by argument reduction and polynomials (FDLIBM), without branches, so that all SIMD lanes run the same
+//! code.
 //!
-//! [`sin_and_cos`] subtracts the nearest multiple of a right angle (Cody and Waite 1980) and evaluates polynomials up to half a
-//! right angle. SIMD numbers use it for angles below [`LARGEST`].
+//! [`sin_and_cos`] subtracts the nearest multiple of a right angle, in two parts (Cody and Waite 1980), and evaluates
+//! polynomials up to half a right angle. The number of right angles selects and signs the results. SIMD numbers use it
+//! for angles below [`LARGEST`].
 
 use crate::numerics::scalar::Scalar;
 use std::f64::consts::FRAC_2_PI;
@@ -44,7 +46,8 @@ fn polynomial<D: Scalar>(coefficients: &[f64; 6], x: D) -> D {
     sum
 }
 
-/// Sine and cosine of an angle below [`LARGEST`], rad, to an error of one and a half units in the last place.
+/// `[sin x, cos x]` of an angle whose absolute value is below [`LARGEST`], rad, to an error of one and a half units in
+/// the last place of 1. NaN for NaN. Number types with derivatives differentiate the polynomials.
 #[inline(always)]
 pub fn sin_and_cos<D: Scalar>(x: D) -> [D; 2] {
     let count = (x * FRAC_2_PI).nearest_whole();

@@ -66,14 +66,14 @@ pub fn cross<D: Scalar>(a: Vector<D>, b: Vector<D>) -> Vector<D> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// The unit vector `a / |a|`; NaN for a zero vector.
+/// The unit vector `a/|a|`; NaN for a zero vector.
 #[inline(always)]
 pub fn unit<D: Scalar>(a: Vector<D>) -> Vector<D> {
     scale(a, dot(a, a).sqrt().recip())
 }
 
-/// `v` rotated by the rotation vector `r`, rad: `v + sin(a)/a r x v + (1 - cos a)/a^2 r x (r x v)` with `a = |r|`
-/// (Rodrigues).
+/// `v` rotated about the rotation vector `r` by the angle `a = |r|`, rad: `v + sin(a)/a r x v + (1 - cos a)/a^2 r x (r x
+/// v)` (Rodrigues). Below an angle of 0.01 both factors are evaluated by their series.
 pub fn rotate<D: Scalar>(r: Vector<D>, v: Vector<D>) -> Vector<D> {
     let square = dot(r, r);
     // sin(a)/a and (1 - cos a)/a^2, by their series at small angles, where the quotients lose digits.

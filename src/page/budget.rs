@@ -15,14 +15,15 @@ use crate::summary::quantity::counted;
 /// Inputs in a table of sensitivities that are shown at once; further ones are folded.
 const SHOWN_INPUTS: usize = 6;
 
-/// HTML with budget, sensitivities and Monte Carlo check of every parameter that has any.
+/// HTML with budget, sensitivities and Monte Carlo check of every parameter that has any, under its label; empty without.
 pub(super) fn budgets(parameters: &[Estimate]) -> String {
     let content = |e: &Estimate| budget(e) + &sensitivities(e) + &monte_carlo(e);
     parameters.iter().map(|e| subsection(&e.label(), &content(e))).collect()
 }
 
-/// The table of contributions to the combined standard uncertainty of a parameter, with its coverage factor and, if inputs have a
-/// stated uncertainty, its expanded 95 % interval. Empty without a budget.
+/// The HTML table of contributions to the combined standard uncertainty of a parameter, and a note with that and its
+/// coverage factor. If inputs have a stated uncertainty, the note has the expanded 95 % interval too. Empty without a
+/// budget.
 fn budget(e: &Estimate) -> String {
     let (Some(combined), Some(factor), Some(expanded)) =
         (e.combined_std, e.coverage_factor, e.expanded95)
@@ -57,7 +58,8 @@ fn budget(e: &Estimate) -> String {
     table.render() + &note(&format!("{text}{own}."))
 }
 
-/// The name of a source of uncertainty: its key in the budget is the name of an input, or `mesh`, `step` or `experiments`.
+/// The name of a source of uncertainty for display: `mesh`, `step` and `experiments` have explanations, other keys are
+/// names of inputs.
 fn source_name(key: &str) -> &str {
     match key {
         "mesh" => "discretization: mesh",
@@ -72,7 +74,8 @@ fn relative_sensitivity(value: f64) -> String {
     if value.abs() < 1e-3 { "0.00".into() } else { three_digits(value) }
 }
 
-/// The derivative `value` of a parameter with this `unit` by the input of a line, with the unit of the quotient.
+/// The derivative `value` of a parameter with this `unit` by the input of a `line`, in three significant digits with the
+/// unit of the quotient, as `Pa / m`.
 fn sensitivity(value: f64, unit: &str, line: &BudgetLine) -> String {
     let units = [unit, &line.unit].map(|unit| if unit.is_empty() { "1" } else { unit });
     match units {
@@ -81,7 +84,8 @@ fn sensitivity(value: f64, unit: &str, line: &BudgetLine) -> String {
     }
 }
 
-/// The table of changes of a parameter by +1 % of each input without a stated uncertainty; empty without such inputs.
+/// The HTML table of changes of a parameter by +1 % of each input without a stated uncertainty, relative or in its unit,
+/// below a note; rows beyond [`SHOWN_INPUTS`] are folded. Empty without such inputs.
 fn sensitivities(e: &Estimate) -> String {
     let label = e.label();
     let name = format!("sensitivities of {label} to inputs");
@@ -104,8 +108,8 @@ fn sensitivities(e: &Estimate) -> String {
     if table.is_empty() { table } else { line + &table }
 }
 
-/// A sentence with the standard deviation of fits with random inputs and noise, beside that of the linear budget. Empty
-/// without a Monte Carlo run.
+/// A sentence (HTML) with the number and the standard deviation of fits with random inputs and noise, beside that of the
+/// linear budget. Empty without a Monte Carlo run.
 fn monte_carlo(e: &Estimate) -> String {
     let Some(found) = &e.monte_carlo else { return String::new() };
     let scale = Scale::for_size(found.std, e.name.unit());

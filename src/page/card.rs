@@ -1,11 +1,12 @@
 //! The first card of a page: a headline with the status, the main result, and lists of messages such as warnings.
 //!
 //! The color of its border is that of the severity (`Tone`). Messages that end with a code unfold the code's explanation.
+//! [`card`] returns it as HTML for every kind of page.
 
 use crate::page::html::{list, with_explanation};
 use crate::summary::Tone;
 
-/// CSS class of a status; a statement without a grade has none.
+/// CSS class of a severity: `good`, `doubt` or `bad`; empty for a neutral statement.
 pub(super) const fn tone_class(tone: Tone) -> &'static str {
     match tone {
         Tone::Good => "good",
@@ -21,7 +22,8 @@ pub(super) struct MessageList {
     pub messages: Vec<String>,
 }
 
-/// The card as HTML: headline and content, which are HTML, and below them the lists that have messages.
+/// The card as HTML: headline and content, which are HTML, and below them the lists that have messages, each under its
+/// heading. Its border has the color of `tone`.
 pub(super) fn card(tone: Tone, headline: &str, content: &str, lists: &[MessageList]) -> String {
     let mut html = String::new();
     for MessageList { heading, messages } in lists.iter().filter(|l| !l.messages.is_empty()) {

@@ -127,22 +127,22 @@ impl PageChart {
         Self { has_whole_ticks: true, ..self }
     }
 
-    /// Puts names on the y axis, from the top; name k is at height -k.
+    /// Puts names in place of numbers on the y axis, from the top; name k is at height -k. The axis covers all of them.
     pub fn row_names(mut self, names: Vec<String>) -> Self {
         let last = names.len().saturating_sub(1) as f64;
         [0.6, -last - 0.6].into_iter().for_each(|y| self.axes[1].include(y));
         Self { row_names: names, ..self }
     }
 
-    /// Extends the x axis to these SI values.
+    /// Extends the range of the x axis to these SI values.
     pub fn covering(mut self, values: impl IntoIterator<Item = f64>) -> Self {
         let factor = self.axes[0].factor;
         values.into_iter().for_each(|x| self.axes[0].include(x / factor));
         self
     }
 
-    /// Adds a line of a CSS color through points in SI units. A series without a name is decoration, which neither legend nor CSV
-    /// contains.
+    /// Adds a line of a CSS color through points in SI units. Points that cannot be drawn are left out, dense ones
+    /// thinned. A series without a name is decoration, which neither legend nor CSV contains.
     pub fn line(
         mut self,
         series: &str,
@@ -157,7 +157,8 @@ impl PageChart {
         self
     }
 
-    /// Adds dots of this radius, px; see [`line`](Self::line).
+    /// Adds dots of a CSS color and this radius, px, at points in SI units. Points that cannot be drawn are left out,
+    /// dense ones thinned. A series without a name is neither in legend nor in CSV.
     pub fn dots(
         mut self,
         series: &str,
@@ -174,12 +175,13 @@ impl PageChart {
         self
     }
 
-    /// Adds a series as dots of this radius, px, that a line connects.
+    /// Adds a series as dots of this radius, px, at points in SI units, connected by a line.
     pub fn dotted_line(self, series: &str, points: Points, color: &str, radius: f64) -> Self {
         self.line("", points.iter().copied(), color).dots(series, points, color, radius)
     }
 
-    /// Adds a line with the interval of each point as a band along y.
+    /// Adds a line through the points, in SI units, with the interval of each as a band along y. The series is in the CSV
+    /// with its intervals, and not in the legend.
     pub fn line_with_band(mut self, series: &str, points: &[IntervalPoint], color: &str) -> Self {
         let edge = |k: usize| points.iter().map(move |p| [p.at[0], p.ends[k]]);
         let (low, high) = (self.add_points("", edge(0)), self.add_points("", edge(1)));
@@ -191,7 +193,8 @@ impl PageChart {
         chart
     }
 
-    /// Adds dots with the interval of each point as a bar along x.
+    /// Adds dots at the points, in SI units, with the interval of each as a bar along x. The series is in the CSV with
+    /// its intervals, and not in the legend.
     pub fn dots_with_bars(mut self, series: &str, points: &[IntervalPoint], color: &str) -> Self {
         // Bars are decoration: the CSV has the ends beside their point.
         for IntervalPoint { at: [_, y], ends: [low, high] } in points {
@@ -202,7 +205,7 @@ impl PageChart {
         chart
     }
 
-    /// Adds a stem from the x axis to each point, as decoration.
+    /// Adds a stem from the height zero to each point, in SI units, as decoration; the range includes zero.
     pub fn stems(mut self, points: impl IntoIterator<Item = [f64; 2]>, color: &str) -> Self {
         for [x, y] in self.add_points("", points) {
             self.marks.push(Mark::Line(stroke(vec![[x, 0.0], [x, y]], color, 2.0)));
@@ -211,7 +214,8 @@ impl PageChart {
         self
     }
 
-    /// Adds a horizontal reference line, which is always in the range.
+    /// Adds a horizontal reference line at `y`, in the unit of the axis, which the range includes; nothing unless it is
+    /// finite.
     pub fn level(mut self, y: f64) -> Self {
         if y.is_finite() {
             self.axes[1].include(y);
@@ -220,7 +224,7 @@ impl PageChart {
         self
     }
 
-    /// Adds a vertical reference line at an SI value.
+    /// Adds a vertical reference line at an SI value, which the range includes; nothing unless it is finite.
     pub fn mark(mut self, x: f64) -> Self {
         let x = x / self.axes[0].factor;
         if x.is_finite() {
@@ -230,7 +234,8 @@ impl PageChart {
         self
     }
 
-    /// Shades the band between two ordinates, which is always in the range.
+    /// Shades the band between two ordinates in the unit of the axis, which the range includes; nothing unless both are
+    /// finite.
     pub fn band(mut self, low: f64, high: f64) -> Self {
         if low.is_finite() && high.is_finite() {
             [low, high].into_iter().for_each(|y| self.axes[1].include(y));
@@ -240,7 +245,8 @@ impl PageChart {
         self
     }
 
-    /// The names of several series beside their colors, as HTML, and a note if points were thinned out.
+    /// The names of several series beside their colors, as HTML, and a note if points were thinned out. A single series
+    /// is not named.
     pub fn legend(&self) -> String {
         let entry = |LegendEntry { name, color, is_line }: &LegendEntry| {
             let class = if *is_line { "stroke" } else { "dot" };
@@ -261,7 +267,7 @@ impl PageChart {
         self
     }
 
-    /// A link to the plotted data as a CSV file with this name; nothing without data.
+    /// An HTML link to the plotted data as a CSV file with this name; empty without data.
     pub fn csv(&self, name: &str) -> String {
         let labels = self.axes.each_ref().map(|axis| &axis.label[..]);
         match self.data.is_empty() {
@@ -270,8 +276,8 @@ impl PageChart {
         }
     }
 
-    /// Adds points with their intervals along the axis 0 (x) or 1 (y) to the CSV data of a series. Points that are not finite are
-    /// left out.
+    /// Adds points, in SI units, with their intervals along the axis 0 (x) or 1 (y) to the CSV data of a series. Points
+    /// that are not finite are left out.
     fn add_intervals(&mut self, series: &str, points: &[IntervalPoint], axis: usize) {
         let factor = self.axes[axis].factor;
         let finite = points.iter().filter(|p| p.at.iter().all(|x| x.is_finite()));
@@ -284,7 +290,7 @@ impl PageChart {
         self.data.extend(data);
     }
 
-    /// Adds a series to the legend unless its name is empty or already in the legend.
+    /// Adds a series with its CSS color to the legend unless its name is empty or already in the legend.
     fn add_entry(&mut self, series: &str, color: &str, is_line: bool) {
         let is_new = self.legend.iter().all(|entry| entry.name != series);
         if !series.is_empty() && is_new {
@@ -297,7 +303,9 @@ impl PageChart {
         [x / self.axes[0].factor, y / self.axes[1].factor]
     }
 
-    /// Extends ranges and data by the points that can be drawn, and returns these in the units of the axes, thinned out.
+    /// Converts points from SI units to those of the axes and returns those that can be drawn, thinned out to
+    /// [`MAX_POINTS`]. Extends the ranges of the axes by all of them, and the CSV data by the returned ones if the series
+    /// has a name.
     fn add_points(&mut self, series: &str, points: impl IntoIterator<Item = [f64; 2]>) -> Points {
         let points = points.into_iter().map(|point| self.displayed(point));
         let can_show = |[x, y]: &[f64; 2]| self.axes[0].can_show(*x) && self.axes[1].can_show(*y);
@@ -317,8 +325,8 @@ impl PageChart {
         kept
     }
 
-    /// The range of the axis 0 (x) or 1 (y) in its unit with a margin of a few per cent, never without extent. A logarithmic axis
-    /// has at most [`DECADES`] decades.
+    /// The range of the axis 0 (x) or 1 (y) in its unit with a margin of a few per cent, never without extent. A
+    /// logarithmic axis has at most [`DECADES`] decades; a y axis with names has no margin.
     pub fn padded_range(&self, axis: usize) -> [f64; 2] {
         let ChartAxis { range: [low, high], is_log, .. } = self.axes[axis];
         if is_log {

@@ -1,7 +1,8 @@
 //! The page that compares several fits, of a campaign or of one command.
 //!
-//! Input are the summaries of the fits. The page has the numbers of fits per grade, the mean and the standard deviation of each
-//! parameter between fits, a plot and a table of each parameter's estimates with 95 % intervals, and a table of grades,
+//! Input are the summaries of the fits. The first card has the number of fits per grade, and the smallest and largest
+//! value of each parameter. From [`MIN_VALUES`] values on it has their mean and the standard deviation between fits.
+//! Sections follow with a plot and a table of each parameter's estimates with 95 % intervals, and a table of grades,
 //! warnings and changed keys. Output is a self-contained HTML page.
 
 use crate::fit::{Estimate, FitSummary, Grade, QuotedEstimate, interval_heading};
@@ -30,7 +31,8 @@ const SHOWN_FITS: usize = 60;
 /// Fewest values of which a mean and a standard deviation are shown: of two values they mean little.
 const MIN_VALUES: usize = 3;
 
-/// A self-contained HTML page that compares fits. `title` names them, for example their campaign.
+/// A self-contained HTML page that compares fits, with a section for each parameter that any fit has. `title` names them,
+/// for example their campaign.
 pub fn comparison_page(fits: &[FitSummary], title: &str) -> String {
     let labels = distinct(fits.iter().flat_map(|fit| &fit.parameters).map(Estimate::label));
     let parameters: Vec<ComparedParameter> =
@@ -66,7 +68,8 @@ struct ValueStatistics {
 }
 
 impl<'a> ComparedParameter<'a> {
-    /// Collects the estimates of the parameter with a label from all fits that have it.
+    /// Collects the estimates of the parameter with this label from all fits that have it, in their order; the unit is
+    /// that of the first.
     fn new(fits: &'a [FitSummary], label: &'a str) -> Self {
         let own = |fit: &'a FitSummary| {
             let estimate = fit.parameters.iter().find(|e| e.label() == *label)?;
@@ -77,13 +80,14 @@ impl<'a> ComparedParameter<'a> {
         Self { label, unit, estimates }
     }
 
-    /// The values, in SI units, of the fits in which the parameter is identifiable.
+    /// The values, in SI units, of the fits in which the parameter is identifiable, in their order.
     fn values(&self) -> Vec<f64> {
         let identifiable = self.estimates.iter().map(|own| own.estimate).filter(|e| e.identifiable);
         identifiable.filter_map(|e| e.value).collect()
     }
 
-    /// The statistics of the values, with the standard deviation of a sample (divisor n - 1); none without values.
+    /// Number, mean, standard deviation (divisor n - 1; none of fewer than [`MIN_VALUES`]), smallest and largest of the
+    /// values; `None` without values.
     fn statistics(&self) -> Option<ValueStatistics> {
         let values = self.values();
         let count = values.len();
@@ -94,14 +98,15 @@ impl<'a> ComparedParameter<'a> {
         (count > 0).then_some(ValueStatistics { count, mean, std, range })
     }
 
-    /// The unit with prefix for all values and ends of intervals.
+    /// The unit with prefix for all values and ends of intervals of the parameter, by the largest absolute one.
     fn scale(&self) -> Scale {
         let sizes = self.estimates.iter().map(|own| own.estimate);
         let sizes = sizes.flat_map(|e| e.value.into_iter().chain(ends(e).into_iter().flatten()));
         Scale::for_values(sizes, self.unit)
     }
 
-    /// The figure with one row per fit: its value as a dot and its quoted 95 % interval as a bar.
+    /// The figure (HTML) with one row per fit, from the top: its value as a dot and its quoted 95 % interval as a bar.
+    /// Rows have names, numbers if there are more than [`MAX_NAMED`] fits, or both if names are not unique.
     fn plot(&self) -> String {
         let count = self.estimates.len();
         let has_numbers = self.has_numbers();
@@ -134,7 +139,8 @@ impl<'a> ComparedParameter<'a> {
         self.estimates.len() > MAX_NAMED || names.len() < self.estimates.len()
     }
 
-    /// The table with estimate, standard error, interval, unit and grade of every fit; rows beyond [`SHOWN_FITS`] are folded.
+    /// The HTML table with estimate, standard error, quoted interval, unit and grade of every fit; rows beyond
+    /// [`SHOWN_FITS`] are folded.
     fn table(&self) -> String {
         let has_numbers = self.has_numbers();
         let scale = self.scale();
@@ -162,13 +168,14 @@ impl<'a> ComparedParameter<'a> {
     }
 }
 
-/// Ends of the quoted 95 % interval in SI units: the expanded one if inputs are uncertain, else the statistical one; none if
-/// there is no two-sided interval.
+/// Ends of the quoted 95 % interval in SI units: the expanded one if inputs have a stated uncertainty, else the
+/// statistical one; `None` without a two-sided interval.
 fn ends(e: &Estimate) -> Option<[f64; 2]> {
     e.expanded95.filter(|_| QuotedEstimate::new(e).is_expanded).or(e.interval95)
 }
 
-/// The first card: numbers of fits of each grade, and the mean of every parameter with its standard deviation between fits.
+/// The first card, HTML: numbers of fits of each grade, and a table with the mean of every parameter, its standard
+/// deviation between fits and its range. It is good if all fits are, bad if one is, else doubtful.
 fn first_card(fits: &[FitSummary], parameters: &[ComparedParameter]) -> String {
     let is = |tone: Tone| move |fit: &FitSummary| fit_tone(fit) == tone;
     // The page has the worst tone of its fits.
@@ -224,12 +231,13 @@ fn linked_name(fit: &FitSummary) -> String {
     }
 }
 
-/// The grade of a fit as a table cell in the color of its severity.
+/// The grade of a fit as a table cell (HTML) in the color of its severity.
 fn colored_grade(fit: &FitSummary) -> String {
     format!("<td class=\"{}\">{}</td>", tone_class(fit_tone(fit)), escaped(&grade_name(fit)))
 }
 
-/// The table with grade, warning codes, status and changed keys of every fit.
+/// The HTML table with name, grade, warning codes, status (unless converged) and changed keys of every fit, a column per
+/// key; rows beyond [`SHOWN_FITS`] are folded.
 fn grade_table(fits: &[FitSummary]) -> String {
     let keys = distinct(fits.iter().flat_map(|fit| &fit.changes).map(|(key, _)| key));
     let mut table = HtmlTable::new("grades and warnings", fits)

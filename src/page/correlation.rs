@@ -1,7 +1,9 @@
-//! The section "Correlation matrix": correlation coefficients of the parameters, and singular values of the scaled Jacobian.
+//! The section "Correlation matrix": correlation coefficients of the parameters, and singular values of the scaled
+//! Jacobian.
 //!
-//! Cells are colored by sign and size. The ratio of the largest to the smallest singular value is the condition number of the
-//! fit: a large one shows combinations of parameters that the data hardly determine.
+//! Cells are colored by sign and size. The ratio of the largest to the smallest singular value is the condition number of
+//! the fit: a large one shows combinations of parameters that the data hardly determine. Pages of fits and designs use
+//! it; output is HTML.
 
 use crate::fit::Estimate;
 use crate::page::html::note;
@@ -11,8 +13,9 @@ use crate::page::table::HtmlTable;
 /// Opacity of the color of a correlation of one, %.
 const LARGEST_OPACITY: f64 = 45.0;
 
-/// The correlation matrix (row and column per parameter; unknown entries are missing) as a table, and the singular values with
-/// the condition number. Empty for a single parameter, or without any correlation.
+/// The correlation matrix as an HTML table (row and column per parameter; unknown entries have a dash), and a note with
+/// the singular values, in descending order, and the condition number. Empty for a single parameter, or without any
+/// correlation.
 pub(super) fn correlation_matrix(
     parameters: &[Estimate],
     matrix: &[Vec<Option<f64>>],
@@ -41,7 +44,8 @@ pub(super) fn correlation_matrix(
     table.render() + &if values.is_empty() { values } else { note(&text) }
 }
 
-/// The cell of a correlation coefficient with three decimals, in a color by its sign and size; none unless it is finite.
+/// The HTML cell of a correlation coefficient with three decimals, in a color by its sign and an opacity by its size;
+/// `None` unless it is finite.
 fn cell(value: f64) -> Option<String> {
     let color = if value < 0.0 { "var(--minus)" } else { "var(--plus)" };
     let opacity = LARGEST_OPACITY * value.abs().min(1.0);

@@ -1,5 +1,8 @@
-//! The data of a chart as a CSV file (RFC 4180) that is embedded in the page as a link (`data:` URL), so that the page needs
-//! no other file.
+//! The data of a chart as a CSV file (RFC 4180) that is embedded in the page as a link (`data:` URL), so that the page
+//! needs no other file.
+//!
+//! [`csv_link`] returns the link for rows of cells, [`csv_number`] the text of a number. Charts use them below their
+//! drawing.
 
 use crate::input::text_cell::to_cell;
 use crate::page::html::{escaped, percent_encoded};
@@ -9,8 +12,8 @@ const DIGITS: usize = 10;
 /// Longest name of a CSV file without its ending, in characters; the start of a longer one is cut.
 const LONGEST_NAME: usize = 60;
 
-/// A link that saves rows of cells as a CSV file named after `name`. The first row is the header. Texts that a spreadsheet would
-/// compute are escaped.
+/// An HTML link that saves rows of cells as a CSV file named after `name` (text). The first row is the header. Texts that
+/// a spreadsheet would compute as formulas are escaped.
 pub(super) fn csv_link(name: &str, rows: &[Vec<String>]) -> String {
     let mut text = String::new();
     for row in rows {
@@ -26,8 +29,8 @@ pub(super) fn csv_link(name: &str, rows: &[Vec<String>]) -> String {
     )
 }
 
-/// A number with at most [`DIGITS`] significant digits, without trailing zeros, and with an exponent if it is very small or
-/// large.
+/// A number with at most [`DIGITS`] significant digits, without trailing zeros, and with an exponent below 1e-4 and from
+/// 1e15 on, except for zero.
 pub(super) fn csv_number(value: f64) -> String {
     let rounded: f64 = format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value);
     match rounded.abs() {
@@ -45,7 +48,8 @@ fn quoted(cell: &str) -> String {
     }
 }
 
-/// The letters and digits of a name, joined by hyphens, with the ending `.csv`. The end of a long name is kept.
+/// The letters, digits and underscores of a name, joined by hyphens, with the ending `.csv`. Of a name longer than
+/// [`LONGEST_NAME`] the end is kept.
 fn file_name(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '_' { c } else { ' ' };
     let plain: String = name.chars().map(plain).collect();

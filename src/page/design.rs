@@ -1,8 +1,9 @@
 //! The page of a planned experiment (`rodfit design`).
 //!
-//! Input is a design. The page has the expected standard errors and intervals, the contribution of each measurement, plots of
-//! the standard errors over marker position, duration and frame rate with the recommended choice, the uncertainty
-//! budget, undetected biases, and correlations. Output is a self-contained HTML page.
+//! Input is a design. The first card has the expected standard errors and intervals. Sections have the contribution of
+//! each measurement, and plots of the standard errors over marker position, duration and frame rate with the recommended
+//! choice. Further ones have the uncertainty budget, undetected biases, correlations and cost. Output is a self-contained
+//! HTML page.
 
 use crate::fit::{
     Advice, Choice, Contribution, Design, DesignVariable, Estimate, quoted_estimates,
@@ -23,7 +24,8 @@ use crate::summary::Tone;
 /// Measurements in the table of contributions that are shown at once; further ones are folded.
 const SHOWN_MEASUREMENTS: usize = 12;
 
-/// A self-contained HTML page of a planned experiment. `title` names the plan, for example its file.
+/// A self-contained HTML page of a planned experiment. `title` names the plan, for example its file. Sections without
+/// content are left out.
 pub fn design_page(design: &Design, title: &str) -> String {
     let choices: String = design.advice.iter().map(|advice| choice(advice, design)).collect();
     let (parameters, singular_values) = (&design.parameters, &design.singular_values);
@@ -42,7 +44,9 @@ pub fn design_page(design: &Design, title: &str) -> String {
     page("Plan", title, &body, None)
 }
 
-/// The first card: whether the plan determines all parameters, their expected standard errors and intervals, and the warnings.
+/// The first card, HTML: whether the plan determines all parameters, and their expected standard errors and intervals.
+/// Below them are the errors that the intervals contain, the largest undetected biases, and lists of warnings and of
+/// parameters that are not identifiable.
 fn first_card(design: &Design) -> String {
     let (unknown, all) =
         (design.parameters.iter().filter(|e| !e.identifiable).count(), design.parameters.len());
@@ -88,7 +92,8 @@ fn shown_error(e: &Estimate, errors: &[Option<f64>], k: usize) -> String {
     }
 }
 
-/// The table of expected standard errors by each measurement alone, and by all others without it; empty without measurements.
+/// The HTML table of expected standard errors by each measurement alone, and by all others without it, two columns per
+/// parameter; rows beyond [`SHOWN_MEASUREMENTS`] are folded. Empty without measurements.
 fn contributions(contributions: &[Contribution], parameters: &[Estimate]) -> String {
     if contributions.is_empty() {
         return String::new();
@@ -112,7 +117,8 @@ fn contributions(contributions: &[Contribution], parameters: &[Estimate]) -> Str
     ) + &table.render_folded(SHOWN_MEASUREMENTS, "measurements")
 }
 
-/// Title of the figure, name of the abscissa and its SI unit, of a design variable.
+/// Title of the figure, name of the abscissa and its SI unit, of a design variable (marker position, duration or frame
+/// rate).
 fn wording(variable: DesignVariable) -> [&'static str; 3] {
     match variable {
         DesignVariable::MarkerPosition => ["Marker position", "arc length from the wall", "m"],
@@ -121,8 +127,9 @@ fn wording(variable: DesignVariable) -> [&'static str; 3] {
     }
 }
 
-/// The figure of the standard errors over one design variable, relative to those of the plan, with a folded table of their
-/// values. Empty if no choice determines any parameter.
+/// The figure of the standard errors over one design variable, relative to those of the plan, a line per parameter, with
+/// a folded table of their values (HTML). The plan is a dashed line, the recommended choice in the caption. Empty if no
+/// choice determines any parameter.
 fn choice(advice: &Advice, design: &Design) -> String {
     let Advice { variable, choices, observation, .. } = advice;
     if choices.iter().flat_map(|choice| &choice.std_error).all(Option::is_none) {
@@ -167,8 +174,9 @@ fn choice(advice: &Advice, design: &Design) -> String {
     format!("<div>{drawn}{}</div>", folded("standard errors", &table.render()))
 }
 
-/// Points of the standard error of the parameter with an index over the values of a choice, relative to the planned choice, or
-/// to the smallest error if the plan does not determine the parameter.
+/// Points `[value, ratio]` of the choices: the standard error of the parameter with this index, relative to that of the
+/// planned choice, or to the smallest one if the plan does not determine the parameter. Choices that do not determine it
+/// are left out.
 fn relative_errors(choices: &[Choice], parameter: usize) -> Points {
     let error = |choice: &Choice| choice.std_error.get(parameter).copied().flatten();
     let planned = choices.iter().find(|choice| choice.planned).and_then(error);

@@ -1,7 +1,8 @@
 //! The section "Discretization error" of a page of a fit: the bias of each estimate by the mesh and the time step.
 //!
-//! The table has the applied correction, the parts by mesh and by time step, and an upper bound of the remaining error.
-//! Errors are fractions of the estimate, or in its unit for a parameter that may be zero.
+//! Input are the estimated errors of the report. The table has the applied correction, the parts by mesh and by time
+//! step, and an upper bound of the remaining error. Errors are fractions of the estimate, or in its unit for a parameter
+//! that may be zero. Output is HTML.
 
 use crate::fit::{DiscretizationError, Estimate};
 use crate::page::html::note;
@@ -11,8 +12,8 @@ use crate::page::table::HtmlTable;
 /// Errors below this fraction of an estimate are shown as `below 0.001 %`.
 const NEGLIGIBLE: f64 = 1e-5;
 
-/// The error `fraction` of an estimate as text: in per cent, or in the unit of a parameter that is not positive, whose value may
-/// be near zero. A correction has a sign.
+/// The error `fraction` of the estimate `e` as text: in per cent, or in its unit for a parameter that is not positive by
+/// its kind. A correction has a sign; other errors below [`NEGLIGIBLE`] are `below 0.001 %`.
 fn shown_error(fraction: f64, e: &Estimate, is_correction: bool) -> String {
     let value = e.value.filter(|_| !e.name.is_positive()).map(f64::abs);
     match (value, is_correction) {
@@ -24,7 +25,8 @@ fn shown_error(fraction: f64, e: &Estimate, is_correction: bool) -> String {
     }
 }
 
-/// The table of the estimated errors of all parameters (same order) with a note on their correction; empty without errors.
+/// The HTML table of the estimated errors of all parameters, in their order, with a note on their correction. Parameters
+/// without any error are left out; empty without errors.
 pub(super) fn discretization(errors: &[DiscretizationError], parameters: &[Estimate]) -> String {
     let has_error = |error: &DiscretizationError| {
         [error.correction, error.mesh, error.step, error.relative].iter().any(Option::is_some)

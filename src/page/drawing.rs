@@ -1,7 +1,8 @@
 //! Renders a chart as inline SVG with the plotting library kuva, in the colors and fonts of the page.
 //!
-//! Layout and ticks are set here; marks and reference lines are clipped to the axes. Colors are CSS variables, so that a
-//! drawing follows the light or dark mode of the page. A chart without data becomes a note.
+//! Input is a finished `PageChart`. Layout and ticks are set here; marks and reference lines are clipped to the axes.
+//! Colors are CSS variables, so that a drawing follows the light or dark mode of the page. A chart without data becomes a
+//! note.
 
 use crate::page::chart::{Mark, PageChart};
 use crate::page::html::no_data;
@@ -30,7 +31,7 @@ const LOW_HEIGHT: f64 = 200.0;
 /// Width above which a chart hides the label of the y axis on narrow screens (CSS class `broad`), px.
 const BROAD_WIDTH: f64 = 600.0;
 
-/// The drawing of a chart as an SVG element, or a note if there are no data.
+/// The drawing of a chart as an SVG element, or a note (HTML) if it has no marks.
 pub(super) fn svg(chart: &PageChart) -> String {
     if chart.marks.is_empty() {
         return no_data("no data");
@@ -38,7 +39,8 @@ pub(super) fn svg(chart: &PageChart) -> String {
     inline_svg(&SvgBackend::default().render_scene(&scene(chart)))
 }
 
-/// The layout of a chart for kuva: ranges, size, margins, ticks and labels of its axes.
+/// The layout of a chart for kuva: ranges, size, margins, ticks and labels of its axes. Names of rows replace the label
+/// and numbers of the y axis, and widen the left margin.
 fn layout(chart: &PageChart) -> Layout {
     let [x, y] = &chart.axes;
     let [[left, right], [low, high]] = [0, 1].map(|axis| chart.padded_range(axis));
@@ -88,14 +90,14 @@ fn layout(chart: &PageChart) -> Layout {
     layout
 }
 
-/// The name of the row at a height (name k is at -k); empty between two rows.
+/// The name of the row at a height (name k is at -k); empty between two rows and outside of the list.
 fn row_name(names: &[String], height: f64) -> String {
     let row = -height.round();
     let is_row = (height + row).abs() < 1e-6 && row >= 0.0;
     names.get(row as usize).filter(|_| is_row).cloned().unwrap_or_default()
 }
 
-/// A name with an ellipsis in its middle if it has more than [`MAX_LETTERS`] letters.
+/// A name with an ellipsis in its middle if it has more than [`MAX_LETTERS`] letters; the result then has that many.
 pub(super) fn shortened(name: &str) -> String {
     let letters: Vec<char> = name.chars().collect();
     if letters.len() <= MAX_LETTERS {
@@ -106,7 +108,8 @@ pub(super) fn shortened(name: &str) -> String {
     letters[..start].iter().chain(&['\u{2026}']).chain(&letters[end..]).collect()
 }
 
-/// The graphic primitives of a chart: axes, then bands, marks and dashed reference lines, clipped to the axes.
+/// The graphic primitives of a chart in the order of drawing: axes, then bands, marks and dashed reference lines, clipped
+/// to the axes.
 fn scene(chart: &PageChart) -> Scene {
     let layout = || layout(chart);
     // The same layout clips and draws, so that all marks align.
@@ -133,7 +136,8 @@ fn scene(chart: &PageChart) -> Scene {
     scene
 }
 
-/// Begins the part of the drawing that is clipped to the rectangle of the axes.
+/// Begins the part of `scene` that is clipped to the rectangle of the `axes`: adds the clip path with an identifier
+/// unique in the process.
 fn clip_to_axes(scene: &mut Scene, axes: &ComputedLayout) {
     // Identifiers are unique on the page.
     static COUNT: AtomicUsize = AtomicUsize::new(0);
@@ -147,8 +151,8 @@ fn clip_to_axes(scene: &mut Scene, axes: &ComputedLayout) {
     scene.elements.push(Primitive::ClipStart { x, y, width, height, id });
 }
 
-/// The format of tick labels for a range: powers of ten on a logarithmic axis, else numbers with as many decimals as the range
-/// needs, or with a power of ten if they are very small or large.
+/// The format of tick labels for the range of an axis: powers of ten on a logarithmic axis. Else numbers with as many
+/// decimals as the range needs, or with a power of ten if the largest is below 1e-3 or from 1e6 on.
 fn tick_labels([low, high]: [f64; 2], is_log: bool) -> TickFormat {
     if is_log {
         return TickFormat::Custom(Arc::new(log_tick_label));
@@ -176,7 +180,8 @@ fn without_trailing_zeros(number: &str) -> String {
     }
 }
 
-/// The label of a tick on a logarithmic axis: a power of ten, or a plain number between 0.01 and 1000.
+/// The label of a tick on a logarithmic axis: 10 with an exponent for powers of ten below 0.1 and above 10, a decimal
+/// number from 0.01 to 1000, else a mantissa with a power of ten.
 fn log_tick_label(x: f64) -> String {
     let power = x.log10().round();
     match (x / 10_f64.powf(power) - 1.0).abs() < 1e-6 {
@@ -186,7 +191,8 @@ fn log_tick_label(x: f64) -> String {
     }
 }
 
-/// The colors of axes, grid and text as CSS variables of the page, so that a drawing is light or dark with it.
+/// kuva's light theme with the colors of axes, grid and text as CSS variables of the page, so that a drawing is light or
+/// dark with it.
 fn theme() -> Theme {
     Theme {
         background: "none".into(),
@@ -198,7 +204,8 @@ fn theme() -> Theme {
     }
 }
 
-/// An SVG document as an element of HTML: without its head, and shrinking with the page below its own width.
+/// An SVG document as an element of HTML: its head is replaced by one that lets the drawing shrink with the page below
+/// its own width. Empty if it has no width and height.
 fn inline_svg(svg: &str) -> String {
     let Some((head, body)) = svg.split_once('>') else { return String::new() };
     let attribute = |key: &str| Some(head.split_once(&format!(" {key}=\""))?.1.split_once('"')?.0);

@@ -14,7 +14,8 @@ use crate::summary::quantity::counted;
 /// Effects in a table that are shown at once; further ones are folded.
 const SHOWN_EFFECTS: usize = 5;
 
-/// A number with a plus-minus sign in place of its own if the data do not determine the sign of the effect.
+/// The text of a number of `bias`, with a plus-minus sign in place of its own if the data do not determine the sign of
+/// the effect.
 fn without_sign(bias: &UndetectedBias, text: &str) -> String {
     match bias.estimate.is_some() {
         true => text.into(),
@@ -22,8 +23,8 @@ fn without_sign(bias: &UndetectedBias, text: &str) -> String {
     }
 }
 
-/// The table of biases that the data do not exclude, in the given order, with an explanation. Biases of zero are left out; empty
-/// without others.
+/// The HTML table of biases that the data do not exclude, in the given order, with a note and an explanation; rows beyond
+/// [`SHOWN_EFFECTS`] are folded. Biases of zero are left out; empty without others.
 pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
     // An effect without influence on a parameter is no finding.
     let shown: Vec<&UndetectedBias> = biases.iter().filter(|bias| bias.change != 0.0).collect();
@@ -57,7 +58,8 @@ pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
         + &explanation(Code::UndetectedBias)
 }
 
-/// A sentence with the effects whose undetected bias exceeds the interval of a parameter; empty without such effects.
+/// A sentence (HTML) with the effects whose undetected bias exceeds the interval of a parameter, and that bias in per
+/// cent; empty without such effects.
 pub(super) fn largest_biases(biases: &[UndetectedBias], parameters: &[Estimate]) -> String {
     let text = |(relative, bias): &(f64, &UndetectedBias)| {
         let [parameter, effect] = [&bias.parameter, &bias.effect].map(|text| escaped(text));
@@ -70,12 +72,13 @@ pub(super) fn largest_biases(biases: &[UndetectedBias], parameters: &[Estimate])
     }
 }
 
-/// The size of an effect as text in its unit. A size without a unit is a fraction, shown in per cent.
+/// The signed size of an effect as text in its unit. A size without a unit is a fraction, shown in per cent.
 fn effect_size(value: f64, unit: &str) -> String {
     if unit.is_empty() { signed_percent(value) } else { signed_quantity(value, unit) }
 }
 
-/// The score tests of omitted effects, with their biases; those that noise explains as well are folded.
+/// The score tests of omitted effects, with their biases, as HTML tables below a note; those that are not significant are
+/// folded. Empty without tests.
 pub(super) fn likely_omitted(tests: &[ScoreTest]) -> String {
     // Only effects that noise does not explain are shown at once.
     let (likely, others): (Vec<_>, Vec<_>) = tests.iter().partition(|test| test.is_significant());
@@ -101,7 +104,8 @@ pub(super) fn likely_omitted(tests: &[ScoreTest]) -> String {
     html
 }
 
-/// The table of score tests.
+/// The table of score tests: effect, rank, estimate, its ratio to the standard error, largest bias, and p-values. Biases
+/// of effects that are not significant are left out.
 fn score_table(tests: Vec<&ScoreTest>) -> HtmlTable<&ScoreTest> {
     HtmlTable::new("score tests of omitted effects", tests)
         .html("effect", |test| {
@@ -120,7 +124,8 @@ fn score_table(tests: Vec<&ScoreTest>) -> HtmlTable<&ScoreTest> {
         .text("p for autocorrelated noise", |test| test.p_value_if_correlated.map(three_digits))
 }
 
-/// The largest bias by an effect of the estimated size, relative to the true value; none where the parameter may be zero.
+/// The largest bias by an effect of the estimated size, in per cent of the true value, with the parameter; none where the
+/// parameter may be zero.
 fn largest_bias(test: &ScoreTest) -> Option<String> {
     let relative = signed_percent(test.relative_bias?);
     Some(format!("{relative} of {}", test.biased_parameter))

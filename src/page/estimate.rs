@@ -1,7 +1,8 @@
 //! The main table of a page: estimates with standard errors and quoted intervals; and their parts as text.
 //!
-//! Values have an SI prefix by their size and digits by their standard error. The quoted interval is the expanded one if inputs
-//! have a stated uncertainty, else the statistical one. A bound replaces it where the data bound the parameter on one side.
+//! Values have an SI prefix by their size and digits by their standard error. The quoted interval is the expanded one if
+//! inputs have a stated uncertainty, else the statistical one. A bound replaces it where the data bound the parameter on
+//! one side. Pages of fits, designs and comparisons use it; output is HTML.
 
 use crate::fit::{Estimate, QuotedEstimate, QuotedInterval, interval_heading};
 use crate::page::html::{escaped, note};
@@ -11,7 +12,8 @@ use crate::page::table::HtmlTable;
 /// The cell in the place of the value of a parameter that the data do not determine.
 pub(super) const NOT_IDENTIFIABLE: &str = "<td class=\"bad\">not identifiable</td>";
 
-/// The unit with prefix for an estimate, by the size of its one-sided lower bound, its value or its upper bound.
+/// The unit with prefix for an estimate, by the size of its one-sided lower bound, else its value unless zero, else its
+/// upper bound.
 pub(super) fn estimate_scale(e: &Estimate) -> Scale {
     let size = e.lower95.or(e.value.filter(|value| *value != 0.0)).or(e.upper95);
     Scale::for_size(size.unwrap_or(0.0), e.name.unit())
@@ -22,8 +24,8 @@ pub(super) fn interval([low, high]: [f64; 2], std: Option<f64>, scale: &Scale) -
     format!("[{}, {}]", scale.format(low, std), scale.format(high, std))
 }
 
-/// A quoted interval as text in the unit of a scale, with digits by the error `std`. The digits of a one-sided bound follow
-/// `bound_error` of the bound.
+/// A quoted interval as text in the unit of a scale, with digits by the error `std`, SI; `at least` or `at most` for a
+/// one-sided bound. The digits of a bound follow `bound_error` of it.
 pub(super) fn quoted_interval(
     quoted: QuotedInterval,
     std: Option<f64>,
@@ -40,12 +42,14 @@ pub(super) fn quoted_interval(
     }
 }
 
-/// The heading of the column of standard errors: `standard uncertainty` (GUM) if inputs of any row are uncertain.
+/// The heading of the column of standard errors: `standard uncertainty` (GUM) if inputs of any row have a stated
+/// uncertainty, else `standard error`.
 pub(super) fn error_heading(rows: &[QuotedEstimate]) -> &'static str {
     if rows.iter().any(|row| row.is_expanded) { "standard uncertainty" } else { "standard error" }
 }
 
-/// The table of estimates with their quoted intervals, and below it `basis`: a sentence on the errors that they contain.
+/// The HTML table of estimates with their quoted intervals and units, under the given headings, and below it `basis`: a
+/// sentence on the errors that the intervals contain. Rows that are a part of the row above have no value and unit.
 pub(super) fn estimate_table(
     rows: &[QuotedEstimate],
     value_heading: &str,
@@ -83,7 +87,7 @@ fn is_lower_bound(row: &QuotedEstimate) -> bool {
     matches!(row.interval, Some(QuotedInterval::AtLeast(_)))
 }
 
-/// The cell (HTML) of a row's value; none beside a lower bound.
+/// The cell (HTML) of a row's value: `not identifiable` without one, and none beside a one-sided lower bound.
 fn value_cell(row: &QuotedEstimate) -> Option<String> {
     match (row.interval, row.value) {
         (Some(QuotedInterval::AtLeast(_)), _) => None,
@@ -95,8 +99,8 @@ fn value_cell(row: &QuotedEstimate) -> Option<String> {
     }
 }
 
-/// The standard error in the unit of the estimate, and in per cent of an estimate that is positive; none beside a one-sided
-/// bound.
+/// The standard error in the unit of the estimate, and in per cent of an estimate that is positive, as text; none beside
+/// a one-sided bound and without a value.
 fn error_cell(row: &QuotedEstimate) -> Option<String> {
     let is_two_sided = matches!(row.interval, None | Some(QuotedInterval::Between(_)));
     let std = row.std.filter(|_| is_two_sided && row.value.is_some())?;
@@ -105,7 +109,7 @@ fn error_cell(row: &QuotedEstimate) -> Option<String> {
     (text != MISSING).then(|| text + &percent.unwrap_or_default())
 }
 
-/// The interval of a row; none of a parameter that is not identifiable.
+/// The quoted interval of a row as text; none of a parameter that is not identifiable.
 fn interval_cell(row: &QuotedEstimate) -> Option<String> {
     let quoted = row.interval.filter(|_| row.value.is_some() || is_lower_bound(row))?;
     Some(quoted_interval(quoted, row.std, &scale(row), |bound| 0.01 * bound))

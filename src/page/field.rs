@@ -1,7 +1,8 @@
 //! The page of a fit of parameters that vary along the rod (`[[field]]`).
 //!
-//! Input is its report. The page has a plot of each parameter over the arc length with the 95 % interval of each value, the
-//! number of values that the data determine, single parameters, and the residuals. Output is a self-contained HTML page.
+//! Input is its report. The first card has convergence and warnings. Sections have a plot of each parameter over the arc
+//! length, single parameters, and the residuals. A plot has the 95 % interval of each value and the number of values that
+//! the data determine. Output is a self-contained HTML page.
 
 use crate::fit::{FieldEstimate, FieldReport, SingleEstimate};
 use crate::page::card::{MessageList, card};
@@ -29,7 +30,8 @@ pub fn field_page(report: &FieldReport, title: &str) -> String {
     page("Fit", title, &body, None)
 }
 
-/// The first card: convergence, number of determined combinations of values, RMS residual, cost, and the warnings.
+/// The first card, HTML: whether the fit converged, number of values and of combinations of them that the data determine,
+/// RMS residual in units of sigma, cost, and the warnings as notes.
 fn first_card(report: &FieldReport) -> String {
     let (tone, headline) = match report.converged {
         true => (Tone::Good, "Converged"),
@@ -47,7 +49,8 @@ fn first_card(report: &FieldReport) -> String {
     card(tone, headline, &(content + &note(&cost)), &[notes])
 }
 
-/// The figure of a distributed parameter over the arc length, with the 95 % intervals by data and prior together.
+/// The figure of a distributed parameter over the arc length, with the 95 % intervals (1.96 standard errors) by data and
+/// prior together. The caption counts the values whose standard error is below [`DETERMINED`] of the prior's.
 fn field(field: &FieldEstimate) -> String {
     let values = Scale::for_values(field.values.iter().copied(), &field.unit);
     let arc_lengths = Scale::for_values(field.arc_lengths.iter().copied(), "m");
@@ -68,7 +71,8 @@ fn field(field: &FieldEstimate) -> String {
     figure(&field.name, &format!("{} over the arc length", field.name), &chart, &caption)
 }
 
-/// The table of the parameters that are single numbers, with their standard errors.
+/// The HTML table of the parameters that are single numbers, with their standard errors in the unit of the value; empty
+/// without any.
 fn single_parameters(report: &FieldReport) -> String {
     // The error is in the unit of the value.
     let shown = |p: &SingleEstimate, x: f64| {

@@ -1,4 +1,7 @@
 //! Figures in HTML: the drawing of a chart with its title, legend, caption and a link to its data as CSV.
+//!
+//! [`figure`] renders one chart, [`row`] places several figures side by side. Colors of observed and simulated data, and
+//! of several series, are CSS variables of the page. All sections with charts use this module.
 
 use crate::page::chart::PageChart;
 use crate::page::drawing::svg;
@@ -9,13 +12,14 @@ pub(super) const OBSERVED: &str = "var(--observed)";
 /// CSS color of simulated data.
 pub(super) const MODEL: &str = "var(--model)";
 
-/// CSS color of the k-th of several series; the colors repeat after the sixth.
+/// CSS color of series number `k` (from 0) of several; the colors repeat after the sixth.
 pub(super) fn series_color(k: usize) -> String {
     format!("var(--scheme{})", k % 6)
 }
 
-/// A figure in HTML. `title` is text; `caption` is HTML; `name` is text, unique on the page, for screen readers and for the
-/// name of the CSV file.
+/// A figure in HTML: title with the label of the y axis, drawing, legend, caption and CSV link (none without data).
+/// `title` is text; `caption` is HTML; `name` is text, unique on the page, for screen readers and for the name of the CSV
+/// file.
 pub(super) fn figure(title: &str, name: &str, chart: &PageChart, caption: &str) -> String {
     let label = format!("role=\"img\" aria-label=\"{}\"", escaped(name));
     let drawing = svg(chart).replacen("role=\"img\"", &label, 1);

@@ -22,8 +22,8 @@ use crate::page::settings::settings;
 use crate::page::trajectory::trajectories;
 use crate::page::{page, residuals};
 
-/// A self-contained HTML page of a fit. `title` names the fit, for example its file. Data,
-/// model and the search are shown if the fit [kept its plots](crate::Fit::keep_plot_data).
+/// A self-contained HTML page of a fit. `title` names the fit, for example its file. Series, scans, shapes and settings
+/// are shown if the fit [kept its plots](crate::Fit::keep_plot_data). Sections without content are left out.
 pub fn fit_page(report: &FitReport, title: &str) -> String {
     let plots = report.plot_data.as_ref();
     let tests = Some(&report.residual_tests[..]);
@@ -58,7 +58,9 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
     page("Fit", title, &body, plots.map(|plots| &plots.version[..]))
 }
 
-/// The first card: grade, estimates with intervals, warnings, parameters that are not identifiable, and likely omitted effects.
+/// The first card, HTML: grade, verdict and status, estimates with their quoted intervals, and lists of warnings, of
+/// parameters that are not identifiable, and of likely omitted effects that no warning has. Its color is that of the
+/// grade.
 fn first_card(report: &FitReport) -> String {
     let grade = capitalized(&report.grade.to_string());
     let headline = with_explanation(&report.grade.code().behind(&grade));

@@ -1,7 +1,8 @@
-//! HTML elements of the pages: escaped text, headed sections, folded parts, lists, and messages with the explanation of their
-//! code.
+//! HTML elements of the pages: escaped text, headed sections, folded parts, lists, and messages with the explanation of
+//! their code.
 //!
-//! Functions return HTML. An element without content is an empty string, so that a page leaves it out.
+//! Functions return HTML. An element without content is an empty string, so that a page leaves it out. All page modules
+//! use them.
 
 use crate::code::explained;
 use std::fmt::Write;
@@ -9,7 +10,7 @@ use std::fmt::Write;
 /// Entries of a message list that are shown at once; further ones are folded.
 const SHOWN_ENTRIES: usize = 3;
 
-/// A section of the page: its heading (text) over its content (HTML).
+/// A section of the page: its heading (text) over its content (HTML); empty without content.
 pub(super) fn section(heading: &str, content: &str) -> String {
     match content.is_empty() {
         true => String::new(),
@@ -17,7 +18,7 @@ pub(super) fn section(heading: &str, content: &str) -> String {
     }
 }
 
-/// A part of a section: its heading (text; none if empty) over its content (HTML).
+/// A part of a section: its heading (text) over its content (HTML). The content alone if heading or content is empty.
 pub(super) fn subsection(heading: &str, content: &str) -> String {
     match content.is_empty() || heading.is_empty() {
         true => content.into(),
@@ -25,7 +26,7 @@ pub(super) fn subsection(heading: &str, content: &str) -> String {
     }
 }
 
-/// Content (HTML) that a click on the summary line (text) unfolds.
+/// Content (HTML) below a summary line (text), hidden until a click on that line.
 pub(super) fn folded(summary: &str, content: &str) -> String {
     let summary = escaped(summary);
     format!("<details class=\"fold\"><summary>{summary}</summary>\n{content}</details>\n")
@@ -44,8 +45,8 @@ pub(super) fn no_data(reason: &str) -> String {
     format!("<p class=\"none\">{reason}</p>")
 }
 
-/// A list of entries in HTML. Entries beyond [`SHOWN_ENTRIES`] are folded under their number and `plural`, their name; a single
-/// further one is not folded.
+/// A list of entries, both HTML. Entries beyond [`SHOWN_ENTRIES`] are folded under their number and `plural`, their name;
+/// a single further one is not folded. Empty without entries.
 pub(super) fn list(entries: &[String], plural: &str) -> String {
     let items = |entries: &[String]| {
         let items: String = entries.iter().map(|entry| format!("<li>{entry}</li>\n")).collect();
@@ -65,7 +66,7 @@ pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// Text with its first letter in upper case.
+/// Text with its first letter in upper case; the others stay.
 pub(super) fn capitalized(text: &str) -> String {
     let mut letters = text.chars();
     let first = letters.next().map(|first| first.to_uppercase().to_string());
@@ -86,7 +87,8 @@ pub(super) fn percent_encoded(text: &str, kept: &[u8]) -> String {
     encoded
 }
 
-/// A message as HTML. If it ends with a code in brackets, a click unfolds the explanation of the code.
+/// A message (text) as HTML. If it ends with a known code in brackets, a click unfolds the explanation of the code; other
+/// messages are escaped only.
 pub(super) fn with_explanation(message: &str) -> String {
     // Codes follow their message in brackets.
     let coded = message.strip_suffix(']').and_then(|message| message.rsplit_once(" ["));
@@ -100,7 +102,7 @@ pub(super) fn with_explanation(message: &str) -> String {
     }
 }
 
-/// A code's explanation, in Markdown with bold and code spans, as paragraphs of HTML.
+/// A code's explanation, in Markdown with bold and code spans and blank lines between paragraphs, as paragraphs of HTML.
 fn paragraphs(markdown: &str) -> String {
     let marked = |text: String, mark: &str, tag: &str| -> String {
         // Odd parts stand between a pair of marks.

@@ -51,8 +51,9 @@ const STYLE: &str = include_str!("page.css");
 /// The title of the program in citations.
 const CITED_TITLE: &str = "rodfit: simulation of slender elastic rods and identification of their parameters from recorded motion";
 
-/// A whole HTML page. `kind` (such as `Fit`) and `body` are HTML, `title` is text; `version` is that of the program that computed
-/// the result, by default this one. Control characters are escaped, as names from files may have them.
+/// A whole HTML page with style, header, `body` and a citation as footer. `kind` (such as `Fit`) and `body` are HTML,
+/// `title` is text; `version` is that of the program that computed the result, by default this one. Control characters
+/// are escaped, as names from files may have them.
 fn page(kind: &str, title: &str, body: &str, version: Option<&str>) -> String {
     let title = escaped(&printable(title));
     let body = printable(body);

@@ -1,7 +1,8 @@
 //! Numbers with units as text on pages: an SI prefix by the size, and decimals down to the second digit of the error.
 //!
-//! A [`Scale`] is the factor and the unit with its prefix, common to a table or axis. Very small or large numbers without a
-//! prefix have a power of ten. Minus signs and exponents are typographic.
+//! A [`Scale`] is the factor and the unit with its prefix, common to a table or axis. Very small or large numbers without
+//! a prefix have a power of ten. Minus signs and exponents are typographic. All sections of pages use these functions;
+//! CSV files have plain numbers instead.
 
 /// Symbols of SI units that take prefixes. Masses are displayed in grams where a prefix is needed.
 const PREFIXED: [&str; 9] = ["m", "s", "Pa", "Hz", "N", "rad", "J", "W", "g"];
@@ -26,8 +27,9 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// The scale for SI numbers of this size: a prefix that keeps the number between 1 and 1000, where the first symbol of the
-    /// unit takes one. Factor 1 for zero and NaN.
+    /// The scale for SI numbers of this size: a prefix from 1e-12 to 1e12 that keeps the number between 1 and 1000, where
+    /// the first symbol of the unit takes one. Units outside [`ALWAYS_PREFIXED`] have no prefix for sizes in [`PLAIN`].
+    /// Factor 1 for zero and NaN.
     pub fn for_size(size: f64, unit: &str) -> Self {
         let size = size.abs();
         let plain = Self { factor: 1.0, unit: with_superscripts(unit) };
@@ -52,14 +54,15 @@ impl Scale {
         Self { factor, unit: with_superscripts(&format!("{prefix}{symbol}{rest}")) }
     }
 
-    /// The scale for the largest absolute value of these SI numbers.
+    /// The scale for the largest absolute value of these SI numbers; those that are not finite are ignored.
     pub fn for_values(values: impl IntoIterator<Item = f64>, unit: &str) -> Self {
         let finite = values.into_iter().filter(|x| x.is_finite());
         Self::for_size(finite.fold(0.0, |largest, x| largest.max(x.abs())), unit)
     }
 
-    /// An SI value as a number in this unit, with decimals down to the second digit of its SI `error`; without an error five
-    /// significant digits. [`MISSING`] unless it is finite.
+    /// An SI value as a number in this unit, without the unit, with decimals down to the second digit of its SI `error`;
+    /// without an error five significant digits. A power of ten outside of 1e-6 to 1e7. [`MISSING`] unless the value is
+    /// finite.
     pub fn format(&self, value: f64, error: Option<f64>) -> String {
         let value = value / self.factor;
         let decimals = match error.map(|e| (e / self.factor).abs()) {
@@ -78,36 +81,37 @@ impl Scale {
         with_minus_sign(format!("{value:.decimals$}"))
     }
 
-    /// The number of [`format`](Self::format), followed by the unit.
+    /// The number of [`format`](Self::format), followed by the unit, if there is one.
     pub fn format_with_unit(&self, value: f64, error: Option<f64>) -> String {
         format!("{} {}", self.format(value, error), self.unit).trim_end().into()
     }
 }
 
-/// An SI value in three digits with its unit.
+/// An SI value in three significant digits with its unit, prefixed by the size; a dash unless it is finite.
 pub(super) fn quantity(value: f64, unit: &str) -> String {
     let scale = Scale::for_size(value, unit);
     format!("{} {}", three_digits(value / scale.factor), scale.unit).trim_end().to_string()
 }
 
-/// An SI value in three digits with its unit and with the sign of positive values.
+/// An SI value in three significant digits with its unit, and a plus sign before positive values.
 pub(super) fn signed_quantity(value: f64, unit: &str) -> String {
     let sign = if value > 0.0 { "+" } else { "" };
     format!("{sign}{}", quantity(value, unit))
 }
 
-/// A fraction in per cent, in three digits.
+/// A fraction in per cent, in three significant digits.
 pub(super) fn percent(fraction: f64) -> String {
     format!("{} %", three_digits(100.0 * fraction))
 }
 
-/// A fraction in per cent, in three digits and with the sign of positive values.
+/// A fraction in per cent, in three significant digits and with a plus sign before positive values.
 pub(super) fn signed_percent(fraction: f64) -> String {
     let sign = if fraction > 0.0 { "+" } else { "" };
     format!("{sign}{}", percent(fraction))
 }
 
-/// A number without a unit in three significant digits, with a power of ten outside [`PLAIN`].
+/// A number without a unit in three significant digits, with a power of ten outside [`PLAIN`]; `0` for zero, [`MISSING`]
+/// unless finite.
 pub(super) fn three_digits(value: f64) -> String {
     match value.abs() {
         size if !size.is_finite() => MISSING.into(),

@@ -20,12 +20,13 @@ fn plus_minus(e: &Estimate, error: f64) -> String {
     format!("\u{b1} {}", estimate_scale(e).format(error, e.std_error.or(Some(error))))
 }
 
-/// The ends of an interval as text, with the number of digits that the standard error of the estimate allows.
+/// The ends, SI, of an interval as text in the unit of the estimate, with the digits that its standard error allows.
 fn own_interval(e: &Estimate, ends: [f64; 2]) -> String {
     interval(ends, e.std_error, &estimate_scale(e))
 }
 
-/// The value with the digits of its standard error, as HTML.
+/// The value with the digits of its standard error, as HTML: `no error` without that, a dash beside a one-sided lower
+/// bound, else `not identifiable`.
 fn value_cell(e: &Estimate) -> String {
     let scale = estimate_scale(e);
     match (e.value, e.std_error) {
@@ -38,7 +39,8 @@ fn value_cell(e: &Estimate) -> String {
     }
 }
 
-/// The table of all parameters, and the table of ratios that the data determine without the density.
+/// The HTML table of all parameters with the intervals that were computed, prior, bounds and start value. Below it is the
+/// table of ratios that the data determine without the density.
 pub(super) fn parameters(report: &FitReport) -> String {
     let ranges = report.plot_data.as_ref().map_or(&[][..], |plots| &plots.ranges);
     let table = HtmlTable::new("parameters", report.parameters.iter().enumerate())
@@ -109,7 +111,8 @@ fn experiment_estimates(estimates: &[Estimate]) -> String {
     )
 }
 
-/// The table of combinations of parameters that the data determine without the density; empty without any.
+/// The HTML table of combinations of parameters that the data determine without the density, under a heading; empty
+/// without any.
 fn density_free_ratios(report: &FitReport) -> String {
     let groups = report.determined_groups.iter().filter(|group| group.interval95.is_none());
     let table = HtmlTable::new("ratios known without the density", groups)

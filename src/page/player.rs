@@ -1,7 +1,8 @@
 //! The animation of a simulated motion on a page: a canvas, controls, the motion as JSON, and a script that draws it.
 //!
-//! Positions are rounded to integers on a grid of at most `LARGEST_COORDINATE` cells, which keeps the page small. A planar
-//! motion is drawn in its plane; a spatial one can be rotated, with the axis of gravity upwards.
+//! Positions are rounded to integers up to [`LARGEST_COORDINATE`] by a [`DrawingGrid`], which keeps the page small. A
+//! planar motion is drawn in its plane; a spatial one can be rotated, with the axis of gravity upwards. Output of
+//! [`player`] is HTML for the page of a simulation; without scripts it has a note.
 
 use crate::dynamics::{Film, Frame, SimulationReport};
 use crate::page::html::{capitalized, escaped};
@@ -35,8 +36,9 @@ struct DrawingGrid {
 }
 
 impl DrawingGrid {
-    /// A grid over the nodes and the tip path of a motion: two axes for a single plane, else all three with the axis along which
-    /// gravity acts last, pointing upwards.
+    /// The transformation of the nodes and the tip path of a motion to integer coordinates from 0 to at most
+    /// [`LARGEST_COORDINATE`], with one scale for all axes: two axes for a single plane, else all three with the axis
+    /// along which gravity acts last, pointing upwards (z without gravity).
     fn new(film: &Film, problem: &Problem, planes: &[DrawingPlane]) -> Self {
         let (axes, signs) = match planes {
             [plane] => (plane.to_vec(), vec![1.0; 2]),
@@ -65,7 +67,7 @@ impl DrawingGrid {
         Self { axes, signs, low, extent, cell }
     }
 
-    /// The integer coordinates of a position, m, separated by commas.
+    /// The integer coordinates of a position, m, as text separated by commas.
     fn coordinates(&self, x: &[f64; 3]) -> String {
         let integer = |k: usize| {
             format!("{:.0}", (self.signs[k] * x[self.axes[k]] - self.low[k]) / self.cell)
@@ -74,13 +76,13 @@ impl DrawingGrid {
     }
 }
 
-/// A JSON list of entries, each written by `notation`.
+/// A JSON list of entries, each written by `notation`, separated by commas.
 fn json_list<T>(entries: &[T], notation: impl Fn(&T) -> String) -> String {
     format!("[{}]", entries.iter().map(notation).collect::<Vec<_>>().join(","))
 }
 
-/// The data that the script draws, as JSON: axes, extents, scale bar, frames (integer coordinates of all nodes), times in s,
-/// and the path of the tip.
+/// The data that the script draws, as JSON: axes, signs, extents, scale bar, times in s and frames (integer coordinates
+/// of all nodes), and the path of the tip with its positions in m.
 fn motion_json(film: &Film, problem: &Problem, grid: &DrawingGrid) -> String {
     let (frames, samples) = (film.frames(), film.samples());
     let length = problem.length();
@@ -109,7 +111,7 @@ fn motion_json(film: &Film, problem: &Problem, grid: &DrawingGrid) -> String {
 }
 
 /// The options (HTML) of the list of speeds for a motion of this `duration`, s. The speed at which it takes closest to
-/// [`FIRST_DURATION`] is selected; speeds beyond a factor of 1000 of it are left out.
+/// [`FIRST_DURATION`] is selected; speeds beyond a factor of about 1000 of it are left out.
 fn speed_options(duration: f64) -> String {
     let difference = |speed: &f64| (duration / speed / FIRST_DURATION).ln().abs();
     let nearest = |a: &f64, b: &f64| difference(a).total_cmp(&difference(b));
@@ -128,7 +130,8 @@ fn speed_options(duration: f64) -> String {
     near.map(option).collect()
 }
 
-/// The player of a motion as HTML with its drawing, controls, data and script. In space the drawing can be rotated.
+/// The player of a motion as HTML with its canvas, controls, legend, data (JSON) and script. With a single plane the
+/// drawing is still; in space it can be rotated. A note follows if the film omits steps or nodes of the run.
 pub(super) fn player(
     report: &SimulationReport,
     film: &Film,

@@ -1,4 +1,7 @@
 //! The plotted data of a chart as header and rows of a CSV file, in the units of the axes.
+//!
+//! Input are the points of all named series, with their intervals. [`csv_rows`] selects one of three layouts: a row per
+//! name, a column per series, or one series below the other.
 
 use crate::page::csv::csv_number;
 
@@ -9,10 +12,11 @@ pub(super) struct Datum {
     pub interval: Option<[f64; 2]>,
 }
 
-/// Header and rows of the data of a chart, whose axes have these labels.
+/// Header and rows of the data of a chart, whose axes have these labels; empty without data.
 ///
-/// If the y axis has `names`, there is a row for each name. Series with the same abscissas have a column each; other
-/// series follow each other, in the order in which they were plotted.
+/// If the y axis has `names`, there is a row for each point, beginning with its name. Series without intervals that have
+/// the same abscissas have a column each. Other series follow each other, in the order in which they were plotted, with
+/// their name in the first column. Intervals have two further columns.
 pub(super) fn csv_rows(
     data: &[Datum],
     [x_label, y_label]: [&str; 2],

@@ -16,8 +16,8 @@ use crate::summary::Tone;
 /// Measurements in the table of errors that are shown at once; further ones are folded.
 const SHOWN_MEASUREMENTS: usize = 12;
 
-/// A self-contained HTML page of predictions. `title` names them, such as the scene. Series are shown if they were
-/// [kept](crate::Fit::keep_plot_data).
+/// A self-contained HTML page of predictions of validation data. `title` names them, such as the scene. Series, shapes
+/// and settings are shown if plot data were [kept](crate::Fit::keep_plot_data).
 pub fn prediction_page(report: &ValidationReport, title: &str) -> String {
     let mut body = first_card(report) + &section("Prediction errors", &error_table(&report.errors));
     let plots = report.plot_data.as_ref();
@@ -33,7 +33,8 @@ pub fn prediction_page(report: &ValidationReport, title: &str) -> String {
     page("Prediction", title, &body, plots.map(|plots| &plots.version[..]))
 }
 
-/// The first card: mean, median and worst error over all measurements, failed experiments, and the warnings.
+/// The first card, HTML: a table of mean, median and worst error for each unit of the measurements, and as warnings the
+/// failed experiments and those of the report. Good without any, else doubtful.
 fn first_card(report: &ValidationReport) -> String {
     let table = HtmlTable::new("summary of the prediction errors", &report.summary)
         .id("answer")
@@ -50,7 +51,8 @@ fn first_card(report: &ValidationReport) -> String {
     card(tone, "Prediction without a fit", &table.render(), &[warnings])
 }
 
-/// The table with the errors of every measurement: absolute differences between simulated and measured values.
+/// The HTML table with the errors of every measurement (mean, median and worst absolute difference, RMS, number of
+/// values) below a note; rows beyond [`SHOWN_MEASUREMENTS`] are folded.
 fn error_table(errors: &[MeasurementError]) -> String {
     let table = HtmlTable::new("prediction errors", errors)
         .id("errors")

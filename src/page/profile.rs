@@ -1,7 +1,9 @@
-//! The section "Likelihood profiles": the rise of twice the misfit over one parameter, all others at their optimum.
+//! The section "Likelihood profiles" of a page of a fit: the rise of twice the misfit over one parameter, all others at
+//! their optimum.
 //!
-//! The values at which the rise crosses the 95 % level of chi-squared are the ends of the profile interval. Between the fits
-//! with a fixed parameter the signed square root of the rise is interpolated linearly.
+//! Input are the profiles that the fit computed, if any. The values at which the rise crosses the 95 % level of
+//! chi-squared are the ends of the profile interval. Between the fits with a fixed parameter the signed square root of
+//! the rise is interpolated linearly. Output is a figure for each profile.
 
 use crate::fit::{FitReport, Profile};
 use crate::page::chart::{ChartAxis, PageChart, Points};
@@ -11,12 +13,13 @@ use crate::page::number::Scale;
 /// Segments of a profile's curve between two fits.
 const CURVE_STEPS: usize = 16;
 
-/// The figures of all profiles, side by side; empty without profiles.
+/// The figures of all profiles, side by side, as HTML; empty without profiles.
 pub(super) fn profiles(report: &FitReport, profiles: &[Profile]) -> String {
     row(&profiles.iter().map(|profile| profile_figure(report, profile)).collect::<String>())
 }
 
-/// The figure of a profile: fits as dots, the interpolated curve, the 95 % level, and the ends of the interval.
+/// The figure of a profile as HTML: fits as dots, the interpolated curve, and as dashed lines the 95 % level and the ends
+/// of the interval, where they exist.
 fn profile_figure(report: &FitReport, profile: &Profile) -> String {
     let estimate = report.parameters.iter().find(|e| e.label() == profile.label);
     let scale = Scale::for_values(profile.values.iter().copied(), profile.name.unit());

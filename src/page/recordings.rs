@@ -21,7 +21,9 @@ const MIN_VALUES: usize = 20;
 /// Explanation of the colors in the drawings of shapes, HTML.
 const COLOR_KEY: &str = ": <i class=\"stroke model\"></i>rod, simulated <i class=\"dot observed\"></i>markers, recorded";
 
-/// The content of the section: tables and list of errors; figures and drawings if plot data were kept.
+/// The content of the section as HTML: tables and list of errors; figures and drawings if plot data were kept. Drawn are
+/// validation recordings, or fitted ones without any, at most [`DRAWN_RECORDINGS`], evenly spaced in rank from the best
+/// to the worst.
 pub(super) fn recordings(errors: &RecordingErrors, plots: Option<&RecordingPlots>) -> String {
     let mut html = error_table(errors) + &error_list(&errors.list);
     let Some(plots) = plots else { return html };
@@ -44,12 +46,13 @@ pub(super) fn recordings(errors: &RecordingErrors, plots: Option<&RecordingPlots
     html + &ranked.into_iter().map(recorded_motion).collect::<String>()
 }
 
-/// An error, m, in three digits with its unit.
+/// An error, m, in three significant digits with its unit.
 fn shown_error(error: f64) -> String {
     quantity(error, "m")
 }
 
-/// The table with mean, median and worst error of the fitted and of the validation recordings.
+/// The HTML table of the fitted and of the validation recordings, below a note on the definition of their errors. It has
+/// the number of recordings and mean, median and worst of their mean errors. A kind without recordings has no row.
 fn error_table(errors: &RecordingErrors) -> String {
     let rows = [("fitted", &errors.fitted), ("validation", &errors.held_out)];
     let rows = rows.into_iter().filter_map(|(name, summary)| Some((name, summary.as_ref()?)));
@@ -69,7 +72,7 @@ fn error_table(errors: &RecordingErrors) -> String {
     ) + &table.render()
 }
 
-/// The folded list of the mean error of each recording; empty for a single one.
+/// The folded list of the mean error of each recording, or `failed`, as HTML; empty for fewer than two.
 fn error_list(errors: &[RecordingError]) -> String {
     let item = |e: &RecordingError| {
         let mean = e.mean_error.map_or("failed".into(), shown_error);
@@ -83,7 +86,7 @@ fn error_list(errors: &[RecordingError]) -> String {
     }
 }
 
-/// The text that marks validation recordings behind their name; empty for fitted ones.
+/// `, validation` behind the name of a validation recording; empty for a fitted one.
 fn validation_suffix(is_validation: bool) -> &'static str {
     if is_validation { ", validation" } else { "" }
 }
@@ -94,8 +97,8 @@ struct MeanErrors {
     errors: [Option<MeanError>; 2],
 }
 
-/// A chart of mean errors with a line for fitted and one for validation recordings. Means of fewer than `min_values` values are
-/// not drawn; the x axis covers the values of `range`.
+/// A chart of mean errors, m, with a line for fitted and one for validation recordings, from zero on. Means of fewer than
+/// `min_values` values are not drawn; the x axis covers the values of `range` too.
 fn error_chart(x: ChartAxis, means: &[MeanErrors], min_values: usize, range: &[f64]) -> PageChart {
     // Both curves have one scale.
     let all = means.iter().flat_map(|m| m.errors).flatten().map(|e| e.mean);
@@ -110,7 +113,8 @@ fn error_chart(x: ChartAxis, means: &[MeanErrors], min_values: usize, range: &[f
     chart
 }
 
-/// The figure of the mean error over the length, s, of the free run, on a logarithmic axis.
+/// The figure of the mean error over the length, s, of the free run, on a logarithmic axis; the caption has the number of
+/// failed windows.
 fn window_errors(plots: &RecordingPlots) -> String {
     let means = plots.windows.iter();
     let means = means.map(|w| MeanErrors { abscissa: w.length, errors: [w.fitted, w.held_out] });
@@ -125,7 +129,8 @@ fn window_errors(plots: &RecordingPlots) -> String {
     )
 }
 
-/// The figure of the mean error over the speed, m/s, of the markers.
+/// The figure of the mean error over the speed, m/s, of the markers, at the middle of each range of speeds with at least
+/// [`MIN_VALUES`] values.
 fn speed_errors(plots: &RecordingPlots) -> String {
     let means = plots.speeds.iter().map(|s| MeanErrors {
         abscissa: 0.5 * (s.speed[0] + s.speed[1]),
@@ -141,7 +146,8 @@ fn speed_errors(plots: &RecordingPlots) -> String {
     )
 }
 
-/// Drawings of the rod and its markers at a dozen times of a recording, in one plane or two, under its name and mean error.
+/// Drawings of the rod and its markers at a dozen times of a recording, in one plane or two, as HTML. The heading has the
+/// recording's name and mean error, each caption the time and the error at it.
 fn recorded_motion(motion: &RecordedMotion) -> String {
     let name = match motion.experiment.is_empty() {
         true => "The recording",

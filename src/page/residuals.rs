@@ -1,8 +1,9 @@
 //! The section "Residuals": observed and simulated values, residuals over sigma, their autocorrelation, and their tests.
 //!
-//! Each coordinate of an observation has two charts over time, arc length or mode number, a chart of the autocorrelation with
-//! the 95 % band of white noise, and p-values of Ljung-Box, Anderson-Darling and trend tests. Of more than `MAX_SERIES`
-//! coordinates only those with the largest residuals are drawn.
+//! Each coordinate of an observation has two charts over time, arc length or mode number. Beside them are a chart of the
+//! autocorrelation with the 95 % band of white noise, and p-values of Ljung-Box, Anderson-Darling and trend tests. Of
+//! more than [`MAX_SERIES`] coordinates only the [`WORST_SERIES`] with the largest residuals are drawn. Pages of fits,
+//! field fits and predictions use it; output is HTML.
 
 use crate::fit::{Abscissa, FitReport, ResidualTests, Series};
 use crate::numerics::total_order;
@@ -21,7 +22,8 @@ const WORST_SERIES: usize = 12;
 /// Coordinates that are shown at once; further ones are folded.
 const UNFOLDED_SERIES: usize = 6;
 
-/// Notes on the residuals of a fit: their RMS, down-weighted observations, validation errors, and rows left out.
+/// Notes on the residuals of a fit, as HTML: their RMS in the unit of the data, down-weighted observations, errors of
+/// validation data with their expected size, and rows of files that were left out.
 pub(super) fn summary(report: &FitReport) -> String {
     let series = report.plot_data.as_ref().map_or(&[][..], |e| &e.series);
     let unit = match series.iter().any(|s| s.unit == "m") || series.is_empty() {
@@ -50,8 +52,9 @@ pub(super) fn summary(report: &FitReport) -> String {
     lines.iter().map(|line| note(&format!("{}.", escaped(line)))).collect()
 }
 
-/// Charts of all coordinates of all observations, or of the worst of many. Coordinates without any residual are left out.
-/// `tests` are those of the residuals, if any were made.
+/// Charts of all coordinates of all observations, or of the worst of many, as HTML; those beyond [`UNFOLDED_SERIES`] are
+/// folded. Coordinates whose residuals are all zero are left out, unless all are. A note without series. `tests` are
+/// those of the residuals, if any were made.
 pub(super) fn all_series(series: &[Series], tests: Option<&[ResidualTests]>) -> String {
     if series.is_empty() {
         return no_data("no comparison of the whole record: the fit was interrupted");
@@ -84,7 +87,8 @@ pub(super) fn all_series(series: &[Series], tests: Option<&[ResidualTests]>) -> 
     }
 }
 
-/// The charts of coordinates under the names of their observations, with their tests.
+/// The charts of coordinates under the names of their observations (HTML). Each has the table of its tests, those along
+/// the normal for center lines, or a note without one; nothing if `tests` is `None`.
 fn observations(shown: &[&Series], tests: Option<&[ResidualTests]>) -> String {
     let mut html = String::new();
     for observation in shown.chunk_by(|a, b| name(a, ": ") == name(b, ": ")) {
@@ -105,14 +109,15 @@ fn observations(shown: &[&Series], tests: Option<&[ResidualTests]>) -> String {
     html
 }
 
-/// The experiment and the observation of a coordinate, joined by a separator.
+/// The names of the experiment and of the observation of a coordinate, joined by a separator; an empty one is left out.
 fn name(series: &Series, separator: &str) -> String {
     let mut parts = vec![series.experiment.as_str(), series.label.as_str()];
     parts.retain(|part| !part.is_empty());
     parts.join(separator)
 }
 
-/// All coordinates, or the [`WORST_SERIES`] with the largest RMS residuals of many, in their order.
+/// All coordinates, or of more than [`MAX_SERIES`] the [`WORST_SERIES`] with the largest RMS residuals over sigma, in
+/// their order.
 fn drawn_series(series: &[Series]) -> Vec<&Series> {
     let variance = |s: &Series| {
         let residuals = s.residuals();
@@ -128,7 +133,8 @@ fn drawn_series(series: &[Series]) -> Vec<&Series> {
     ranked.into_iter().map(|i| &series[i]).collect()
 }
 
-/// The charts of one coordinate: data and model, residuals, autocorrelation; and its tests (HTML).
+/// The charts of one coordinate (data and model, residuals over sigma, autocorrelation) and the HTML of its `tests` below
+/// the last one. Mode and reading numbers have whole ticks.
 fn coordinate(series: &Series, tests: &str) -> String {
     let (unit, quantity) = match series.abscissa {
         Abscissa::Time => ("s", "time"),
@@ -190,7 +196,8 @@ fn coordinate(series: &Series, tests: &str) -> String {
     )
 }
 
-/// The chart of the autocorrelation with the band of white noise; none of fewer than four residuals.
+/// The chart of the autocorrelation over the lag with the 95 % band of white noise, 1.96 over the root of their number;
+/// `None` for fewer than four residuals.
 fn autocorrelation_chart(residuals: &[f64]) -> Option<PageChart> {
     let lags = autocorrelation(residuals);
     let band = 1.96 / (residuals.len() as f64).max(1.0).sqrt();
@@ -202,8 +209,8 @@ fn autocorrelation_chart(residuals: &[f64]) -> Option<PageChart> {
     (!lags.is_empty()).then_some(chart)
 }
 
-/// The autocorrelation of residuals, `sum r_i r_(i+k) / sum r_i^2`, over the lag `k`. The mean is not removed: that of
-/// residuals is zero unless the model is wrong.
+/// Points `[k, sum r_i r_(i+k) / sum r_i^2]` of the autocorrelation of residuals for the lags `k` from 1 to [`LAGS`], at
+/// most a quarter of their number. The mean is not removed: that of residuals is zero unless the model is wrong.
 fn autocorrelation(r: &[f64]) -> Points {
     let power: f64 = r.iter().map(|r| r * r).sum();
     let coefficient = |lag: usize| {
@@ -213,8 +220,8 @@ fn autocorrelation(r: &[f64]) -> Points {
     (1..=LAGS.min(r.len() / 4)).map(coefficient).collect()
 }
 
-/// The table of p-values of the residual tests of a coordinate with their verdict. p-values below the significance level are
-/// marked.
+/// The HTML table of p-values of the residual tests of a coordinate (Ljung-Box, Anderson-Darling, trend) with their
+/// verdict. p-values below the significance level are marked.
 fn test_table(tests: &ResidualTests) -> String {
     let row = |name: &str, p: f64| {
         let class = if p < tests.significance_level { " class=\"bad\"" } else { "" };

@@ -1,7 +1,8 @@
 //! The section "Global scan and local minima" of a page of a fit.
 //!
-//! Figures show the misfit of the scan over each parameter and the convergence (RMS residual over the cost in simulations). A
-//! table lists the local minima with their values and their misfit relative to the lowest.
+//! Figures show the misfit of the scan over each parameter and the convergence (RMS residual over the cost in full
+//! simulations, a line for each stage). A table lists the local minima with their values, their misfit relative to the
+//! lowest, and the stage that found them. Output is HTML.
 
 use crate::fit::{FitReport, Landscape, LocalMinimum, MinimumSource, PlotData};
 use crate::numerics::total_order;
@@ -19,7 +20,8 @@ const STAGES: [&str; 4] = ["scan", "coarse model", "growing horizon", "full mode
 /// A scan whose largest value exceeds its smallest by this ratio has a logarithmic axis.
 const LOG_RATIO: f64 = 20.0;
 
-/// The content of the section: a sentence, scans and convergence if plot data were kept, and the table of local minima.
+/// The content of the section as HTML: the summary sentence, figures of scans and convergence if plot data were kept, and
+/// the table of local minima.
 pub(super) fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
     let summary = &report.local_minima.summary;
     let mut html = match summary.is_empty() {
@@ -38,7 +40,8 @@ pub(super) fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
     html + &minima(report, is_static)
 }
 
-/// The figure of the RMS residual over the cost, with a line for every stage; empty without iterations.
+/// The figure of the RMS residual, relative to the last one, over the cost in full simulations, with a line for every
+/// stage of the search; empty without iterations.
 fn convergence(plots: &PlotData) -> String {
     let Some(last) = plots.history.last().map(|last| last.rms()) else { return String::new() };
     let mut iterates: Vec<_> = plots.history.iter().collect();
@@ -57,8 +60,9 @@ fn convergence(plots: &PlotData) -> String {
     figure("Convergence", "convergence of the search", &chart, caption)
 }
 
-/// The figure of the scan's misfit over one parameter, with its estimate `value`. `is_static`: the fit has no motion, of which
-/// a scan would cover the first period only.
+/// The figure of the scan's misfit, relative to its lowest, over one parameter, with its estimate `value` as a dashed
+/// line. `is_static`: the fit has no motion, so that the scanned model is a coarse mesh; otherwise it covers the first
+/// period only. The x axis is logarithmic for positive values over a ratio above [`LOG_RATIO`].
 fn scan_figure(landscape: &Landscape, value: Option<f64>, is_static: bool) -> String {
     let Landscape { label, name, values, misfit, .. } = landscape;
     let [smallest, largest] = range(values.iter().copied());
@@ -92,7 +96,8 @@ fn scan_figure(landscape: &Landscape, value: Option<f64>, is_static: bool) -> St
     )
 }
 
-/// Whether a value lies more than one step of the scan away from the scan's minimum.
+/// Whether a value lies more than one step of the scan away from the value with the lowest misfit; false without a
+/// complete scan.
 fn is_beside_minimum(landscape: &Landscape, value: f64) -> bool {
     let Landscape { values, misfit, .. } = landscape;
     let lowest = (0..misfit.len()).min_by(|i, j| misfit[*i].total_cmp(&misfit[*j]));
@@ -101,7 +106,8 @@ fn is_beside_minimum(landscape: &Landscape, value: f64) -> bool {
     !(values[low]..=values[high]).contains(&value)
 }
 
-/// The table of the local minima; empty if only one was found. Parameters that are not identifiable are left out.
+/// The HTML table of the local minima, the reported one marked, rows beyond [`SHOWN_MINIMA`] folded. Empty if fewer than
+/// two were found. Parameters that are not identifiable are left out.
 fn minima(report: &FitReport, is_static: bool) -> String {
     let list = &report.local_minima.list;
     if list.len() < 2 {
@@ -133,7 +139,8 @@ fn minima(report: &FitReport, is_static: bool) -> String {
         })
 }
 
-/// The stage of the search that found a local minimum, as text.
+/// The stage of the search that found a local minimum, as text: a fit of the whole record, or the scan, whose model is a
+/// coarse mesh if `is_static` and the first period otherwise.
 fn source(minimum: &LocalMinimum, is_static: bool) -> &'static str {
     match minimum.found_by {
         MinimumSource::Fit if minimum.converged => "fit of the whole record",

@@ -1,10 +1,14 @@
-//! The section "Settings": model, scheme, time step and mesh of each experiment, and the keys with which its files were read.
+//! The section "Settings" of pages of fits and predictions: model, scheme, time step and mesh of each experiment, and the
+//! keys with which its files were read.
+//!
+//! [`settings`] returns a table of keys and texts, to which pages add rows of their own.
 
 use crate::fit::{Measured, Recording, SimulationSettings, Vertical};
 use crate::page::number::{quantity, three_digits};
 use crate::page::table::KeyTable;
 
-/// The rows of all experiments, as keys with texts.
+/// The rows of all experiments as keys with texts: experiment, scene, measurements, model, scheme, time step and mesh.
+/// Keys without a text are left out.
 pub(super) fn settings(all: &[SimulationSettings]) -> KeyTable {
     let mut table = KeyTable::default();
     for settings in all {
@@ -25,12 +29,13 @@ pub(super) fn settings(all: &[SimulationSettings]) -> KeyTable {
     table
 }
 
-/// A time step and the end of a simulation, s.
+/// A time step and the end of a simulation, s, as text with units.
 pub(super) fn time_steps(step: f64, end: f64) -> String {
     format!("{} up to {}", quantity(step, "s"), quantity(end, "s"))
 }
 
-/// The size of a measurement, and the keys with which its file was read: marker, axes, frame rate, scale and others.
+/// The number of points and values of a measurement, and the stated keys with which its file was read (format, marker,
+/// axes, frame rate, scale and others), as text.
 fn measured(measured: &Measured) -> String {
     let Measured { label, points, values, recording } = measured;
     let mut parts = vec![format!("{label}: {points} points, {values} values")];

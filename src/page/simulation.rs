@@ -1,8 +1,9 @@
 //! The page of a simulation.
 //!
-//! Input are the report and the film of a run: frames with all nodes, and samples of tip and energies. The page has the
-//! positions of the tip, an animation, shapes side by side, energies over time, the path of the tip, settings and cost.
-//! Output is a self-contained HTML page.
+//! Input are the report and the film of a run: frames with all nodes, and samples of tip and energies. The first card has
+//! the end of the run, positions of the tip and warnings. Sections follow with an animation, up to [`MAX_SNAPSHOTS`]
+//! shapes side by side, energies over time, the path of the tip, settings and cost. Output is a self-contained HTML page.
+//! A film without frames has the card and the settings only.
 
 use crate::dynamics::{Film, FilmSample, Frame, SimulationReport};
 use crate::page::card::{MessageList, card};
@@ -25,8 +26,8 @@ const MAX_SNAPSHOTS: usize = 12;
 /// Error that sets the digits of the tip's positions, in the displayed unit: one decimal more than 0.1 needs.
 const DISPLAYED_ERROR: f64 = 0.1;
 
-/// A self-contained HTML page of a simulation, with a script of its own that plays the motion. `title` names the
-/// simulation, for example its scene file.
+/// A self-contained HTML page of a simulation, from its report, its film (stored frames and samples) and its problem,
+/// with a script of its own that plays the motion. `title` names the simulation, for example its scene file.
 pub fn simulation_page(
     report: &SimulationReport,
     film: &Film,
@@ -46,7 +47,9 @@ pub fn simulation_page(
     page("Simulation", title, &body, None)
 }
 
-/// The first card: end of the run, positions of the tip, energy and discretization error, and the warnings.
+/// The first card, HTML: status of the run, positions of the tip, a sentence on the energy, and the warnings. A note on
+/// the discretization follows if the program chose or checked the numerics. Its color is good, doubtful with warnings, or
+/// bad for a run that stopped.
 fn first_card(report: &SimulationReport, samples: &[FilmSample]) -> String {
     let tone = Tone::of_result(report.status == "completed", !report.warnings.is_empty());
     let energy = escaped(&capitalized(&report.energy_in_words()));
@@ -59,17 +62,18 @@ fn first_card(report: &SimulationReport, samples: &[FilmSample]) -> String {
     card(tone, &headline, &content, &[warnings])
 }
 
-/// The unit with prefix for the positions of the tip.
+/// The unit with prefix for all positions of the tip, by the largest absolute coordinate.
 fn tip_scale(samples: &[FilmSample]) -> Scale {
     Scale::for_values(samples.iter().flat_map(|sample| sample.tip), "m")
 }
 
-/// The time axis, common to all charts.
+/// The time axis, common to all charts, in seconds with a prefix by the last time.
 fn time_axis(samples: &[FilmSample]) -> ChartAxis {
     ChartAxis::new("time", &Scale::for_values(samples.iter().map(|sample| sample.time), "s"))
 }
 
-/// The table of the tip's position at the start, at its largest displacement from the start, and at the end.
+/// The HTML table of the tip's position at the start, at its largest displacement from the start, and at the end, with
+/// times and displacements. Coordinates that are always zero are left out. Empty without samples.
 fn tip_table(samples: &[FilmSample]) -> String {
     let (Some(first), Some(last)) = (samples.first(), samples.last()) else { return String::new() };
     let displacement = |sample: &FilmSample| {
@@ -97,7 +101,8 @@ fn tip_table(samples: &[FilmSample]) -> String {
     table.text(&head, |(_, sample)| shown(displacement(sample))).render()
 }
 
-/// Up to [`MAX_SNAPSHOTS`] shapes side by side, evenly spaced in the stored frames, for printing.
+/// Up to [`MAX_SNAPSHOTS`] shapes side by side, evenly spaced in the stored frames, first and last included, as HTML: one
+/// strip for each plane.
 fn snapshots(frames: &[Frame], planes: &[DrawingPlane]) -> String {
     let count = frames.len().min(MAX_SNAPSHOTS);
     let drawn = |k: usize| {
@@ -109,8 +114,9 @@ fn snapshots(frames: &[Frame], planes: &[DrawingPlane]) -> String {
     planes.iter().map(|plane| strip(&snapshots, *plane, "The rod", "")).collect()
 }
 
-/// The figure of the energies, J, over time, without those that stay zero. The potential of the loads has an arbitrary zero:
-/// its change since the start is shown, also in the total.
+/// The figure of the energies, J, over time (HTML): total, kinetic, bending, stretching, twisting, loads and user-defined
+/// ones, without those that stay zero. The potential of the loads has an arbitrary zero: its change since the start is
+/// shown, also in the total.
 fn energy(samples: &[FilmSample]) -> String {
     type Term = (&'static str, fn(&Energies) -> f64);
     let terms: [Term; 7] = [
@@ -140,7 +146,7 @@ fn energy(samples: &[FilmSample]) -> String {
     figure("Energy over time", "energies over time", &chart, "")
 }
 
-/// The figures of the tip: position over time, and its path in each of the planes of the motion.
+/// The figures of the tip as HTML, side by side: its coordinates over time, and its path in each of the `planes`.
 fn tip(samples: &[FilmSample], planes: &[DrawingPlane]) -> String {
     let scale = tip_scale(samples);
     let size = [520.0, 340.0];
@@ -161,7 +167,7 @@ fn tip(samples: &[FilmSample], planes: &[DrawingPlane]) -> String {
     row(&figures)
 }
 
-/// The table of scene, model, mesh, steps, and cost of the run.
+/// The HTML table of scene file, model, mesh, time step, scheme, and cost of the run.
 fn settings(report: &SimulationReport, problem: &Problem) -> String {
     let scene = problem.scene();
     let mesh = format!("{} segments on {}", problem.segments(), quantity(problem.length(), "m"));

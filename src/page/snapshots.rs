@@ -1,4 +1,8 @@
-//! Drawings of the rod at several times, side by side on one scale, as SVG: the nodes as a line, observed markers as dots.
+//! Drawings of the rod at several times, side by side on one scale, as SVG: the nodes as a line, observed markers as
+//! dots.
+//!
+//! [`strip`] draws a list of [`DrawnSnapshot`] in one coordinate plane, each with its caption. Pages of simulations, and
+//! sections on recordings, use it; shapes are visible without scripts and on paper.
 
 use crate::page::html::{escaped, no_data};
 use crate::page::number::quantity;
@@ -23,8 +27,9 @@ pub(super) struct DrawnSnapshot<'a> {
     pub caption: String,
 }
 
-/// All snapshots projected on one plane, on one scale, as HTML. `name` is that of the rod, as text; `key` explains the colors, in
-/// HTML. A note without finite points.
+/// All snapshots projected on one plane, on one scale, as HTML, with a line that has the plane and the width of a
+/// drawing. `name` is that of the rod, as text; `key` explains the colors, in HTML. A note without finite points. Nodes
+/// that are not finite are left out.
 pub(super) fn strip(
     snapshots: &[DrawnSnapshot],
     plane: DrawingPlane,

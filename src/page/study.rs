@@ -1,7 +1,7 @@
 //! The page of a work-precision study: error of the tip against wall time over schemes, time steps and meshes.
 //!
-//! Input is the study. The page has the fastest settings for each error, a plot with a dot per run and a line through the best
-//! runs of each scheme, and a table of all runs. Output is a self-contained HTML page.
+//! Input is the study. The first card has the fastest settings for each error. A plot has a dot per run and a line
+//! through the best runs of each scheme; a folded table has all runs. Output is a self-contained HTML page.
 
 use crate::numerics::total_order;
 use crate::page::card::card;
@@ -14,8 +14,8 @@ use crate::page::table::HtmlTable;
 use crate::study::{Study, StudyRow, scheme_name};
 use crate::summary::Tone;
 
-/// A self-contained HTML page of a study: the recommended settings first, then the work-precision plot and all runs.
-/// `scene` names the scene.
+/// A self-contained HTML page of a study: the fastest settings for each error first, then the work-precision plot and all
+/// runs, folded. `scene` names the scene.
 pub fn study_page(study: &Study, scene: &str) -> String {
     let reference = format!(
         "The reference is extrapolated from finer meshes than any other. Its own error is at most {} of the length.",
@@ -29,7 +29,8 @@ pub fn study_page(study: &Study, scene: &str) -> String {
     page("Study", scene, &body, None)
 }
 
-/// The table of the fastest run for every error of the tip over the length.
+/// The HTML table of the fastest run for every error of the tip over the length; an error that no run reaches has a text
+/// instead.
 fn recommended_settings(study: &Study) -> String {
     let advice = study.advice.iter().map(|advice| (advice, advice.row.map(|i| &study.rows[i])));
     HtmlTable::new("fastest settings", advice)
@@ -44,7 +45,7 @@ fn recommended_settings(study: &Study) -> String {
         .render()
 }
 
-/// The table of all runs: settings, errors by time step and mesh, wall time, iterations and energy drift.
+/// The HTML table of all runs: settings, errors by time step and mesh, wall time, iterations, energy drift and status.
 fn run_table(study: &Study) -> String {
     HtmlTable::new("all runs", &study.rows)
         .text("scheme", |row| scheme_name(row))
@@ -62,8 +63,8 @@ fn run_table(study: &Study) -> String {
         .render()
 }
 
-/// The figure of error over wall time on logarithmic axes: a dot for every run, and a line through the best runs of each
-/// scheme, of which no faster run has a smaller error.
+/// The figure of error over wall time on logarithmic axes: a dot for every completed run, and for each scheme a line
+/// through its best runs, of which no faster run has a smaller error.
 fn work_precision(study: &Study) -> String {
     let mut names: Vec<String> = study.rows.iter().map(scheme_name).collect();
     names.dedup();

@@ -42,31 +42,32 @@ impl<T> HtmlTable<T> {
         Self { class, ..self }
     }
 
-    /// Sets the CSS class of each row; rows with an empty one have none.
+    /// Sets the CSS class of each row by its item; rows with an empty one have none.
     pub fn row_class(mut self, class: impl Fn(&T) -> &'static str) -> Self {
         self.rows.iter_mut().for_each(|row| row.class = class(&row.item));
         self
     }
 
-    /// Adds a column of text below a heading; `cell` returns the text of an item, or `None`.
+    /// Adds a column of text below a heading (text); `cell` returns the text of an item, or `None` for a dash.
     pub fn text<C: Into<Option<String>>>(self, head: &str, cell: impl Fn(&T) -> C) -> Self {
         self.html(head, |item| cell(item).into().map(|text| escaped(&text)))
     }
 
-    /// Adds a column of HTML below a heading (text). A cell with attributes of its own begins with `<td`.
+    /// Adds a column of HTML below a heading (text); `cell` returns the HTML of an item, or `None` for a dash. A cell
+    /// with attributes of its own begins with `<td`.
     pub fn html<C: Into<Option<String>>>(mut self, head: &str, cell: impl Fn(&T) -> C) -> Self {
         self.heads.push(escaped(head));
         self.rows.iter_mut().for_each(|row| row.cells.push(cell(&row.item).into()));
         self
     }
 
-    /// The table as HTML; empty without rows.
+    /// The table as HTML, without columns that have no content; empty without rows.
     pub fn render(&self) -> String {
         self.render_rows(0..self.rows.len())
     }
 
-    /// The first `shown` rows, and a folded table of the others under their number and `plural`, their name. A single
-    /// further row is not worth folding.
+    /// The first `shown` rows as HTML, and a folded table of the others under their number and `plural`, their name. A
+    /// single further row is not folded. Empty without rows.
     pub fn render_folded(&self, shown: usize, plural: &str) -> String {
         let all = self.rows.len();
         if all <= shown + 1 {
@@ -76,7 +77,8 @@ impl<T> HtmlTable<T> {
         self.render_rows(0..shown) + &folded(&summary, &self.render_rows(shown..all))
     }
 
-    /// The table with a range of its rows only, as HTML; empty without rows in it.
+    /// The table with a range of its rows only, as HTML, without columns that have no content in them (the first is
+    /// kept); empty without rows in it.
     fn render_rows(&self, range: Range<usize>) -> String {
         let rows = &self.rows[range];
         if rows.is_empty() {
@@ -111,8 +113,8 @@ impl<T> HtmlTable<T> {
     }
 }
 
-/// HTML whose text may be broken after a period or an underscore before a letter, so that narrow screens do not break
-/// names of parameters within a word. Tags and entities stay as they are.
+/// HTML with permitted line breaks (`<wbr>`) after a period or an underscore before a letter, so that narrow screens do
+/// not break names of parameters within a word. Tags and entities stay as they are.
 fn with_line_breaks(html: &str) -> String {
     let (mut broken, mut is_markup) = (String::with_capacity(html.len()), false);
     let mut characters = html.chars().peekable();
@@ -132,7 +134,7 @@ fn with_line_breaks(html: &str) -> String {
     broken
 }
 
-/// An attribute of an element; nothing without a value.
+/// The attribute of an HTML element with a space before it; empty without a value.
 fn attribute(name: &str, value: &str) -> String {
     if value.is_empty() { String::new() } else { format!(" {name}=\"{value}\"") }
 }
@@ -142,18 +144,18 @@ fn attribute(name: &str, value: &str) -> String {
 pub(super) struct KeyTable(String);
 
 impl KeyTable {
-    /// Adds a row with a key (HTML) and a text.
+    /// Adds a row with a key (HTML) and a text, which is escaped.
     pub fn row(mut self, key: &str, text: impl AsRef<str>) -> Self {
         self.0 += &format!("<tr><th>{key}</th><td>{}</td></tr>\n", escaped(text.as_ref()));
         self
     }
 
-    /// Adds a row if there is a text.
+    /// Adds a row with a key (HTML) and a text, if there is a text.
     pub fn row_if_any(self, key: &str, text: Option<impl AsRef<str>>) -> Self {
         text.into_iter().fold(self, |table, text| table.row(key, text))
     }
 
-    /// The table as HTML.
+    /// The table as HTML, also without rows.
     pub fn render(&self) -> String {
         format!("<table class=\"plain\">{}</table>", self.0)
     }

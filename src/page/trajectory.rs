@@ -1,5 +1,8 @@
-//! The section "Trajectory" or "Shape at rest": the simulated rod at a dozen times of each experiment with the observed points,
-//! projected on the one or two planes of its largest extents.
+//! The section "Trajectory" or "Shape at rest": the simulated rod at a dozen times of each experiment with the observed
+//! points.
+//!
+//! Both are projected on the one or two planes of the rod's largest extents. Input are the shapes and series that a fit
+//! or prediction kept for plots. Experiments whose recordings are drawn in another section are left out. Output is HTML.
 
 use crate::fit::{PlotData, RodShape, Series};
 use crate::page::chart::{ChartAxis, PageChart};
@@ -9,8 +12,9 @@ use crate::page::number::{Scale, three_digits};
 use crate::page::plane::{AXES, DrawingPlane, planes};
 use std::collections::HashMap;
 
-/// The section with the shapes of all experiments, except those whose recordings are drawn elsewhere on the page. A note
-/// replaces them if the fit was interrupted, or if there are none.
+/// The section with the shapes of all experiments, as HTML, except those whose recordings are drawn elsewhere on the
+/// page. A note replaces them if there are none and the fit was interrupted, or if there are no recordings either. Its
+/// heading is "Shape at rest" if no shape has a time.
 pub(super) fn trajectories(is_interrupted: bool, plots: &PlotData) -> String {
     let recorded = plots.recordings.as_ref().map_or(&[][..], |r| &r.motions);
     let mut experiments: Vec<&str> = plots.shapes.iter().map(|s| s.experiment.as_str()).collect();
@@ -26,7 +30,7 @@ pub(super) fn trajectories(is_interrupted: bool, plots: &PlotData) -> String {
     section(if moves { "Trajectory" } else { "Shape at rest" }, &html)
 }
 
-/// The figures of one experiment's shapes with its observed points, under its name if it has one.
+/// The figures of one experiment's shapes with its observed points, one for each plane, under its name if it has one.
 fn trajectory(plots: &PlotData, experiment: &str) -> String {
     let shapes: Vec<&RodShape> =
         plots.shapes.iter().filter(|s| s.experiment == experiment).collect();
@@ -42,7 +46,8 @@ fn trajectory(plots: &PlotData, experiment: &str) -> String {
     subsection(experiment, &row(&planes.iter().map(draw).collect::<String>()))
 }
 
-/// A chart of shapes and observed points, m, in one plane, with equal scales. Points without both coordinates are left out.
+/// A chart of shapes (a line each) and observed points (dots), m, in the plane of the axes `a` and `b`, with equal
+/// scales. Points without both coordinates are left out.
 fn projection(
     shapes: &[&RodShape],
     observed: &[[Option<f64>; 3]],
@@ -63,13 +68,13 @@ fn projection(
     chart.without_legend().dots("observed", points, OBSERVED, 1.8)
 }
 
-/// The CSS color of the k-th of n times, from blue over violet to orange.
+/// The CSS color of time number `k` (from 0) of `n`, from blue over violet to orange.
 fn time_color(k: usize, n: usize) -> String {
     let part = k as f64 / n.saturating_sub(1).max(1) as f64;
     format!("hsl({:.0} 65% 55%)", 215.0 + 170.0 * part)
 }
 
-/// The color scale of the times between the first and the last one, as HTML; empty for shapes at rest.
+/// The number of times and the color scale between the first and the last one, as HTML; empty for shapes at rest.
 fn time_key(shapes: &[&RodShape]) -> String {
     let times: Vec<f64> = shapes.iter().filter_map(|shape| shape.time).collect();
     let [Some(first), Some(last)] = [times.first(), times.last()] else { return String::new() };
@@ -85,8 +90,8 @@ fn time_key(shapes: &[&RodShape]) -> String {
     )
 }
 
-/// The observed coordinates, m, of each point of an experiment at each time, in the order of the series. Missing coordinates are
-/// `None`; series in other units are left out.
+/// The observed coordinates x, y, z, m, of each point of an experiment at each time, in the order of the series. Missing
+/// coordinates are `None`; series in other units or along other axes are left out.
 fn observed_points(series: &[Series], experiment: &str) -> Vec<[Option<f64>; 3]> {
     let mut index_of: HashMap<(&str, u64), usize> = HashMap::new();
     let mut points = Vec::new();

@@ -7,11 +7,12 @@
 //! ```
 //!
 //! with the displacement u, the rotation vector r and the point c. A wall also rotates its edge about the rod by the twist.
-//! Displacements, rotation vectors and twists of several motions of one end are added. The nodes of a recorded end are at
-//! the recorded markers; its angles are constant relative to the parallel-transported frame, or free. Nodes between the
-//! ends may be prescribed likewise. The mass matrix does not couple held and free unknowns, so that a step requires only
-//! the positions of the supports at its end. All vectors are in the axes of the model; in the plane the third component
-//! is zero. [`BoundaryMotion`] is used by steppers, equilibria (in stages) and sensitivities.
+//! Displacements, rotation vectors and twists of several motions of one end are added. The nodes of a recorded end are at the
+//! recorded markers; its angles are constant relative to the parallel-transported frame, or free. Nodes between the ends may
+//! be prescribed likewise. The mass matrix does not couple held and free unknowns, so that a step requires only the positions
+//! of the supports at its end. All vectors are in the axes of the model; in the plane the third component is zero.
+//! [`BoundaryMotion`] writes positions, velocities and accelerations into lists of all unknowns. Steppers, equilibria (which
+//! move ends in stages) and sensitivities use it.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -96,8 +97,8 @@ pub struct RecordedPart {
 }
 
 impl RecordedPart {
-    /// Indices of the held nodes and their positions, m, in the axes of the model at a time, s: a marker, or between two of
-    /// them.
+    /// Index and position, m, in the axes of the model, of each held node at a time, s. The position is that of its marker,
+    /// or a point on the chord between two markers.
     fn positions<D: Scalar>(&self, time: D) -> impl Iterator<Item = (usize, Vector<D>)> {
         self.nodes.iter().map(move |held| {
             let ([from, to], part) = (held.markers.map(|j| &self.track.markers()[j]), held.part);
@@ -110,12 +111,12 @@ impl RecordedPart {
     }
 }
 
-/// Components of the vector `x` along three axes.
+/// The three scalar products of the vector `x` of the world with the axes of the model.
 fn along<D: Scalar>(axes: &[[f64; 3]; 3], x: Vector<D>) -> Vector<D> {
     axes.map(|axis| x[0] * axis[0] + x[1] * axis[1] + x[2] * axis[2])
 }
 
-/// The time, s, at which recorded motions are evaluated; in the search for an equilibrium that of the start, 0.
+/// The time, s, at which recorded motions are evaluated: that of a simulation, or 0 in the search for an equilibrium.
 fn time<D: Scalar>(moment: MotionTime<D>) -> D {
     match moment {
         MotionTime::Time(time) => time,
@@ -132,7 +133,8 @@ struct Pose<D> {
 }
 
 impl<D: Scalar> MovedEnd<D> {
-    /// Sum of the motions of the end at a time, or at a fraction of the approach to an equilibrium.
+    /// Sum of displacements, rotation vectors and twists of all motions of the end, each times its factor. `at` is a time or
+    /// a fraction of the approach to an equilibrium. Recorded displacements since t = 0 are added.
     fn pose(&self, at: MotionTime<D>) -> Pose<D> {
         let zero = D::from(0.0);
         let mut pose = Pose { displacement: [zero; 3], rotation: [zero; 3], twist: zero };
@@ -150,7 +152,8 @@ impl<D: Scalar> MovedEnd<D> {
         pose
     }
 
-    /// Position, m, of `point` of the end after the displacement and rotation of `pose`.
+    /// Position, m, of `point` of the end after the motion `pose`: `c + u + exp(r) (point - c)` with the center c of the end.
+    /// The twist has no effect.
     fn moved(&self, pose: &Pose<D>, point: Vector<D>) -> Vector<D> {
         let arm = sub(point, self.centre);
         add(add(self.centre, pose.displacement), rotate(pose.rotation, arm))
@@ -158,7 +161,8 @@ impl<D: Scalar> MovedEnd<D> {
 }
 
 impl<D: Scalar> MovedEnd<D> {
-    /// The end over another number type, such as dual numbers in time; without its edge.
+    /// The end with all numbers converted by `to`, such as to dual numbers in time. Its edge is left out, as only positions
+    /// are needed.
     fn over<E: Scalar>(&self, to: impl Fn(D) -> E + Copy) -> MovedEnd<E> {
         MovedEnd {
             end: self.end,
@@ -174,17 +178,19 @@ impl<D: Scalar> MovedEnd<D> {
 }
 
 impl<D: Nestable> BoundaryMotion<D> {
-    /// Prescribed motion of these ends and recorded parts, for the unknowns of a model.
+    /// Prescribed motion of these held ends and recorded parts, for lists of unknowns of the model `M`.
     pub fn new<M: Model>(ends: Vec<MovedEnd<D>>, recorded: Vec<RecordedPart>) -> Self {
         Self { ends, recorded, stride: M::STRIDE }
     }
 
-    /// Whether the motion depends on parameters: whether an end is held or moved by keys of the scene. A recording does not.
+    /// Whether the motion depends on numbers of the scene: whether an end is clamped or pinned, moved or not. A recording has
+    /// no such numbers.
     pub fn has_numbers(&self) -> bool {
         !self.ends.is_empty()
     }
 
-    /// Indices of the prescribed unknowns, and of those of them that are angles.
+    /// Indices of all prescribed unknowns (coordinates of held and recorded nodes, then angles of held edges), and of the
+    /// angles alone.
     pub fn prescribed(&self) -> [Vec<usize>; 2] {
         let axes = self.stride.min(3);
         let ends = self.ends.iter().flat_map(|end| end.nodes.iter().map(|held| held.node));
@@ -195,8 +201,9 @@ impl<D: Nestable> BoundaryMotion<D> {
         [nodes.chain(angles.iter().copied()).collect(), angles]
     }
 
-    /// Moves the held unknowns of `q` from their positions at the time `from` to those at the time `to`; aligns held edges by
-    /// `frames`.
+    /// Overwrites the coordinates of held and recorded nodes in `q` by their positions at the time `to`. The angle of a held
+    /// edge is set so that its director has the prescribed direction. Of angles that differ by whole turns, that nearest to
+    /// the present angle plus the change of twist since `from` is taken. `frames` are the references of the angles.
     pub fn advance<R: Rod<D>>(
         &self,
         from: MotionTime<f64>,
@@ -232,15 +239,17 @@ impl<D: Nestable> BoundaryMotion<D> {
         }
     }
 
-    /// Writes the velocities of the held nodes, m/s, at a time, s, into `v`, by differentiation in dual numbers.
+    /// Overwrites the velocities of the coordinates of held and recorded nodes in `v`, m/s, at a time, s. They are
+    /// derivatives of the positions in dual numbers. Rates of angles are unchanged.
     pub fn velocities(&self, time: f64, v: &mut [D]) {
         // Derivative by time in dual numbers, of the same function as the position.
         let now = Dual::new(D::from(time), D::from(1.0));
         self.write_rates(now, Dual::from_re, |rate| rate.eps, v);
     }
 
-    /// Writes derivatives by time of the positions of the held nodes. `now` is the time, s, as a dual number, `convert`
-    /// returns a number without derivatives, and `derivative` the derivative of a position.
+    /// Overwrites the entries of the coordinates of held and recorded nodes in `rates` by derivatives of their positions by
+    /// time. `now` is the time, s, as a dual number, and `convert` returns a number without derivatives by time. `derivative`
+    /// takes the wanted derivative from a position.
     fn write_rates<E: Scalar>(
         &self,
         now: E,
@@ -265,7 +274,8 @@ impl<D: Nestable> BoundaryMotion<D> {
 }
 
 impl BoundaryMotion<Dual64> {
-    /// Whether the motion has a derivative other than zero by the parameter of its dual numbers.
+    /// Whether any number of the held ends (motions, nodes, edges, centers) has a derivative other than zero by the parameter
+    /// of its dual numbers.
     pub fn changes(&self) -> bool {
         let seen = std::cell::Cell::new(false);
         let see = |x: Dual64| seen.set(seen.get() || x.eps != 0.0);
@@ -280,14 +290,16 @@ impl BoundaryMotion<Dual64> {
 }
 
 impl BoundaryMotion {
-    /// Writes the accelerations of the held nodes, m/s^2, at a time, s, into `a`, by second-order dual numbers.
+    /// Overwrites the accelerations of the coordinates of held and recorded nodes in `a`, m/s^2, at a time, s. They are
+    /// second derivatives of the positions in dual numbers. Those of angles are unchanged.
     pub fn accelerations(&self, time: f64, a: &mut [f64]) {
         let now = Dual2_64::from_re(time).derivative();
         self.write_rates(now, Dual2_64::from_re, |rate| rate.v2, a);
     }
 
-    /// Moves the whole rod, `q`, with its ends from one time to another, as a predictor for the rod between them. Node `i` moves
-    /// by the fraction `weight(end, i)` of the rigid motion of the end.
+    /// Moves all nodes in `q` with the ends, as an initial guess of the next stage of an equilibrium. Each end adds to node
+    /// `i` the displacement by its rigid motion between the two times, times `weight(end, i)`. In space the angle of edge `i`
+    /// changes by the weight times the change of twist. Recorded ends have no effect.
     pub fn carry(
         &self,
         from: MotionTime<f64>,
@@ -318,8 +330,9 @@ impl BoundaryMotion {
         }
     }
 
-    /// Number of stages in which an equilibrium applies the motions of the ends to a rod of a `length`, m; after all ramps if
-    /// `settled`.
+    /// Number of stages, at least one, in which an equilibrium applies the motions of the ends to a rod of a `length`, m. Per
+    /// stage an end moves by at most `LARGEST_SHIFT` lengths, `LARGEST_TURN` and `LARGEST_TWIST`. The motions are those at t
+    /// = 0, or after all ramps if `settled`.
     ///
     /// # Errors
     /// More than `MOST_STAGES`.

@@ -1,9 +1,9 @@
 //! Corrected stiffness of the joints of a polygon that represents a curved rest shape: see [`crate::problem::model`].
 //!
 //! A joint resists bending and twisting about axes that lie along the curve, not along its two edges. From the nodes at rest
-//! follow the tangent of the curve (polynomial through five nodes) and its components along the bending axes of the joint, the
-//! slant ([`joint_slants`]). [`resistances`] returns the strains in which the joint resists with `EI1`, `EI2` and `GJ`, from
-//! the natural curvature and the slant.
+//! follows the tangent of the curve (polynomial through five nodes). Its components along the bending axes of the joint are
+//! the slant ([`joint_slants`]). [`resistances`] returns the strains in which the joint resists with `EI1`, `EI2` and `GJ`,
+//! from the natural curvature and the slant. The spatial model builds the stiffness matrix of the joint from them.
 
 use crate::energy::frame::{EdgeFrame, transport};
 use crate::numerics::scalar::Scalar;
@@ -16,9 +16,10 @@ pub(crate) type Resistances<D> = [[D; 3]; 3];
 /// Uncorrected resistances: each strain with its own stiffness.
 pub(crate) const PLAIN: Resistances<f64> = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// Components of the unit tangent of the curve at rest along the two bending axes of every joint, relative to the tangent of
-/// the joint. `nodes` and `arcs` are positions and arc lengths, m, `edges` the material frames, and `curvature` the
-/// integrated curvature in them.
+/// The slant of every joint: the components of the unit tangent of the curve at rest along the two bending axes of the joint.
+/// They are zero if the curve has the tangent of the joint, and if the polygon is too coarse ([`limit_slant`]). `nodes` and
+/// `arcs` are positions and lengths along the curve, m. `edges` has the material frames, `curvature` the integrated curvature
+/// of each joint in them.
 pub(crate) fn joint_slants<D: Scalar>(
     nodes: &[Vector<D>],
     arcs: &[D],
@@ -32,23 +33,24 @@ pub(crate) fn joint_slants<D: Scalar>(
     curvature.iter().enumerate().map(joint).collect()
 }
 
-/// The slant of a joint with the integrated curvature `k`, or zero if it exceeds half the turning angle `2 atan(|k|/2)`: the
-/// polygon is then too coarse to determine it.
+/// The `slant` of a joint with the integrated curvature `k`, or zero if its angle exceeds half the turning angle,
+/// `atan(|k|/2)`. The polygon is then too coarse to determine it.
 fn limit_slant<D: Scalar>(slant: [D; 2], k: [D; 2]) -> [D; 2] {
     let [k, s] = [k, slant].map(|v| v[0].value().powi(2) + v[1].value().powi(2));
     let half = 0.25 * k;
     if s * (1.0 + half) <= half { slant } else { [D::from(0.0); 2] }
 }
 
-/// The slant in the natural shape: `factor` times that at rest, whose integrated curvature is `k`, and the rotation of the
-/// curvature by the natural `twist` of the joint, rad.
+/// The slant in the stress-free shape, `factor (slant - twist k/6)`. `slant` and the integrated curvature `k` are those at
+/// rest. `factor` is that of the natural curvature, `twist` the natural twist of the joint, rad. Zero if it is too large for
+/// the curvature `factor k` ([`limit_slant`]).
 pub(crate) fn natural_slant<D: Scalar>(slant: [D; 2], factor: D, k: [D; 2], twist: D) -> [D; 2] {
     let natural = [0, 1].map(|c| factor * (twist * (k[c] * (-1.0 / 6.0)) + slant[c]));
     limit_slant(natural, k.map(|k| factor * k))
 }
 
-/// Unit tangent of the curve at node `i`: that of the polynomial through the five nearest nodes, m, as a function of the arc
-/// length; `arcs` are the lengths between the nodes, m.
+/// Unit tangent of the curve at node `i`: that of the Lagrange polynomial of arc length through the five nearest nodes, m. A
+/// short rod has fewer; at the ends the five are to one side. `arcs` are the lengths along the curve between the nodes, m.
 fn tangent<D: Scalar>(nodes: &[Vector<D>], arcs: &[D], i: usize) -> Vector<D> {
     let (zero, one) = (D::from(0.0), D::from(1.0));
     let count = nodes.len().min(5);
@@ -66,15 +68,17 @@ fn tangent<D: Scalar>(nodes: &[Vector<D>], arcs: &[D], i: usize) -> Vector<D> {
     unit(total)
 }
 
-/// Components of the unit tangent `t` along the bending axes of the joint between the edges `e` and `f`: its directors `m2` and
-/// `-m1` halfway between them.
+/// Components of the unit tangent `t` along the two bending axes of the joint between the edges `e` and `f`. These are its
+/// directors `m2` and `-m1`, those of `e` transported to the mean tangent of both edges.
 fn bending_components<D: Scalar>(t: Vector<D>, e: &EdgeFrame<D>, f: &EdgeFrame<D>) -> [D; 2] {
     let between = unit(add(e.tangent, f.tangent));
     let m1 = transport(e.tangent, between, e.director);
     [dot(t, cross(between, m1)), -dot(t, m1)]
 }
 
-/// Resistances of a joint with the integrated natural curvature `k` and the slant `[a, b]`; [`PLAIN`] for a straight one.
+/// Three rows of coefficients of the strains `[k1, k2, tau]`: those in which a joint resists with EI1, EI2 and GJ. Each row
+/// is an axis, rotated by the slant `[a, b]`, times the matrix `S`. `S` is `c^2` along and `c` across the natural curvature
+/// `k`, and `c` for twist, with `c = cos(phi/2)` and `tan(phi/2) = |k|/2`. [`PLAIN`] for zero curvature and slant.
 pub(crate) fn resistances<D: Scalar>(k: [D; 2], [a, b]: [D; 2]) -> Resistances<D> {
     // c = cos(phi/2) with tan(phi/2) = |k|/2.
     let c2 = ((k[0] * k[0] + k[1] * k[1]) * 0.25 + 1.0).recip();

@@ -1,9 +1,10 @@
-//! Discrete choices of a problem, which have no derivatives: mesh topology, planar or spatial model, and corrections of the
-//! elements.
+//! Discrete choices of a problem, which have no derivatives: planar or spatial model, and corrections of the elements. The
+//! mesh of a scene and its checks are here too.
 //!
 //! [`choose`] takes the planar model if rest shape, loads and section lie in one plane, else the spatial one, and returns the
 //! reason. [`correction`] decides whether arcs, walls and curved joints are corrected. [`check_on_mesh`] rejects points,
-//! energies and shapes that do not fit the mesh. A problem makes these choices once, for all values of its varying parameters.
+//! energies and shapes that do not fit the mesh. A problem makes these choices once, for all values of its varying
+//! parameters.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -18,8 +19,9 @@ use crate::scene::mesh::Mesh;
 use crate::scene::{Clamp, Dimension, Discretization, Parameter, Scene, Shape, Support, Supports};
 
 impl<D: Scalar> Scene<D> {
-    /// Mesh of the rest shape, with the parts of its outermost edges behind walls. After a change of mesh or walls, the named
-    /// arc lengths are those of the mesh in the scene file. An error of a shape without a mesh.
+    /// Mesh of the rest shape, with the parts of its outermost edges behind walls. It has `remeshed` edges if that is set,
+    /// else those of `rod.segments`. After a change of mesh or walls, `named` has the arc lengths of the mesh of the scene
+    /// file, to which node indices refer. An error for a missing number of edges or a polyline that is not read.
     pub(crate) fn mesh(&self) -> Result<Mesh<D>, Error> {
         let mesh = |segments, behind| self.rod.shape.mesh(segments, behind);
         let own = mesh(self.rod.segments, behind_walls(&self.supports, self.soft_by_itself))?;
@@ -31,7 +33,7 @@ impl<D: Scalar> Scene<D> {
         Ok(Mesh { named: Some(own.arc_length), ..other })
     }
 
-    /// [`mesh`](Self::mesh) of a scene whose mesh has been built before, so that it succeeds.
+    /// [`mesh`](Self::mesh) of a scene whose mesh has been built before. It panics otherwise.
     pub(crate) fn made_mesh(&self) -> Mesh<D> {
         self.mesh().expect("a problem's scene has a mesh")
     }
@@ -48,8 +50,8 @@ const EDGES: std::ops::RangeInclusive<f64> = 1e-50..=1e50;
 /// be rounding errors.
 const CURVED_EXCESS: f64 = 1e-12;
 
-/// Rejects edges between consecutive nodes, m, outside the allowed lengths [`EDGES`]; `key` is that of their shape, for the
-/// error.
+/// Rejects the first edge between consecutive nodes, m, whose length is outside [`EDGES`]. `key` is that of the shape, for
+/// the error.
 pub(crate) fn check_edges(key: &str, nodes: &[[f64; 3]]) -> Result<(), Error> {
     let length = |p: &[[f64; 3]]| {
         let [x, y, z] = sub(p[1], p[0]);
@@ -64,7 +66,8 @@ pub(crate) fn check_edges(key: &str, nodes: &[[f64; 3]]) -> Result<(), Error> {
     }
 }
 
-/// Fractions of the first and of the last edge behind walls: one half at a clamp, all of it at a `soft` one, otherwise 0.
+/// Fractions of the first and of the last edge behind walls. At a clamp in the middle of an edge it is one half, or 1 if the
+/// clamp is compliant (`soft`). Otherwise, also with walls at nodes, it is 0.
 pub(crate) fn behind_walls<D>(supports: &Supports<D>, soft: [bool; 2]) -> [f64; 2] {
     let behind =
         |support, soft| match support == Support::Clamped && supports.clamp == Clamp::MidEdge {
@@ -75,9 +78,10 @@ pub(crate) fn behind_walls<D>(supports: &Supports<D>, soft: [bool; 2]) -> [f64; 
     [behind(supports.start, soft[0]), behind(supports.end, soft[1])]
 }
 
-/// Corrections of the elements of a scene on its mesh, valid for all values of the `varying` parameters: arcs unless the
-/// discretization is the paper's, and joints at walls of rods with curved rest shape and natural curvature, or for
-/// `corrected-statics`.
+/// Corrections of the elements of a scene on its mesh, valid for all values of the `varying` parameters. Arcs replace chords
+/// unless the discretization is `paper`. Joints and masses next to walls are corrected for `corrected-statics`, and for rods
+/// with a curved rest shape ([`CURVED_EXCESS`]) whose curvature factor is not zero. A curvature factor or arc angle that
+/// varies counts as not zero.
 pub(crate) fn correction(scene: &Scene, mesh: &Mesh, varying: &[Parameter]) -> Correction {
     let varies = |place: &str| varying.iter().any(|p| p.path().starts_with(place));
     let edges = mesh.nodes.windows(2).zip(&mesh.arcs);
@@ -97,8 +101,9 @@ pub(crate) fn correction(scene: &Scene, mesh: &Mesh, varying: &[Parameter]) -> C
     }
 }
 
-/// Rejects points, energies and shapes that do not fit the mesh of a scene; returns its initial shape and nodal loads. The
-/// error has the key and the allowed range.
+/// Rejects a section whose `up` is along the first edge. Also rejected are energies, loads and masses outside the rod,
+/// recorded markers between nodes, and initial shapes that do not fit the mesh. The error has the key and the allowed range.
+/// Returns the nodes of the initial shape, and the nodal forces and moments of point and line loads.
 pub(crate) fn check_on_mesh(scene: &Scene, mesh: &Mesh) -> Result<StartAndLoads, Error> {
     scene.rod.section.check_up(&mesh.nodes)?;
     for energy in &scene.energies {
@@ -129,8 +134,9 @@ pub(crate) struct StartAndLoads {
     loads: Vec<NodalLoad>,
 }
 
-/// The model of a scene on its mesh and the reason of the choice. It is the requested one, else the planar one if it represents
-/// the scene; the corrections are valid for all values of the `varying` parameters.
+/// The model of a scene on its mesh, with its setup, and the reason of the choice as text. It is the model that
+/// `rod.dimension` requests. With `auto` it is the planar one if it represents the scene, else the spatial one. Corrections
+/// are valid for all values of the `varying` parameters.
 ///
 /// # Errors
 ///

@@ -1,8 +1,10 @@
-//! Line loads on the nodes of a mesh.
+//! Line loads on the nodes of a mesh: [`line_loads`] returns nodal forces, [`check_line_loads`] rejects loads outside the
+//! rod.
 //!
 //! A force `f` per unit length of the rod at rest acts between two arc lengths. A point of an edge at the fraction `t` of its
-//! length moves as `(1 - t) x_i + t x_{i+1}`. The nodal forces do the same virtual work: node `i + 1` carries
-//! `f w t_m` and node `i` carries `f w (1 - t_m)`, with the loaded length `w` of the edge and the fraction `t_m` of its middle.
+//! length moves as `(1 - t) x_i + t x_{i+1}`. The nodal forces do the same virtual work: node `i + 1` carries `f w t_m` and
+//! node `i` carries `f w (1 - t_m)`. Here `w` is the loaded length of the edge, and `t_m` the fraction of its middle. The
+//! setup of a problem adds them to the loads of its rod.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -10,7 +12,8 @@ use crate::problem::model::NodalLoad;
 use crate::scene::LineForce;
 use crate::scene::mesh::Mesh;
 
-/// Rejects line loads that begin or end outside a rod of a `length`, m, or end before they begin.
+/// Rejects line loads that end beyond a rod of a `length`, m, or do not end after they begin. A load without an end lasts to
+/// that of the rod. Negative arc lengths are rejected by the quantities.
 ///
 /// # Errors
 /// [`Error::Invalid`] with the key.
@@ -29,8 +32,9 @@ pub(crate) fn check_line_loads<D: Scalar>(
     Ok(())
 }
 
-/// Forces of line loads on the nodes of a mesh, N; a node has one entry for each loaded edge beside it. Parts outside the
-/// rod, where a length or an end varies in a fit, carry no load.
+/// Forces of line loads on the nodes of a mesh, N in the world, without moments. Each loaded edge gives two entries, one for
+/// each of its nodes, so that a node may have several. Parts outside the rod, where a length or an end varies in a fit, carry
+/// no load.
 pub(crate) fn line_loads<D: Scalar>(loads: &[LineForce<D>], mesh: &Mesh<D>) -> Vec<NodalLoad<D>> {
     let mut nodal = Vec::new();
     for load in loads {

@@ -1,9 +1,11 @@
-//! Problems: validated scenes with mesh, planar or spatial model, rest shape, supports and loads.
+//! Problems: validated scenes with mesh, planar or spatial model, rest shape, supports and loads, from which rods are built.
 //!
-//! [`Scene::problem`] builds a [`Problem`]: validation, mesh, choice of the model (`layout`) and setup (rest shape, start,
-//! loads in plain numbers). Stiffnesses, masses and turning angles are checked. A problem with other values of its parameters is
-//! built by [`Problem::with`] (new layout) or `with_fixed_layout` (results are smooth functions of the values). [`Discretized`]
-//! is the problem with the type of its model; statics, dynamics, vibration and fits compute with it.
+//! [`Scene::problem`] builds a [`Problem`]: validation, choice of an open mesh, step and scheme (module `accuracy`), mesh,
+//! choice of the model (`layout`), and setup. The `Setup` is the scene over a number type with mesh, rest shape and initial
+//! shape. Stiffnesses, masses and natural curvatures of the rod are checked. A problem with other parameter values is built
+//! by [`Problem::with`], which chooses the model again. `with_fixed_layout` keeps model and corrections, so that results are
+//! smooth functions of the values. [`Discretized`] is the problem with the type of its model; statics, dynamics, vibration
+//! and fits compute with it.
 
 mod axes;
 pub(crate) mod boundary;
@@ -115,7 +117,8 @@ macro_rules! with_model {
 pub(crate) use with_model;
 
 impl Scene {
-    /// Builds the problem of a scene that has mesh, step and scheme.
+    /// Validates a scene and builds its problem, with model and layout chosen for its present values. Shapes and recordings
+    /// that are not read yet are read from their files.
     ///
     /// # Errors
     /// [`Error::Invalid`] with file, key, and the found and the allowed value.
@@ -126,15 +129,17 @@ impl Scene {
 }
 
 impl Problem {
-    /// The problem of a valid scene, with a layout for all values of the `varying` parameters, or with that of the problem
-    /// `like`. Errors name the scene file.
+    /// The problem of a validated scene. Model and corrections suit all values of the `varying` parameters. With a problem
+    /// `like`, its model and the reason of its choice are kept. Errors are those of [`new`](Self::new), with the scene file.
     fn of(scene: Scene, varying: Vec<Parameter>, like: Option<&Self>) -> Result<Self, Error> {
         let path = scene.path.clone();
         Self::new(scene, varying, like).map_err(|error| error.in_file(path.as_deref()))
     }
 
-    /// The problem of a valid scene: files, soft clamps, mesh, checks, model and setup, in this order. Like [`of`](Self::of),
-    /// but errors do not name the file.
+    /// The problem of a validated scene, as in [`of`](Self::of). In this order: makes the default discretization explicit,
+    /// reads files, selects compliant clamps, builds the mesh, checks it, chooses the model and builds the setup. Errors,
+    /// without the file: edges of extreme length, natural curvature other than 1 of a straight rod, turns of half a turn or
+    /// more. Further ones are those of [`choose`], [`check_sizes`](Self::check_sizes) and [`check_own`](Self::check_own).
     fn new(mut scene: Scene, varying: Vec<Parameter>, like: Option<&Self>) -> Result<Self, Error> {
         // The default becomes explicit, so that a saved scene stays the same under another
         // default.
@@ -184,8 +189,9 @@ impl Problem {
         Ok(problem)
     }
 
-    /// Builds the rod and rejects stiffnesses and nodal masses that overflow or vanish in double precision, and joints that turn
-    /// by 180 degrees (infinite natural curvature).
+    /// Builds the rod over `f64`. Rejects a joint of infinite natural curvature (a fold by 180 degrees), with its node.
+    /// Rejects axial, bending and twist stiffnesses, nodal masses and rotational inertias that are not positive normal
+    /// numbers in double precision.
     fn check_sizes(&self) -> Result<(), Error> {
         // All stiffnesses and masses of the rod, and its integrated natural curvatures.
         let (positive, natural): (Vec<f64>, Vec<f64>) = match self.discretized() {
@@ -229,8 +235,8 @@ impl Problem {
         }
     }
 
-    /// Rejects user-defined energies whose value or gradient is not finite in the initial state; the error has the energy and
-    /// its place.
+    /// Rejects user-defined energies whose value or gradient is not finite in the initial state. The error has the name and
+    /// arc length, m, of the first one. `Ok` without energies.
     fn check_own(&self) -> Result<(), Error> {
         if self.scene.energies.is_empty() {
             return Ok(());
@@ -250,17 +256,20 @@ impl Problem {
         })
     }
 
-    /// The scene, with the files that it names and default values made explicit.
+    /// The scene of the problem: polylines and recordings are read, the discretization is explicit, and an open mesh, step
+    /// and scheme have their chosen values.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
-    /// Mesh, step and scheme that the program chose or checked; none if the scene gives all of them and no accuracy.
+    /// Mesh, step and scheme of the problem, their estimated error, and the settings among them that the program chose. None
+    /// if the program neither chose nor checked any.
     pub fn resolution(&self) -> Option<&Resolution> {
         self.scene.resolution.as_ref()
     }
 
-    /// Replaces the estimated error, a fraction of the length, by that of the chosen run. An error above the requested accuracy
-    /// is marked as a limit of work. No effect without a resolution or for a missing or infinite error.
+    /// Replaces the estimated error of the resolution, a fraction of the rod length, by that of the run itself. Its bound
+    /// becomes none for an error up to the accuracy. Above, an earlier bound stays, else it is [`Bound::Work`]. No effect
+    /// without a resolution, and for an error that is none or not finite.
     pub fn set_estimated_error(&mut self, error: Option<f64>) {
         let Some(resolution) = &mut self.scene.resolution else { return };
         let Some(error) = error.filter(|error| error.is_finite()) else { return };
@@ -269,7 +278,8 @@ impl Problem {
         let exceeds = error > resolution.accuracy;
         resolution.bound = exceeds.then(|| resolution.bound.unwrap_or(Bound::Work));
     }
-    /// Name of the model, `planar` or `spatial`, and the reason of the choice.
+    /// Name of the model, `planar` or `spatial`, and the reason of its choice as text, such as the quantity that leaves the
+    /// plane.
     pub fn model(&self) -> (&'static str, &str) {
         let name = match self.model {
             AnyModel::Planar(_) => "planar",
@@ -277,7 +287,7 @@ impl Problem {
         };
         (name, &self.reason)
     }
-    /// The problem with the type of its model, planar or spatial.
+    /// The problem with the type of its model, planar or spatial, and its setup over `f64`, both borrowed.
     pub fn discretized(&self) -> AnyProblem<'_> {
         match &self.model {
             AnyModel::Planar(modelled) => AnyProblem::Planar(self.discretized_as(modelled)),
@@ -285,14 +295,15 @@ impl Problem {
         }
     }
 
-    /// Whether the scene has a spatial model: the torsional stiffness is known, and there are no moments, whose work in space
-    /// depends on the path.
+    /// Whether the scene can have a spatial model. This requires a shear modulus or Poisson's ratio, and no entry of
+    /// `loads.point` with a moment, whose work in space depends on the path.
     pub(crate) fn can_twist(&self) -> bool {
         let material = &self.scene.material;
         let known = material.shear_modulus.is_some() || material.poisson_ratio.is_some();
         known && self.scene.loads.point.iter().all(|load| load.moment == [0.0; 3])
     }
-    /// The spatial model of the scene, also of a planar problem. An error if the scene does not have one.
+    /// A new spatial model of the scene with its setup, also for a planar problem, whose normal it takes for
+    /// `supports.angle`. Errors: loads outside the rod, and a load with a moment.
     pub(crate) fn spatial_model(&self) -> Result<ModelWithSetup<SpatialModel>, Error> {
         let normal = self.planar().map(|discretized| discretized.model.normal());
         let mut loads = setup::nodal(&self.scene.loads.point, "loads", &self.mesh)?;
@@ -301,28 +312,30 @@ impl Problem {
         let model = SpatialModel::new(&self.scene, &self.mesh, correction, &loads, normal)?;
         Ok(ModelWithSetup::new(model, &self.scene))
     }
-    /// The problem with another model and its setup.
+    /// This problem, borrowed, with the given model and setup in place of its own, such as the [spatial
+    /// model](Self::spatial_model) of a planar problem.
     pub(crate) fn discretized_as<'a, M: Model>(
         &'a self,
         modelled: &'a ModelWithSetup<M>,
     ) -> Discretized<'a, M> {
         Discretized { problem: self, model: &modelled.model, setup: &modelled.setup }
     }
-    /// The problem with its planar model; none for a spatial one.
+    /// The problem with its planar model and the setup of that; none if the model is spatial.
     pub fn planar(&self) -> Option<PlanarProblem<'_>> {
         match self.discretized() {
             AnyProblem::Planar(discretized) => Some(discretized),
             AnyProblem::Spatial(_) => None,
         }
     }
-    /// The problem with its spatial model; none for a planar one.
+    /// The problem with its spatial model and the setup of that; none if the model is planar.
     pub fn spatial(&self) -> Option<SpatialProblem<'_>> {
         match self.discretized() {
             AnyProblem::Spatial(discretized) => Some(discretized),
             AnyProblem::Planar(_) => None,
         }
     }
-    /// Number of unknowns, including those held by supports.
+    /// Number of unknowns of the rod, those that supports hold included: 2 per node in a plane, else 3 per node and 1 per
+    /// edge.
     pub fn dof(&self) -> usize {
         with_model!(self, |discretized| discretized.model.dof())
     }
@@ -334,16 +347,16 @@ impl Problem {
     pub fn segments(&self) -> usize {
         self.nodes() - 1
     }
-    /// Positions of the nodes at rest in the world, m.
+    /// Positions of all nodes in the rest shape, in the world, m, from the first node on.
     fn rest_positions(&self) -> Vec<[f64; 3]> {
         with_model!(self, |discretized| discretized.rest_positions())
     }
-    /// Position of the first node at rest in the world, m.
+    /// Position of the first node at rest in the world, m. At a clamp in the middle of an edge it is behind the wall.
     pub(crate) fn wall(&self) -> [f64; 3] {
         self.rest_positions()[0]
     }
-    /// Position of the first node at rest, m, and the scene over another number type; `seed(parameter, value)` returns the
-    /// number of a parameter.
+    /// Position of the first node of the rest mesh, m, and the scene, both over the number type `D`. `seed(parameter, value)`
+    /// returns the number of a parameter.
     pub(crate) fn wall_over<D: Nestable>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
@@ -352,46 +365,48 @@ impl Problem {
         // `supports.angle` rotates the rod about this node, so that it stays in place.
         (scene.made_mesh().nodes[0], scene)
     }
-    /// Turning angle of the tangent from end to end, rad: the larger one of the rest shape and of the stress-free shape.
+    /// Upper bound of the turning angle of the tangent along the rod, rad: the larger one of the rest shape and the
+    /// stress-free shape. That of the rest shape is its formula, or for a polyline the sum of the angles between edges.
     pub(crate) fn turning(&self) -> f64 {
         let rest = self.scene.rod.shape.turning().unwrap_or_else(|| self.mesh.turning());
         natural_turn::turning(&self.scene, rest, self.length())
     }
-    /// Position of a point of the rest shape in the world, m.
+    /// Position of a point of the rest shape in the world, m: the weighted sum of the nodes of its `stencil`.
     pub(crate) fn rest_position(&self, stencil: &Stencil) -> [f64; 3] {
         let nodes = self.rest_positions();
         stencil.place(|i| nodes[i])
     }
-    /// Position of a marker of the rest shape in the world, m: a point of the center line and an `offset`, m, along the axes of
-    /// the edge. An error for a point that is not on the rod.
+    /// Position in the world, m, of a marker on the rod in its rest shape. `offset`, m, is along the tangent and the two
+    /// material directors at `point`. An error for a point that is not on the rod.
     pub(crate) fn marker_at_rest(&self, point: Point, offset: [f64; 3]) -> Result<[f64; 3], Error> {
         let marker = self.marker(point, offset)?;
         let beside = with_model!(self, |discretized| discretized.beside_at_rest(&marker));
         Ok(add(self.rest_position(&marker.centre), beside))
     }
-    /// Normal of the plane of a planar problem; of a spatial one the z axis.
+    /// Unit normal of the plane of a planar problem, in the world; `[0, 0, 1]` for a spatial one.
     pub(crate) fn normal(&self) -> [f64; 3] {
         match self.discretized() {
             AnyProblem::Planar(discretized) => discretized.model.normal().into(),
             AnyProblem::Spatial(_) => [0.0, 0.0, 1.0],
         }
     }
-    /// The problem with the duration `end` of simulations, s; unchanged without `[time]`.
+    /// The problem with `time.end` replaced by `end`, s; unchanged without `[time]`.
     pub(crate) fn lasting(mut self, end: f64) -> Self {
         if let Some(time) = &mut self.scene.time {
             time.end = end;
         }
         self
     }
-    /// Length of the rod between wall and tip, m.
+    /// Length of the rod at rest, m: between its ends, of which a clamp in the middle of an edge is at that middle.
     pub fn length(&self) -> f64 {
         self.mesh.length
     }
-    /// Derivatives that simulations use: hand-derived or automatic.
+    /// The way in which simulations of the problem compute gradients and Hessians of energies: by hand-derived formulas or
+    /// dual numbers.
     pub fn derivatives(&self) -> Derivatives {
         self.derivatives
     }
-    /// The problem whose simulations use hand-derived or automatic derivatives.
+    /// The problem with another way of its simulations to differentiate energies: hand-derived formulas or dual numbers.
     pub fn with_derivatives(mut self, derivatives: Derivatives) -> Self {
         self.derivatives = derivatives;
         self
@@ -402,15 +417,15 @@ impl Problem {
     pub fn stop_when(self, flag: Arc<AtomicBool>) -> Self {
         Self { stop: Some(flag), ..self }
     }
-    /// The problem with the derivatives and the stop flag of another one.
+    /// The problem with the choice of hand-derived or automatic derivatives, and the stop flag, of `other`.
     fn computed_as(self, other: &Self) -> Self {
         Self { derivatives: other.derivatives, stop: other.stop.clone(), ..self }
     }
-    /// Whether the stop flag is set; false without a flag.
+    /// Whether the flag of [`stop_when`](Self::stop_when) is set; false without a flag.
     pub(crate) fn is_stopped(&self) -> bool {
         self.stop.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
-    /// An error, [`Error::Interrupted`], if the stop flag is set.
+    /// [`Error::Interrupted`] if the stop flag is set, else `Ok`.
     pub(crate) fn check_stop(&self) -> Result<(), Error> {
         if self.is_stopped() { Err(Error::Interrupted) } else { Ok(()) }
     }
@@ -442,8 +457,9 @@ impl Problem {
         Ok(scene.build()?.computed_as(self))
     }
 
-    /// The problem with other values of some parameters and the same layout (model, corrections, varying parameters), so that
-    /// its results are smooth functions of the values. An error for a value that the scene or the model cannot take.
+    /// The problem with other values of some parameters, and model, corrections, varying parameters, derivatives and stop
+    /// flag of this one. Its results are smooth functions of the values. An error for a missing parameter, or a value that
+    /// scene or mesh do not allow.
     pub(crate) fn with_fixed_layout(
         &self,
         values: impl IntoIterator<Item = (Parameter, f64)>,
@@ -453,13 +469,15 @@ impl Problem {
         Ok(Self::of(scene, self.varying.clone(), Some(self))?.computed_as(self))
     }
 
-    /// The problem with a layout for all values of the parameters `varying`; with a curvature among them joints are those of a
-    /// curved rod.
+    /// The problem of the same scene, with model and corrections that suit all values of the parameters `varying`. A clamp
+    /// becomes compliant if its rotational compliance varies. Joints are those of a curved rod if the arc angle, or the
+    /// curvature factor of a curved rod, varies. An error if no model represents the scene.
     pub(crate) fn with_generic_layout_for(&self, varying: Vec<Parameter>) -> Result<Self, Error> {
         Ok(Self::of(self.scene.clone(), varying, None)?.computed_as(self))
     }
 
-    /// The problem with a layout for all values of one more parameter than the present varying ones.
+    /// The problem as of [`with_generic_layout_for`](Self::with_generic_layout_for), for the present varying parameters and
+    /// `parameter` in addition.
     pub(crate) fn with_generic_layout_for_another(
         &self,
         parameter: Parameter,
@@ -467,19 +485,20 @@ impl Problem {
         self.with_generic_layout_for(self.varying.iter().copied().chain([parameter]).collect())
     }
 
-    /// The problem of another scene, such as one with another mesh or step, with the varying parameters, the derivatives and the
-    /// stop flag of this one.
+    /// The problem of another scene, such as one with another mesh or step, which is validated. Varying parameters, choice of
+    /// derivatives and stop flag are those of this problem; the model is chosen again.
     pub(crate) fn with_scene(&self, scene: Scene) -> Result<Self, Error> {
         scene.validate()?;
         Ok(Self::of(scene, self.varying.clone(), None)?.computed_as(self))
     }
 
-    /// The scene with other values of some parameters; an error for a parameter that it does not have or a value out of range.
+    /// The scene with other values of some parameters, without validation; an error for a parameter that the scene does not
+    /// have.
     fn changed(&self, values: impl IntoIterator<Item = (Parameter, f64)>) -> Result<Scene, Error> {
         Parameter::set_all(&self.scene, values)
     }
 
-    /// The times of the simulation, `[time]` of the scene.
+    /// The table `[time]` of the scene: duration, step and scheme.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a scene without it, and for steps that do not resolve the motion of the supports.
@@ -502,24 +521,26 @@ impl Problem {
 pub(crate) type FramesOf<M> = <<M as Model>::Rod<f64> as Rod<f64>>::Frames;
 
 impl<'a, M: Model> Discretized<'a, M> {
-    /// The unknowns at rest, m (rad for angles), in the axes of the model.
+    /// All unknowns of the rest shape in the axes of the model: the coordinates of each node in turn, m. In space an angle of
+    /// zero, rad, for each edge follows those of its first node.
     pub fn rest(&self) -> Vec<f64> {
         self.model.unknowns(&self.setup.rest)
     }
 
-    /// Positions of the nodes at rest in the world, m.
+    /// Positions of all nodes in the rest shape, in the world, m, from the first node on.
     fn rest_positions(&self) -> Vec<[f64; 3]> {
         let q = self.rest();
         (0..self.nodes()).map(|i| self.model.position(&q, i)).collect()
     }
 
-    /// The reference frames of the edges at rest; none in a plane.
+    /// The reference frames of all edges at rest, from which the angles are measured; the empty type `()` in a plane.
     pub(crate) fn rest_frames(&self) -> FramesOf<M> {
         self.model.frames(&self.setup.rest)
     }
 
-    /// Range of the free unknowns: all but those that supports hold at both ends. It includes unknowns that a recording
-    /// prescribes between them.
+    /// Range of the indices of the free unknowns: all but those that supports hold at both ends, which are outermost.
+    /// Unknowns of inner nodes that a recording prescribes are part of it; see `prescribed`. Empty if
+    /// supports hold all.
     pub fn free(&self) -> Range<usize> {
         let (supports, dof) = (&self.problem.scene.supports, self.model.dof());
         let held = |end| match (supports.at(end), &supports.path) {
@@ -536,7 +557,8 @@ impl<'a, M: Model> Discretized<'a, M> {
         start..dof.saturating_sub(held(End::End)).max(start)
     }
 
-    /// Indices of the [free](Self::free) unknowns whose nodes a recording prescribes.
+    /// Indices, within the [free](Self::free) range, of the coordinates of nodes whose positions a recording prescribes;
+    /// empty without a recording.
     pub(crate) fn prescribed(&self) -> PrescribedDofs {
         let free = self.free();
         let nodes = self.recorded().into_iter().flat_map(|part| part.nodes);
@@ -555,18 +577,20 @@ impl<'a, M: Model> Discretized<'a, M> {
         &self.problem.scene
     }
 
-    /// Derivatives that simulations use.
+    /// The way in which simulations of the problem compute gradients and Hessians of energies: by hand-derived formulas or
+    /// dual numbers.
     pub(crate) fn derivatives(&self) -> Derivatives {
         self.problem.derivatives
     }
 
-    /// Normal of the plane of a planar problem, for either model.
+    /// Unit normal of the plane of a planar problem, in the world, also if this is its spatial model; `[0, 0, 1]` for a
+    /// spatial problem.
     pub(crate) fn normal(&self) -> [f64; 3] {
         self.problem.normal()
     }
 
-    /// The square of the frequency scale of bending, `E I/(rho A L^4)` with the smaller second moment halfway along the rod,
-    /// 1/s^2.
+    /// The square of the frequency scale of bending, `E I/(rho A L^4)`, 1/s^2, with material, area and smaller second moment
+    /// halfway along the rod of the length L.
     pub(crate) fn bending_frequency_squared(&self) -> f64 {
         // Halfway along the rod, a representative place of tapered rods.
         let (section, material) = self.scene().at(0.5);
@@ -576,7 +600,8 @@ impl<'a, M: Model> Discretized<'a, M> {
         material.youngs_modulus * i1.min(i2) / (material.density * section.area * length.powi(4))
     }
 
-    /// The setup over another number type; `seed(parameter, value)` returns the number of a parameter.
+    /// The setup (scene, mesh, rest shape, initial shape) over the number type `D`, such as dual numbers; `seed(parameter,
+    /// value)` returns the number of each parameter.
     pub(crate) fn setup_over<D: Nestable>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
@@ -584,14 +609,14 @@ impl<'a, M: Model> Discretized<'a, M> {
         Setup::new(self.model, self.scene().over_parameters(seed))
     }
 
-    /// Name and arc length, m, of the first user-defined energy without a finite value and gradient in the initial state; none
-    /// if all are finite.
+    /// Name and arc length, m, of the first user-defined energy whose value or gradient is not finite. It is evaluated in the
+    /// initial shape of the scene, or else in the rest shape. None if all are finite.
     fn non_finite_energy(&self) -> Option<(String, f64)> {
         let (q, frames) = self.begin(self.setup);
         self.rod().non_finite_energy(&q, &frames)
     }
 
-    /// The rod (elements, masses, loads) in plain numbers.
+    /// The rod over `f64`: elements, masses with weight, point and line loads, internal friction and user-defined energies.
     pub fn rod(&self) -> M::Rod<f64> {
         self.setup.rod(self.model)
     }

@@ -104,7 +104,8 @@ pub(crate) struct Correction {
 }
 
 impl Correction {
-    /// Arc lengths of the edges of a mesh with the corrections next to walls; none if chords are used.
+    /// Lengths along the curve of all edges of a mesh, with the fractions behind walls and whether joints at walls are
+    /// corrected. None if tributary lengths are those of chords.
     pub(crate) fn arcs<'a, D: Scalar>(&self, mesh: &'a Mesh<D>) -> Option<Arcs<'a, D>> {
         let Self { behind, joints, .. } = *self;
         self.arcs.then_some(Arcs { lengths: &mesh.arcs, behind, joints })
@@ -121,14 +122,16 @@ pub trait Model: Sync {
     /// The rest shape in the axes of the model.
     type Rest<D: Nestable>: Clone + std::fmt::Debug + Send + Sync;
 
-    /// The rest shape of a scene on its mesh, in the axes of the model: nodes, tributary lengths, curvatures and frames.
+    /// The rest shape of a scene on its mesh, in the axes of the model: nodes, tributary lengths and integrated curvatures.
+    /// In space it has frames, and slants of joints if these are corrected.
     fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> Self::Rest<D>;
 
-    /// The rod (elements, masses, loads, internal friction) with the numbers of a scene, at this rest shape.
+    /// The rod of a scene at this rest shape: elements, masses, weights and internal friction. Point masses, point and line
+    /// loads and user-defined energies are added by the setup.
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &Self::Rest<D>) -> Self::Rod<D>;
 
-    /// Adds moments on nodes to the loads of a rod in a plane, where a constant moment has a potential. In space nothing is
-    /// added.
+    /// Adds the moments of `loads`, N m, to a rod in a plane, half on each edge of the node. A constant moment has a
+    /// potential there. Forces are ignored. In space nothing is added.
     fn add_moments<D: Nestable>(
         &self,
         _rod: &mut Self::Rod<D>,
@@ -137,27 +140,30 @@ pub trait Model: Sync {
     ) {
     }
 
-    /// Tributary length of every node, m: half of both of its edges, with the corrections at walls.
+    /// Tributary length of every node, m: half of each adjacent edge, along the curve and without the parts behind walls if
+    /// the discretization is corrected.
     fn node_lengths<D: Nestable>(rest: &Self::Rest<D>) -> &[D];
 
     /// The map from unknowns to positions of nodes and directors of edges in the world, for user-defined energies.
     fn chart<D: Nestable>(&self, scene: &Scene<D>, rest: &Self::Rest<D>) -> Chart<D>;
 
-    /// Number of unknowns, the supported ones included.
+    /// Number of unknowns, those that supports hold included.
     fn dof(&self) -> usize;
 
-    /// The unknowns at rest in the axes of the model: coordinates, m, and in space angles of zero, rad.
+    /// The unknowns at rest in the axes of the model: the coordinates of each node in turn, m. In space an angle of zero,
+    /// rad, for each edge follows those of its first node.
     fn unknowns<D: Nestable>(&self, rest: &Self::Rest<D>) -> Vec<D>;
 
-    /// The reference frames of the edges at rest; none in a plane.
+    /// The reference frames of the edges at rest; the empty type in a plane.
     fn frames<D: Nestable>(&self, rest: &Self::Rest<D>) -> <Self::Rod<D> as Rod<D>>::Frames;
 
-    /// The reference frames over another scalar, without derivatives.
+    /// The reference frames converted to the number type `D`, without derivatives; the empty type in a plane.
     fn frames_over<D: Nestable>(
         frames: &<Self::Rod<f64> as Rod<f64>>::Frames,
     ) -> <Self::Rod<D> as Rod<D>>::Frames;
 
-    /// Number of unknowns that a support of this kind holds, counted from the end of the rod inwards.
+    /// Number of unknowns that a support of this kind holds, counted from the end of the rod inwards; 0 for a free end. A
+    /// recorded end counts as a clamped one.
     fn held(&self, support: Support) -> usize;
 
     /// Components of a vector of the world in the axes of the model; the third is normal to a plane.
@@ -166,13 +172,13 @@ pub trait Model: Sync {
     /// The position of node `i` in the world, m, from all unknowns `q`.
     fn position<D: Scalar>(&self, q: &[D], i: usize) -> [D; 3];
 
-    /// Rate of the position of node `i` in the world, m/s, from the rates `v` of all unknowns.
+    /// The velocity of node `i` in the world, m/s, from the rates `v` of all unknowns.
     fn rate<D: Scalar>(&self, v: &[D], i: usize) -> [D; 3];
 }
 
 impl<D: Scalar> Material<D> {
-    /// Shear modulus G, Pa: the given one, or `E/(2 (1 + nu))`. 0 without shear modulus and Poisson's ratio, which planar scenes
-    /// do not require.
+    /// Shear modulus G, Pa: the given one, or `E/(2 (1 + nu))` with Poisson's ratio nu. Zero without both, which only planar
+    /// scenes may leave out.
     pub(crate) fn shear_modulus(&self) -> D {
         match (self.shear_modulus, self.poisson_ratio) {
             (Some(modulus), _) => modulus,
@@ -182,7 +188,8 @@ impl<D: Scalar> Material<D> {
     }
 }
 
-/// The nodes, m, after the rotation of the whole rod by `supports.angle` about its first node and a `normal`.
+/// The nodes, m, rotated by `supports.angle`, rad, about an axis through the first one along the unit vector `normal`.
+/// Unchanged at an angle of zero without derivatives.
 pub(crate) fn tilted<D: Scalar>(
     scene: &Scene<D>,
     nodes: &[Vector<D>],
@@ -196,8 +203,9 @@ pub(crate) fn tilted<D: Scalar>(
     nodes.iter().map(|x| add(nodes[0], rotate(rotation, sub(*x, nodes[0])))).collect()
 }
 
-/// First material director of the first edge at rest, in the world: the component of the section's `up` across the edge.
-/// Circles and tubes, without `up`, take that of the y axis, or of the x axis if the edge is within 8 degrees of y.
+/// First material director of the first edge of `nodes`, a unit vector of the world: along the component of the section's
+/// `up` across the edge. Circles and tubes, without `up`, take that of the y axis, or of the x axis if the edge is within 8
+/// degrees of y.
 pub(crate) fn first_director<D: Scalar>(scene: &Scene<D>, nodes: &[Vector<D>]) -> Vector<D> {
     scene.rod.section.up_across(nodes).unwrap_or_else(|| {
         let tangent = unit(sub(nodes[1], nodes[0]));
@@ -207,8 +215,9 @@ pub(crate) fn first_director<D: Scalar>(scene: &Scene<D>, nodes: &[Vector<D>]) -
     })
 }
 
-/// Springs of internal friction of all joints, with the stiffness of the scene. They slip at the curvature of the scene times
-/// the joint's length and the factor `times(i)` of joint `i`; none without friction.
+/// Springs of internal friction of all joints, with the stiffness of `loads.damping.friction` as a fraction of that of the
+/// joint. The spring of joint `i` slips at the curvature of the scene times the tributary length of the joint and `times(i)`.
+/// None for a scene without friction.
 pub(crate) fn springs<D: Scalar, K, const S: usize>(
     scene: &Scene<D>,
     tributary: &TributaryLengths<D>,
@@ -220,8 +229,8 @@ pub(crate) fn springs<D: Scalar, K, const S: usize>(
     Some(Springs::from(Sliders { stiffness: friction.stiffness, limits }))
 }
 
-/// The end on a roller and its direction in the world: the given one, or along the outermost edge of these nodes, m. None
-/// without a roller.
+/// The end on a roller and its direction in the world: `supports.roller`, or along the outermost edge at that end of these
+/// nodes, m. It is not normalized. None without a roller.
 pub(crate) fn rolling(scene: &Scene, nodes: &[Vector<f64>]) -> Option<(End, Vector3<f64>)> {
     let end = scene.supports.rolling()?;
     let edge = match end {

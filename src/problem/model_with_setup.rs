@@ -1,6 +1,7 @@
-//! The planar or spatial model of a problem together with its setup (rest shape, start, loads) in plain numbers.
+//! The planar or spatial model of a problem together with its setup (scene, mesh, rest shape, initial shape) over `f64`.
 //!
-//! [`AnyModel`] is stored in a problem; [`ModelWithSetup`] is the typed form that `Discretized` refers to.
+//! [`AnyModel`], of either kind, is stored in a problem. [`ModelWithSetup`] has the type of its model, and `Discretized`
+//! refers to its two fields.
 
 use crate::problem::model::Model;
 use crate::problem::planar::PlanarModel;
@@ -25,7 +26,7 @@ pub(crate) struct ModelWithSetup<M: Model> {
 }
 
 impl<M: Model> ModelWithSetup<M> {
-    /// The model with the setup that it has for a scene.
+    /// The model with the setup of a scene, which is cloned. The scene must be validated and fit the model.
     pub(crate) fn new(model: M, scene: &Scene) -> Self {
         let setup = Setup::new(&model, scene.clone());
         Self { model, setup }
@@ -33,7 +34,7 @@ impl<M: Model> ModelWithSetup<M> {
 }
 
 impl AnyModel {
-    /// The same model for another scene with the same layout.
+    /// The same model with the setup of another scene, which has the same planarity, number of nodes and corrections.
     pub(crate) fn with_scene(&self, scene: &Scene) -> Self {
         match self {
             Self::Planar(own) => Self::Planar(ModelWithSetup::new(own.model.clone(), scene)),

@@ -1,9 +1,10 @@
 //! Turning angles of the joints of a rod in the stress-free state, and whether the mesh resolves them.
 //!
 //! The integrated natural curvature `k` of a joint is the rest curvature times `rod.natural_curvature`, plus
-//! `rod.natural_bending` times its length. It is free of stress at the turning angle `2 atan(k/2)`, which approximates `k` with
-//! the relative error `k^2/12` and stays below half a turn. [`check`] rejects natural curvature that turns an edge by half a
-//! turn or more, as shapes are; above `MAX_RESOLVED_TURN` there is a warning.
+//! `rod.natural_bending` times its length. It is free of stress at the turning angle `2 atan(k/2)`, which approximates `k`
+//! with the relative error `k^2/12` and stays below half a turn. [`check`] rejects a joint with `k` of half a turn or more.
+//! Above `MAX_RESOLVED_TURN` there is a warning for a given mesh. [`turning`] bounds the turning angle of the whole rod, for
+//! a first mesh.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -32,13 +33,15 @@ impl LargestTurn {
         if self.by_bending { "rod.natural_bending" } else { "rod.natural_curvature" }
     }
 
-    /// Number of edges with which the joint turns by at most `angle`, rad, if there are `segments` now.
+    /// Number of edges with which the largest joint turns by at most `angle`, rad, if there are `segments` edges now. The
+    /// turning angle is taken as proportional to the length of an edge.
     fn edges_for(&self, segments: usize, angle: f64) -> f64 {
         (segments as f64 * self.angle / angle).ceil()
     }
 }
 
-/// Joint with the largest integrated natural curvature; none if the rest shape is free of bending stress.
+/// Joint with the largest sum of the sizes of both contributions to the integrated natural curvature, rad. The rest curvature
+/// is taken as the turning angle. None if the curvature factor is 1 along the rod and there is no natural bending.
 fn largest_turn(scene: &Scene, mesh: &Mesh) -> Option<LargestTurn> {
     let rod = &scene.rod;
     if rod.natural_bending.is_empty() && rod.natural_curvature.values().iter().all(|f| *f == 1.0) {
@@ -55,8 +58,8 @@ fn largest_turn(scene: &Scene, mesh: &Mesh) -> Option<LargestTurn> {
     mesh.turns().enumerate().map(joint).max_by(|a, b| a.angle.total_cmp(&b.angle))
 }
 
-/// Rejects natural curvature and bending that turn a joint by half a turn or more; the error has the number of edges that
-/// suffices.
+/// Rejects natural curvature and bending that turn a joint by half a turn or more. The error has the key with the larger
+/// contribution, the node, and the number of edges that suffices.
 pub(super) fn check(scene: &Scene, mesh: &Mesh) -> Result<(), Error> {
     let segments = mesh.nodes.len() - 1;
     match largest_turn(scene, mesh).filter(|turn| turn.angle >= PI) {
@@ -76,8 +79,8 @@ pub(super) fn check(scene: &Scene, mesh: &Mesh) -> Result<(), Error> {
     }
 }
 
-/// Upper bound of the turning angle of the whole rod, rad, at rest (`rest`) and in its stress-free state; `length` is in m. It
-/// determines the number of edges of a first mesh.
+/// Upper bound of the turning angle of the whole rod, rad. It is the larger one of that at rest, `rest`, and of `max|factor|
+/// rest + max|bending| length` in the stress-free state; `length` is in m.
 pub(crate) fn turning(scene: &Scene, rest: f64, length: f64) -> f64 {
     let factors = scene.rod.natural_curvature.values().into_iter();
     let factor = factors.map(f64::abs).fold(0.0, f64::max);
@@ -86,8 +89,9 @@ pub(crate) fn turning(scene: &Scene, rest: f64, length: f64) -> f64 {
 }
 
 impl Problem {
-    /// The warning, with its code, that the mesh is too coarse for the natural curvature ([`MAX_RESOLVED_TURN`]). None for a
-    /// mesh that the program chose: it is as fine as the accuracy needs.
+    /// The warning, with its code, that a given mesh is too coarse for the natural curvature: a joint turns by more than
+    /// [`MAX_RESOLVED_TURN`]. It has the node, both angles and a sufficient number of edges. None for a mesh that the program
+    /// chose, which is as fine as the accuracy requires.
     pub(super) fn natural_turn_note(&self) -> Option<(Code, String)> {
         let turn = largest_turn(&self.scene, &self.mesh)?;
         let (LargestTurn { angle, node, .. }, segments) = (turn, self.segments());

@@ -1,7 +1,8 @@
 //! Placement of user-defined energies, and of springs to fixed points, on the rod of a model.
 //!
-//! [`attached_energies`] evaluates the places of a scene's energies on the rod at rest; [`ties`] makes springs between nodes and
-//! points. Both return an `Extra`, a part of the rod. [`find_nonplanar`] finds an energy that leaves a plane.
+//! [`attached_energies`] evaluates the places of a scene's energies on the rod at rest; [`ties`] makes springs between nodes
+//! and points. Both return an `Extra`, the user-defined part of a rod, which the setup gives to it. [`find_nonplanar`]
+//! returns the key of an energy that leaves a plane, for the choice of the model.
 
 use crate::energy::adapter::Chart;
 use crate::energy::attach;
@@ -33,8 +34,9 @@ pub(crate) struct NodeTie<D> {
     pub stiffness: D,
 }
 
-/// User-defined energies of a scene, with their elements, weights and rest shapes on the `mesh` of the rod at `rest`. Energies
-/// without code are left out.
+/// User-defined energies of a scene as the part `Extra` of its rod. Each has its elements with weights and rest shapes, and
+/// the values of its parameters. Elements follow from the place of the energy and the `mesh`. Energies without code are left
+/// out.
 pub(crate) fn attached_energies<D: Nestable>(
     chart: &Chart<D>,
     scene: &Scene<D>,
@@ -64,7 +66,8 @@ pub(crate) fn attached_energies<D: Nestable>(
     Extra::new(scene.energies.iter().filter_map(placed).collect())
 }
 
-/// Energies `k |x - x0|^2/2` of springs between nodes and fixed points.
+/// Springs with the energy `k |x - x0|^2/2` between nodes and fixed points, as the part `Extra` of a rod; `k` is a number of
+/// the type `D`.
 pub(crate) fn ties<D: Nestable>(chart: &Chart<D>, ties: &[NodeTie<D>]) -> Extra<D> {
     let tie = |NodeTie { node, point, stiffness }: &NodeTie<D>| Placed {
         name: "tie".into(),
@@ -80,8 +83,8 @@ pub(crate) fn ties<D: Nestable>(chart: &Chart<D>, ties: &[NodeTie<D>]) -> Extra<
     Extra::new(ties.iter().map(tie).collect())
 }
 
-/// Key of the first energy that does not keep the plane with this normal through this point, m; none if all keep it.
-/// `value` returns the value of a parameter at which an energy is evaluated.
+/// Key of the first energy whose method `keeps_plane` is false for the plane with this normal through this point, m. None if
+/// all keep it; energies without code count as keeping it. `value` returns the number at which a parameter is evaluated.
 pub(crate) fn find_nonplanar<D>(
     energies: &[Attached<D>],
     value: impl Fn(&D) -> f64,

@@ -1,8 +1,9 @@
 //! Parameters of a problem: their list for users, and the check of those that a fit may vary.
 //!
-//! [`ParameterList`] has path, value, unit and limits of every physical number, with the reason if it cannot be fitted.
-//! [`Problem::check_parameter`] rejects parameters that the scene does not have, that have no effect in it (a curvature factor
-//! of a straight rod), or that leave the plane of the model. The last follows from derivatives in dual numbers.
+//! [`ParameterList`] has path, short name, value, unit and limits of every physical number of the scene, with the reason if
+//! it cannot be fitted. It is displayed as two tables. [`Problem::check_parameter`] rejects parameters that the scene does
+//! not have or that have no effect in it (a curvature factor of a straight rod). It also rejects those that leave the plane
+//! of the model, by derivatives in dual numbers.
 
 use crate::error::Error;
 use crate::numerics::vector::{sub, unit};
@@ -43,7 +44,8 @@ pub struct ListedParameter {
 pub struct ParameterList(pub Vec<ListedParameter>);
 
 impl ParameterList {
-    /// All parameters of the scene of a problem, each with the reason if it cannot be fitted.
+    /// All parameters of the scene of a problem, in the order of its tables. `note` has the message of
+    /// [`Problem::check_parameter`] for those that cannot be fitted.
     pub fn of(problem: &Problem) -> Self {
         let listed = |parameter: Parameter| {
             Some(ListedParameter {
@@ -67,7 +69,8 @@ impl fmt::Display for ParameterList {
 }
 
 impl ParameterList {
-    /// The list as text for a terminal: a table of parameters that can be fitted, and one of the others.
+    /// The list as text for a terminal: the number of parameters and of those that can be fitted. Below are a table of these
+    /// and one of the others, with name, value, unit and short names. The reasons are not shown.
     pub fn summary(&self) -> Summary {
         let [mut free, mut fixed] = [Self::table(), Self::table()];
         for parameter in &self.0 {
@@ -84,7 +87,7 @@ impl ParameterList {
             .table("Parameters that cannot be fitted in this scene", fixed)
     }
 
-    /// An empty table with the columns of the list.
+    /// A table without rows, with the columns parameter, value, unit and short name.
     fn table() -> SummaryTable {
         SummaryTable::new([
             TextColumn::left("parameter"),
@@ -102,8 +105,9 @@ const TRACE_VISCOSITY: f64 = 1e-200;
 const ROLLER_ROUNDING: f64 = 1e-9;
 
 impl Problem {
-    /// The problem with a trace of Kelvin-Voigt damping ([`TRACE_VISCOSITY`]), if the `parameters` include such a damping and
-    /// the rod has none; otherwise none. An elastic rod does not store its strain rates, so that the derivatives would be lost.
+    /// The problem with the Kelvin-Voigt time [`TRACE_VISCOSITY`] in place of zero, if the `parameters` include such a time
+    /// and the rod is not viscous. Otherwise none. An elastic rod does not store its strain rates, so that the derivatives
+    /// would be lost. An error for a Kelvin-Voigt time that the scheme of the scene does not support.
     pub(crate) fn with_trace_viscosity(
         &self,
         parameters: &[Parameter],
@@ -115,7 +119,8 @@ impl Problem {
         damping.map(|p| self.with_fixed_layout([(*p, TRACE_VISCOSITY)])).transpose()
     }
 
-    /// Rejects a parameter of Kelvin-Voigt damping if the scheme of the scene does not support it.
+    /// Rejects a Kelvin-Voigt time if the scheme in `[time]` of the scene does not support it. `Ok` for all other parameters
+    /// and without `[time]`.
     fn check_viscosity(&self, parameter: Parameter) -> Result<(), Error> {
         match self.scene().time.as_ref().map(|time| time.scheme) {
             Some(scheme) if !scheme.traits().takes_viscosity && parameter.is_of_kelvin_voigt() => {
@@ -127,7 +132,11 @@ impl Problem {
         }
     }
 
-    /// Rejects parameters that the scene does not have, that have no effect in it, or that leave the plane of its model.
+    /// Rejects a parameter that the scene does not have, or that has no effect in it. These are Kelvin-Voigt times with a
+    /// given scheme without viscosity, curvature factors of a straight rod, and compliances of unclamped ends. Rotations of
+    /// pinned ends and motions of recorded ends other than the twist have no effect either. Rejected are also parameters that
+    /// leave the plane of a planar model or rotate a roller. So are the clamp angle beside `initial.shape`, and clamp angle
+    /// and moments of spatial models.
     ///
     /// # Errors
     /// [`Error::Invalid`] with the reason.
@@ -206,8 +215,8 @@ impl Problem {
 }
 
 impl PlanarProblem<'_> {
-    /// Rejects a parameter whose change leaves the plane to first order; `setup` has its derivatives. The error has the key of
-    /// the quantity that leaves the plane.
+    /// Rejects a parameter whose change makes a vector, twist or user-defined energy of the scene leave the plane, to first
+    /// order. `setup` has the derivatives by the parameter. The error has the key of the first such quantity and the normal.
     fn check_plane(
         &self,
         parameter: Parameter,
@@ -234,8 +243,9 @@ impl PlanarProblem<'_> {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// Rejects a parameter that rotates the direction of a roller, if that direction follows the rod; `setup` has the
-    /// derivatives by the parameter.
+    /// Rejects a parameter that rotates the direction of a roller without `supports.roller`, whose direction is that of the
+    /// outermost edge. A component of this direction may change by [`ROLLER_ROUNDING`] over the size of the parameter, at
+    /// least 1. `setup` has the derivatives by the parameter. `Ok` without a roller.
     fn check_roller(&self, parameter: Parameter, setup: &Setup<Dual64, M>) -> Result<(), Error> {
         let supports = &self.scene().supports;
         let Some(end) = supports.rolling().filter(|_| supports.roller.is_none()) else {

@@ -1,9 +1,10 @@
 //! Small asymmetric initial displacement of the nodes: `initial.perturbation`.
 //!
-//! A symmetric rod stays at an unstable state without a disturbance. Node `i` at the fraction `u` of the length is displaced by
-//! `p L w(u) g(u)/max|w g|` across the rod, with the perturbation `p` and the length `L`. The window `w` vanishes at pinned
-//! ends, with its slope at clamped ones. `g` is a sum of three sines without common periods, so that no mode of a symmetric rod
-//! is orthogonal to it.
+//! A symmetric rod stays at an unstable state without a disturbance. Node `i` at the fraction `u` of the length is displaced
+//! by `p L w(u) g(u)/max|w g|` across the rod, with the perturbation `p` and the length `L`. The window `w` vanishes at
+//! pinned ends, with its slope at clamped ones. `g` is a sum of three sines without common periods, so that no mode of a
+//! symmetric rod is orthogonal to it. In a plane the displacement is along the normal of the rod, in space along a direction
+//! that rotates along it. Starts of motions and equilibria use it.
 
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
@@ -19,13 +20,14 @@ const DIRECTION: [f64; 2] = [0.7, 2.0];
 const SMALLEST_SHAPE: f64 = 1e-9;
 
 impl<M: Model> Discretized<'_, M> {
-    /// Displaces the nodes in `q` that no support holds by `initial.perturbation` of the scene.
+    /// Displaces the nodes in `q` by `initial.perturbation` rod lengths, as [`perturb_by`](Self::perturb_by).
     pub(crate) fn perturb<D: Nestable>(&self, setup: &Setup<D, M>, q: &mut [D]) {
         self.perturb_by(setup, self.scene().initial.perturbation, q);
     }
 
-    /// Displaces the nodes in `q` that no support holds across the rod: the largest displacement is `amplitude` rod lengths,
-    /// with the shape of the module's header.
+    /// Displaces the nodes in `q` across the rod, with the shape of the module's header. The node with the largest
+    /// displacement moves by `amplitude` rod lengths. Coordinates that a support or recording holds, and angles, are
+    /// unchanged.
     pub(crate) fn perturb_by<D: Nestable>(&self, setup: &Setup<D, M>, amplitude: f64, q: &mut [D]) {
         let places = setup.mesh.places();
         let shape: Vec<f64> = places.iter().map(|u| self.window(*u) * sines(*u)).collect();
@@ -66,8 +68,8 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// Window at the fraction `u` of the length, a product for both ends: 1 for a free end, the distance from a hinge or roller,
-    /// and its square for a wall or recorded end.
+    /// Product of the factors of both ends at the fraction `u` of the length, clamped to 0 .. 1. The factor is 1 for a free
+    /// end, the distance (fraction) from a hinge or roller, and its square for a wall or recorded end.
     fn window(&self, u: f64) -> f64 {
         let u = u.clamp(0.0, 1.0);
         let end = |end: End, distance: f64| match self.scene().supports.at(end) {
@@ -79,7 +81,7 @@ impl<M: Model> Discretized<'_, M> {
     }
 }
 
-/// Sum of the sines at the fraction `u` of the length.
+/// Sum of the sines `a sin(k u + phase)` of [`SINES`] at the fraction `u` of the length.
 fn sines(u: f64) -> f64 {
     SINES.iter().map(|[amplitude, wave, phase]| amplitude * (wave * u + phase).sin()).sum()
 }

@@ -1,8 +1,9 @@
 //! The planar model: a rod with stretch and bending in the plane of its scene.
 //!
-//! [`PlanarModel`] finds the plane of rest shape, loads and motions. It rejects scenes that leave the plane with the key at
-//! fault, and selects the second moment of the section that bends in it. As a [`Model`] it builds the `PlanarRod` over any
-//! number type, with two coordinates per node. With a roller, the axes of the plane lie along and across its direction.
+//! [`PlanarModel`] finds the plane of rest shape, loads and motions. It rejects scenes that leave the plane, with the key of
+//! the first such quantity. It selects the second moment of the section that resists bending in the plane. As a [`Model`] it
+//! builds the `PlanarRod` over any number type, with two coordinates per node, in the axes of the plane. With a roller, one
+//! of these axes lies along its direction.
 
 use crate::energy::adapter::Chart;
 use crate::energy::{DeadMoment, PlanarBend, planar_bend};
@@ -49,8 +50,10 @@ impl PlanarModel {
         self.second_moment
     }
 
-    /// The model, or a message with the key of the first quantity that leaves the plane of the rest shape. `start` are the
-    /// nodes of the initial shape, m, if that is not the rest shape of the `mesh`.
+    /// The planar model of a scene on its `mesh`. `start` has the nodes of the initial shape, m, if that is not the rest
+    /// shape. The plane is found from nodes, forces, motions and moments of the scene ([`Plane::through`]). The error is a
+    /// message with the key of the first quantity that leaves the plane, also a twist, natural bending or a user-defined
+    /// energy. A section whose principal axes are oblique to the plane is rejected too.
     pub(crate) fn new(
         scene: &Scene,
         mesh: &Mesh,
@@ -107,7 +110,7 @@ impl PlanarModel {
         Ok(model)
     }
 
-    /// The model of a rod in the given `plane` of a structure, on its mesh.
+    /// The model of one rod of a structure in the given `plane`, on its mesh. Only the orientation of its section is checked.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a section whose bending leaves the plane.
@@ -124,12 +127,12 @@ impl PlanarModel {
         Ok(Self { plane, correction, second_moment, nodes: mesh.nodes.len() })
     }
 
-    /// The unit normal of the plane.
+    /// The unit normal of the plane in the world, x axis times (cross product) y axis of the plane.
     pub(crate) fn normal(&self) -> Vector3<f64> {
         self.plane.x.cross(&self.plane.y)
     }
 
-    /// The two components of a vector of the world in the axes of the plane.
+    /// The scalar products of a vector of the world with the two axes of the plane; of a position, its planar coordinates, m.
     fn projected<D: Scalar>(&self, point: Vector<D>) -> [D; 2] {
         let [x, y, _] = self.components(point);
         [x, y]
@@ -141,7 +144,8 @@ impl Model for PlanarModel {
     type Rod<D: Nestable> = PlanarRod<D>;
     type Rest<D: Nestable> = PlanarRest<D>;
 
-    /// The rest shape of a scene on its mesh, in the plane: nodes, tributary lengths and integrated curvatures.
+    /// The rest shape on a mesh, in the axes of the plane: nodes after the rotation by `supports.angle`, lengths and
+    /// tributary lengths. Every joint with the turning angle phi has the integrated curvature `2 tan(phi/2)`.
     fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> PlanarRest<D> {
         let tilted = tilted(scene, &mesh.nodes, &self.normal());
         let nodes: Vec<[D; 2]> = tilted.iter().map(|x| self.projected(*x)).collect();
@@ -152,8 +156,10 @@ impl Model for PlanarModel {
         PlanarRest { line: RestLine::new(nodes, mesh, &self.correction), curvature }
     }
 
-    /// The planar rod with the numbers of a scene: edges with `EA/l`, joints with `EI/l` and natural curvature, masses, weight
-    /// and internal friction. Stiffnesses are those of the tapered section, corrected for curves and soft clamps.
+    /// The planar rod of a scene: edges with `EA/l`, joints with `EI/l` and natural curvature, masses, weights and internal
+    /// friction. Masses include the added mass of a fluid. Stiffnesses are means of the tapered section, reduced by compliant
+    /// clamps. In corrected discretizations those of bending are divided by `(1 + k^2/4)^2` for the natural curvature k of
+    /// the joint. Point masses, loads and user-defined energies are not included.
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> PlanarRod<D> {
         let PlanarRest { line, curvature } = rest;
         let profile = SectionProfile::new(scene, &line.places);
@@ -189,7 +195,9 @@ impl Model for PlanarModel {
         }
     }
 
-    /// Adds moments on nodes, N m in the world, to the loads of a rod, half on each edge of the node.
+    /// Adds to the rod the components of the moments of `loads` along the normal, N m, half on each edge of the node. At an
+    /// end node both halves act on the only edge. Zero moments are left out unless `D` carries derivatives; forces are
+    /// ignored.
     fn add_moments<D: Nestable>(
         &self,
         rod: &mut PlanarRod<D>,
@@ -209,13 +217,14 @@ impl Model for PlanarModel {
         }
     }
 
-    /// Tributary length of every node, m.
+    /// Tributary length of every node, m: half of each adjacent edge, with the corrections at walls.
     fn node_lengths<D: Nestable>(rest: &PlanarRest<D>) -> &[D] {
         &rest.line.tributary.node
     }
 
-    /// The map from unknowns to positions and directors in the world. The components of the first director across the tangent
-    /// are those of the first edge at rest.
+    /// The map from planar unknowns to positions and directors in the world: origin and axes of the plane. Its first director
+    /// has constant components across the tangent, in the plane and along the normal. They are those of the first material
+    /// director of the first edge at rest.
     fn chart<D: Nestable>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> Chart<D> {
         let tilted = tilted(scene, &scene.made_mesh().nodes, &self.normal());
         let [along, aside, out] = self.components(first_director(scene, &tilted));
@@ -229,24 +238,24 @@ impl Model for PlanarModel {
         }
     }
 
-    /// Number of unknowns, the supported ones included.
+    /// Number of unknowns, two for each node, those that supports hold included.
     fn dof(&self) -> usize {
         2 * self.nodes
     }
 
-    /// The unknowns at rest, m (rad for angles).
+    /// Coordinates of all nodes at rest, x and y of each in turn, m, in the axes of the plane.
     fn unknowns<D: Nestable>(&self, rest: &PlanarRest<D>) -> Vec<D> {
         rest.line.nodes.iter().flatten().copied().collect()
     }
 
-    /// No frames in a plane.
+    /// The empty type: a plane has no frames.
     fn frames<D: Nestable>(&self, _: &PlanarRest<D>) {}
 
-    /// No frames in a plane.
+    /// The empty type over any number type: a plane has no frames.
     fn frames_over<D: Nestable>((): &()) {}
 
-    /// Number of coordinates that a support of this kind holds, counted from the end of the rod inwards: 1 for a roller to 4 for
-    /// a wall.
+    /// Number of coordinates that a support holds, counted from the end of the rod inwards: free 0, roller 1, pinned 2,
+    /// clamped 4 (two nodes). For a recorded end also 4; more held markers hold more nodes.
     fn held(&self, support: Support) -> usize {
         match support {
             Support::Free => 0,
@@ -257,27 +266,29 @@ impl Model for PlanarModel {
         }
     }
 
-    /// Components of a vector of the world in the axes of the model; the third is normal to a plane.
+    /// The three scalar products of a vector of the world with the two axes of the plane and its normal.
     fn components<D: Scalar>(&self, [x, y, z]: [D; 3]) -> [D; 3] {
         let axes = [self.plane.x, self.plane.y, self.normal()];
         axes.map(|axis| x * axis.x + y * axis.y + z * axis.z)
     }
 
-    /// The position of node `i` in the world, m.
+    /// The position of node `i` in the world, m, from all unknowns `q`.
     #[inline]
     fn position<D: Scalar>(&self, q: &[D], i: usize) -> [D; 3] {
         self.plane.to_world([q[2 * i], q[2 * i + 1]])
     }
 
-    /// Rate of the position of node `i` in the world, from the rates of all unknowns.
+    /// The velocity of node `i` in the world, m/s, from the rates `v` of all unknowns; a rotation of any such vector into the
+    /// world.
     #[inline]
     fn rate<D: Scalar>(&self, v: &[D], i: usize) -> [D; 3] {
         self.plane.direction_to_world([v[2 * i], v[2 * i + 1]])
     }
 }
 
-/// Index of the second moment that resists bending in the plane: 0 with `up` in the plane or without `up`, 1 with `up` normal to
-/// it. None if bending leaves the plane. `nodes` are those at rest, m.
+/// Index of the second moment that resists bending in the plane. It is 0 with `up` in the plane or without `up`, 1 with `up`
+/// normal to it, within `TOLERANCE`. With another `up` it is 0 if both second moments are equal along the rod, else none:
+/// bending would leave the plane. `nodes` are those at rest, m, of which the first edge is taken.
 fn second_moment_in(scene: &Scene, plane: &Plane, nodes: &[Vector<f64>]) -> Option<usize> {
     let Some(up) = scene.rod.section.up_across(nodes) else { return Some(0) };
     let square = scene.second_moments_along().iter().all(|[i1, i2]| i1 == i2);

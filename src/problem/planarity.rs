@@ -1,8 +1,9 @@
 //! Vectors of a scene that must lie in the plane of a planar rod, or normal to it, and whether parameters keep them there.
 //!
 //! [`PlanarVectors`] lists forces, displacements and velocities (in the plane), and moments and rotations (normal to it) with
-//! their keys. [`leaves_plane_to_first_order`] tests their derivatives by a parameter in dual numbers: a vector leaves the plane
-//! if the component of its rate out of it exceeds `TOLERANCE` of the rate.
+//! their keys. [`leaves_plane_to_first_order`] tests their derivatives by a parameter in dual numbers. A vector leaves the
+//! plane if the component of its rate out of it exceeds `TOLERANCE` of the rate. The planar model and the check of parameters
+//! use them.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, dot, sub};
@@ -31,8 +32,9 @@ pub(super) struct PlanarVectors<D> {
 }
 
 impl<D: Scalar> PlanarVectors<D> {
-    /// The vectors of a scene with their keys. `nodes` are those at rest, m, and `start` those of the initial shape, if that is
-    /// another one.
+    /// The vectors of a scene with their keys, also those of length zero. A recorded displacement has one vector for each
+    /// frame; markers of `supports.path` are listed in `f64` only. `nodes` are those at rest, m. Nodes of the initial shape,
+    /// `start`, are listed relative to the first of them; none if it is the rest shape.
     pub fn new(scene: &Scene<D>, nodes: &[Vector<D>], start: Option<&[Vector<D>]>) -> Self {
         let keyed = |key: &str, vector: Vector<D>| KeyedVector { key: key.into(), vector };
         let mut within = vec![
@@ -81,7 +83,8 @@ impl<D: Scalar> PlanarVectors<D> {
     }
 }
 
-/// Positions of the markers at all frames, m, relative to the first node, without those at this node.
+/// Positions of all markers at all frames, m, relative to the first of the `nodes`. Missing ones are left out, and those
+/// whose squared distance is at most [`AT_NODE`] of the largest.
 fn positions_from_first_node<D: Scalar>(
     nodes: &[Vector<D>],
     track: &Track,
@@ -93,7 +96,7 @@ fn positions_from_first_node<D: Scalar>(
     vectors.filter(move |v| dot(*v, *v) > AT_NODE * largest_square).map(|v| v.map(D::from))
 }
 
-/// Keys and values of the natural twists, rad/m, and the twists of the ends, rad, which a planar rod does not have.
+/// Keys and values of all natural twists, rad/m, and of the twist of each support motion, rad. A planar rod has neither.
 pub(super) fn rotations_about_rod<D: Scalar>(scene: &Scene<D>) -> Vec<(String, D)> {
     let twists = scene.rod.natural_twist.values().into_iter();
     let twists = twists.map(|t| ("rod.natural_twist".into(), t));
@@ -102,8 +105,10 @@ pub(super) fn rotations_about_rod<D: Scalar>(scene: &Scene<D>) -> Vec<(String, D
     twists.chain(motions).collect()
 }
 
-/// Key of the first quantity that leaves the plane to first order along the derivatives of the scene; none if all stay
-/// in it. `model` has the axes of the `plane`, and `start` are the nodes of the initial shape, m, if that is not the rest
+/// Key of the first quantity that leaves the plane, or its normal, to first order along the derivatives of the scene; none if
+/// all stay. Checked are user-defined energies, then vectors, rest nodes and section, then twists. Energies are evaluated at
+/// displaced parameter values. Rates below [`ROUNDING`] of the fastest one, relative to the length of the vector, are
+/// ignored. `model` has the axes of the `plane`; `start` has the nodes of the initial shape, m, if that is not the rest
 /// shape.
 pub(super) fn leaves_plane_to_first_order(
     model: &impl Model,

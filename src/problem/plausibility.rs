@@ -1,9 +1,10 @@
-//! Notes on valid scenes that are probably not intended: numbers in other units than SI, and a rod without gravity or other
-//! load.
+//! Warnings about valid scenes that are probably not intended: numbers in other units than SI, and a rod without gravity or
+//! other load.
 //!
-//! Density, Young's modulus, section, length and gravity are compared with ranges that no rod exceeds; the note names the unit
-//! that is most often confused (g/cm^3, MPa, mm). A scene that leaves out gravity is noted if nothing else acts on its rod and
-//! the rod is not vertical. [`Problem::plausibility_notes`] returns codes and texts; simulations and equilibria show them.
+//! Density, Young's modulus, section, length and gravity are compared with ranges that no rod exceeds. The warning has the
+//! unit that is most often confused (g/cm^3, MPa, mm). A scene file that leaves out gravity is reported if nothing else acts
+//! on its rod and the rod is not vertical. `Problem::plausibility_notes` returns codes and texts, also of a mesh that is too
+//! coarse for the natural curvature. Simulations, equilibria, modes and fits show them.
 
 use crate::code::Code;
 use crate::problem::Problem;
@@ -44,8 +45,8 @@ pub(crate) enum Purpose {
 }
 
 impl Problem {
-    /// Notes, with their codes, on implausible units, on missing gravity for the `purpose`, and on a mesh that is too coarse for
-    /// the natural curvature. Empty for a plausible scene.
+    /// Warnings, each with its code, first of implausible units (one for all numbers), then of missing gravity for the
+    /// `purpose`. The last is of a given mesh that is too coarse for the natural curvature. Empty for a plausible scene.
     pub(crate) fn plausibility_notes(&self, purpose: Purpose) -> Vec<(Code, String)> {
         let units = units(&self.scene, self.length()).map(|words| (Code::ImplausibleUnits, words));
         let gravity = self.lacks_gravity(purpose).then(|| {
@@ -56,8 +57,9 @@ impl Problem {
         units.into_iter().chain(gravity).chain(self.natural_turn_note()).collect()
     }
 
-    /// Whether a scene without gravity has no other load or motion that moves its rod, and the rod is not vertical. False for
-    /// modes, which need no load.
+    /// Whether the file gives no gravity and nothing else moves the rod: no load, flow, support motion, recording,
+    /// user-defined energy, or initial shape. Stress in the rest shape counts too, and for a motion an initial velocity or a
+    /// recorded start. False for a vertical rod and for modes, which need no load.
     fn lacks_gravity(&self, purpose: Purpose) -> bool {
         let scene = &self.scene;
         let initial = &scene.initial;
@@ -82,7 +84,8 @@ impl Problem {
         scene.gravity_left_out && scene.loads.gravity == [0.0; 3] && !driven && !self.is_vertical()
     }
 
-    /// Whether a straight rod is within 10 degrees of the y or the z axis ([`VERTICAL`]), either of which points up in scenes.
+    /// Whether the rod is straight and within 10 degrees of the y or the z axis ([`VERTICAL`]), either of which points up in
+    /// scenes. False for other shapes.
     fn is_vertical(&self) -> bool {
         let Shape::Straight { direction, .. } = &self.scene.rod.shape else { return false };
         let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -90,7 +93,9 @@ impl Problem {
     }
 }
 
-/// Message about numbers that appear to be in other units than SI; none for plausible ones. `length` is that of the rod, m.
+/// Message about all numbers that appear to be in other units than SI, each with its value and the likely unit. Compared are
+/// density, Young's modulus (also with the density), thickness, length (also with the thickness) and gravity. None if all are
+/// plausible. `length` is that of the rod, m.
 fn units(scene: &Scene, length: f64) -> Option<String> {
     let mut found = Vec::new();
     let mut add = |key: &str, value: f64, unit: &str, guess: &str| {

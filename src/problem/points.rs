@@ -1,7 +1,8 @@
 //! Points and markers of a rod on the mesh of a problem, as weighted sums of nodes and edges.
 //!
-//! A point (node index, arc length or tip) becomes a [`Stencil`]: nodes with weights. A marker beside the center line becomes a
-//! `MarkerStencil`. Loads, results and observations of fits use them.
+//! A point (node index, arc length or tip) becomes a [`Stencil`]: nodes with weights that sum to one. A marker beside the
+//! center line becomes a `MarkerStencil`, which has edges with weights and an offset too. Results, observations of fits and
+//! searches for a mesh use them.
 
 use crate::error::Error;
 use crate::problem::Problem;
@@ -10,12 +11,14 @@ use crate::scene::{Point, Stencil};
 use std::ops::Range;
 
 impl Problem {
-    /// Nodes and weights whose weighted sum is the end of the rod: the wall of a clamped end, else the last node.
+    /// Nodes and weights whose weighted sum is the end of the rod. It is the wall, within the last edge, of an end clamped at
+    /// mid-edge, else the last node.
     pub(crate) fn tip(&self) -> Stencil {
         Point::Tip.stencil(&self.mesh).unwrap_or_else(|_| Stencil::node(self.segments()))
     }
 
-    /// Nodes and weights whose weighted sum is a point of the rod.
+    /// Nodes and weights, which sum to one, whose weighted sum is a point of the rod. They are one node, four with cubic
+    /// weights, or two in a clamped edge.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for a point outside the rod.
@@ -23,18 +26,20 @@ impl Problem {
         point.stencil(&self.mesh)
     }
 
-    /// Range of the nodes whose weighted sum is a point, for this rod length and slightly different ones. An error for a point
-    /// outside the rod.
+    /// Range of the nodes whose weighted sum is a point, for this rod length and slightly different ones. It has one node, or
+    /// up to four around an arc length. An error for a point outside the rod.
     pub(crate) fn nodes_around(&self, point: Point) -> Result<Range<usize>, Error> {
         point.nodes_around(&self.mesh)
     }
 
-    /// Stencil of a marker at an `offset`, m, along the axes of the rod at a point. An error for a point outside the rod.
+    /// Stencil of a marker at an `offset`, m, from a point, along the tangent and the two material directors there. An error
+    /// for a point outside the rod.
     pub(crate) fn marker(&self, point: Point, offset: [f64; 3]) -> Result<MarkerStencil, Error> {
         MarkerStencil::new(point, offset, &self.mesh)
     }
 
-    /// Range of the edges whose axes carry a marker beside a point, for this rod length and slightly different ones.
+    /// Range of up to four edges whose axes are averaged for a marker beside a point, for this rod length and slightly
+    /// different ones. An error for a point outside the rod.
     pub(crate) fn edges_around(&self, point: Point) -> Result<Range<usize>, Error> {
         MarkerStencil::edges_around(point, &self.mesh)
     }
@@ -45,7 +50,7 @@ impl Problem {
         &self.mesh.arc_length
     }
 
-    /// Arc length of a point from the wall, m.
+    /// Arc length of a point from the wall, m; an arc length itself is returned unchanged.
     ///
     /// # Errors
     /// Those of [`stencil`](Self::stencil).

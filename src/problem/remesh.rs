@@ -1,12 +1,14 @@
 //! The scene of a problem with another number of edges, for refinements (discretization error, choice of the mesh).
 //!
-//! Loads and masses that the scene names by a node index keep their arc length; the nodes next to it on the new mesh share them.
+//! Only the field `remeshed` is set, so that loads and masses on node indices keep their arc length. On the new mesh the
+//! nodes next to that place share them.
 
 use crate::problem::Problem;
 use crate::scene::Scene;
 
 impl Problem {
-    /// The scene with `segments` edges. A load on an inner node keeps its arc length; the adjacent nodes share it.
+    /// A copy of the scene whose problem has `segments` edges. `rod.segments` is unchanged: a load on an inner node keeps its
+    /// arc length, and the adjacent nodes share it.
     pub(crate) fn remeshed(&self, segments: usize) -> Scene {
         Scene { remeshed: Some(segments), ..self.scene.clone() }
     }

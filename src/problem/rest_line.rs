@@ -1,7 +1,8 @@
-//! Rest shape of a rod in the axes of its model, and the parts of the rod that are alike in the plane and in space.
+//! Rest shape of a rod in the axes of its model, and the parts of the rod that are alike in both models.
 //!
 //! [`RestLine`] holds nodes, chords and tributary lengths. From the section profile it computes edges with `EA/l`, masses and
-//! rotational inertias of all unknowns (with the added mass of a fluid), and weights of the nodes (less buoyancy).
+//! rotational inertias of all unknowns, and weights of the nodes. Masses include the added mass of a fluid, weights its
+//! buoyancy. The planar and the spatial model use it.
 
 use crate::energy::law::Beyond;
 use crate::energy::{DeadLoad, Stretch};
@@ -35,8 +36,8 @@ pub(crate) struct InertiaAndWeight<D, const N: usize> {
 }
 
 impl<D: Scalar, const N: usize> RestLine<D, N> {
-    /// The line through `nodes`, m, in the axes of the model, with tributary lengths that are corrected if `correction` requires
-    /// it.
+    /// The line through `nodes`, m, in the axes of the model. Tributary lengths are halves of its chords, or if `correction`
+    /// requires it those of the arcs of the `mesh` with corrections at walls.
     pub fn new(nodes: Vec<[D; N]>, mesh: &Mesh<D>, correction: &Correction) -> Self {
         let mut length = Vec::with_capacity(nodes.len() - 1);
         for pair in nodes.windows(2) {
@@ -54,7 +55,7 @@ impl<D: Scalar, const N: usize> RestLine<D, N> {
         Self { nodes, length, tributary, places: mesh.places() }
     }
 
-    /// Vector of edge `j`, m.
+    /// Vector from node `j` to node `j + 1` at rest, m.
     pub fn edge(&self, j: usize) -> [D; N] {
         std::array::from_fn(|c| self.nodes[j + 1][c] - self.nodes[j][c])
     }
@@ -76,7 +77,9 @@ impl<D: Scalar, const N: usize> RestLine<D, N> {
         stretch.collect()
     }
 
-    /// Masses, rotational inertia about the rod in space, and weights under a `gravity` in the axes of the model, m/s^2.
+    /// Mass of every unknown, kg, with the added mass of a fluid. In space an angle has the rotational inertia about the rod,
+    /// kg m^2. Weights of the nodes, N, are their masses less that of displaced fluid, times `gravity`, m/s^2, in the axes of
+    /// the model.
     pub fn inertia_and_weight(
         &self,
         scene: &Scene<D>,

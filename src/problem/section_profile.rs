@@ -27,7 +27,8 @@ pub(crate) struct SectionConstants<D> {
 }
 
 impl<D: Scalar> SectionConstants<D> {
-    /// EA, EI, GJ, A, rho A and rho (I1 + I2) of a section and a material.
+    /// Constants of a section and a material: EA, EI1 and EI2, GJ, A, rho A and rho (I1 + I2). GJ is 0 without shear modulus
+    /// and Poisson's ratio.
     fn of(section: &Section<D>, material: &Material<D>) -> Self {
         let moments = section.moments();
         let [i1, i2] = moments.second_moments;
@@ -41,7 +42,7 @@ impl<D: Scalar> SectionConstants<D> {
         }
     }
 
-    /// All constants, each combined with that of `other` by `f`.
+    /// The constants `f(own, other)`, one by one.
     fn combine(self, other: Self, f: impl Fn(D, D) -> D) -> Self {
         Self {
             axial: f(self.axial, other.axial),
@@ -53,7 +54,8 @@ impl<D: Scalar> SectionConstants<D> {
         }
     }
 
-    /// The constants with compliances in place of stiffnesses, or stiffnesses in place of compliances; inertia is unchanged.
+    /// Reciprocals of EA, EI1, EI2 and GJ, so that stiffnesses become compliances or the reverse; zero stays zero. Area and
+    /// inertias are unchanged.
     fn inverted(self) -> Self {
         // The torsional stiffness of planar rods may be 0.
         let inverse = |x: D| if x.value() == 0.0 { x } else { x.recip() };
@@ -78,7 +80,8 @@ pub(crate) struct SectionProfile<'a, D> {
 }
 
 impl<'a, D: Scalar> SectionProfile<'a, D> {
-    /// Profile of a scene with nodes at these fractions of the rod length.
+    /// Profile of a scene with nodes at these fractions of the rod length. It has the constants without taper, and the places
+    /// of jumps of the taper.
     pub fn new(scene: &'a Scene<D>, nodes: &'a [f64]) -> Self {
         let taper = &scene.rod.taper;
         let breaks = if taper.is_none() { Vec::new() } else { taper.breaks() };
@@ -90,17 +93,17 @@ impl<'a, D: Scalar> SectionProfile<'a, D> {
         }
     }
 
-    /// Mean constants of joint `i`, at node `i + 1`.
+    /// Mean constants of joint `i`, which is at node `i + 1`, between the middles of its two edges.
     pub fn joint(&self, i: usize) -> SectionConstants<D> {
         self.mean(self.middle(i), self.middle(i + 1))
     }
 
-    /// Mean constants of edge `j` over its length.
+    /// Mean constants of edge `j` between its two nodes.
     pub fn edge(&self, j: usize) -> SectionConstants<D> {
         self.mean(self.nodes[j], self.nodes[j + 1])
     }
 
-    /// Mean constants of node `i`, over the adjacent halves of its edges.
+    /// Mean constants of node `i` between the middles of its two edges; of an end node over half an edge.
     pub fn node(&self, i: usize) -> SectionConstants<D> {
         let last = self.nodes.len() - 1;
         let start = if i == 0 { self.nodes[0] } else { self.middle(i - 1) };
@@ -108,13 +111,13 @@ impl<'a, D: Scalar> SectionProfile<'a, D> {
         self.mean(start, end)
     }
 
-    /// Middle of an edge, as a fraction of the rod length.
+    /// Middle of edge number `edge`, as a fraction of the rod length.
     fn middle(&self, edge: usize) -> f64 {
         0.5 * (self.nodes[edge] + self.nodes[edge + 1])
     }
 
-    /// Mean constants between two places, fractions of the rod length: harmonic means of stiffnesses, arithmetic ones of
-    /// inertia.
+    /// Mean constants between two places, fractions of the rod length: harmonic means of stiffnesses, arithmetic ones of area
+    /// and inertias. Each part between two jumps is evaluated at its middle. Without taper they are those of the rod.
     fn mean(&self, start: f64, end: f64) -> SectionConstants<D> {
         if self.breaks.is_empty() {
             return self.whole;

@@ -1,8 +1,9 @@
-//! The setup of a problem over any number type of its scene: mesh, rest shape, start, and the rod with its loads and drag.
+//! The setup of a problem over any number type of its scene: mesh, rest shape, initial shape, and the rod with its loads and
+//! drag.
 //!
-//! [`Setup`] with dual numbers gives rods with derivatives by the scene's parameters. It distributes point loads and masses over
-//! the nodes next to them, adds the weight of masses, and attaches user-defined energies. [`between_markers`] returns the nodes
-//! of a rod along recorded markers.
+//! [`Setup`] with dual numbers gives rods with derivatives by the scene's parameters. It distributes point loads and masses
+//! over the nodes next to them, adds the weight of masses, and attaches user-defined energies. [`between_markers`] returns
+//! the nodes of a rod along recorded markers. [`nodal`] and [`nodal_masses`] return loads and masses of nodes.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -25,7 +26,8 @@ pub(crate) struct Setup<D: Nestable, M: Model> {
 }
 
 impl<D: Nestable, M: Model> Setup<D, M> {
-    /// The setup of a validated scene, whose mesh and start exist.
+    /// The mesh, rest shape in the axes of the model, and initial shape of a scene. It panics for a scene that was not
+    /// validated and checked on its mesh.
     pub fn new(model: &M, scene: Scene<D>) -> Self {
         let mesh = scene.made_mesh();
         let rest = model.at_rest(&scene, &mesh);
@@ -33,7 +35,8 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         Self { scene, mesh, rest, start }
     }
 
-    /// The rod of the model, with point masses and their weight, point loads, and user-defined energies.
+    /// The rod of the model, to which point masses with their weight, point and line loads, and user-defined energies are
+    /// added. Forces of `initial.point` are not.
     pub fn rod(&self, model: &M) -> M::Rod<D> {
         let mut rod = model.rod(&self.scene, &self.rest);
         // Point masses have weight too.
@@ -52,8 +55,8 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         rod
     }
 
-    /// The rod without loads, with the axial stiffness of every edge `j` times `stiffer(j)`, and with nodes tied to points by
-    /// springs.
+    /// The rod without weight, loads, point masses and user-defined energies. The axial stiffness of every edge `j` is
+    /// multiplied by `stiffer(j)`, and nodes are tied to fixed points by springs (`ties`).
     pub fn tied(
         &self,
         model: &M,
@@ -69,7 +72,8 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         rod
     }
 
-    /// Drag on the nodes by the fluid of the scene, in the axes of the model; none without a fluid.
+    /// Drag coefficients of the fluid, its velocity in the axes of the model, and the tributary length of every node. None
+    /// without `loads.drag`.
     pub fn drag(&self, model: &M) -> Option<NodalDrag<D>> {
         let drag = self.scene.loads.drag.as_ref()?;
         let axes = M::STRIDE.min(3);
@@ -82,26 +86,27 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         })
     }
 
-    /// Point masses of the scene, distributed over the nodes.
+    /// Point masses of the scene, kg, each divided between the two nodes next to it by the lever rule.
     fn masses(&self) -> Vec<NodalMass<D>> {
         nodal_masses(&self.scene, &self.mesh).expect("checked when the model was chosen")
     }
 
-    /// Point loads and line loads of the scene, distributed over the nodes.
+    /// Forces and moments on nodes, in world axes: those of `loads.point`, then those of `loads.line`. A node may have
+    /// several entries.
     pub fn loads(&self) -> Vec<NodalLoad<D>> {
         let mut loads = self.nodal(&self.scene.loads.point);
         loads.extend(line_loads(&self.scene.loads.line, &self.mesh));
         loads
     }
 
-    /// The `rod` with the additional forces and moments of `initial.point`, which act until t = 0.
+    /// A copy of `rod` with the forces and moments of `initial.point` added, which act until t = 0.
     pub fn rod_with_release_forces(&self, model: &M, rod: &M::Rod<D>) -> M::Rod<D> {
         let mut rod = rod.clone();
         self.add_loads(model, &mut rod, &self.nodal(&self.scene.initial.point));
         rod
     }
 
-    /// Adds forces and moments on nodes to a rod.
+    /// Adds forces, and in a plane moments, on nodes to a rod; `loads` are in world axes.
     fn add_loads(&self, model: &M, rod: &mut M::Rod<D>, loads: &[NodalLoad<D>]) {
         for load in loads {
             rod.add_force(load.node, model.components(load.force));
@@ -109,14 +114,16 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         model.add_moments(rod, &self.rest, loads);
     }
 
-    /// Loads of a list, distributed over the nodes of the mesh.
+    /// Forces and moments of a list on the nodes of the mesh, in world axes. It panics for a point outside the rod, which was
+    /// rejected before.
     fn nodal(&self, points: &[PointForce<D>]) -> Vec<NodalLoad<D>> {
         nodal(points, "loads", &self.mesh).expect("checked when the model was chosen")
     }
 }
 
-/// Nodes of the initial shape, m: those of a recording at t = 0 or of the shape that the scene gives; none for the rest shape.
-/// An error if the shape does not fit the mesh `rest`.
+/// Nodes of the initial shape, m, in the world. With `supports.path` they are on straight lines between the markers at t = 0,
+/// else those of `initial.shape`; none without both. An error if the shape does not fit the mesh `rest`, or the recording is
+/// not read.
 pub(crate) fn start_shape<D: Scalar>(
     scene: &Scene<D>,
     rest: &Mesh<D>,
@@ -127,8 +134,8 @@ pub(crate) fn start_shape<D: Scalar>(
     scene.initial.shape.as_ref().map(|shape| shape.nodes_of(rest)).transpose()
 }
 
-/// Positions, m, of the nodes of a rod with `segments` edges at a time, s, on straight lines between the markers along
-/// it.
+/// Positions, m, of all nodes of a rod with `segments` edges at a time, s. Markers divide the rod into equally many edges;
+/// nodes between two markers are on the straight line, equally spaced. `segments` must be a multiple of the number of parts.
 pub(crate) fn between_markers<D: Scalar>(
     track: &Track,
     time: f64,
@@ -151,8 +158,8 @@ pub(crate) fn between_markers<D: Scalar>(
     (0..=segments).map(place).collect()
 }
 
-/// Point loads distributed over the nodes of a mesh; `table` is the key of their list, for messages. An error for a load outside
-/// the rod.
+/// Point loads distributed over the nodes of a mesh, in world axes. Each node of the stencil of a load gets its weight times
+/// force and moment. `table` is the key of their list, for the error of a load outside the rod.
 pub(crate) fn nodal<D: Scalar>(
     loads: &[PointForce<D>],
     table: &str,
@@ -169,7 +176,8 @@ pub(crate) fn nodal<D: Scalar>(
     Ok(nodal)
 }
 
-/// Point masses of a scene distributed over the nodes of a mesh; an error for a mass outside the rod.
+/// Point masses of a scene, kg, each divided between the two nodes next to it by the lever rule. A mass at a node has one
+/// entry. An error for a mass outside the rod.
 pub(crate) fn nodal_masses<D: Scalar>(
     scene: &Scene<D>,
     mesh: &Mesh<D>,
@@ -183,7 +191,8 @@ pub(crate) fn nodal_masses<D: Scalar>(
     Ok(nodal)
 }
 
-/// The error of entry `k` of a list in a table, with its key if the point is outside the rod.
+/// For a point outside the rod, the error with the key of entry `k` of `table.list` and the allowed range. Other errors are
+/// unchanged.
 fn off_the_rod(error: Error, table: &str, list: &str, k: usize) -> Error {
     match error {
         Error::OutOfRange { what, found, low, high } => {

@@ -10,7 +10,8 @@
 use crate::numerics::scalar::Scalar;
 use crate::scene::{End, Parameter, Scene, Support};
 
-/// Whether the `[start, end]` of the rod has a rotational compliance, or one among the `varying` parameters.
+/// Whether the clamp at `[start, end]` of the rod is modelled as compliant. Its rotational compliance in the scene is then
+/// not zero, or is one of the `varying` parameters.
 pub(super) fn soft(scene: &Scene, varying: &[Parameter]) -> [bool; 2] {
     let turns = soft_by_itself(scene);
     [End::Start, End::End].map(|end| {
@@ -23,7 +24,7 @@ pub(super) fn soft(scene: &Scene, varying: &[Parameter]) -> [bool; 2] {
     })
 }
 
-/// Whether the `[start, end]` of the rod has a rotational compliance in the scene itself.
+/// Whether the clamp at `[start, end]` of the rod has a rotational compliance other than zero in the scene.
 pub(super) fn soft_by_itself(scene: &Scene) -> [bool; 2] {
     [End::Start, End::End].map(|end| scene.supports.compliance(end).rotation != 0.0)
 }
@@ -46,7 +47,8 @@ struct SoftClamp<D> {
 }
 
 impl<D: Scalar> SoftClamps<D> {
-    /// Compliances of a scene on a mesh with `edges` edges; none for rigid clamps without derivatives.
+    /// Compliances of the clamps of a scene, each with the joint and edge on which it acts, on a mesh with `edges` edges.
+    /// Left out are ends without a clamp, and rigid clamps if `D` carries no derivatives.
     pub fn new(scene: &Scene<D>, edges: usize) -> Self {
         let supports = &scene.supports;
         let of = |end: End| {
@@ -64,13 +66,15 @@ impl<D: Scalar> SoftClamps<D> {
         Self { ends: [End::Start, End::End].into_iter().filter_map(of).collect() }
     }
 
-    /// Bending stiffness over length of joint `i`, N m, in series with the clamp; `stiffness` is that with a rigid clamp.
+    /// Bending stiffness over length of joint `i`, N m, in series with the rotational compliance `c` of a clamp: `K/(1 + K
+    /// c)` with the `stiffness` K at a rigid clamp. Unchanged for joints that are not next to a clamp.
     pub fn bending(&self, i: usize, stiffness: D) -> D {
         let own = self.ends.iter().filter(|end| end.joint == i);
         own.fold(stiffness, |k, end| k / (k * end.rotation + 1.0))
     }
 
-    /// Axial stiffness of edge `j`, N, in series with the clamp; `stiffness` is that with a rigid clamp, `rest_length` is in m.
+    /// Axial stiffness of edge `j`, N, in series with the axial compliance `a` of a clamp: `K/(1 + K a/l)`. K is the
+    /// `stiffness` at a rigid clamp, l the `rest_length`, m. Unchanged for edges that are not next to a clamp.
     pub fn stretching(&self, j: usize, stiffness: D, rest_length: D) -> D {
         let own = self.ends.iter().filter(|end| end.edge == j);
         own.fold(stiffness, |k, end| k / (k / rest_length * end.axial + 1.0))

@@ -1,9 +1,9 @@
 //! The spatial model: a rod with stretch, bending and twist in space.
 //!
-//! [`SpatialModel`] selects the axes (those of the world, or along a roller), and rejects moments, whose work in space depends
-//! on the path. As a [`Model`] it builds the `SpatialRod` over any number type: coordinates and edge angles as unknowns, Bishop
-//! frames at rest, and joints with natural curvature and twist. Their stiffness is corrected for curved rest shapes
-//! (`curved_joints`).
+//! [`SpatialModel`] selects the axes (those of the world, or along a roller), and rejects moments, whose work in space
+//! depends on the path. As a [`Model`] it builds the `SpatialRod` over any number type. Its unknowns are three coordinates
+//! per node and one angle per edge, measured from Bishop frames. Joints have natural curvature and twist, and for curved rest
+//! shapes a corrected stiffness (`curved_joints`).
 
 use crate::energy::adapter::Chart;
 use crate::energy::bend_twist::{JointLaw, Stiffness};
@@ -48,8 +48,8 @@ pub struct SpatialRest<D> {
 }
 
 impl SpatialModel {
-    /// The model of a scene on its mesh, with these loads on nodes and the normal of its plane if it is planar. An error for a
-    /// load with a moment.
+    /// The model of a scene on its mesh. With the `normal` of a planar scene, `supports.angle` rotates the rod about it. With
+    /// a roller, the axes are along and across its direction. An error for one of the `loads` on nodes that has a moment.
     pub(crate) fn new(
         scene: &Scene,
         mesh: &Mesh,
@@ -88,7 +88,9 @@ impl Model for SpatialModel {
     type Rod<D: Nestable> = SpatialRod<D>;
     type Rest<D: Nestable> = SpatialRest<D>;
 
-    /// The rest shape of a scene on its mesh: nodes in the axes of the model, Bishop frames, integrated curvatures and slants.
+    /// The rest shape on a mesh, in the axes of the model: nodes, tributary lengths and Bishop frames. The first frame has
+    /// the first material director. Joints have integrated curvatures along the two directors, and for corrected
+    /// discretizations their slants.
     fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> SpatialRest<D> {
         let turned = self.normal.map(|normal| tilted(scene, &mesh.nodes, &normal));
         let nodes = turned.as_deref().unwrap_or(&mesh.nodes);
@@ -117,8 +119,10 @@ impl Model for SpatialModel {
         SpatialRest { line, slants, curvature, frames }
     }
 
-    /// The spatial rod with the numbers of a scene: edges with `EA/l`, joints with `EI/l`, `GJ/l`, natural curvature and twist,
-    /// masses, weight and internal friction. Stiffnesses are those of the tapered section, corrected for curves and soft clamps.
+    /// The spatial rod of a scene: edges with `EA/l`, joints with `EI/l`, `GJ/l`, natural curvature and twist, masses,
+    /// weights and internal friction. Masses include rotational inertias and the added mass of a fluid. Stiffnesses are means
+    /// of the tapered section; those of bending and stretch are reduced by compliant clamps. Corrected discretizations rotate
+    /// and scale the stiffness of curved joints. Point masses, loads and user-defined energies are not included.
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &SpatialRest<D>) -> SpatialRod<D> {
         let line = &rest.line;
         let profile = SectionProfile::new(scene, &line.places);
@@ -163,24 +167,27 @@ impl Model for SpatialModel {
         }
     }
 
-    /// Tributary length of every node, m.
+    /// Tributary length of every node, m: half of each adjacent edge, with the corrections at walls.
     fn node_lengths<D: Nestable>(rest: &SpatialRest<D>) -> &[D] {
         &rest.line.tributary.node
     }
 
-    /// The map from unknowns to positions and directors in the world: the axes of the model, if they are not the world's.
+    /// The map from unknowns to positions and directors in the world, for user-defined energies. It has the axes of the
+    /// model, or none if they are those of the world.
     fn chart<D: Nestable>(&self, _: &Scene<D>, _: &SpatialRest<D>) -> Chart<D> {
         let axes = self.axes.map(Into::into);
         let world = [0, 1, 2].map(|k| [0, 1, 2].map(|c| f64::from(c == k)));
         Chart::Space { axes: (axes != world).then_some(axes) }
     }
 
-    /// Number of unknowns, the supported ones included: three coordinates per node, one angle per edge.
+    /// Number of unknowns, the supported ones included: three coordinates per node and one angle per edge, `4 N - 1` for N
+    /// nodes.
     fn dof(&self) -> usize {
         4 * self.nodes - 1
     }
 
-    /// The unknowns at rest, m, and angles of zero, rad.
+    /// The unknowns at rest: the coordinates of each node in turn, in the axes of the model, m. An angle of zero, rad, for
+    /// each edge follows those of its first node.
     fn unknowns<D: Nestable>(&self, rest: &SpatialRest<D>) -> Vec<D> {
         let zero = D::from(0.0);
         let mut q: Vec<D> =
@@ -189,12 +196,12 @@ impl Model for SpatialModel {
         q
     }
 
-    /// The Bishop frames at rest.
+    /// The Bishop (twist-free) frames of the edges at rest, from which angles are measured.
     fn frames<D: Nestable>(&self, rest: &SpatialRest<D>) -> Frames<D> {
         rest.frames.clone()
     }
 
-    /// The frames over another scalar, without derivatives.
+    /// The frames, tangents, directors and reference twists, converted to the number type `D` without derivatives.
     fn frames_over<D: Nestable>(frames: &Frames<f64>) -> Frames<D> {
         let over = |v: [f64; 3]| v.map(D::from);
         let edge = |frame: &EdgeFrame<f64>| EdgeFrame {
@@ -207,8 +214,8 @@ impl Model for SpatialModel {
         }
     }
 
-    /// Number of unknowns that a support holds, counted from the end of the rod inwards; a wall holds the outermost edge with
-    /// its angle.
+    /// Number of unknowns that a support holds, counted from the end of the rod inwards: free 0, roller 2, pinned 3, clamped
+    /// 7. A clamp holds two nodes and the angle of their edge. For a recorded end also 7; more held markers hold more nodes.
     fn held(&self, support: Support) -> usize {
         match support {
             Support::Free => 0,
@@ -219,7 +226,7 @@ impl Model for SpatialModel {
         }
     }
 
-    /// Components of a vector of the world in the axes of the model.
+    /// The three scalar products of a vector of the world with the axes of the model.
     fn components<D: Scalar>(&self, [x, y, z]: [D; 3]) -> [D; 3] {
         self.axes.map(|axis| x * axis.x + y * axis.y + z * axis.z)
     }
@@ -231,7 +238,8 @@ impl Model for SpatialModel {
         components(|c| q[4 * i] * x[c] + q[4 * i + 1] * y[c] + q[4 * i + 2] * z[c])
     }
 
-    /// Rate of the position of node `i` in the world, m/s, from the rates `v` of all unknowns.
+    /// The velocity of node `i` in the world, m/s, from the rates `v` of all unknowns; a rotation of any such vector into the
+    /// world.
     #[inline]
     fn rate<D: Scalar>(&self, v: &[D], i: usize) -> [D; 3] {
         self.position(v, i)

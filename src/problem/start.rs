@@ -1,8 +1,9 @@
 //! Initial state of a rod: unknowns and frames in the rest shape or a given shape, held ends, and prescribed nodes.
 //!
-//! `begin` returns unknowns and frames before supports and loads act: a given initial shape has the smallest twist. `held_ends`
-//! collects the nodes and edges that supports hold, with their motions, as a [`BoundaryMotion`]. `turn_ends` applies the twist
-//! of recorded ends. `placed` moves a rod in space from rest to given nodes without rotation about itself.
+//! `begin` returns unknowns and frames before supports and loads act: a given initial shape has no twist of the joints.
+//! `held_ends` collects the nodes and edges that clamps and hinges hold, with their motions, and recorded nodes, as a
+//! [`BoundaryMotion`]. `turn_ends` adds the twist of recorded ends to the angles. `placed` moves a rod in space from rest to
+//! given nodes without rotation about itself. Statics and dynamics start from these states.
 
 use crate::energy::frame::Frames;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
@@ -29,8 +30,9 @@ const LARGE_ROTATION: f64 = -0.5;
 const UNDETERMINED: f64 = 1e-3;
 
 impl SpatialProblem<'_> {
-    /// Unknowns and frames of a rod in space that moves from its rest shape in `setup` to `nodes`, m, without rotation about
-    /// itself.
+    /// Unknowns and frames of a rod in space that moves from its rest shape in `setup` to `nodes`, m, in the world. Its
+    /// frames are moved by parallel transport, so that all angles stay zero. If an edge rotates by more than 120 degrees,
+    /// they are transported by way of a state halfway.
     pub(crate) fn placed<D: Nestable>(
         &self,
         setup: &Setup<D, SpatialModel>,
@@ -50,8 +52,10 @@ impl SpatialProblem<'_> {
         (q, frames)
     }
 
-    /// Unknowns halfway between two planar states, if an edge rotates by more than 120 degrees between them, otherwise none:
-    /// parallel transport is undefined for a rotation by half a turn. Edges rotate about the normal of the plane.
+    /// Unknowns halfway between two states, if an edge rotates by more than 120 degrees ([`LARGE_ROTATION`]) between them,
+    /// otherwise none. Its edges have the mean directions of both states, and the lengths in `to`. For an edge with such a
+    /// rotation a unit vector in the plane across `from` is added to the mean. It points to the side of the rotation; near
+    /// half a turn ([`UNDETERMINED`]) the side is that of the edge before.
     fn halfway<D: Nestable>(&self, from: &[D], to: &[D]) -> Option<Vec<D>> {
         let edge = |q: &[D], j: usize| {
             let node = |i: usize| -> [D; 3] { std::array::from_fn(|c| q[4 * i + c]) };
@@ -84,7 +88,8 @@ impl SpatialProblem<'_> {
         Some(q)
     }
 
-    /// Unknowns and frames of a rod in space at `nodes`, m, without rotation about itself from the rest shape, in plain numbers.
+    /// Unknowns and frames of a rod in space at `nodes`, m, over `f64`: [`placed`](Self::placed) from the rest shape of the
+    /// problem.
     pub(crate) fn placed_still(&self, nodes: &[[f64; 3]]) -> (Vec<f64>, Frames<f64>) {
         self.placed(self.setup, nodes)
     }
@@ -97,14 +102,14 @@ fn edge_length<D: Nestable>(q: &[D], j: usize) -> D {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// Positions of the nodes in the initial shape, in the world, m.
+    /// Positions of all nodes in the initial shape, or without one in the rest shape, in the world, m.
     pub(crate) fn start_positions(&self) -> Vec<[f64; 3]> {
         let (q, _) = self.begin(self.setup);
         (0..self.nodes()).map(|i| self.model.position(&q, i)).collect()
     }
 
-    /// Unknowns and frames before supports and loads act: those of the rest shape, or of the initial shape of the scene
-    /// without twist.
+    /// Unknowns and reference frames before supports and loads act: those of the rest shape, or of the initial shape in
+    /// `setup`. The frames of an initial shape are transported from rest, and its angles are such that no joint is twisted.
     pub(crate) fn begin<D: Nestable>(&self, setup: &Setup<D, M>) -> UnknownsAndFrames<D, M> {
         let mut q = self.model.unknowns(&setup.rest);
         let mut frames = self.model.frames(&setup.rest);
@@ -120,7 +125,8 @@ impl<M: Model> Discretized<'_, M> {
         (q, frames)
     }
 
-    /// Prescribed motion of the held ends and recorded nodes of `setup`; none if no end moves.
+    /// Prescribed motion of the [held ends](Self::held_ends) and recorded nodes of `setup`; none for a scene without
+    /// `supports.motion` and recording.
     pub(crate) fn boundary_motion<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -128,13 +134,14 @@ impl<M: Model> Discretized<'_, M> {
         setup.scene.supports.move_ends().then(|| self.held_ends(setup))
     }
 
-    /// Prescribed motion of the held ends and recorded nodes in plain numbers; none if no end moves.
+    /// [`boundary_motion`](Self::boundary_motion) over `f64`: none for a scene without `supports.motion` and recording.
     pub(crate) fn moved_ends(&self) -> Option<BoundaryMotion> {
         self.boundary_motion(self.setup)
     }
 
-    /// Prescribed motion of all held ends and recorded nodes, at rest or not: their nodes and edges in the initial shape, and
-    /// the point about which an end rotates (the wall). Rollers and free ends are not held.
+    /// Prescribed motion of clamped and pinned ends, moved or not, and of recorded nodes. A clamped end has its two outermost
+    /// nodes and its edge with tangent and director in the initial shape, a pinned end one node. The end rotates about the
+    /// middle of the edge of a clamp at mid-edge, else about the outermost node. Rollers and free ends are not held.
     pub(crate) fn held_ends<D: Nestable>(&self, setup: &Setup<D, M>) -> BoundaryMotion<D> {
         let supports = &setup.scene.supports;
         let (q, frames) = self.begin(setup);
@@ -184,7 +191,7 @@ impl<M: Model> Discretized<'_, M> {
         BoundaryMotion::new::<M>(ends.collect(), self.recorded())
     }
 
-    /// The three axes of the model in the world.
+    /// The three axes of the model as unit vectors of the world.
     fn model_axes(&self) -> [[f64; 3]; 3] {
         let columns = [0, 1, 2].map(|c| {
             self.model.components(std::array::from_fn(|k| if k == c { 1.0 } else { 0.0 }))
@@ -192,7 +199,8 @@ impl<M: Model> Discretized<'_, M> {
         [0, 1, 2].map(|r| [0, 1, 2].map(|c| columns[c][r]))
     }
 
-    /// Parts of the rod whose nodes a recording prescribes: ends, and nodes between them; empty without a recording.
+    /// Parts of the rod that follow a recording, each with its nodes and their markers. The recorded ends come first, from
+    /// the start on, then one part with the inner nodes, which may be empty. No parts without a recording that has been read.
     pub(super) fn recorded(&self) -> Vec<RecordedPart> {
         let supports = &self.scene().supports;
         let Some(path) = &supports.path else { return Vec::new() };
@@ -207,14 +215,16 @@ impl<M: Model> Discretized<'_, M> {
             .collect()
     }
 
-    /// Whether a recording or another support prescribes the position of a node; `prescribed` are the recorded unknowns.
+    /// Whether a support or a recording prescribes the position of a node. Its first coordinate is then not free, or is in
+    /// `prescribed`, the recorded unknowns between the ends.
     pub(crate) fn is_held(&self, node: usize, prescribed: &PrescribedDofs) -> bool {
         let place = M::STRIDE * node;
         !self.free().contains(&place) || prescribed.contains(place)
     }
 
-    /// Adds the twists of the motions of recorded ends to the angles in `q`, rad. The rotation of the edges between is linear
-    /// from one end to the other; the first step finds their equilibrium.
+    /// Adds the twists of the motions of recorded ends, rad, to the angles in `q`. If the other end is held without free
+    /// twist, the added angle decreases linearly to zero there. Else it is the same for all edges. No effect in a plane and
+    /// without such motions.
     pub(crate) fn turn_ends<D: Nestable>(&self, setup: &Setup<D, M>, q: &mut [D]) {
         let supports = &setup.scene.supports;
         let free = self.free();

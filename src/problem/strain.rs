@@ -1,8 +1,9 @@
 //! Largest strain of a rod from the positions of its nodes, and the warning above the range of the linear model.
 //!
-//! Strains are the stretch of the edges, and on the surface by bending half the thickness times the change of curvature. Shear
-//! strain by twist is not included. [`StrainGauge`] holds the stress-free state; [`StrainRecord`] the maximum over a motion.
-//! Above [`LARGEST_STRAIN`] there is a warning.
+//! Strains are the stretch of the edges, and on the surface by bending half the thickness times the change of curvature.
+//! Shear strain by twist is not included. [`StrainGauge`] holds the stress-free state and returns the largest strain of a
+//! state; [`StrainRecord`] holds the maximum over a motion. Above [`LARGEST_STRAIN`] there is a warning, which equilibria and
+//! trajectories show.
 
 use crate::code::Code;
 use crate::energy::bend_twist::JointLaw;
@@ -29,7 +30,8 @@ pub(crate) struct LargestStrain {
 }
 
 impl LargestStrain {
-    /// Warning with its code for a strain above `LARGEST_STRAIN`; none below it. `youngs_modulus` is in Pa.
+    /// Warning, with its code, of a strain above [`LARGEST_STRAIN`]: value in per cent, kind, place, time and the modulus,
+    /// Pa. None for a smaller strain or NaN.
     pub fn warning(&self, youngs_modulus: f64) -> Option<(Code, String)> {
         let Self { strain, by_bending, place, time } = *self;
         let kind = if by_bending { "by bending, on the surface" } else { "along the rod" };
@@ -61,8 +63,9 @@ pub(crate) struct StrainGauge {
 }
 
 impl StrainGauge {
-    /// Gauge with the stress-free lengths, curvatures and half thicknesses of the rod of a problem. None if recorded markers
-    /// prescribe nodes, whose distances have tracking errors.
+    /// Gauge with the stress-free lengths and integrated curvatures of the rod of a problem, and the half thickness of every
+    /// joint over its length. In space curvatures are absolute values. None if recorded markers prescribe nodes, as their
+    /// distances have tracking errors.
     pub fn new(problem: &Problem) -> Option<Self> {
         if problem.scene().supports.path.is_some() {
             return None;
@@ -93,7 +96,9 @@ impl StrainGauge {
         Some(Self { natural, slopes, places, normal, is_linear, lengths })
     }
 
-    /// Largest absolute strain of a rod with nodes at `position(i)`, m, at a time, s (none for an equilibrium), and its place.
+    /// Largest absolute strain of a rod with nodes at `position(i)`, m, with its kind and place. For an edge it is the
+    /// relative change of length, for a joint that of bending on the surface. `time`, s, is stored in the result; none for an
+    /// equilibrium.
     pub fn largest(
         &self,
         position: impl Fn(usize) -> [f64; 3],
@@ -124,8 +129,8 @@ impl StrainGauge {
         largest
     }
 
-    /// Absolute change of the integrated curvature between two edges, m, from a natural one. In space it is the change of the
-    /// absolute value, a lower bound.
+    /// Absolute change of the integrated curvature `2 tan(phi/2)` from `natural`, between the edge vectors `before` and
+    /// `after`, m. In a plane both have a sign. In space it is the change of the absolute value, a lower bound.
     fn curvature_change(&self, before: [f64; 3], after: [f64; 3], natural: f64) -> f64 {
         let across = cross(before, after);
         let lengths = (dot(before, before) * dot(after, after)).sqrt();
@@ -151,12 +156,14 @@ impl PartialEq for StrainRecord {
 }
 
 impl StrainRecord {
-    /// Record of a motion of the rod of a problem, before its first state.
+    /// Record of a motion of the rod of a problem before its first state, with strain 0. It has no gauge, and records
+    /// nothing, if recorded markers prescribe nodes.
     pub fn new(problem: &Problem) -> Self {
         Self(StrainGauge::new(problem).map(|gauge| (gauge, LargestStrain::default())))
     }
 
-    /// Compares a state with nodes at `position(i)`, m, at a time, s, with the largest strain so far.
+    /// Replaces the recorded strain by the largest one of a state with nodes at `position(i)`, m, at a time, s, if that is
+    /// larger.
     pub fn add(&mut self, position: impl Fn(usize) -> [f64; 3], time: f64) {
         let Some((gauge, largest)) = &mut self.0 else { return };
         let now = gauge.largest(position, Some(time));
@@ -165,14 +172,15 @@ impl StrainRecord {
         }
     }
 
-    /// Largest strain of all states so far; none without a gauge.
+    /// Largest strain of all states so far, 0 before the first; none if recorded markers prescribe nodes.
     pub fn largest(&self) -> Option<LargestStrain> {
         self.0.as_ref().map(|(_, largest)| *largest)
     }
 }
 
-/// Half of the thickness in the direction of bending, m; in space that of the thinner direction, in which strips bend.
-/// `normal` is that of the plane of a planar rod.
+/// Half of the thickness in the direction of bending, m: the outer radius, or half of height or width. In a plane that one
+/// lies in the plane with the given `normal`; in space it is the smaller one. A custom section has that of the rectangle with
+/// the same area and smaller second moment, at most the length of the rod.
 fn half_thickness(problem: &Problem, section: &Section, normal: Option<[f64; 3]>) -> f64 {
     match section {
         Section::Circle { radius } | Section::Tube { radius, .. } => *radius,
@@ -194,7 +202,8 @@ fn half_thickness(problem: &Problem, section: &Section, normal: Option<[f64; 3]>
 }
 
 impl Problem {
-    /// Second moments of area, m^4, of the directions in which the rod bends: one in a plane, or if both are equal.
+    /// Second moments of area, m^4, without taper, of the directions in which the rod bends. These are the one in the plane
+    /// of a planar model, or both of a spatial model; one if both are equal.
     pub(crate) fn second_moments_of_bending(&self) -> Vec<f64> {
         let moments = self.scene.rod.section.moments().second_moments;
         match &self.model {

@@ -1,7 +1,8 @@
-//! Tributary lengths: the length of the rod, m, that every joint, edge and node represents.
+//! Tributary lengths: the length of the rod, m, that every joint, edge and node represents, and the nodal masses from these.
 //!
-//! The plain ones are halves of the adjacent edges. The corrected ones count arcs instead of chords, leave out the parts behind
-//! walls, and have second-order corrections of joints and masses next to a wall: see [`crate::problem::model`].
+//! Uncorrected ones are halves of the adjacent edges. The corrected ones count arcs instead of chords and leave out the parts
+//! behind walls. They have second-order corrections of joints and masses next to a wall: see [`crate::problem::model`].
+//! Models of the rod divide stiffnesses by them and multiply masses with them.
 
 use crate::numerics::scalar::Scalar;
 use crate::problem::section_profile::{SectionConstants, SectionProfile};
@@ -33,8 +34,8 @@ pub(crate) struct TributaryLengths<D> {
 }
 
 impl<D: Scalar> TributaryLengths<D> {
-    /// Inertial mass of every node, kg, with the added mass of a `fluid`; and its mass for the weight, kg, less that of the
-    /// displaced fluid.
+    /// Two lists with an entry for each node, kg. The first is the inertial mass, with the added mass of a `fluid`. The
+    /// second is the mass for the weight, less that of the displaced fluid. Both are equal without a fluid.
     pub fn immersed(
         &self,
         profile: &SectionProfile<D>,
@@ -50,7 +51,8 @@ impl<D: Scalar> TributaryLengths<D> {
         nodes.map(of).unzip()
     }
 
-    /// Uncorrected tributary lengths for the lengths `edges`, m: half of each adjacent edge.
+    /// Uncorrected tributary lengths for edges of the lengths `edges`, m. Joints and nodes have half of each adjacent edge,
+    /// stretch and spin the whole edge.
     pub fn plain(edges: &[D]) -> Self {
         let zero = D::from(0.0);
         let half = |j: Option<usize>| *j.and_then(|j| edges.get(j)).unwrap_or(&zero) * 0.5;
@@ -62,8 +64,10 @@ impl<D: Scalar> TributaryLengths<D> {
         }
     }
 
-    /// Tributary lengths along arcs of a rod that ends at walls within its outermost edges: without the parts behind walls, and
-    /// with second-order shifts of masses and joints at a wall (see [`crate::problem::model`]).
+    /// Tributary lengths along arcs, without the parts of the outermost edges behind walls. The part of such an edge outside
+    /// of its wall stretches with the next edge. If `arcs.joints` is set, second-order terms follow (see
+    /// [`crate::problem::model`]). Mass of the node next to a wall is moved to the one after it. Length is exchanged between
+    /// the first two joints, at most half of the second.
     pub fn corrected(arcs: Arcs<D>) -> Self {
         let mut line = Self::plain(arcs.lengths);
         for (end, behind) in arcs.behind.into_iter().enumerate() {

@@ -1,6 +1,7 @@
-//! Warnings of a simulation: time steps, recordings, units, and the estimated error.
+//! Warnings of a simulation: recordings, time steps, units, gravity, mesh, and the estimated error.
 //!
-//! Each is a [`Code`] and a text with finding, consequence and action. `Problem::warnings` collects them for users.
+//! Each is a [`Code`] and a text with finding, consequence and action. [`Problem::warnings`] returns all of them as texts for
+//! users; fits take those of steps and recordings.
 
 use crate::code::Code;
 use crate::problem::Problem;
@@ -8,13 +9,14 @@ use crate::problem::plausibility::Purpose;
 use crate::scene::Resolution;
 
 impl Problem {
-    /// Warnings of a simulation of the scene: steps that do not resolve the motion of a support, and defects of the recordings
-    /// that drive the ends. Others are implausible units, and an estimated error above the requested one.
+    /// Warnings of a simulation of the scene, each with its code in brackets at the end. They are defects of the recordings
+    /// that drive the ends, then steps that do not resolve a support's motion or exceed the duration. Implausible units,
+    /// missing gravity, a coarse mesh for natural curvature, and an estimated error above the requested one follow.
     pub fn warnings(&self) -> Vec<String> {
         self.coded_warnings().into_iter().map(|(code, words)| code.behind(words)).collect()
     }
 
-    /// The warnings with their codes, which their text does not contain.
+    /// The [`warnings`](Self::warnings) with their codes apart from the texts, in the same order.
     pub(crate) fn coded_warnings(&self) -> Vec<(Code, String)> {
         let mut warnings = self.recording_warnings();
         warnings.extend(self.step_warnings());
@@ -23,7 +25,8 @@ impl Problem {
         warnings
     }
 
-    /// Warnings of steps that do not resolve the motion of a support, or are longer than the simulation; empty without `[time]`.
+    /// Warnings, with codes, of steps that do not resolve the motion of a support, or of a step longer than the simulation.
+    /// Empty without `[time]`.
     pub(crate) fn step_warnings(&self) -> Vec<(Code, String)> {
         let Some(time) = &self.scene().time else { return Vec::new() };
         let mut warnings = self.scene().supports.step_warnings(time.step_size());
@@ -38,7 +41,8 @@ impl Problem {
         warnings
     }
 
-    /// Warnings of defects, corrected or not, of the recordings that drive the ends; empty without recordings.
+    /// Warnings, with codes, of all defects, corrected or not, of the recordings that drive the ends. Empty without
+    /// recordings.
     pub(crate) fn recording_warnings(&self) -> Vec<(Code, String)> {
         self.scene().supports.recording_warnings()
     }

@@ -15,8 +15,8 @@ const WINDOW: usize = 4 * (MOST + 1);
 /// Stack space for the copy of a block that goes beyond the end of a rod.
 pub(super) type PaddedBlock<T> = Option<[T; MOST]>;
 
-/// The elements of `all` from index `first` on, one per SIMD lane; `beyond` after the last one. `room` is the space for
-/// a padded copy.
+/// The elements of `all` from index `first` on, one per SIMD lane. A complete block is a slice of `all`; else the
+/// elements are copied to `room` and followed by copies of `beyond`.
 #[inline(always)]
 pub(super) fn block<'a, D, V: SimdScalar<D>, T: Copy>(
     all: &'a [T],
@@ -34,7 +34,8 @@ pub(super) fn block<'a, D, V: SimdScalar<D>, T: Copy>(
     }
 }
 
-/// Overwrites the first elements of `block` with the remaining ones, `left`.
+/// Overwrites the first elements of `block` with `left`, the last elements of a list, at most [`MOST`]. The other
+/// elements of `block` stay.
 #[cold]
 #[inline(never)]
 #[expect(clippy::manual_memcpy, reason = "a call costs more than a few numbers")]
@@ -44,7 +45,8 @@ fn pad<T: Copy>(block: &mut [T; MOST], left: &[T]) {
     }
 }
 
-/// The tensions for the geometric stiffness of the edges from `first` on, N: `force`, unless `others` are given.
+/// The tensions for the geometric stiffness of the edges from `first` on, N, one per lane: the axial forces `force`,
+/// unless tensions of all edges, `others`, are given. These are zero beyond the last edge.
 #[inline(always)]
 pub(super) fn tension<D: Scalar, V: SimdScalar<D>>(
     others: Option<&[D]>,
@@ -58,8 +60,8 @@ pub(super) fn tension<D: Scalar, V: SimdScalar<D>>(
     V::gather(level, |lane| others[lane])
 }
 
-/// The `size` unknowns of the edges from index `first` on, `stride` per node. Beyond its end the rod is continued
-/// straight in `room`.
+/// The `size` unknowns from edge `first` on, with `stride` unknowns per node. Inside the rod it is a slice of `q`.
+/// Beyond its end the unknowns are copied to `room` and the rod is continued straight there.
 #[inline(always)]
 pub(super) fn window<'a, D: Scalar>(
     q: &'a [D],
@@ -79,7 +81,8 @@ pub(super) fn window<'a, D: Scalar>(
     }
 }
 
-/// Fills `window` with the unknowns `q`, then with nodes that continue the last edge at its length and direction.
+/// Overwrites `window` with the unknowns `q`, then with further nodes that extrapolate the last two nodes linearly
+/// (same edge length and direction). Angles are extrapolated likewise. With one node in `q`, its copy follows.
 #[cold]
 #[inline(never)]
 #[expect(clippy::manual_memcpy, reason = "a call costs more than a few numbers")]

@@ -1,8 +1,9 @@
 //! Storage of gradient and tangent of a rod node by node, from entries of several nodes in SIMD lanes.
 //!
 //! The tangent is a symmetric band matrix, stored column by column as the diagonal and the `W` entries below it.
-//! [`NodeEntries`] has the columns of `K` unknowns for one node per lane; [`NodeColumns`] writes them to the matrix and
-//! the gradient.
+//! [`NodeEntries`] has gradient and columns for one node per lane, with `K` unknowns each. [`NodeColumns`] writes
+//! them to the gradient and the matrix. `write_gradient` writes the gradient alone, and `loads` collects the dead
+//! loads of the nodes in lanes.
 
 use crate::energy::DeadLoad;
 use crate::numerics::banded::BandMatrix;
@@ -32,7 +33,8 @@ pub(super) struct NodeColumns<'a, D, const K: usize, const W: usize> {
 }
 
 impl<'a, D: Scalar, const K: usize, const W: usize> NodeColumns<'a, D, K, W> {
-    /// Groups a `gradient` and the columns of the band matrix `tangent` by nodes.
+    /// Views of a `gradient` and of the columns of the band matrix `tangent`, in groups of the `K` unknowns of a
+    /// node. The gradient of an incomplete last node is `rest`.
     #[inline(always)]
     pub fn new(gradient: &'a mut [D], tangent: &'a mut BandMatrix<D, W>) -> Self {
         let (gradient, rest) = gradient.as_chunks_mut();
@@ -41,7 +43,7 @@ impl<'a, D: Scalar, const K: usize, const W: usize> NodeColumns<'a, D, K, W> {
     }
 
     /// Overwrites gradient and columns of the tangent with the entries `columns`, one node per SIMD lane from index
-    /// `first` on, at most `left` nodes.
+    /// `first` on, at most `left` nodes. Lanes beyond them are not written.
     #[inline(always)]
     pub fn write<V: SimdScalar<D>>(
         &mut self,
@@ -57,7 +59,8 @@ impl<'a, D: Scalar, const K: usize, const W: usize> NodeColumns<'a, D, K, W> {
         }
     }
 
-    /// Overwrites gradient and columns of a range of nodes from SIMD lanes, one node in each.
+    /// Overwrites gradient, diagonal and entries below it of a range of nodes; lane 0 of `columns` is the first node
+    /// of the range.
     #[inline(always)]
     fn write_nodes<V: SimdScalar<D>>(
         &mut self,
@@ -78,8 +81,8 @@ impl<'a, D: Scalar, const K: usize, const W: usize> NodeColumns<'a, D, K, W> {
     }
 }
 
-/// Overwrites `gradient` for one node per SIMD lane from index `first` on, at most `left` nodes: the `elastic` forces
-/// less the dead loads, N.
+/// Overwrites `gradient`, N, of the nodes from index `first` on, one per SIMD lane, at most `left` nodes. Written are
+/// the `elastic` gradient less the dead loads on the first `N` of the `K` unknowns.
 #[inline(always)]
 pub(super) fn write_gradient<D: Scalar, V: SimdScalar<D>, const K: usize, const N: usize>(
     (first, left): (usize, usize),
@@ -98,7 +101,8 @@ pub(super) fn write_gradient<D: Scalar, V: SimdScalar<D>, const K: usize, const 
     }
 }
 
-/// The dead loads on the nodes from `first` on, N; zero beyond the last node.
+/// The dead loads on the nodes from `first` on, N, one array entry per coordinate and one node per lane; zero beyond
+/// the last node.
 #[inline(always)]
 pub(super) fn loads<D: Scalar, V: SimdScalar<D>, const N: usize>(
     all: &[DeadLoad<D, N>],

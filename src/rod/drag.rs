@@ -1,14 +1,16 @@
-//! Drag of a fluid on the nodes of a rod: forces, their tangent, and the transposed derivatives for the adjoint.
+//! Drag of a fluid on the nodes of a rod: forces (N), their derivatives by velocities (kg/s), and the transposed
+//! derivatives for the adjoint.
 //!
-//! `u` is the velocity of a node relative to the fluid, `u_t = u.t` its part along the rod's tangent `t`, `u_n` the
-//! rest across. The force per length is
+//! `u` is the velocity of a node relative to the fluid, `u_t = u.t` its component along the rod's unit tangent `t`,
+//! `u_n` the vector across it. The force per length is
 //!
 //! ```text
 //! -(a_n + b_n |u_n|) u_n - (a_t + b_t |u_t|) u_t t
 //! ```
 //!
-//! for linear and quadratic coefficients `a`, kg/(m s), and `b`, kg/m^2. Speeds are smoothed below [`STILL`]. At a
-//! given tangent its derivative by the velocity is symmetric, a block for every node.
+//! with linear and quadratic coefficients `a`, kg/(m s), and `b`, kg/m^2. It is multiplied by the length that the
+//! node stands for. Speeds are smoothed below [`STILL`]. At a given tangent the derivative by the velocity is
+//! symmetric, with one block per node.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::Tangent;
@@ -35,14 +37,15 @@ pub struct NodalDrag<D> {
 }
 
 impl<D: Scalar> NodalDrag<D> {
-    /// The coordinates of node `i` in a list of all unknowns or velocities, zero beyond the rod's axes.
+    /// The coordinates of node `i` in a list `x` over all unknowns, such as positions or velocities. Components
+    /// beyond the rod's axes (the third one in the plane) are zero.
     fn of_node(&self, x: &[D], i: usize) -> Vector<D> {
         let [stride, axes] = self.unknowns;
         components(|c| if c < axes { x[stride * i + c] } else { D::from(0.0) })
     }
 
-    /// Overwrites `tangents` with the unit tangent at every node of a rod at `q`: the chord from the node before to the
-    /// one after. It is zero where the chord vanishes.
+    /// Overwrites `tangents` with the unit tangent at every node of a rod at `q`: the direction from the node before
+    /// to the node after, one-sided at the ends. It is the zero vector where both coincide.
     pub fn tangents(&self, q: &[D], tangents: &mut Vec<Vector<D>>) {
         let last = self.lengths.len() - 1;
         tangents.clear();
@@ -55,7 +58,8 @@ impl<D: Scalar> NodalDrag<D> {
         }));
     }
 
-    /// Adds to `out` minus the drag on all nodes, N, at the given tangents and velocities `v`, m/s.
+    /// Adds minus the drag on all nodes, N, at the given `tangents` and velocities `v`, m/s, to the entries of the
+    /// coordinates in `out`.
     pub fn add_forces(&self, tangents: &[Vector<D>], v: &[D], out: &mut [D]) {
         let [stride, axes] = self.unknowns;
         for (i, t) in tangents.iter().enumerate() {
@@ -67,7 +71,8 @@ impl<D: Scalar> NodalDrag<D> {
         }
     }
 
-    /// Adds to `matrix` the derivatives of [minus the drag](Self::add_forces) by the velocities, kg/s, times `factor`.
+    /// Adds to `matrix` the derivatives of [minus the drag](Self::add_forces) by the velocities, kg/s, times
+    /// `factor`, at fixed tangents: a symmetric block for each node.
     pub fn add_slopes(
         &self,
         tangents: &[Vector<D>],
@@ -92,8 +97,8 @@ impl<D: Scalar> NodalDrag<D> {
         }
     }
 
-    /// The velocity of node `i` relative to the fluid along the tangent `t` and across it, m/s. With it the
-    /// coefficients of both drags at these speeds.
+    /// The velocity of node `i` relative to the fluid, m/s, split into components along the tangent `t` and across
+    /// it. Also its smoothed speeds, and the coefficients `a + b speed` across and along.
     fn parts(&self, t: &Vector<D>, v: &[D], i: usize) -> Parts<D> {
         let relative = sub(self.of_node(v, i), self.fluid);
         let along = dot(relative, *t);
@@ -127,22 +132,24 @@ struct Parts<D> {
 pub type DragSlopes = NodalDrag<f64>;
 
 impl NodalDrag<Dual64> {
-    /// Whether all coefficients are zero and have no derivative either.
+    /// Whether all coefficients of drag are zero and have zero derivatives.
     pub fn is_none(&self) -> bool {
         self.normal.iter().chain(&self.tangential).all(|x| x.re == 0.0 && x.eps == 0.0)
     }
 }
 
 impl NodalDrag<f64> {
-    /// Zero derivatives of a number by the coefficients, the fluid velocity and the node lengths of this drag.
+    /// A [`DragSlopes`] of zeros for this drag, to which derivatives of a number by its coefficients, fluid velocity
+    /// and node lengths are added.
     pub fn no_slopes(&self) -> DragSlopes {
         let lengths = vec![0.0; self.lengths.len()];
         let (normal, tangential, fluid) = ([0.0; 2], [0.0; 2], [0.0; 3]);
         NodalDrag { normal, tangential, fluid, lengths, unknowns: self.unknowns }
     }
 
-    /// Adds the derivatives of `d . f` with [minus the drag](Self::add_forces) `f` at places `q` and velocities `v`: by
-    /// the numbers of drag to `slopes`, by places to `by_q`, by velocities to `by_v`.
+    /// Adds the derivatives of the number `d . f`, with [minus the drag](Self::add_forces) `f` at positions `q` and
+    /// velocities `v`, by hand-derived formulas. Those by coefficients, fluid velocity and node lengths are added to
+    /// `slopes`, those by positions, through the tangents, to `by_q`, those by velocities to `by_v`.
     pub fn add_slopes_of(
         &self,
         [q, v, d]: [&[f64]; 3],

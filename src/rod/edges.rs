@@ -1,8 +1,9 @@
 //! Assembly of gradient and tangent of a spatial rod from the derivatives of its energy by edges, in SIMD lanes.
 //!
 //! An edge vector is the position of its second node less that of its first. The forces on a node are therefore
-//! differences of edge derivatives. [`SpatialNodes`] writes gradient and band matrix by nodes, [`SpatialEdges`] a band
-//! matrix by edges. Column order per node: three coordinates, then the angle of the edge after the node.
+//! differences of edge derivatives. [`SpatialNodes`] overwrites gradient (N) and band matrix (N/m) by nodes, less the
+//! dead loads. [`SpatialEdges`] adds to a band matrix by edges, for edge coordinates of long rods. Column order per
+//! node: three coordinates, then the angle of the edge after the node.
 
 use crate::energy::DeadLoad;
 use crate::energy::joint::{Between, ByEdge};
@@ -31,7 +32,8 @@ pub(super) struct SpatialNodes<'a, D, V: SimdScalar<D>> {
 }
 
 impl<'a, D: Scalar, V: SimdScalar<D>> SpatialNodes<'a, D, V> {
-    /// The consumer before the first edge. `load` are the dead loads on all nodes.
+    /// The consumer before the first edge, which will overwrite `gradient` and `tangent`. `load` are the dead loads
+    /// on all nodes, N; the derivatives of the edge before the first one are zero.
     #[inline(always)]
     pub fn new(
         level: V::Level,
@@ -47,8 +49,9 @@ impl<'a, D: Scalar, V: SimdScalar<D>> SpatialNodes<'a, D, V> {
 }
 
 impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Space, 3, 3> for SpatialNodes<'_, D, V> {
-    /// Writes the nodes at the start of the edges from index `first` on: `own` derivatives by these edges, `after`
-    /// those between the next edges (rows) and these (columns).
+    /// Overwrites gradient and columns of the nodes at the start of the edges from index `first` on, one per lane.
+    /// `own` are the derivatives by these edges, `after` those between the next edges (rows) and these (columns).
+    /// Edge derivatives of this block are kept for the next one.
     #[inline(always)]
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &Between<V>) {
         // A node is the end of one edge and the start of the next: differences of edge
@@ -107,7 +110,8 @@ impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Space, 3, 3> for SpatialNodes<'_, 
 }
 
 impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Space, 3, 3> for SpatialNodes<'_, D, V> {
-    /// Writes gradient and tangent of the last node, where only the last edge ends.
+    /// Overwrites gradient and columns of the last node from the last edge and its load. The column of the angle
+    /// beyond the last edge is set to zero.
     #[inline(always)]
     fn end(self) {
         let (i, zero) = (self.load.len() - 1, D::from(0.0));
@@ -136,7 +140,8 @@ pub(super) struct SpatialEdges<'a, D> {
 
 impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Space, 3, 3> for SpatialEdges<'_, D> {
     /// Adds the second derivatives `own` by the edges from index `first` on, and `after` between the next edges and
-    /// these.
+    /// these, to the band matrix. Edge `i` has the columns `4i + 3` (angle) to `4i + 6` (vector). Lanes beyond the
+    /// last edge are left out.
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &Between<V>) {
         // The angle of an edge is stored before its vector: column 4i + 3.
         const ORDER: [usize; 4] = [3, 0, 1, 2];

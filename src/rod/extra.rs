@@ -1,8 +1,9 @@
-//! User-defined energies on a rod: sum of the energies, gradient and tangent over all places at which they act.
+//! User-defined energies on a rod: sums of energy (J), gradient (N) and tangent (N/m) over all places at which they
+//! act.
 //!
 //! Each energy (the trait of [`crate::energy::own`]) has its parameter values and a list of places on the mesh. For
-//! every place its local unknowns are cut out of `q`, and its local derivatives are added to those of the rod. Values
-//! that are not finite are reported with name and arc length.
+//! every place its local unknowns are cut out of `q`, and its local derivatives are added to those of the rod. The
+//! first value that is not finite is returned with name and arc length.
 
 use crate::energy::Derivatives;
 use crate::energy::adapter::{AnyEnergy, Chart, MOST, Over, Site};
@@ -32,22 +33,22 @@ pub(crate) struct Placed<D> {
 }
 
 impl<D> std::fmt::Debug for Placed<D> {
-    /// Writes a placed energy for debugging.
+    /// Writes `NAME at COUNT places`.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{} at {} places", self.name, self.spots.len())
     }
 }
 
 impl<D> Default for Extra<D> {
-    /// No user-defined energies.
+    /// The empty list: no user-defined energies.
     fn default() -> Self {
         Self(Vec::new())
     }
 }
 
 impl<D: Scalar> Placed<D> {
-    /// The range of the unknowns of a spot in `q`, and the range of its edges' reference frames; the latter is empty in
-    /// the plane.
+    /// The range of the unknowns of a place in `q`, and the range of the reference frames of its edges. The latter is
+    /// empty in the plane.
     pub fn span(&self, spot: &Spot<D>) -> (std::ops::Range<usize>, std::ops::Range<usize>) {
         let (nodes, first) = (self.energy.nodes(), self.chart.stride() * spot.first);
         let edges = match self.chart {
@@ -57,7 +58,8 @@ impl<D: Scalar> Placed<D> {
         (first..first + self.chart.unknowns(nodes), edges)
     }
 
-    /// The arguments of the energy at a spot; `frames` are the reference frames of its edges.
+    /// The arguments of the energy at a place, its unknowns excepted: layout, parameter values, numbers of the place,
+    /// weight, and `frames`, the reference frames of its edges.
     pub fn site<'a>(&'a self, spot: &'a Spot<D>, frames: &'a [EdgeFrame<D>]) -> Site<'a, D> {
         let Self { chart, values, .. } = self;
         Site { chart, frames, values, place: &spot.numbers, weight: spot.weight }
@@ -82,17 +84,18 @@ impl<D> Extra<D> {
 }
 
 impl<D: Nestable> Extra<D> {
-    /// User-defined energies at their places on a rod.
+    /// User-defined energies with their places on a rod.
     pub(crate) fn new(placed: Vec<Placed<D>>) -> Self {
         Self(placed)
     }
 
-    /// Whether there is none.
+    /// Whether there is no user-defined energy.
     pub(crate) fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// All places of all energies, with their unknowns in `q`. `frames` are those of all edges; none in the plane.
+    /// All places of all energies, energy after energy, each with name, energy function, arguments and local unknowns
+    /// in `q`. `frames` are the reference frames of all edges; empty in the plane.
     #[inline]
     fn sites<'a>(
         &'a self,
@@ -109,12 +112,13 @@ impl<D: Nestable> Extra<D> {
         })
     }
 
-    /// The sum of all energies at `q`, J.
+    /// The sum of all energies over all their places at the unknowns `q`, J, without derivatives.
     pub(crate) fn energy(&self, q: &[D], frames: &[EdgeFrame<D>]) -> f64 {
         self.sites(q, frames).map(|at| at.energy.energy(&at.site, at.q).value()).sum()
     }
 
-    /// Adds to `gradient` that of all energies at `q`, N (N m for angles).
+    /// Adds to `gradient` that of all energies at `q`, N (N m for angles). `derivatives` selects an energy's own
+    /// formulas, where it has them, or dual numbers. Without energies nothing happens.
     #[inline]
     pub(crate) fn add_gradient(
         &self,
@@ -137,6 +141,8 @@ impl<D: Nestable> Extra<D> {
     }
 
     /// Adds gradient and second derivatives of all energies at `q` to `gradient`, N, and `tangent`, N/m.
+    /// `derivatives` selects an energy's own formulas, where it has them, or dual numbers. Without energies nothing
+    /// happens.
     #[inline]
     pub(crate) fn add_tangent(
         &self,
@@ -159,8 +165,8 @@ impl<D: Nestable> Extra<D> {
         }
     }
 
-    /// Name and arc length, m, of the first energy whose value or gradient at `q` is not finite; `None` if all are.
-    /// Places with unknowns that are not finite are skipped.
+    /// Name and arc length, m, of the first energy whose value or gradient (by its own formulas) at `q` is not
+    /// finite; `None` if all are finite. Places with unknowns that are not finite are skipped.
     pub(crate) fn non_finite_energy(
         &self,
         q: &[D],

@@ -1,9 +1,10 @@
 //! Reference frames of the angles of a rod, and the derivatives of these frames along parameters.
 //!
-//! In space the angle of an edge is measured from a reference frame, [`Frames`](crate::energy::frame::Frames): tangent
-//! and director of each edge, reference twist of each joint (time-parallel transport, Bergou et al. 2010). A planar rod
-//! has no angles; its frames are `()`, and every operation is empty. The derivative of a frame is that of its tangent
-//! and one turn about it ([`FrameRate`]).
+//! In space the angle of an edge is measured from a reference frame, [`Frames`](crate::energy::frame::Frames):
+//! tangent and director of each edge, reference twist of each joint (time-parallel transport, Bergou et al. 2010). A
+//! planar rod has no angles; its frames are `()`, and every operation is empty. The derivative of a frame is that of
+//! its tangent and a rotation about the tangent, rad ([`FrameRate`]). The trait [`RodGeometry`] has strains at a
+//! state and the products with derivatives of frames, forward and transposed.
 
 use crate::energy::frame::{EdgeFrame, one_plus_dot};
 use crate::numerics::lanes::Lanes;
@@ -15,50 +16,55 @@ use std::fmt::Debug;
 
 /// The reference frames of the angles of a rod.
 pub trait ReferenceFrames<D: Scalar>: Clone + Debug + Send + Sync {
-    /// Frames from those of all edges and the reference twists of all joints, rad.
+    /// Frames made of the tangents and directors of all edges and the reference twists of all joints, rad. In the
+    /// plane both lists are ignored.
     fn from_parts(edges: Vec<EdgeFrame<D>>, twists: Vec<D>) -> Self;
 
-    /// The frames of all edges; none in the plane.
+    /// The frames (tangent and reference director) of all edges; an empty list in the plane.
     fn edge_frames(&self) -> &[EdgeFrame<D>] {
         &[]
     }
 
-    /// The reference twists of all joints, rad; none in the plane.
+    /// The reference twists of all joints, rad: the twist of the material directors of a joint whose edges have equal
+    /// angles. An empty list in the plane.
     fn twists(&self) -> &[D] {
         &[]
     }
 
-    /// The frames of all edges and the twists of all joints, mutable.
+    /// The frames of all edges and the reference twists of all joints, mutable; empty lists in the plane.
     fn parts_mut(&mut self) -> (&mut [EdgeFrame<D>], &mut [D]) {
         (&mut [], &mut [])
     }
 
-    /// Moves the frames to the edges at `q` by parallel transport; no energy there changes.
+    /// Moves the frames to the edges at `q` by parallel transport, and updates the reference twists. Angles, strains
+    /// and energies at `q` do not change.
     fn move_to(&mut self, _q: &[D]) {}
 
-    /// Converts the angles of `q`, measured from these frames, to angles from the frames `to`: same directors, same
-    /// twist.
+    /// Overwrites the angles in `q`, measured from these frames, by those measured from the frames `to`. Material
+    /// directors and the twist of every joint stay; whole turns are chosen accordingly.
     fn convert_angles(&self, _q: &mut [D], _to: &Self) {}
 
-    /// The first material director of an edge at `q`; `None` in the plane.
+    /// The first material director, a unit vector, of an edge at the unknowns `q`; `None` in the plane.
     fn director(&self, _q: &[D], _edge: usize) -> Option<[D; 3]> {
         None
     }
 
-    /// Sets the angles in `q` so that no joint is twisted; the angle of the first edge stays.
+    /// Sets the angles in `q` so that no joint is twisted, for edges along the tangents of these frames. The angle of
+    /// the first edge stays.
     fn untwist(&self, _q: &mut [D]) {}
 
     /// Sets the angle of an edge in `q` so that its first material director is `director`. Of the possible angles,
-    /// whole turns apart, the one nearest to the present angle plus `turn`, rad, is taken.
+    /// whole turns apart, the one nearest to the present angle plus `turn`, rad, is taken. No operation in the plane.
     fn align(&self, _q: &mut [D], _edge: usize, _director: [D; 3], _turn: f64) {}
 }
 
 impl<D: Scalar> ReferenceFrames<D> for () {
-    /// The empty frames of a planar rod.
+    /// The empty frames of a planar rod; both lists are ignored.
     fn from_parts(_: Vec<EdgeFrame<D>>, _: Vec<D>) {}
 }
 
-/// Overwrites `frames` with the real part of dual frames.
+/// Overwrites edge frames and reference twists of `frames` with the real parts of those of `dual`, without
+/// derivatives.
 pub fn set_real_frames<D: Scalar>(
     dual: &impl ReferenceFrames<Dual64>,
     frames: &mut impl ReferenceFrames<D>,
@@ -81,12 +87,14 @@ pub struct FrameRate<const G: usize> {
     pub turn: Lanes<G>,
 }
 
-/// Zero derivatives of `count` frames.
+/// A list of `count` zero derivatives, for the frames of `count` edges that do not change.
 pub fn still_frames(count: usize) -> Vec<FrameRate<1>> {
     vec![FrameRate { tangent: [Lanes::ZERO; 3], turn: Lanes::ZERO }; count]
 }
 
-/// The derivatives that dual frames contain, one lane per parameter.
+/// The derivatives of the frames of all edges that `duals` contain, one entry per edge and one lane per dual set of
+/// frames. The rotation is the component of the director's derivative along the second director. The list is empty in
+/// the plane.
 pub fn frame_rates<F: ReferenceFrames<Dual64>, const G: usize>(
     duals: [&F; G],
 ) -> Vec<FrameRate<G>> {
@@ -103,7 +111,8 @@ pub fn frame_rates<F: ReferenceFrames<Dual64>, const G: usize>(
     (0..edges).map(rate).collect()
 }
 
-/// Overwrites `dual` with the plain `frames` and their derivatives in lane `lane` of `rates`.
+/// Overwrites `dual` with the plain `frames` as real parts. Its derivatives are those in lane `lane` of `rates`;
+/// those of the directors and of the reference twists follow from them.
 pub fn set_dual_frames<const G: usize>(
     frames: &impl ReferenceFrames<f64>,
     rates: &[FrameRate<G>],
@@ -132,25 +141,27 @@ pub fn set_dual_frames<const G: usize>(
 /// The geometry of a rod at its unknowns in plain numbers: strains of edges and joints, and the products with
 /// derivatives of its frames. In the plane the products with frames are empty.
 pub trait RodGeometry: Clone + Debug + Default + Send + Sync {
-    /// Sets the lists to so many edges, and one joint fewer.
+    /// Sets the lists to `edges` edges and `edges - 1` joints.
     fn resize(&mut self, edges: usize);
 
-    /// The strains of the edges, dimensionless.
+    /// The axial strains of the edges, dimensionless, from the first edge on.
     fn edge_strains(&self) -> impl Iterator<Item = f64>;
 
-    /// The strains of the joints, dimensionless, one joint after the other.
+    /// The strains of the joints, dimensionless, one joint after the other: one curvature in the plane, two
+    /// curvatures and the twist (rad) in space.
     fn joint_strains(&self) -> impl Iterator<Item = f64>;
 
-    /// Overwrites `out` with the strains of all edges, then of all joints.
+    /// Overwrites `out` with the strains of all edges, then of all joints: the order of
+    /// [`Rod::strains`](crate::rod::Rod::strains).
     fn write_strains(&self, out: &mut Vec<f64>) {
         out.clear();
         out.extend(self.edge_strains());
         out.extend(self.joint_strains());
     }
 
-    /// Writes the angles by which the directors turn with the derivatives of the frames, rad, to the unknowns that are
-    /// angles of edges. Adds the derivatives of the gradient along those of the frames at fixed unknowns but for the
-    /// products of these angles with the tangent. The gradient is that given.
+    /// First half of [`add_frame_rates`](Self::add_frame_rates), without the tangent. Overwrites the entries of
+    /// angles of edges in `angles`, rad, with the rotations of the directors by the derivatives of the frames. Adds
+    /// the remaining derivatives of the gradient, at the given `gradient`, to `out`, N. No operation in the plane.
     fn add_frame_forces<const G: usize>(
         &self,
         _frames: &[FrameRate<G>],
@@ -160,8 +171,8 @@ pub trait RodGeometry: Clone + Debug + Default + Send + Sync {
     ) {
     }
 
-    /// Adds to `out` the derivatives of the gradient, N, along those of the frames at fixed unknowns. `gradient` and
-    /// `tangent` are those at this geometry.
+    /// Adds to `out` the derivatives of the gradient, N, along those of the `frames` at fixed unknowns, for `G`
+    /// parameters. `gradient` and `tangent` are those at this geometry. Nothing happens without frames.
     fn add_frame_rates<const G: usize>(
         &self,
         frames: &[FrameRate<G>],
@@ -177,15 +188,18 @@ pub trait RodGeometry: Clone + Debug + Default + Send + Sync {
         tangent.add_product(&angles, out);
     }
 
-    /// Replaces the derivatives of the frames before a step by those after it, when the frames move to this geometry.
-    /// `q` are the derivatives of the unknowns there.
+    /// Replaces the derivatives of the `frames` before a step by those after it, when the frames move to this
+    /// geometry. `q` are the derivatives of the unknowns there. No operation in the plane.
     fn move_frame_rates<const G: usize>(&self, _frames: &mut [FrameRate<G>], _q: &[[f64; G]]) {}
 
-    /// Adds to `frames` the derivatives of a number by the frames that follow from those by the `angles` of the edges.
+    /// A change of a frame changes the angle of its material director. Adds to `frames` the derivatives of a number
+    /// by the frames that follow, by the chain rule, from its derivatives by the `angles` of the edges (one entry per
+    /// unknown). No operation in the plane.
     fn turn_frames(&self, _angles: &[f64], _frames: &mut [FrameRate<1>]) {}
 
-    /// The transpose of [`add_frame_rates`](Self::add_frame_rates): adds the derivatives of a number by the frames,
-    /// where it has those `d` by the forces, and `stiff` is the product of `d` with the tangent.
+    /// The transpose of [`add_frame_rates`](Self::add_frame_rates): adds to `frames` the derivatives of a number by
+    /// the frames. `d` are its derivatives by the forces, `stiff` is the product of the tangent with `d`, `gradient`
+    /// that at this geometry. No operation in the plane.
     fn add_to_frames(
         &self,
         _gradient: &[f64],
@@ -195,7 +209,8 @@ pub trait RodGeometry: Clone + Debug + Default + Send + Sync {
     ) {
     }
 
-    /// The transpose of [`move_frame_rates`](Self::move_frame_rates): replaces the derivatives of a number by the frames
-    /// after their move by those before it, and adds the part by the unknowns to `q`.
+    /// The transpose of [`move_frame_rates`](Self::move_frame_rates). Replaces the derivatives of a number by the
+    /// frames after their move by those before it, and adds the part by the unknowns to `q`. No operation in the
+    /// plane.
     fn move_frames_back(&self, _frames: &mut [FrameRate<1>], _q: &mut [f64]) {}
 }

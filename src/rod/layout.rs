@@ -2,9 +2,10 @@
 //! [`DiscreteRod`](crate::rod::DiscreteRod) is generic over.
 //!
 //! A layout defines the unknowns of a node (`N` coordinates, `STRIDE` unknowns), the `S` strains of a joint, and the
-//! types of stiffness, tangent and frames. It iterates over edges in blocks of SIMD lanes ([`EdgeBlocks`]). Derivatives
-//! are computed by edge vectors and passed to an [`EdgeSink`], which stores them by nodes (forces, band matrix) or by
-//! edges.
+//! types of stiffness, tangent and frames. It iterates over edges in blocks, one edge per SIMD lane ([`EdgeBlocks`]),
+//! and has the formulas of strains, energies and their derivatives. First and second derivatives are computed by edge
+//! vectors and passed to an [`EdgeSink`]. The sink writes them by nodes (gradient, band matrix) or by edges.
+//! [`Elements`] are references to the laws, loads and springs of a rod, [`At`] these with unknowns and frames.
 
 use crate::energy::law::{self, Law, StiffnessEntry, Symmetric};
 use crate::energy::{DeadLoad, Stretch};
@@ -59,7 +60,7 @@ pub struct At<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> 
 // Derived, these would require that frames are `Copy`.
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Copy for At<'_, D, L, N, S> {}
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Clone for At<'_, D, L, N, S> {
-    /// A copy of the references.
+    /// A copy of the references to elements, unknowns and frames.
     #[inline(always)]
     fn clone(&self) -> Self {
         *self
@@ -67,7 +68,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Clone for At<
 }
 
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, D, L, N, S> {
-    /// Stiffness and stresses, N m, of joint `i` at its strains, with the springs of internal friction that act there.
+    /// Stiffness and stresses, N m, of joint `i` at its `strains`: those of its law, plus those of its friction
+    /// spring if it has an active one.
     fn response(&self, i: usize, strains: &[D; S]) -> JointResponse<L, D, N, S> {
         let (stiffness, mut stress) = self.joint[i].response(strains);
         let Some((springs, spring)) = self.springs.and_then(|all| Some((all, all.acting.get(i)?)))
@@ -83,8 +85,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
         (sum, stress)
     }
 
-    /// An elastic law with the same stiffness and stress as joint `i` with its friction springs at these strains: the
-    /// natural strain is shifted.
+    /// An elastic law with the same stiffness and stress as joint `i` with its friction spring at these `strains`:
+    /// natural strains are `strains - K^-1 stress`. Without active springs it is the law of the joint.
     pub(super) fn elastic_joint(&self, i: usize, strains: &[D; S]) -> L::Joint<D> {
         if self.springs.is_none() {
             return self.joint[i];
@@ -94,8 +96,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
         self.joint[i].with(stiffness, components(|c| strains[c] - back[c]))
     }
 
-    /// The stretching laws of the edges from index `first` on, one per SIMD lane; without stiffness beyond the last
-    /// edge.
+    /// The stretching laws of the edges from index `first` on, one per SIMD lane. Lanes beyond the last edge have a
+    /// law without stiffness.
     #[inline(always)]
     pub(super) fn stretches<V: SimdScalar<D>>(
         &self,
@@ -109,8 +111,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
         )
     }
 
-    /// Stiffnesses and stresses of the joints from index `first` on, one per SIMD lane, at their `strains`. `law` are
-    /// their elastic laws; active friction springs are added.
+    /// Stiffnesses and stresses, N m, of the joints from index `first` on, one per SIMD lane, at their `strains`.
+    /// Without active friction springs they follow from `law`, the elastic laws of these joints. With springs they
+    /// are computed joint by joint, and are zero in lanes beyond the last joint.
     #[inline(always)]
     pub(super) fn responses<V: SimdScalar<D>>(
         &self,
@@ -164,7 +167,8 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     /// The edges in SIMD lanes.
     type Blocks<'a, D: Nestable, V: SimdScalar<D>>: EdgeBlocks<'a, D, V, Self, N, S>;
 
-    /// A consumer of derivatives that overwrites `gradient`, N, and `tangent`, N/m, by nodes, less the loads.
+    /// A consumer of derivatives by edges that overwrites `gradient`, N, and `tangent`, N/m, by nodes. The dead loads
+    /// `load` of the nodes are subtracted from the gradient.
     fn node_sink<'a, D: Scalar, V: SimdScalar<D>>(
         level: V::Level,
         load: &'a [DeadLoad<D, N>],
@@ -172,41 +176,43 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
         tangent: &'a mut Self::Tangent<D>,
     ) -> impl NodeSink<V, Self, N, S>;
 
-    /// A consumer of derivatives that adds to `tangent` by edges instead of nodes; `last` is the index of the last
-    /// edge.
+    /// A consumer of derivatives by edges that adds second derivatives to `tangent`, N/m, at the indices of edges
+    /// (edge `j` at node `j + 1`). `last` is the index of the last edge.
     fn edge_sink<D: Scalar, V: SimdScalar<D>>(
         tangent: &mut Self::Tangent<D>,
         last: usize,
     ) -> impl EdgeSink<V, Self, N, S>;
 
-    /// Computes all first and second derivatives of edges and joints by num-dual and passes them to the consumer `to`.
-    /// For checks only.
+    /// Computes all first and second derivatives of edges and joints by num-dual, one edge at a time, and passes them
+    /// to the consumer `to`. For checks of the hand-derived formulas only.
     fn derive_by_duals<D: Nestable>(
         at: At<'_, D, Self, N, S>,
         to: &mut impl EdgeSink<D, Self, N, S>,
     );
 
-    /// The coordinates of node `i`, m.
+    /// The coordinates of node `i` in the unknowns `q`, m. Panics beyond the last node.
     #[inline(always)]
     fn node<D>(q: &[D], i: usize) -> &[D; N] {
         q[Self::STRIDE * i..].first_chunk().expect("a node of the rod")
     }
 
-    /// The vector of edge `i`, m: the position of its second node less that of its first.
+    /// The vector of edge `i` at the unknowns `q`, m: the position of its second node less that of its first.
     fn edge<D: Scalar>(q: &[D], i: usize) -> [D; N];
 
-    /// Overwrites `gradient` with that of elastic energy less loads, N (N m for angles), by the hand-derived formulas.
+    /// Overwrites `gradient` with that of elastic energy less dead loads, N (N m for angles), by the hand-derived
+    /// formulas. Constant moments and user-defined energies are left out.
     fn gradient<D: Nestable>(at: At<'_, D, Self, N, S>, gradient: &mut [D]);
 
-    /// Calls `add` for each edge and joint with the index of its first unknown and its gradient by num-dual, without
-    /// loads.
+    /// Calls `add(first, gradient)` for each edge and joint, with the index of its first unknown and its local
+    /// gradient, N, by num-dual. Loads, constant moments and user-defined energies are left out.
     fn dual_gradients<D: Nestable>(at: At<'_, D, Self, N, S>, add: impl FnMut(usize, &[D]));
 
-    /// The strains of joint `i` at the unknowns `q`: in the plane the curvature `2 tan(phi/2)`, in space two curvatures
-    /// and the twist, rad.
+    /// The strains of joint `i`, between edges `i` and `i + 1`, at the unknowns `q`. In the plane it is the curvature
+    /// `2 tan(phi/2)` with the turning angle `phi`, in space two curvatures and the twist, rad.
     fn joint_strains<D: Nestable>(at: &At<'_, D, Self, N, S>, q: &[D], i: usize) -> [D; S];
 
-    /// Moves the frames to `q` and overwrites `gradient` there, by the hand-derived formulas.
+    /// Moves the frames to the edges at `q` and overwrites `gradient` there, N (N m for angles), by the hand-derived
+    /// formulas. The default leaves the frames unchanged, as in the plane.
     fn moved_gradient<D: Nestable>(
         elements: Elements<'_, D, Self, N, S>,
         q: &[D],
@@ -230,33 +236,38 @@ pub trait EdgeBlocks<
     /// A block: edges, the edges after them, and the joints between. The joint after the last edge carries nothing.
     type Block;
 
-    /// The iterator before its first block.
+    /// The iterator before its first block, over all edges of the elements in `at`; `level` is the vector instruction
+    /// set.
     fn new(at: At<'a, D, L, N, S>, level: V::Level) -> Self;
 
-    /// The next block; `None` after the last edge.
+    /// The next block: as many edges as SIMD lanes, the edges after them and the joints between; `None` after the
+    /// last edge.
     fn next(&mut self) -> Option<Self::Block>;
 
-    /// The index of the first edge of a block.
+    /// The index of the first edge of a block, that in lane 0.
     fn first(block: &Self::Block) -> usize;
 
-    /// The strains of the edges of a block, and of the joints after them.
+    /// The axial strains of the edges of a block, and the strains of the joints after them, one edge and joint per
+    /// lane.
     fn strains(&self, block: &Self::Block) -> (V, [V; S]);
 
-    /// Energies of stretching, bending and twisting of the elements of a block, J, without those of springs.
+    /// Energies of stretching, bending and twisting of the elements of a block, J, one edge and the joint after it
+    /// per lane. Friction springs are left out.
     fn energies(&self, block: &Self::Block) -> [V; 3];
 
-    /// Writes lengths, directions and strains of a block to `geometry`.
+    /// Writes lengths, directions and strains of the edges and joints of a block to their entries of `geometry`;
+    /// lanes beyond the rod are left out.
     fn measure(&self, block: &Self::Block, geometry: &mut L::Geometry);
 
-    /// Passes the first and second derivatives of all edges, by the hand-derived formulas, to the consumer `to`.
-    /// Overwrites `geometry` if there is one.
+    /// Passes the first and second derivatives of the energy of all edges and joints, by the hand-derived formulas,
+    /// to the consumer `to`, block by block. Overwrites `geometry` if one is given.
     fn derive(self, to: &mut impl EdgeSink<V, L, N, S>, geometry: Option<&mut L::Geometry>);
 }
 
 /// A consumer of the derivatives of the energy by edges, block by block from the first edge on.
 pub trait EdgeSink<V: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
-    /// Takes the derivatives `own` by the edges from index `first` on, and those `after` between the next edges (rows)
-    /// and these (columns).
+    /// Takes the first and second derivatives `own` by the edges from index `first` on, one edge per lane. `after`
+    /// are the second derivatives between the next edges (rows) and these (columns).
     fn edges(&mut self, first: usize, own: &L::ByEdge<V>, after: &L::Between<V>);
 }
 
@@ -264,6 +275,6 @@ pub trait EdgeSink<V: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
 pub trait NodeSink<V: Scalar, L: Layout<N, S>, const N: usize, const S: usize>:
     EdgeSink<V, L, N, S>
 {
-    /// Writes gradient and tangent of the last node, which ends the last edge.
+    /// Writes gradient and tangent of the last node, at which the last edge ends; called once, after all edges.
     fn end(self);
 }

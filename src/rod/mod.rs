@@ -1,10 +1,12 @@
 //! Discrete elastic rods: elements on a polygon of straight edges, in the plane or in space.
 //!
-//! A rod is a list of [elements](crate::energy), a diagonal mass matrix and dead loads. The trait [`Rod`] gives
-//! energies (J), gradient (N) and tangent (N/m) of elastic energy less work of the loads, as functions of the unknowns
-//! `q`. It also gives strains, viscous laws and checks of steps. Steppers, equilibria and modes use this trait only.
-//! [`DiscreteRod`] implements it over a [`Layout`]: [`PlanarRod`] in the plane, [`SpatialRod`] in space; [`Assembly`]
-//! joins several rods.
+//! A rod is a list of [elements](crate::energy), a diagonal mass matrix and dead loads. The trait [`Rod`] is the
+//! interface that steppers, equilibria and modes use. As functions of the unknowns `q` it gives energies (J),
+//! gradient (N) and tangent (N/m) of elastic energy less work of the loads. It also gives strains, elements under
+//! viscous stress, friction springs, and checks of a step for folds and large rotations. [`DiscreteRod`] implements
+//! it over a [`Layout`]: [`PlanarRod`] in the plane, [`SpatialRod`] in space. [`Assembly`] joins several rods.
+//! [`AssembledRod`] adds masses, forces and energies to a rod. `strain_rates` computes rates of strains by central
+//! differences.
 
 pub mod assembly;
 mod blocks;
@@ -79,13 +81,14 @@ pub struct Energies {
     pub own: f64,
 }
 
-/// Whether an energy is zero, so that a report omits it.
+/// Whether an energy is exactly zero, so that the JSON of a report omits it.
 fn is_zero(energy: &f64) -> bool {
     *energy == 0.0
 }
 
 impl Energies {
-    /// The sum of all terms, J.
+    /// The sum of all terms, J: kinetic, stretching, bending, twisting, potential of the loads, user-defined
+    /// energies.
     pub fn total(&self) -> f64 {
         self.kinetic + self.stretch + self.bend + self.twist + self.potential + self.own
     }
@@ -120,7 +123,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     /// Whether there are frames at all.
     const HAS_FRAMES: bool;
 
-    /// Whether unknown `i` is an angle in rad, and not a length in m.
+    /// Whether the unknown with index `i` is an angle in rad; otherwise it is a coordinate in m. Always false in the
+    /// plane.
     fn is_angle(i: usize) -> bool;
 
     /// Whether unknown `i` of this rod is an angle in rad, and not a length in m.
@@ -129,14 +133,15 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         Self::is_angle(i)
     }
 
-    /// A zero matrix with the sparsity pattern of the tangent.
+    /// A zero matrix with the order and the sparsity pattern of the tangent.
     fn zero_tangent(&self) -> Self::Tangent;
 
-    /// Lumped mass of every degree of freedom, kg (kg m^2 for angles).
+    /// Lumped mass of every degree of freedom, kg (kg m^2 for angles), in the order of the unknowns.
     fn mass(&self) -> &[D];
 
-    /// Overwrites `gradient` with that of the elastic energy less the dead loads at `q`, N (N m for angles).
-    /// `derivatives` selects hand-derived formulas or num-dual.
+    /// Overwrites `gradient` with that of the elastic energy less the work of the loads at `q`, N (N m for angles),
+    /// angles being measured from `frames`. `derivatives` selects hand-derived formulas or num-dual; numbers that
+    /// carry derivatives always use the former.
     fn gradient(
         &self,
         q: &[D],
@@ -145,8 +150,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         gradient: &mut [D],
     );
 
-    /// Overwrites `gradient`, N (N m for angles), with that of elastic energy less loads at `q`, and `tangent`, N/m,
-    /// with its derivative.
+    /// Overwrites `gradient`, N (N m for angles), with that of elastic energy less work of the loads at `q`, and
+    /// `tangent`, N/m, with its derivative by the unknowns. `derivatives` selects hand-derived formulas or num-dual.
     fn tangent(
         &self,
         q: &[D],
@@ -156,8 +161,9 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         tangent: &mut Self::Tangent,
     );
 
-    /// Writes gradient and tangent, the tangent for the given `tensions` of all edges, N, instead of those of their
-    /// stretches. The default ignores `tensions`.
+    /// Overwrites gradient and tangent as [`tangent`](Rod::tangent) does. `tensions` of all edges, N, if given,
+    /// replace the axial forces in the geometric stiffness of the tangent; the gradient does not change. The default
+    /// ignores `tensions`.
     fn tangent_under(
         &self,
         q: &[D],
@@ -170,8 +176,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         self.tangent(q, frames, derivatives, gradient, tangent);
     }
 
-    /// Overwrites `tensions` with the tensions of all edges at `q`, N, to first order in the `change` that led to `q`.
-    /// The default does nothing.
+    /// Overwrites `tensions` with predicted axial forces of all edges, N. They are those at `q - change` plus their
+    /// first-order change by `change`, a change of all unknowns. The default does nothing.
     fn tensions_after(
         &self,
         _change: &[D],
@@ -181,11 +187,13 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     ) {
     }
 
-    /// Overwrites `geometry` with lengths, directions and strains of edges and joints at `q`, in plain numbers.
+    /// Overwrites `geometry` with lengths, directions and strains of edges and joints at `q`, in plain numbers
+    /// (without derivatives).
     fn measure(&self, q: &[D], frames: &Self::Frames, geometry: &mut Self::Geometry);
 
-    /// Overwrites gradient, [tangent](Rod::tangent) and [geometry](Rod::measure). The geometry is written for plain
-    /// numbers only.
+    /// Overwrites gradient and tangent as [`tangent`](Rod::tangent) does, and the geometry at `q` as
+    /// [`measure`](Rod::measure) does. [`DiscreteRod`] leaves `geometry` unchanged over numbers that carry
+    /// derivatives.
     fn measured_tangent(
         &self,
         q: &[D],
@@ -199,8 +207,9 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         self.measure(q, frames, geometry);
     }
 
-    /// Overwrites `tangent` with the whole second derivative of the energy by edge vectors instead of node positions,
-    /// N/m. Edge `j` has the rows and columns of node `j + 1`; those of the first node are zero.
+    /// Overwrites `tangent` with the second derivative of the energy by edge vectors instead of node positions, N/m.
+    /// Edge `j` has the rows and columns of node `j + 1`, angles keep theirs; rows and columns of the first node are
+    /// zero. User-defined energies are left out.
     fn edge_tangent(
         &self,
         q: &[D],
@@ -209,7 +218,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         tangent: &mut Self::Tangent,
     );
 
-    /// Moves the reference frames to the edges at `q` by parallel transport; no energy at `q` changes.
+    /// Moves the reference frames to the edges at the unknowns `q` by parallel transport. Angles, strains and
+    /// energies at `q` do not change; no operation in the plane.
     fn rebase(frames: &mut Self::Frames, q: &[D]) {
         frames.move_to(q);
     }
@@ -260,67 +270,75 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         self.gradient(q, frames, derivatives, gradient);
     }
 
-    /// The first inner node that a step from `before` to `now` has taken through a fold: its joint turns by more than a
-    /// right angle, to the opposite side. A fold of 180 degrees has infinite energy, so that only a step that is too
-    /// large passes it. `None`: no fold.
+    /// The first inner node (index >= 1) that a step from the unknowns `before` to `now` has taken through a fold;
+    /// `None` without one. Its joint turns by more than a right angle at `now`. Its bends before and after are to
+    /// opposite sides, together at least half a turn. A fold of 180 degrees has infinite energy, so that only a step
+    /// that is too large passes it.
     fn folded_node(&self, before: &[D], now: &[D], frames: &Self::Frames) -> Option<usize>;
 
     /// The index of the first edge that turned by more than 45 degrees in a step from `before` to `now`; `None` without
     /// one.
     fn over_rotated_edge(&self, before: &[D], now: &[D], frames: &Self::Frames) -> Option<usize>;
 
-    /// The jump of the potential of the loads in [`energies`](Rod::energies), J, over a step in which the angle of a
-    /// moment passes half a turn.
+    /// The jump of the potential of constant moments in [`energies`](Rod::energies), J, over a step from `before` to
+    /// `now` in which the angle of a moment passes half a turn. It is zero in other steps and by default.
     fn winding_jump(&self, _before: &[D], _now: &[D]) -> f64 {
         0.0
     }
 
-    /// The first user-defined energy that is not finite at `q`, or whose gradient is not, with its arc length, m.
+    /// Name and arc length, m, of the first user-defined energy whose value or gradient at `q` is not finite; `None`
+    /// if all are, and by default.
     fn non_finite_energy(&self, _q: &[D], _frames: &Self::Frames) -> Option<(String, f64)> {
         None
     }
 
-    /// Elastic energies and the potential of the loads; kinetic energy zero.
+    /// Energies at `q`, J: stretching, bending, twisting, user-defined, and potential of the loads. The kinetic
+    /// energy is zero, and energies of friction springs are left out.
     fn energies(&self, q: &[D], frames: &Self::Frames) -> Energies;
 
-    /// Overwrites `strains` with those of all edges, then of all joints: the order that
-    /// [`set_viscous`](Rod::set_viscous) expects.
+    /// Overwrites `strains` with those of all edges, then of all joints (one curvature each in the plane; two
+    /// curvatures and the twist in space). [`set_viscous`](Rod::set_viscous) expects this order.
     fn strains(&self, q: &[D], frames: &Self::Frames, strains: &mut Vec<D>);
 
-    /// A rod whose elements act as dashpots: no loads and natural strains, and strains stand for strain rates.
+    /// A copy whose elements act as dashpots: zero natural strains, no loads, moments and user-defined energies. The
+    /// stiffnesses stay; strains stand for strain rates.
     fn dashpots(&self) -> Self;
 
-    /// Energies of stretching, bending and twisting by `strains` of all elements, natural ones taken
-    /// as zero, J.
+    /// Sums of the energies of stretching, bending and twisting, J, by `strains` of all elements (order of
+    /// [`strains`](Rod::strains)), with natural strains taken as zero.
     fn strain_energies(&self, strains: &[D]) -> [D; 3];
 
-    /// Overwrites the elements with those of the `elastic` rod under viscous stress, expressed as stiffnesses and
-    /// natural strains.
+    /// Overwrites the laws of all elements with those of the `elastic` rod under viscous stress. Stiffnesses and
+    /// natural strains are changed such that the stress is `K (factor s - natural - shift)`. Stresses of kinds with
+    /// additional times are added.
     fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>);
 
-    /// Overwrites the elements with [dashpots](Rod::dashpots), every stiffness times its factor, and the shifts as
-    /// natural strains.
+    /// Overwrites the laws of all elements with those of [dashpots](Rod::dashpots). Every stiffness is multiplied by
+    /// the factor of its kind; the shifts of `viscosity` become natural strains.
     fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>);
 
-    /// The number of strains of bending and twisting with springs of internal friction: all or none.
+    /// The number of strains of bending and twisting with springs of internal friction: those of all joints, or zero
+    /// without internal friction (the default).
     fn sliding_strains(&self) -> usize {
         0
     }
 
-    /// Activates the springs of internal friction for a step that began with the internal variables `before`; `None`
-    /// deactivates them. Their stiffness is a fraction of that of the `elastic` rod.
+    /// Activates the springs of internal friction in parallel with the joints, for a step that began with the
+    /// internal variables `before`. `None` deactivates them. Their stiffness is a fraction of that of the `elastic`
+    /// rod. The default does nothing.
     fn set_springs(&mut self, _elastic: &Self, _before: Option<&InternalVariables<D>>) {}
 
-    /// The smallest distance of a friction spring's stretch in `z` from the limit at which it begins or ceases to slip;
-    /// infinite without friction.
+    /// The smallest distance of the stretches `z` of all friction springs, without slip, from the limit at which a
+    /// spring begins or ceases to slip. It is infinite without internal friction and by default.
     fn distance_to_slipping(&self, _z: &[D]) -> f64 {
         f64::INFINITY
     }
 
-    /// Reduces the stretches `z` of friction springs beyond their slip limit to the limit.
+    /// Reduces the stretches `z` of friction springs that exceed their slip limit to the limit. The default does
+    /// nothing.
     fn slip(&self, _z: &mut [D]) {}
 
-    /// Energy of the springs of internal friction at the stretches `z`, J.
+    /// Elastic energy of the springs of internal friction at the stretches `z`, J; zero without them and by default.
     fn slider_energy(&self, _z: &[D]) -> f64 {
         0.0
     }
@@ -328,16 +346,17 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
 
 /// A [`Rod`] to which masses, forces and energies can be added.
 pub trait AssembledRod<D: Scalar>: Rod<D> {
-    /// Adds a mass, kg, to a node, with its weight under the `gravity` in the rod's axes, m/s^2.
+    /// Adds a mass, kg, to the coordinates of a node, and its weight under the `gravity` in the rod's axes, m/s^2, to
+    /// the node's load.
     fn add_mass(&mut self, node: usize, mass: D, gravity: [D; 3]);
 
-    /// Adds a dead force, N, in the rod's axes to a node.
+    /// Adds a dead force, N, with components in the rod's axes, to the load on a node.
     fn add_force(&mut self, node: usize, force: [D; 3]);
 
-    /// Multiplies the axial stiffness of every edge by `factor` of its index.
+    /// Multiplies the axial stiffness of every edge by `factor(j)`, with the index `j` of the edge.
     fn stiffen_edges(&mut self, factor: impl Fn(usize) -> f64);
 
-    /// Replaces the user-defined energies.
+    /// Replaces all user-defined energies by `own`.
     fn set_own(&mut self, own: Extra<D>);
 }
 
@@ -350,9 +369,10 @@ pub type FactorsOf<R, D> = <TangentOf<R, D> as Tangent<D>>::Factors;
 /// The frames of a rod with derivatives along one parameter.
 pub type DualFrames<R, D> = <<R as Rod<D>>::Dual as Rod<Dual64>>::Frames;
 
-/// Overwrites `rates` with the rates of all strains of a rod that moves with the velocities `v`, 1/s. Method: central
-/// differences over a displacement of `STRAIN_RATE_DISPLACEMENT` of the rod's `length`, m, accurate to about ten
-/// digits.
+/// Overwrites `rates` with the rates of all strains, 1/s, of a rod that moves from `q` with the velocities `v`; the
+/// order is that of [`Rod::strains`]. Method: central differences over the time in which the fastest unknown moves by
+/// `STRAIN_RATE_DISPLACEMENT` of the rod's `length`, m (accurate to about ten digits). The fastest speed is taken as
+/// at least `LOWEST_SPEED` lengths per second.
 pub(crate) fn strain_rates<D: Scalar, R: Rod<D>>(
     rod: &R,
     q: &[D],

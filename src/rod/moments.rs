@@ -1,7 +1,10 @@
-//! Constant moments (N m) on the edges of a planar rod: potential, gradient and tangent.
+//! Constant moments (N m) on the edges of a planar rod: potential (J), gradient (N), tangent (N/m), and derivatives
+//! by the moments.
 //!
-//! A moment `M` has the potential `-M angle`, with the turning angle of its edge, counted beyond half turns. In space a
-//! constant moment has no potential (Ziegler 1968), so that spatial rods have none.
+//! A moment `M` has the potential `-M angle`. The angle is that of its edge from the first edge's direction at rest.
+//! It is the angle of the first edge, in (-pi, pi], plus the turning angles of the joints between. So whole turns
+//! along the rod are counted; those of the first edge over time are added by the caller ([`Moments::jump`]). In space
+//! a constant moment has no potential (Ziegler 1968), so that spatial rods have none.
 
 use crate::energy::{DeadMoment, Element};
 use crate::numerics::scalar::Scalar;
@@ -18,25 +21,26 @@ pub struct Moments<D> {
     pub heading: [D; 2],
 }
 
-/// The four coordinates of the end nodes of edge `i`, m.
+/// The four coordinates `[x0, y0, x1, y1]` of the end nodes of edge `i` of a planar rod, m.
 #[inline(always)]
 fn ends<D>(q: &[D], i: usize) -> &[D; 4] {
     q[2 * i..].first_chunk().expect("an edge's nodes are nodes of the rod")
 }
 
 impl<D: Scalar> Moments<D> {
-    /// No moments.
+    /// An empty list of moments.
     pub fn none() -> Self {
         Self { list: Vec::new(), heading: [D::from(0.0); 2] }
     }
 
-    /// The angle of the first edge from its direction at rest, in (-pi, pi], rad.
+    /// The angle of the first edge from its direction at rest (`heading`), in (-pi, pi], rad.
     fn first_angle(&self, q: &[D]) -> f64 {
         let first = DeadMoment { moment: D::from(-1.0), rest: self.heading };
         first.energy(ends(q, 0)).value()
     }
 
-    /// Adds to `gradient` that of the potential of all moments at `q`, N.
+    /// Adds to `gradient` that of the potential of all moments at `q`, N, at the four coordinates of each moment's
+    /// edge.
     pub(super) fn add_gradient(&self, q: &[D], gradient: &mut [D]) {
         for (i, moment) in &self.list {
             let local = moment.gradient(ends(q, *i));
@@ -44,7 +48,8 @@ impl<D: Scalar> Moments<D> {
         }
     }
 
-    /// Adds to `gradient` and `tangent` the first and second derivatives of the potential at `q`, N and N/m.
+    /// Adds to `gradient`, N, and `tangent`, N/m, the first and second derivatives of the potential of all moments at
+    /// `q`.
     pub(super) fn add_tangent(&self, q: &[D], gradient: &mut [D], tangent: &mut impl Tangent<D>) {
         for (i, moment) in &self.list {
             let local = moment.tangent(ends(q, *i));
@@ -53,7 +58,8 @@ impl<D: Scalar> Moments<D> {
         }
     }
 
-    /// Adds the second derivatives by edge vectors, N/m: those by the second node of an edge are those by its vector.
+    /// Adds to `tangent` the second derivatives of the potential by edge vectors, N/m: those by the second node of an
+    /// edge. Edge `i` has the rows and columns of node `i + 1`.
     pub(super) fn add_edge_tangent(&self, q: &[D], tangent: &mut impl Tangent<D>) {
         for (i, moment) in &self.list {
             let h = moment.tangent(ends(q, *i)).hessian;
@@ -61,8 +67,8 @@ impl<D: Scalar> Moments<D> {
         }
     }
 
-    /// The potential of all moments, J, where `turning(i)` is the turning angle of joint `i`, rad. The angle of an edge
-    /// is that of the first edge plus the turning angles before it, so that whole turns are counted.
+    /// The potential of all moments, J; zero without any. `turning(i)` returns the turning angle of joint `i`, rad.
+    /// The angle of an edge is that of the first edge plus the turning angles of the joints before it.
     pub(super) fn potential(&self, q: &[D], turning: impl Fn(usize) -> f64) -> f64 {
         let Some(last) = self.list.iter().map(|(i, _)| *i).max() else { return 0.0 };
         let mut angle = self.first_angle(q);
@@ -77,8 +83,9 @@ impl<D: Scalar> Moments<D> {
         potential
     }
 
-    /// The jump of [`potential`](Self::potential), J, over a step in which the angle of the first edge passes half a
-    /// turn; zero otherwise.
+    /// The jump of [`potential`](Self::potential), J, over a step from `before` to `now` in which the angle of the
+    /// first edge passes half a turn. It is `-2 pi n` times the sum of all moments, where `n` is the number of turns
+    /// by which that angle drops. Zero in other steps and without moments.
     pub(super) fn jump(&self, before: &[D], now: &[D]) -> f64 {
         if self.list.is_empty() {
             return 0.0;
@@ -90,15 +97,17 @@ impl<D: Scalar> Moments<D> {
 }
 
 impl Moments<Dual64> {
-    /// The derivative of a number along the parameter of these dual moments: `slopes`, its derivatives by a moment on
-    /// each edge, times the rates of the moments. Edges beyond `slopes` count zero.
+    /// The derivative of a number along the parameter of these dual moments. It is the sum of the derivative of each
+    /// moment times the entry of `slopes` for its edge: the number's derivative by a moment there. Edges beyond
+    /// `slopes` count zero.
     pub(super) fn along(&self, slopes: &[f64]) -> f64 {
         let moments = self.list.iter().filter(|(i, _)| *i < slopes.len());
         moments.map(|(i, m)| m.moment.eps * slopes[*i]).sum()
     }
 }
 
-/// Adds to `slopes` the derivatives of `d . gradient` by a moment on each edge, at the unknowns `q`.
+/// Adds to `slopes`, one per edge, the derivatives of the number `d . gradient` by a moment on that edge, at the
+/// unknowns `q`.
 pub(super) fn add_slopes(q: &[f64], d: &[f64], slopes: &mut [f64]) {
     for (i, to) in slopes.iter_mut().enumerate() {
         let unit = DeadMoment { moment: 1.0, rest: [0.0; 2] };

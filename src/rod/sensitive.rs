@@ -1,8 +1,9 @@
 //! Derivatives of the forces and strains of a rod along parameters: the trait [`Sensitive`] of forward sensitivities.
 //!
-//! A parameter changes numbers of the rod (stiffnesses, rest lengths, loads). One rod over dual numbers per parameter
-//! has these changes. Derivatives of strains, stresses (N, N m) and energy gradient (N) follow from them and from those
-//! of unknowns and frames, for `G` parameters in SIMD lanes.
+//! A parameter changes numbers of the rod (stiffnesses, natural strains, rest lengths, loads). One rod over dual
+//! numbers per parameter contains these changes ([`ChangedRods`]). With the derivatives of unknowns and frames, the
+//! trait gives derivatives of strains, stresses (N, N m) and energy gradient (N). They are computed for `G`
+//! parameters at a time, one per SIMD lane.
 
 use crate::energy::Derivatives;
 use crate::numerics::lanes::Lanes;
@@ -35,7 +36,7 @@ pub struct ChangedRods<'a, R: Sensitive, const G: usize> {
 
 impl<R: Sensitive, const G: usize> Copy for ChangedRods<'_, R, G> {}
 impl<R: Sensitive, const G: usize> Clone for ChangedRods<'_, R, G> {
-    /// A copy of the references.
+    /// A copy of the references to the dual rods and their rates.
     #[inline(always)]
     fn clone(&self) -> Self {
         *self
@@ -48,11 +49,13 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
     /// Derivatives of the loads, and of the stresses as functions of the strains.
     type Rates<const G: usize>: Clone + std::fmt::Debug + Default + Send + Sync;
 
-    /// Overwrites `rates` with the derivatives that the dual rods contain, one lane per rod.
+    /// Overwrites `rates` with the derivatives of laws, rest lengths, loads and friction springs that the dual rods
+    /// contain, one lane per rod.
     fn set_rates<const G: usize>(duals: &[Self::Dual; G], rates: &mut Self::Rates<G>);
 
-    /// Overwrites `out` with the derivatives of the gradient, N, by the numbers that have `changed`, at fixed unknowns
-    /// `q` and frames. `geometry` is that of the rod at `q`.
+    /// Overwrites `out` with the derivatives of the gradient, N (N m for angles), by the numbers of the rod that
+    /// `changed` contains, at fixed unknowns `q` and frames. One row per unknown, one column per parameter.
+    /// `geometry` is that of the rod at `q`; `derivatives` selects hand-derived formulas or num-dual.
     fn gradient_rate<const G: usize>(
         changed: ChangedRods<'_, Self, G>,
         geometry: &Self::Geometry,
@@ -62,17 +65,20 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
         out: &mut [[f64; G]],
     );
 
-    /// The kind of the strain with this index: 0 stretching, 1 bending, 2 twisting.
+    /// The kind of the strain with the index `strain` in the list of edges, then joints: 0 stretching, 1 bending, 2
+    /// twisting.
     fn kind(&self, strain: usize) -> usize;
 
-    /// Overwrites `out` with the derivatives of the strains at fixed unknowns: those by the rest lengths of the edges.
+    /// Overwrites `out` with the derivatives of the strains at fixed unknowns. Those of edges are
+    /// `-(1 + strain) dl/l` with the rest length `l`; those of joints are zero.
     fn rest_strain_rates<const G: usize>(
         rates: &Self::Rates<G>,
         geometry: &Self::Geometry,
         out: &mut [Lanes<G>],
     );
 
-    /// Adds to `out` the derivatives of the strains that follow from those of the unknowns, `q`, and of the frames.
+    /// Adds to `out`, one row per strain, the derivatives `B dq` of the strains (`B = ds/dq`) that follow from those
+    /// of the unknowns, `q`, and of the `frames`. `geometry` is that at the present unknowns.
     fn add_strain_rates<const G: usize>(
         &self,
         frames: &[FrameRate<G>],
@@ -81,8 +87,9 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
         out: &mut [Lanes<G>],
     );
 
-    /// Converts `out`, the derivatives of the stretches of friction springs without slip, to those with slip. `z` are
-    /// the stretches without slip.
+    /// Converts `out`, the derivatives of the stretches of friction springs without slip, to those with slip, in
+    /// place. `z` are the stretches without slip. Springs below their limit keep their derivatives; nothing happens
+    /// without friction.
     fn slip_rates<const G: usize>(&self, rates: &Self::Rates<G>, z: &[f64], out: &mut [Lanes<G>]);
 
     /// Overwrites `out` with the derivatives of the stresses of all elements, N for edges and N m for joints, at the
@@ -95,8 +102,9 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
         out: &mut [Lanes<G>],
     );
 
-    /// Writes the derivatives, along those of laws, unknowns and frames, of the forces of the stresses `K s` of these
-    /// strains, without natural ones.
+    /// Overwrites `out` with the derivatives of the forces, N, of the stresses `K s` of the effective `strains` `s`,
+    /// without natural strains. They are along the changes of laws (`rates`), strains, unknowns `q` and `frames`; the
+    /// change of the strains' directions is included.
     fn viscous_force_rate<const G: usize>(
         &self,
         rates: &Self::Rates<G>,
@@ -107,8 +115,9 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
         out: &mut [[f64; G]],
     );
 
-    /// Overwrites `out` with the derivatives of the gradient, N, at fixed unknowns and frames, from the derivatives
-    /// `stress` of the stresses. `changed` adds those of loads and user-defined energies.
+    /// Overwrites `out` with the derivatives of the gradient, N, at fixed unknowns `q` and frames, from the
+    /// derivatives `stress` of the stresses of all elements: `B^T stress`. `changed` adds those of loads, moments and
+    /// user-defined energies; `None` leaves them out.
     fn stressed_rate<const G: usize>(
         changed: Option<ChangedRods<'_, Self, G>>,
         stress: &[Lanes<G>],

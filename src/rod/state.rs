@@ -45,14 +45,14 @@ pub struct InternalVariables<D> {
 }
 
 impl<D> Default for InternalVariables<D> {
-    /// Empty lists: a material without history.
+    /// Empty lists: a material without viscosity, relaxation and internal friction.
     fn default() -> Self {
         Self { strain: Vec::new(), strain_rate: Vec::new(), slid: Vec::new(), relaxing: Vec::new() }
     }
 }
 
 impl<D: Scalar> InternalVariables<D> {
-    /// Copies `other` into this one; reuses the allocated lists.
+    /// Overwrites these variables with a copy of `other`; allocated lists are reused.
     fn restore(&mut self, other: &Self) {
         self.strain.clone_from(&other.strain);
         self.strain_rate.clone_from(&other.strain_rate);
@@ -62,7 +62,8 @@ impl<D: Scalar> InternalVariables<D> {
 }
 
 impl<D: Scalar, F: Clone> State<D, F> {
-    /// A state at rest at the unknowns `q`, at time zero, without forces and internal variables.
+    /// A state at the unknowns `q` and frames at time zero, with zero velocities and forces, no accelerations, and
+    /// empty internal variables.
     pub fn at_rest(q: Vec<D>, frames: F) -> Self {
         let zero = vec![D::from(0.0); q.len()];
         Self {
@@ -77,7 +78,8 @@ impl<D: Scalar, F: Clone> State<D, F> {
         }
     }
 
-    /// Copies `other` into this one; reuses the allocated lists.
+    /// Overwrites this state with a copy of `other`, time and internal variables included; allocated lists are
+    /// reused.
     pub fn restore(&mut self, other: &Self) {
         self.time = other.time;
         self.wound = other.wound;

@@ -22,7 +22,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 {
     type Output = ();
 
-    /// Overwrites gradient, tangent and, if requested, geometry, with numbers `V` in SIMD lanes.
+    /// Overwrites gradient (N, less the dead loads), tangent (N/m) and, if one is given, the geometry, which is
+    /// resized. `V` holds one edge per SIMD lane. Moments and user-defined energies are left out.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let (elements, mut geometry) = (self.at.elements, self.geometry);
@@ -46,7 +47,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 {
     type Output = ();
 
-    /// Adds the second derivatives by edges, with numbers `V` in SIMD lanes.
+    /// Adds the second derivatives by edge vectors and angles, N/m, to the tangent at the indices of edges, with one
+    /// edge per SIMD lane.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut edges = L::edge_sink::<D, V>(self.tangent, self.at.elements.joint.len());
@@ -65,7 +67,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 {
     type Output = ();
 
-    /// Overwrites the geometry block by block, with numbers `V` in SIMD lanes.
+    /// Resizes and overwrites the geometry block by block: lengths, directions and strains of all edges and joints,
+    /// with one edge per SIMD lane.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         self.geometry.resize(self.at.elements.stretch.len());
@@ -86,8 +89,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 {
     type Output = Energies;
 
-    /// Returns the sums of stretching, bending and twisting energy, J, with numbers `V` in SIMD lanes; lanes beyond the
-    /// last edge are left out.
+    /// Returns the sums of stretching, bending and twisting energy over all elements, J, without derivatives; other
+    /// terms are zero. Lanes beyond the last edge are left out.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) -> Energies {
         let (mut sums, edges) = (Energies::default(), self.at.elements.stretch.len());
@@ -117,7 +120,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 {
     type Output = ();
 
-    /// Overwrites the strains of edges and joints, with numbers `V` in SIMD lanes.
+    /// Overwrites `edges` with the axial strains and `joints` with the strains of all joints, with one edge per SIMD
+    /// lane.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut blocks = L::Blocks::<'_, D, V>::new(self.at, level);

@@ -1,10 +1,10 @@
 //! Transposed products of the [derivatives](crate::rod::sensitive) of a rod, for the gradient of a misfit by the
-//! adjoint method.
+//! adjoint method: the trait [`Transposed`].
 //!
 //! The derivatives `d` of the misfit by the forces become those by the stresses through the strains `w = B d`,
-//! `B = ds/dq`. Parameters change laws and loads only, so the derivatives by each law and each load ([`Laws`]) are
-//! enough for all parameters. Their product with the changes of one rod over dual numbers is the derivative along its
-//! parameter.
+//! `B = ds/dq` ([`strained`]). Parameters change laws and loads only, so that the derivatives by each law and each
+//! load ([`Laws`]) are sufficient for all parameters. Their product with the changes of one rod over dual numbers is
+//! the derivative along its parameter.
 
 use crate::energy::law::LawSlopes;
 use crate::numerics::lanes::Lanes;
@@ -26,7 +26,8 @@ pub struct Laws {
 }
 
 impl Laws {
-    /// Zeros for a rod with so many edges, unknowns and edges with possible moments.
+    /// Zeros for a rod with `edges` edges, one joint fewer, `unknowns` unknowns, and possible moments on the first
+    /// `moments` edges.
     pub fn new(edges: usize, unknowns: usize, moments: usize) -> Self {
         Self {
             stretch: vec![LawSlopes::default(); edges],
@@ -53,33 +54,39 @@ pub struct Strained<'a> {
 
 /// A rod with transposed products of its [derivatives](Sensitive), which convert derivatives of a misfit.
 pub trait Transposed: Sensitive {
-    /// Zero derivatives for this rod. `moments`: whether those by dead moments are needed.
+    /// Zero derivatives for this rod. Those by dead moments have one entry per edge in the plane if `moments` is true
+    /// or the rod has moments; else they are empty.
     fn no_laws(&self, moments: bool) -> Laws;
 
-    /// Multiplies the strains of edges by their rest lengths, so that their products with forces are energies.
+    /// Multiplies the strains of edges, the first of the list, by their rest lengths, so that their products with
+    /// forces are energies. Strains of joints stay.
     fn by_length(&self, strains: &mut [f64]);
 
-    /// Overwrites `out` with `K w`, the elastic stiffnesses times `w`; `coupled` includes the coupling of bending and
-    /// twisting.
+    /// Overwrites `out` with `K w`: the elastic stiffness of each element times its entries of `w`, N for edges and N
+    /// m for joints. `coupled` includes the coupling of bending and twisting in a joint.
     fn stiffened(&self, w: &[f64], coupled: bool, out: &mut Vec<f64>);
 
-    /// Adds to `laws` the derivatives of the misfit by all laws, from those `w` by the stresses, at the strains
-    /// `strained`.
+    /// Adds to `laws` the derivatives of the misfit by stiffness and natural stress of every law, from its
+    /// derivatives `w` by the stresses at the effective strains `strained`. If `strained.counted`, those by relative
+    /// changes of the rest lengths are added too.
     fn add_to_laws(&self, w: &[f64], strained: Strained<'_>, laws: &mut Laws);
 
-    /// Adds to `laws` the derivatives of the misfit by the dead moments at `q`, from those `d` by the forces.
+    /// Adds to `laws.moment` the derivatives of the misfit by a dead moment on each edge at `q`, from those `d` by
+    /// the forces. Nothing happens if that list is empty.
     fn add_to_moments(&self, q: &[f64], d: &[f64], laws: &mut Laws);
 
-    /// The derivative of the misfit along one parameter: `laws` times the changes of the rod that `dual` and `rates`
-    /// contain.
+    /// The derivative of the misfit along one parameter: the sum of `laws` times the derivatives along it. Those of
+    /// stiffnesses, natural stresses, rest lengths and loads are in `rates`, those of the moments in `dual`.
     fn along(&self, dual: &Self::Dual, rates: &Self::Rates<1>, laws: &Laws) -> f64;
 
-    /// The part of [`along`](Self::along) by the law of each joint, one number per joint.
+    /// The part of [`along`](Self::along) by stiffness and natural stress of each joint: one number per joint, from
+    /// the first on.
     fn along_joints(rates: &Self::Rates<1>, laws: &Laws) -> Vec<f64>;
 }
 
-/// Overwrites `out` with the strains `B change` along a `change` of the unknowns; those of edges are multiplied by
-/// their rest lengths. `still`: zero derivatives of the frames.
+/// Overwrites `out` with the strains `B change` along a `change` of the unknowns (`B = ds/dq`), edges first, then
+/// joints. Those of edges are multiplied by their rest lengths. `still` are zero derivatives, one per reference
+/// frame.
 pub fn strained<R: Transposed>(
     rod: &R,
     geometry: &R::Geometry,

@@ -1,8 +1,10 @@
 //! The viscous stress of a time step as a factor of every stiffness and a shift of every natural strain.
 //!
-//! Input: coefficients of the step (by [`crate::dynamics::viscosity`]) and [`InternalVariables`]. A damped step then is
-//! an elastic step with other laws: `K (factor s - natural - shift)`. At a known state, the stresses of a Maxwell
-//! branch and of internal friction are shifts too. Output: the laws of all elements for the step.
+//! A damped step is an elastic step with other laws: the stress of an element is `K (factor s - natural - shift)`.
+//! Kinds of strain with additional times add `K (own_factor s - time past)` without the coupling of bending and
+//! twisting. Input: coefficients of the step (by [`crate::dynamics::viscosity`]) or, at a known state,
+//! [`InternalVariables`]. There the stresses of a Maxwell branch and of internal friction are shifts too. Output:
+//! [`Viscosity`], and from it the laws of all elements for the step.
 
 use crate::energy::Law;
 use crate::numerics::scalar::Scalar;
@@ -35,8 +37,8 @@ pub struct OwnViscosity<D> {
 }
 
 impl<D: Scalar> Viscosity<D> {
-    /// No viscous stress, for so many strains. `apart`: whether stretching, bending and twisting may have different
-    /// times.
+    /// Factor 1 and zero shifts: no viscous stress, for `strains` strains. `apart`: whether stretching, bending and
+    /// twisting may have additional times; their factors and times are then zero.
     pub fn none(strains: usize, apart: bool) -> Self {
         let zero = D::from(0.0);
         let past = vec![zero; strains];
@@ -47,8 +49,9 @@ impl<D: Scalar> Viscosity<D> {
         }
     }
 
-    /// Sets factor and shifts to the stress at a known state: viscous by the strain rates, Maxwell and friction springs
-    /// by their stretches.
+    /// Overwrites factor and shifts with the stress at a known state. The factor is 1; a shift is minus the
+    /// Kelvin-Voigt time times the strain rate, less the relative stiffness times the stretch of Maxwell and friction
+    /// springs. Kinds with additional times get these times and minus the strain rates.
     pub fn now(&mut self, damping: &Damping<D>, internal: &InternalVariables<D>) {
         let InternalVariables { strain_rate, relaxing, slid, .. } = internal;
         self.factor = D::from(1.0);
@@ -73,8 +76,8 @@ impl<D: Scalar> Viscosity<D> {
         }
     }
 
-    /// Overwrites `laws` with the `elastic` ones under this stress. Their strains begin at index `first` of the list of
-    /// strains.
+    /// Overwrites the first `elastic.len()` of `laws` with the `elastic` ones under this stress: changed stiffnesses
+    /// and natural strains. The strains of the first law begin at index `first` of the list of strains.
     pub(super) fn set_laws<W: Law<D, S>, const S: usize>(
         &self,
         elastic: &[W],
@@ -96,8 +99,8 @@ impl<D: Scalar> Viscosity<D> {
         }
     }
 
-    /// Overwrites `laws` with `dashpots` whose stiffness is multiplied by the factors, and whose natural strains are
-    /// the shifts.
+    /// Overwrites `laws` with `dashpots` whose stiffnesses are multiplied by the factor of each kind (common plus
+    /// additional one), that of the coupling by the common one. Natural strains are the shifts from index `first` on.
     pub(super) fn set_dashpots<W: Law<D, S>, const S: usize>(
         &self,
         dashpots: &[W],

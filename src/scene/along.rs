@@ -1,7 +1,8 @@
 //! Numbers that may vary along the rod: constant, piecewise constant or linear in arc length ([`Along`]).
 //!
 //! `rod.natural_curvature`, `rod.natural_twist` and the taper of section and material have this type. A scene file gives a
-//! number, a list with one number for each equal part, or `{ from, to }`.
+//! number, a list with one number for each equal part, or `{ from, to }`. [`Along::at`] returns the value at a fraction of
+//! the rod length, and every number is a parameter of the scene.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -46,14 +47,14 @@ pub struct Linear<D = f64> {
 }
 
 impl From<f64> for Along {
-    /// The constant `value` along the whole rod.
+    /// One number for the whole rod, along which the value is constant.
     fn from(value: f64) -> Self {
         Self::Whole(value)
     }
 }
 
 impl From<Vec<f64>> for Along {
-    /// One number for each of equally many equal parts of the length.
+    /// A list with one number for each of equally many equal parts of the length.
     fn from(values: Vec<f64>) -> Self {
         Self::Piecewise(values)
     }
@@ -71,7 +72,8 @@ impl<D> Along<D> {
         Self::Linear(Linear { from, to })
     }
 
-    /// The numbers: one for each part, or those at both ends of a linear function.
+    /// The numbers of the value along the rod: one, or one for each part from the start on. Of a linear function they are
+    /// those at start and end.
     pub fn values(&self) -> Vec<D>
     where
         D: Copy,
@@ -83,7 +85,8 @@ impl<D> Along<D> {
         }
     }
 
-    /// Inner boundaries of the parts, as fractions of the rod length.
+    /// Inner boundaries of the parts of a list, ascending, as fractions of the rod length. None for a single number and a
+    /// linear function.
     pub(crate) fn breaks(&self) -> impl Iterator<Item = f64> {
         let parts = match self {
             Self::Piecewise(values) => values.len(),
@@ -94,8 +97,8 @@ impl<D> Along<D> {
 }
 
 impl<D: Scalar> Along<D> {
-    /// Value at a fraction of the rod length. At the boundary of two parts it is that of the second; beyond an end it is
-    /// that at the end.
+    /// Value at `place`, a fraction of the rod length. At the boundary of two parts of a list, and up to `PLACE_ROUNDING`
+    /// before it, it is that of the second part. Beyond an end it is that at the end.
     pub fn at(&self, place: f64) -> D {
         match self {
             Self::Whole(value) => *value,
@@ -106,7 +109,8 @@ impl<D: Scalar> Along<D> {
 }
 
 impl<D> Along<D> {
-    /// Indices and weights of the numbers whose weighted sum is the [value](Self::at) at a fraction of the rod length.
+    /// Indices and weights of the [numbers](Self::values) whose weighted sum is the [value](Self::at) at a fraction of the
+    /// rod length. There is one with weight 1, or both ends of a linear function.
     pub(crate) fn shares(&self, place: f64) -> Vec<(usize, f64)> {
         match self {
             Self::Whole(_) => vec![(0, 1.0)],
@@ -119,14 +123,15 @@ impl<D> Along<D> {
     }
 }
 
-/// Index of the part, of `parts` equal ones, that contains a fraction of the rod length.
+/// Index of the part, of `parts` equal ones, that contains a fraction of the rod length; the first or last part beyond the
+/// ends.
 fn part(place: f64, parts: usize) -> usize {
     // A fraction below a boundary by rounding errors of arc lengths belongs to the part behind it.
     ((place * parts as f64 + PLACE_ROUNDING).max(0.0) as usize).min(parts - 1)
 }
 
 impl Along {
-    /// Whether the value is zero along the whole rod.
+    /// Whether all numbers of the value along the rod are zero.
     pub fn is_zero(&self) -> bool {
         self.values().iter().all(|value| *value == 0.0)
     }
@@ -138,8 +143,9 @@ impl NumberTree for Along {
     type Kind = [Quantity; 2];
     type Over<D> = Along<D>;
 
-    /// The same numbers with each converted by the visitor under its path below `key`; the quantity `whole` is that of a single
-    /// number, `part` that of each of several.
+    /// The same value over `D`, with each number converted by the visitor. A single number has the path `key` and the
+    /// quantity `whole`. Entries of a list have `key.0`, `key.1`, .., a linear function has `key.from` and `key.to`, both
+    /// with the quantity `part`.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -161,7 +167,7 @@ impl NumberTree for Along {
         }
     }
 
-    /// Rejects an empty list and numbers that are not finite; `key` is their path, for the error.
+    /// Rejects an empty list and numbers that are not finite, of either sign; `key` is their path, for the error.
     fn check_numbers(&self, key: &str, _: [Quantity; 2]) -> Result<(), Error> {
         match self {
             Self::Whole(value) if !value.is_finite() => {

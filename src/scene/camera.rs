@@ -1,7 +1,8 @@
 //! `[camera]`: relation between recorded and scene coordinates: clock, scale, rotation and position.
 //!
-//! A point at `x` is recorded at `wall + shift + pixel_scale R (x - wall)`, later by the time offset. Only fits apply it, with
-//! these numbers as possible parameters.
+//! A point at `x` is recorded at `wall + shift + pixel_scale R (x - wall)`, later by the time offset. `R` is the rotation by
+//! `in_plane_rotation` about the normal of a planar scene (z in space). `shift` is `clamp_position`, and `wall` the first
+//! node at rest. Only fits apply it, with these numbers as possible parameters.
 
 use crate::scene::number::{Quantity, is_default};
 use crate::scene::table::table;
@@ -34,7 +35,7 @@ pub(super) fn one<D: From<f64>>() -> D {
 }
 
 impl<D: From<f64> + Default> Default for Camera<D> {
-    /// The camera without effect: no offset, scale 1, no rotation.
+    /// The camera without effect: no time offset, scale 1, no rotation, no shift.
     fn default() -> Self {
         Self {
             time_offset: D::default(),
@@ -46,7 +47,7 @@ impl<D: From<f64> + Default> Default for Camera<D> {
 }
 
 impl<D: From<f64> + Default + PartialEq> Camera<D> {
-    /// Whether recorded and scene coordinates are equal: no offset, scale 1, no rotation.
+    /// Whether recorded and scene coordinates and clocks are equal; such a camera is not written to files.
     pub(super) fn is_default(&self) -> bool {
         is_default(self)
     }

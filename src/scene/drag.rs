@@ -1,7 +1,9 @@
 //! `[loads.drag]`: drag, buoyancy and added mass of the fluid around a rod.
 //!
-//! The force per length is `-(linear + quadratic |u|) u` for the velocity `u` of the rod relative to the fluid, with
-//! coefficients across and along the rod. The coefficients are constants per length, not derived from a Reynolds number.
+//! The force per length is `-(linear + quadratic |u|) u` for the velocity `u` of the rod relative to the fluid. It acts
+//! separately on the components across and along the rod. Coefficients are constants per length, not derived from a Reynolds
+//! number. The table declares their units and that all but the velocity are positive or zero. `rod::drag` computes nodal
+//! forces from them; masses and weights of nodes take added mass and buoyancy.
 
 use crate::scene::number::Quantity;
 use crate::scene::table::table;

@@ -1,7 +1,8 @@
 //! Defects of a recording of markers ([`Fault`]), their warning codes and texts.
 //!
-//! `faults`, `recorded_motion` and `recorded_point` detect them: lost frames, exchanged labels, missing frames, jumps, gravity
-//! in accelerations and glitches. Each has the markers, frames and times, s, and whether it was corrected.
+//! `faults`, `recorded_motion` and `recorded_point` detect them: lost frames, exchanged labels, missing frames, jumps,
+//! gravity in accelerations and glitches. A defect has the markers and times, s, that its kind has; of lost frames and
+//! exchanged labels also whether they were corrected. Tracks hold their defects, and supports and fits show them as warnings.
 
 use crate::code::Code;
 use serde::{Deserialize, Serialize};
@@ -73,7 +74,8 @@ pub enum Fault {
 
 impl Fault {
     /// Removes from jumps the times, s, within two frame intervals `step`, s, of lost frames among the `others`. Returns
-    /// whether the defect remains: jumps without times, or of a marker with glitches, are those of the others.
+    /// whether the defect is to be kept. False for jumps without times left, or of a marker with glitches among the `others`;
+    /// other kinds are kept unchanged.
     pub(super) fn retain_distinct(&mut self, others: &[Self], step: f64) -> bool {
         let Self::Jumps { marker, times, .. } = self else { return true };
         for other in others {
@@ -86,7 +88,7 @@ impl Fault {
         !times.is_empty()
     }
 
-    /// Warning code of the defect.
+    /// Warning code of the defect, one for each kind, whether or not it was corrected.
     pub fn code(&self) -> Code {
         match self {
             Self::LostFrames { .. } => Code::LostFrames,
@@ -100,7 +102,8 @@ impl Fault {
 }
 
 impl fmt::Display for Fault {
-    /// Writes finding, consequence and action as text.
+    /// Writes finding, consequence and action as text, without the code; a corrected defect has the correction in place of
+    /// the action.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             // Each text has finding, consequence and action.
@@ -172,7 +175,7 @@ impl fmt::Display for Fault {
     }
 }
 
-/// Number of occurrences and the time of the first, s: `3 times, first at t = 0.1 s`.
+/// Number of occurrences and the time of the first, s: `once at t = 0.1000 s`, or `3 times, first at t = 0.1000 s`.
 fn occurrences(times: &[f64]) -> String {
     let first = times.first().copied().unwrap_or(0.0);
     match times.len() {
@@ -181,7 +184,7 @@ fn occurrences(times: &[f64]) -> String {
     }
 }
 
-/// The words ` of marker A`; empty for the only point of a file.
+/// The words ` of marker A` for the name A; empty for an empty name, that of the only point of a file.
 fn of_marker(marker: &str) -> String {
     if marker.is_empty() { String::new() } else { format!(" of marker {marker}") }
 }

@@ -1,10 +1,11 @@
-//! Detection and correction of defects in recordings of markers: lost frames, exchanged labels of neighbors, and jumps of single
-//! markers. All defects are reported; they are corrected only on request.
+//! Detection and correction of defects in recordings of markers: lost frames, exchanged labels of neighbors, and jumps of
+//! single markers. All defects are reported; lost frames and exchanged labels are corrected on request.
 //!
-//! Lost frames are detected by least squares. Positions around a gap (`BESIDE` frames on each side) follow a cubic of time, with
-//! the gap much better than without it (`BETTER`), for most markers. Labels are exchanged if the outer of two neighbors has the
-//! smaller median distance from the marker before them (`FARTHER`). A glitch is a second difference above `JUMP` that the
-//! neighbors do not have. `Track::examined` returns the recording with its [`Fault`]s.
+//! Lost frames are detected by least squares. Positions around a gap (`BESIDE` frames on each side) follow a cubic of time,
+//! for most markers. The fit with the gap must be much better than without it (`BETTER`). Labels are exchanged if the outer
+//! of two neighbors has the smaller median distance from the marker before them (`FARTHER`). A glitch is a second difference
+//! above `JUMP` that the neighbors do not have. `Track::examined` returns the recording with its [`Fault`]s; recorded ends
+//! and observations of fits use it.
 
 use crate::numerics::vector::{Vector, components, dot, sub};
 use crate::scene::fault::{Fault, JUMP};
@@ -67,8 +68,10 @@ struct FrameGap {
 }
 
 impl Track {
-    /// The recording with its [defects](Self::faults), corrected as `lost` and `swapped` request. `held` are the indices of
-    /// the markers that drive an end, whose motion determines gaps.
+    /// A copy of the recording with its [defects](Self::faults), in the order labels, lost frames, glitches. With
+    /// `LostFrames::Stretch` later times are increased, with `SwappedLabels::Mend` positions are exchanged between names.
+    /// `held` are the indices, along the rod, of the markers whose motion determines gaps. Earlier defects, and a bandwidth,
+    /// are dropped.
     pub(crate) fn examined(
         &self,
         held: &[usize],
@@ -121,8 +124,9 @@ impl Track {
         mended.with_faults(faults)
     }
 
-    /// Index of the marker at each position along the rod. The labels of two neighbors are exchanged if the outer one has
-    /// the smaller median distance from the marker before them.
+    /// Index of the marker at each position along the rod. The labels of two neighbors are exchanged if the outer one has the
+    /// smaller median distance from the marker before them, by the factor [`FARTHER`]. The first two are compared by their
+    /// distances from the third. The identity for fewer than three markers.
     fn order(&self) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.markers().len()).collect();
         // The outer marker is farther by the length of an edge.
@@ -142,7 +146,7 @@ impl Track {
         order
     }
 
-    /// Median distance between two markers over all frames, m; none without common frames.
+    /// Median (upper of two) distance between two markers over the frames that both have, m; none without common frames.
     fn distance(&self, a: usize, b: usize) -> Option<f64> {
         let pairs = self.markers()[a].seen.iter().zip(&self.markers()[b].seen);
         let mut all: Vec<f64> = pairs.filter_map(|(a, b)| Some(norm(sub((*a)?, (*b)?)))).collect();
@@ -150,8 +154,9 @@ impl Track {
         all.get(all.len() / 2).copied()
     }
 
-    /// Gaps of lost frames: where the motion of the held markers is smooth with a gap, but not without. Frames with a missing
-    /// held marker are left out.
+    /// Gaps of lost frames, in the order of time. The RMS residual of a cubic through the `held` markers exceeds
+    /// [`RESOLUTION`], and is larger without the gap by at least the root of [`BETTER`]. Most markers must jump there. Of
+    /// gaps of adjacent frames that with the larger ratio remains. Windows with a missing held marker are left out.
     fn gaps(&self, held: &[&Marker]) -> Vec<FrameGap> {
         let frames = self.times().len();
         let mut gaps: Vec<FrameGap> = Vec::new();
@@ -191,8 +196,8 @@ impl Track {
         gaps
     }
 
-    /// Orthonormal cubics of time over the window of frames from `first` on, with a gap of `steps` frame intervals in its
-    /// middle.
+    /// Orthonormal basis of the cubics of time at the frames of a window, [`WINDOW`] from `first` on. Times behind the middle
+    /// are later by `steps - 1` usual intervals.
     fn cubics(&self, first: usize, steps: usize) -> [FrameWindow; 4] {
         let (between, before) = (self.usual_step(), first + BESIDE - 1);
         let time = |k: usize| {
@@ -203,7 +208,9 @@ impl Track {
     }
 
     /// Whether most markers, the free ones included, jump by `steps` in the middle of the window of frames from `first` on. A
-    /// marker that slips or was reconstructed elsewhere jumps alone. Markers at rest are not counted.
+    /// marker jumps if the residual without the gap is [`DECISIVE`] times that with it, and is smooth in the reverse case. At
+    /// least [`FEWEST_JUMPING`] must jump, and more than are smooth. Residuals up to [`RESOLUTION`], and markers with missing
+    /// frames, do not count.
     fn most_markers_jump(&self, first: usize, steps: usize) -> bool {
         let [even, lost] = [1, steps].map(|steps| self.cubics(first, steps));
         let (mut jumping, mut smooth) = (0, 0);
@@ -219,8 +226,9 @@ impl Track {
         jumping >= FEWEST_JUMPING && jumping > smooth
     }
 
-    /// Frames in which a marker jumps, but its neighbors `beside` it on the rod, which also move in a whip, do not; frames near
-    /// gaps are left out.
+    /// Indices of the frames at which `marker` jumps, but not its neighbors `beside` it on the rod, which also move in a
+    /// whip. Its second difference exceeds [`JUMP`], and theirs are below [`QUIET_NEIGHBOR`] of that. Frames within
+    /// [`SPOILED`] of gaps are left out.
     fn glitches(&self, marker: &Marker, beside: &[&Marker], gaps: &[FrameGap]) -> Vec<usize> {
         let near = |k: usize| gaps.iter().any(|gap| gap.before.abs_diff(k) <= SPOILED);
         let jumps = |k: &usize| {
@@ -231,7 +239,7 @@ impl Track {
         (1..marker.seen.len().saturating_sub(1)).filter(jumps).collect()
     }
 
-    /// Whether a frame of a marker is unusable because of a glitch within [`SPOILED`] frames.
+    /// Whether a frame of a marker is unusable: a glitch of the marker of this name is within [`SPOILED`] frames.
     pub(crate) fn is_spoiled(&self, marker: &Marker, frame: usize) -> bool {
         self.faults().iter().any(|fault| match fault {
             Fault::Glitches { marker: name, frames, .. } => {
@@ -242,7 +250,8 @@ impl Track {
     }
 }
 
-/// Second difference of the positions of a marker about frame `k`, m; 0 with a missing frame.
+/// Length of the second difference of the positions of a marker about frame `k`, m; 0 if one of the three positions is
+/// missing.
 fn second_difference(marker: &Marker, k: usize) -> f64 {
     let [a, b, c] = [k - 1, k, k + 1].map(|k| marker.seen[k]);
     let (Some(a), Some(b), Some(c)) = (a, b, c) else { return 0.0 };
@@ -259,7 +268,8 @@ const WINDOW: usize = 2 * BESIDE;
 /// One number for each frame around a gap.
 type FrameWindow = [f64; WINDOW];
 
-/// Coordinates of a marker along each axis in the first [`WINDOW`] frames of a list; none if one is missing.
+/// Three lists, one for each axis, of the coordinates of a marker, m, in the first [`WINDOW`] frames of `seen`. None if one
+/// is missing.
 fn coordinates(seen: &[Option<Vector<f64>>]) -> Option<[FrameWindow; 3]> {
     let mut axes = [[0.0; WINDOW]; 3];
     for (k, seen) in seen.iter().take(WINDOW).enumerate() {
@@ -269,7 +279,7 @@ fn coordinates(seen: &[Option<Vector<f64>>]) -> Option<[FrameWindow; 3]> {
     Some(axes)
 }
 
-/// Scalar product of two lists of numbers.
+/// Scalar product of two lists of one number per frame of a window.
 #[inline]
 fn product(a: &FrameWindow, b: &FrameWindow) -> f64 {
     let mut sum = 0.0;
@@ -279,7 +289,7 @@ fn product(a: &FrameWindow, b: &FrameWindow) -> f64 {
     sum
 }
 
-/// Subtracts from a vector its projection onto another one of length 1.
+/// Subtracts from the vector `from` its projection onto `other`, which has length 1.
 #[inline]
 fn subtract_projection(from: &mut FrameWindow, other: &FrameWindow) {
     let along = product(other, from);
@@ -306,13 +316,15 @@ fn cubics(times: &FrameWindow) -> [FrameWindow; 4] {
     basis
 }
 
-/// RMS residual, m, of the least-squares fit of an orthonormal basis to each path.
+/// RMS over frames and paths of the residuals, m, after least-squares fits of the orthonormal `basis` to each path; 0 without
+/// paths.
 fn rms_residual(basis: &[FrameWindow; 4], paths: &[FrameWindow]) -> f64 {
     let sum = paths.iter().map(|path| residual_squares(basis, path)).sum::<f64>();
     (sum / f64::max((WINDOW * paths.len()) as f64, 1.0)).sqrt()
 }
 
-/// Sum of squares of the residuals of `values` after projection onto an orthonormal basis.
+/// Sum of squares of the residuals of `values`, less the first of them, after projection onto an orthonormal basis that
+/// contains the constant.
 fn residual_squares(basis: &[FrameWindow; 4], values: &FrameWindow) -> f64 {
     let mut rest = components(|k| values[k] - values[0]);
     basis.iter().for_each(|old| subtract_projection(&mut rest, old));

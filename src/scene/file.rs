@@ -1,7 +1,8 @@
 //! Reading and writing of scene files (TOML), and of the files of shapes and recordings that they name.
 //!
 //! [`Scene::load`] parses a file, validates the scene and reads polylines and recordings; paths are relative to the folder of
-//! the file. A `time.end` that is left out becomes the end of the recording. [`Scene::to_toml`] writes the scene.
+//! the file. A `time.end` that is left out becomes the end of the recording. [`Scene::to_toml`] returns the scene as text.
+//! [`Scene::follow`] replaces the recording, and [`Scene::files`] lists the files of a scene.
 
 use crate::error::Error;
 use crate::input::hints::{SCENE, explained};
@@ -13,8 +14,9 @@ use crate::scene::time::Time;
 use std::path::{Path, PathBuf};
 
 impl Scene {
-    /// Reads the points of polylines and the recordings of motions, unless they have been read; replaces a missing `time.end` by
-    /// the end of the recording. An error for a file that cannot be read or does not fit the scene.
+    /// Reads the points of polylines and the recordings of motions, unless they have been read. Examines recordings for
+    /// defects, and replaces a missing `time.end` by the end of the recording. An error for a file that cannot be read, and
+    /// for a simulation beyond the end of a recording.
     pub(crate) fn read_shapes(&mut self) -> Result<(), Error> {
         let folder = self.folder();
         self.rod.shape.read(&folder, false)?;
@@ -53,7 +55,8 @@ impl Scene {
         Self::load_file(path.as_ref())
     }
 
-    /// [`load`](Self::load) without a type parameter, so that programs do not compile the reading of scenes again.
+    /// [`load`](Self::load) for a path as `&Path`: a function without type parameter, so that programs do not compile the
+    /// reading of scenes again.
     fn load_file(path: &Path) -> Result<Self, Error> {
         Self::read(&marker_files::file::text(path)?, path)
     }
@@ -91,12 +94,13 @@ impl Scene {
         Self::read(text, &folder.as_ref().join("scene"))
     }
 
-    /// Reads and validates the text of a scene file with this path, and reads the files that it names.
+    /// Reads and validates the text of a scene file with this path, and reads the files that it names. Errors have the path.
     pub(crate) fn read(text: &str, path: &Path) -> Result<Self, Error> {
         Self::parse_text(text, path)?.complete(path)
     }
 
-    /// Reads the text of a scene file with this path, applies `give`, validates the scene and reads the files that it names.
+    /// Reads the text of a scene file with this path, applies `give` to the scene, validates it and reads the files that it
+    /// names. Errors have the path.
     pub(crate) fn read_with(
         text: &str,
         path: &Path,
@@ -107,7 +111,8 @@ impl Scene {
         scene.complete(path)
     }
 
-    /// Parses the text of a scene file with this path, without validation; records whether the text has no gravity.
+    /// Parses the text of a scene file with this path, without validation. Sets the path, and whether the text has no key
+    /// `loads.gravity`. An error lists missing keys, a likely mistake, or line and token at fault.
     fn parse_text(text: &str, path: &Path) -> Result<Self, Error> {
         let mut scene: Self = parse(text, &REQUIRED)
             .map_err(|error| explained(error, text, &SCENE).in_file(Some(path)))?;
@@ -126,7 +131,8 @@ impl Scene {
         Ok(self)
     }
 
-    /// Replaces the recording that drives the ends by another `file`, relative to the working directory.
+    /// Replaces the recording that drives the ends by another `file`, relative to the working directory; it is read when the
+    /// problem is built. A `time.end` that the scene file did not give is left to the new recording.
     ///
     /// # Errors
     ///
@@ -135,7 +141,8 @@ impl Scene {
         self.follow_file(file.as_ref())
     }
 
-    /// [`follow`](Self::follow) without a type parameter: sets the file, which is read when the problem is built.
+    /// [`follow`](Self::follow) for a path as `&Path`: sets the absolute path of the file, and removes the recording that has
+    /// been read.
     fn follow_file(&mut self, file: &Path) -> Result<(), Error> {
         self.leave_end_to_recording();
         let Some(path) = &mut self.supports.path else {
@@ -147,7 +154,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Removes a `time.end` that the file did not give, so that another recording sets its own end.
+    /// Sets a `time.end` that was taken from a recording back to missing, so that another recording sets its own end. No
+    /// effect on a given end.
     fn leave_end_to_recording(&mut self) {
         if self.ends_with_recording() {
             self.time.iter_mut().for_each(|time| time.end = Time::TO_THE_END);
@@ -155,7 +163,8 @@ impl Scene {
         }
     }
 
-    /// Whether two scenes with recorded ends are equal except for the recording.
+    /// Whether two scenes with recorded ends are equal except for the recording, an end taken from it, and mesh and step that
+    /// the program chose. False without recorded ends.
     pub fn differs_in_recording_only(&self, other: &Self) -> bool {
         let without_recording = |scene: &Self| {
             let mut scene = scene.reopened();
@@ -168,7 +177,8 @@ impl Scene {
         self.supports.path.is_some() && without_recording(self) == without_recording(other)
     }
 
-    /// The scene as TOML text; without `time.end` if its own file has none.
+    /// The scene as TOML text; without `time.end` if that was taken from a recording. Values equal to their defaults may be
+    /// left out.
     ///
     /// ```
     /// use rodfit::Scene;
@@ -184,8 +194,8 @@ impl Scene {
             .map_err(|error| Error::Parse { file: None, message: error.to_string() })
     }
 
-    /// Makes the paths in the scene absolute, so that it can be saved in any folder. An error if the working directory is
-    /// unknown.
+    /// Replaces the paths of polylines and recordings in the scene, relative to its folder, by absolute ones, so that it can
+    /// be saved anywhere. An error if the working directory is unknown.
     pub fn make_paths_absolute(&mut self) -> Result<(), Error> {
         let folder = self.folder();
         for file in self.named_files() {
@@ -195,7 +205,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Files of the scene: its own, and those of its shapes and recordings.
+    /// Paths of the files of the scene: first its own, if it has one, then those of polylines and recordings, below its
+    /// folder. They need not exist.
     pub fn files(&self) -> Vec<PathBuf> {
         let folder = self.folder();
         let mut files: Vec<PathBuf> = self.path.iter().cloned().collect();
@@ -204,7 +215,8 @@ impl Scene {
         files
     }
 
-    /// Paths of the files of shapes and recordings that the scene names, as written; empty ones are left out.
+    /// References to the paths of polylines without points, then of the recording and of motions, as the scene gives them.
+    /// Empty ones are left out.
     fn named_files(&mut self) -> impl Iterator<Item = &mut PathBuf> {
         let shapes = [Some(&mut self.rod.shape), self.initial.shape.as_mut()].into_iter().flatten();
         let polylines = shapes.filter_map(|shape| match shape {
@@ -222,7 +234,7 @@ impl Scene {
         self.path.as_deref().and_then(Path::parent).map(Into::into).unwrap_or_default()
     }
 
-    /// Whether the file gives no `time.end`, so that the simulation lasts as long as its recording.
+    /// Whether `time.end` was taken from a recording, because the file gives none.
     fn ends_with_recording(&self) -> bool {
         let end = self.time.as_ref().map(|time| time.end);
         end.is_some() && end == self.end_of_recording

@@ -1,6 +1,7 @@
 //! `[initial]`: shape and velocity of the rod at t = 0, and the validation of these keys.
 //!
-//! The state is the rest shape, another given shape, the equilibrium under the loads, or that of the first two recorded frames.
+//! The state is the rest shape, another given shape, the equilibrium under the loads, or that of the first two recorded
+//! frames. A velocity, an angular velocity, a small perturbation of the shape, and forces until t = 0 may be given besides.
 
 use crate::error::Error;
 use crate::scene::loads::PointForce;
@@ -65,21 +66,23 @@ pub enum InitialState {
 }
 
 impl<D: SceneNumber> Initial<D> {
-    /// Whether the rod starts at rest in its rest shape.
+    /// Whether the rod starts at rest in its rest shape: state "rest", no velocities, no perturbation and no forces until t =
+    /// 0. Such a table is not written to files.
     pub(super) fn is_rest(&self) -> bool {
         let is_unperturbed = self.perturbation == 0.0 && self.point.is_empty();
         self.state == InitialState::Rest && is_unperturbed && !self.moves()
     }
 
-    /// Whether the rod starts with a velocity or angular velocity other than zero.
+    /// Whether a component of the initial velocity or angular velocity is other than zero.
     pub fn moves(&self) -> bool {
         !is_default(&self.velocity) || !is_default(&self.angular_velocity)
     }
 }
 
 impl Initial {
-    /// Rejects invalid numbers, a perturbation above [`MAX_PERTURBATION`], forces until the release without an equilibrium, and
-    /// a shape that is missing for the state or has no effect in it.
+    /// Rejects invalid numbers, a perturbation above [`MAX_PERTURBATION`] in size, and one of a recorded start. Forces until
+    /// t = 0 require the state "equilibrium". A shape is required by the state "shape", allowed with "equilibrium", and
+    /// rejected with others.
     pub(super) fn check(&self) -> Result<(), Error> {
         self.check_numbers("initial", TABLE)?;
         if self.perturbation.is_nan() || self.perturbation.abs() > MAX_PERTURBATION {

@@ -1,7 +1,8 @@
-//! `[loads]`: gravity, point loads, damping (mass-proportional, Kelvin-Voigt, Maxwell, friction) and drag.
+//! `[loads]`: gravity, point and line loads, damping (mass-proportional, Kelvin-Voigt, Maxwell, friction) and drag.
 //!
-//! The tables with units and search ranges of their numbers, and predicates: whether damping dissipates energy, is viscous, or
-//! makes the stress depend on the history of the strains.
+//! The tables with units and search ranges of their numbers, and predicates for the choice of schemes and checks. They return
+//! whether there are forces, and whether damping dissipates energy, is viscous, or makes the stress depend on the history of
+//! the strains. Numbers are validated with the scene.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::scene::drag::Drag;
@@ -130,14 +131,15 @@ table! {
 }
 
 impl Loads {
-    /// Whether there are point loads or line loads.
+    /// Whether there are entries of `loads.point` or `loads.line`, also of zero force.
     pub(crate) fn have_forces(&self) -> bool {
         !self.point.is_empty() || !self.line.is_empty()
     }
 }
 
 impl LineForce {
-    /// Size of the force on a rod of a length, m, in N.
+    /// Absolute value, N, of the resultant force on a rod of a `length`, m: force per length times the loaded length. Parts
+    /// beyond the end of the rod are left out.
     pub(crate) fn size(&self, length: f64) -> f64 {
         let per_length = self.force.iter().map(|c| c * c).sum::<f64>().sqrt();
         per_length * (self.to.unwrap_or(length).min(length) - self.from).max(0.0)
@@ -145,12 +147,13 @@ impl LineForce {
 }
 
 impl Damping {
-    /// Whether any damping (mass-proportional, viscous, friction) dissipates energy.
+    /// Whether any damping dissipates energy: a mass-proportional rate or Kelvin-Voigt time above zero, a Maxwell branch, or
+    /// friction.
     pub(crate) fn is_dissipative(&self) -> bool {
         self.mass > 0.0 || self.is_viscous() || self.friction.is_some()
     }
 
-    /// Keys and values, s, of the four Kelvin-Voigt times.
+    /// Keys within `loads.damping` and values, s, of the four Kelvin-Voigt times: stiffness, bending, twisting, stretching.
     pub(crate) fn times(&self) -> [(&'static str, f64); 4] {
         let Self { stiffness, bending, twisting, stretching, .. } = *self;
         [
@@ -163,20 +166,21 @@ impl Damping {
 }
 
 impl<D: Scalar> Damping<D> {
-    /// Additional Kelvin-Voigt times of stretch, bending and twist, s.
+    /// Kelvin-Voigt times, s, of stretch, bending and twist, in this order, that are added to that of all strains.
     pub(crate) fn additional_times(&self) -> [D; 3] {
         [self.stretching, self.bending, self.twisting]
     }
 
-    /// Whether the Kelvin-Voigt times of stretch, bending and twist differ, or their derivatives may.
+    /// Whether an additional Kelvin-Voigt time (stretch, bending, twist) is above zero; true for every number type that
+    /// carries derivatives.
     pub(crate) fn has_additional_times(&self) -> bool {
         D::ORDER > 0 || self.additional_times().iter().any(|time| time.value() > 0.0)
     }
 }
 
 impl<D: Nestable> Damping<D> {
-    /// Whether the stress, or a derivative of it, depends on the history of the strains by a Kelvin-Voigt time or a
-    /// Maxwell branch.
+    /// Whether a Kelvin-Voigt time, or a derivative of one, is not zero, or there is a Maxwell branch. The stress then
+    /// depends on strain rates or their history.
     pub(crate) fn is_viscous(&self) -> bool {
         let is_present = |time: &D| !time.is_identically_zero();
         is_present(&self.stiffness)
@@ -186,8 +190,8 @@ impl<D: Nestable> Damping<D> {
 }
 
 impl Damping<Dual64> {
-    /// Whether the stress, or its first derivative, depends on the history of the strains: by a Kelvin-Voigt time, a Maxwell
-    /// branch or friction other than zero.
+    /// Whether the stress, or its derivative, depends on the history of the strains. Then a Kelvin-Voigt time, or the
+    /// stiffness of a Maxwell branch or of friction, has a value or derivative other than zero.
     pub(crate) fn depends_on_history(&self) -> bool {
         let Self { stiffness, maxwell, friction, .. } = self;
         let parts =
@@ -198,12 +202,12 @@ impl Damping<Dual64> {
 }
 
 impl Loads {
-    /// Whether damping or a fluid dissipates energy.
+    /// Whether damping dissipates energy, or there is a table `loads.drag`.
     pub(crate) fn are_dissipative(&self) -> bool {
         self.damping.is_dissipative() || self.drag.is_some()
     }
 
-    /// Whether a flowing fluid does work on the rod.
+    /// Whether the fluid has a velocity other than zero, and so does work on the rod. False without a fluid.
     pub(crate) fn have_flow(&self) -> bool {
         self.drag.as_ref().is_some_and(|drag| drag.fluid_velocity != [0.0; 3])
     }

@@ -1,7 +1,8 @@
 //! Stencils of observed points of the rod: on the center line, or markers beside it that rotate with the rod.
 //!
 //! [`MarkerStencil`] is a weighted sum of nodes, plus an offset in the axes of the rod, which are weighted sums of those of
-//! edges. Both follow from a [`Point`] (tip, node index or arc length) and the mesh.
+//! edges. Both follow from a [`Point`] (tip, node index or arc length) and the mesh, by cubic interpolation. Fits and results
+//! of problems use it.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -21,10 +22,9 @@ pub(crate) struct MarkerStencil<D = f64> {
 }
 
 impl<D: Scalar> MarkerStencil<D> {
-    /// Stencil of a marker at an `offset`, m, from a point, on a mesh with or without derivatives.
-    ///
-    /// # Errors
-    /// Those of [`Point::stencil`].
+    /// Stencil of a marker at an `offset`, m, from a point, along the tangent and the two material directors. Edges have
+    /// cubic weights by the arc lengths of their middles. For an offset of zero there are no edges. Weights have derivatives
+    /// if the mesh has.
     pub fn new(point: Point<D>, offset: [f64; 3], mesh: &Mesh<D>) -> Result<Self, Error> {
         let edges = match is_beside(offset) {
             // Smooth along the rod, as the interpolation of positions.
@@ -34,19 +34,19 @@ impl<D: Scalar> MarkerStencil<D> {
         Ok(Self { centre: point.stencil(mesh)?, edges, offset })
     }
 
-    /// Range of the edges that carry a marker beside a point, for this rod length and slightly different ones. An error for a
-    /// point outside the rod.
+    /// Range of up to four edges whose axes are averaged for a marker beside a point, for this rod length and slightly
+    /// different ones. An error for a point outside the rod.
     pub fn edges_around(point: Point<D>, mesh: &Mesh<D>) -> Result<Range<usize>, Error> {
         Ok(Stencil::around(&middles(mesh), point.place(mesh)?.value()))
     }
 }
 
-/// Whether a marker with this offset, m, is beside the center line.
+/// Whether an offset, m, has a component other than zero, so that its marker is beside the center line.
 pub(crate) fn is_beside(offset: [f64; 3]) -> bool {
     offset != [0.0; 3]
 }
 
-/// Arc lengths of the midpoints of the edges, m.
+/// Arc lengths of the middles of all edges, m, from the wall: the means of those of their two nodes.
 fn middles<D: Scalar>(mesh: &Mesh<D>) -> Vec<D> {
     mesh.arc_length.windows(2).map(|s| (s[0] + s[1]) * 0.5).collect()
 }

@@ -1,7 +1,8 @@
 //! `[[rod.mass]]`: point masses on the rod, such as markers, clamps and bobs.
 //!
-//! A [`PointMass`] has a point (tip, node index or arc length) and a mass in kg; between two nodes it is shared by the lever
-//! rule. Gravity and mass-proportional damping act on it.
+//! A [`PointMass`] has a point (tip, node index or arc length) and a positive mass in kg. Between two nodes it is shared by
+//! the lever rule. Gravity and mass-proportional damping act on it. The setup of a problem adds it to the masses of the
+//! nodes.
 
 use crate::scene::number::Quantity;
 use crate::scene::point::Point;
@@ -20,7 +21,7 @@ table! {
 }
 
 impl PointMass {
-    /// Mass, kg, at a point of the rod.
+    /// Point mass of `mass`, kg, at a point of the rod.
     pub fn new(node: Point, mass: f64) -> Self {
         Self { node, mass }
     }

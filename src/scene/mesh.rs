@@ -1,7 +1,9 @@
-//! Mesh of a rest shape: positions of the nodes, arc lengths from the wall and turning angles of the joints.
+//! Mesh of a rest shape: positions of the nodes, arc lengths from the wall, lengths along the edges, and turning angles of
+//! the joints.
 //!
-//! Shapes build it (`shape`, `polyline`). A clamp in the middle of an edge puts the first node behind the wall, at a negative
-//! arc length.
+//! Shapes build it (`shape`, `polyline`), and problems hold it. A clamp in the middle of an edge puts the first node behind
+//! the wall, at a negative arc length. At the other end the last node is beyond the length. With dual numbers it has
+//! derivatives by the parameters of the shape.
 
 use crate::numerics::scalar::Scalar;
 use nalgebra::Vector3;
@@ -28,13 +30,14 @@ const ROUNDING: f64 = 1e-9;
 const STRAIGHT: f64 = 1e-9;
 
 impl<D: Scalar> Mesh<D> {
-    /// Whether the last node is behind a wall, so that the rod ends between two nodes.
+    /// Whether the last node is behind a wall, so that the rod ends between two nodes. Its arc length then exceeds that of
+    /// the rod by more than rounding.
     pub(crate) fn is_clamped_at_end(&self) -> bool {
         let last = self.arc_length.last().map_or(0.0, D::value);
         last > self.length.value() * (1.0 + ROUNDING)
     }
 
-    /// Whether an arc length `s` from the wall, m, is within an edge that extends behind a wall.
+    /// Whether an arc length `s` from the wall, m, is within the first or last edge, and this edge extends behind a wall.
     pub(crate) fn is_in_clamped_edge(&self, s: f64) -> bool {
         let place = |i: usize| self.arc_length[i].value();
         let (last, tolerance) = (self.arc_length.len() - 1, ROUNDING * self.length.value());
@@ -42,24 +45,24 @@ impl<D: Scalar> Mesh<D> {
         at_start || self.is_clamped_at_end() && s >= place(last - 1) - tolerance
     }
 
-    /// Positions of the nodes as fractions of the rod length.
+    /// Arc lengths of the nodes as fractions of the rod length: negative, or above 1, behind a wall.
     pub(crate) fn places(&self) -> Vec<f64> {
         self.arc_length.iter().map(|s| s.value() / self.length.value()).collect()
     }
 }
 
 impl Mesh {
-    /// Sum of the turning angles of all joints, rad.
+    /// Sum of the absolute turning angles of all joints, rad.
     pub(crate) fn turning(&self) -> f64 {
         self.turns().sum()
     }
 
-    /// Whether all turning angles are below [`STRAIGHT`].
+    /// Whether all turning angles of joints are below [`STRAIGHT`].
     pub(crate) fn is_straight(&self) -> bool {
         self.turns().all(|turn| turn < STRAIGHT)
     }
 
-    /// Turning angle of every joint, rad.
+    /// Absolute turning angle of every joint, rad, from the second node to the last but one.
     pub(crate) fn turns(&self) -> impl Iterator<Item = f64> {
         self.nodes.windows(3).map(|p| {
             let [a, b, c] = [0, 1, 2].map(|i| Vector3::from(p[i]));
@@ -67,7 +70,7 @@ impl Mesh {
         })
     }
 
-    /// The mesh with all lengths multiplied by `scale`.
+    /// The mesh with all positions and lengths multiplied by `scale`, over the number type of that.
     pub(super) fn times<D: Scalar>(self, scale: D) -> Mesh<D> {
         let scaled = |lengths: Vec<f64>| lengths.into_iter().map(|l| scale * l).collect();
         Mesh {
@@ -80,7 +83,8 @@ impl Mesh {
     }
 }
 
-/// Angle between two vectors, rad, accurate for small angles.
+/// Angle between two vectors, rad, 0 to pi, by the arc tangent of cross and scalar product, which is accurate for small
+/// angles.
 pub(super) fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }

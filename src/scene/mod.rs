@@ -1,9 +1,10 @@
 //! Scene files: their keys, validation, physical numbers and parameter names. All quantities are SI.
 //!
-//! A [`Scene`] has tables for the rod, material, supports, loads, initial state, time and camera. It is generic over the type of
-//! its physical numbers: `f64`, or dual numbers for derivatives by parameters ([`Scene::map_numbers`]). Each number is declared
-//! once with its unit and limits (`number`, `table`), and has a [`Parameter`] name, its path in the file.
-//! [`Scene::validate`] rejects invalid values and contradicting keys.
+//! A [`Scene`] has tables for the rod, material, supports, loads, initial state, time, camera and user-defined energies. It
+//! is generic over the type of its physical numbers: `f64`, or dual numbers for derivatives by parameters
+//! ([`Scene::map_numbers`]). Each number is declared once with its unit and limits (`number`, `table`), and has a
+//! [`Parameter`] name, its path in the file. [`Scene::validate`] rejects invalid values and contradicting keys.
+//! [`Scene::load`] reads a file, and the module `problem` builds the rod. [`StructureScene`] is the scene of several rods.
 
 pub mod along;
 pub mod camera;
@@ -156,25 +157,26 @@ table! {
 }
 
 impl<D> Scene<D> {
-    /// The integration scheme; the default without `[time]`.
+    /// The time integrator of `[time]`; the default, Newmark-beta, without it.
     pub fn scheme(&self) -> Scheme {
         self.time.as_ref().map_or_else(Scheme::default, |time| time.scheme)
     }
 
-    /// Newton tolerance of a step; the default without `[time]`.
+    /// Largest Newton error of a time step, as a fraction of the rod length, of `[time]`; the default without it.
     pub fn tolerance(&self) -> StepTolerance {
         self.time.as_ref().map(|time| time.tolerance).unwrap_or_default()
     }
 }
 
 impl<D: Scalar> Scene<D> {
-    /// Section and material at a place, a fraction of the rod length, with the taper applied.
+    /// Section and material at a place, a fraction of the rod length, with their numbers times the factors of `rod.taper`
+    /// there.
     pub(crate) fn at(&self, place: f64) -> (Section<D>, Material<D>) {
         self.rod.taper.at(place, &self.rod.section, &self.material)
     }
 
-    /// Both second moments of area, m^4, at two places of each piece of the taper: factors are linear between breaks, so that
-    /// second moments that are equal at these places are equal along the whole rod.
+    /// Both second moments of area, m^4, at 1/4 and 3/4 of each piece between two breaks of the taper. Factors are linear
+    /// between breaks, so that second moments that are equal there are equal along the whole rod.
     pub(crate) fn second_moments_along(&self) -> Vec<[D; 2]> {
         let of = |place: f64| self.at(place).0.moments().second_moments;
         let breaks = self.rod.taper.breaks();
@@ -185,7 +187,8 @@ impl<D: Scalar> Scene<D> {
 }
 
 impl Scene {
-    /// Scene of a rod that is clamped at its start (mid-edge), without loads and without `[time]`.
+    /// Scene of a rod that is clamped at its start (mid-edge) and free at its end, at rest, without loads and without
+    /// `[time]`.
     ///
     /// ```
     /// use rodfit::scene::{Material, Section, Shape};
@@ -218,7 +221,8 @@ impl Scene {
     }
 
     /// The same scene over another number type. `convert` returns the new number of the path, value and quantity of each
-    /// physical number of the scene.
+    /// physical number, in the order of the tables. Numbers without effect are converted without derivatives, and `convert`
+    /// is not called for them. These are initial velocities without `[time]`, and `beta` and `rho_inf` of another scheme.
     pub fn map_numbers<D: From<f64>>(
         &self,
         mut convert: impl FnMut(&str, f64, Quantity) -> D,
@@ -238,15 +242,16 @@ impl Scene {
         NumberTree::map_numbers(self, "", TABLE, &mut NumberVisitor::new(&mut convert))
     }
 
-    /// Whether loads or masses are on nodes that are named by their index, so that another number of segments would change
-    /// the scene.
+    /// Whether `loads.point`, `initial.point` or `rod.mass` names a node by its index, so that another number of segments
+    /// would change the scene.
     pub(crate) fn mesh_is_given(&self) -> bool {
         let loads = self.loads.point.iter().chain(&self.initial.point).map(|load| load.node);
         let masses = self.rod.mass.iter().map(|mass| mass.node);
         loads.chain(masses).any(|node| matches!(node, Point::Node(_)))
     }
 
-    /// Discretization of the elements: the given one, or the default for the position of the walls.
+    /// The discretization that the scene gives. The default is `corrected` with walls in the middle of an edge, and `paper`
+    /// with walls at nodes.
     pub fn discretization(&self) -> Discretization {
         self.rod.discretization.unwrap_or(match self.supports.clamp {
             Clamp::MidEdge => Discretization::Corrected,
@@ -254,14 +259,14 @@ impl Scene {
         })
     }
 
-    /// Rejects invalid values, and combinations of keys that contradict each other. The error has file, key, and the found and
-    /// the allowed value.
+    /// Rejects invalid values and contradicting keys of all tables; files are not read. The error has file, key, and the
+    /// found and the allowed value.
     pub fn validate(&self) -> Result<(), Error> {
         self.check().map_err(|error| error.in_file(self.path.as_deref()))
     }
 
-    /// Rejects `initial.state = "recorded"` without recorded ends, and with them another state than that or the equilibrium, an
-    /// initial shape, or a velocity beside recorded positions.
+    /// Rejects `initial.state = "recorded"` without `[supports.path]`. With that table it rejects all states but "recorded"
+    /// and "equilibrium", an initial shape, and an initial velocity beside "recorded".
     fn check_recorded_start(&self) -> Result<(), Error> {
         let Initial { state, shape, .. } = &self.initial;
         let recorded = *state == InitialState::Recorded;
@@ -285,7 +290,8 @@ impl Scene {
         Err(Error::invalid("initial.state", found, allowed))
     }
 
-    /// The checks of [`validate`](Self::validate), table by table, without the file in errors.
+    /// The checks of [`validate`](Self::validate), table by table, without the file in errors. The first error is returned,
+    /// also of a term that the scheme in `[time]` does not support.
     fn check(&self) -> Result<(), Error> {
         self.rod.check()?;
         self.material.check()?;

@@ -1,8 +1,8 @@
 //! Time steps that resolve the prescribed motions of the supports: errors and warnings for larger ones.
 //!
-//! Each ramp, oscillation or recorded motion (by its bandwidth) has a duration, s. A step must make at least `FEWEST_STEPS` per
-//! period, else it is rejected; below `GOOD_STEPS` there is a warning. The step that the program chooses makes at least
-//! `GOOD_STEPS`.
+//! Each ramp, oscillation or recorded motion (by its bandwidth) has a duration, s. A step must make at least `FEWEST_STEPS`
+//! per period of an oscillation, else it is rejected; below `GOOD_STEPS` there is a warning. Ramps and recordings require
+//! half as many. The step that the program chooses makes at least `GOOD_STEPS` for motions of walls and hinges.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -34,13 +34,14 @@ struct MotionRate {
 }
 
 impl MotionRate {
-    /// Step size, s, with `per_period` steps per period.
+    /// Largest step size, s, of the motion, where an oscillation requires `per_period` steps per period.
     fn step(&self, per_period: f64) -> f64 {
         self.time / (self.fraction * per_period)
     }
 
-    /// If a `step`, s, makes fewer steps per period than `per_period`, beyond rounding: two texts, on the step with its steps
-    /// per period and on the required step. None for a smaller step.
+    /// Two texts for messages if a `step`, s, is larger than that for `per_period` steps per period by more than rounding.
+    /// The first has the value of the key, the step and its steps per interval, the second the required ones. None for a
+    /// smaller step.
     fn too_large(&self, step: f64, per_period: f64) -> Option<[String; 2]> {
         let Self { found, interval, fraction, .. } = self;
         let largest = self.step(per_period);
@@ -54,8 +55,9 @@ impl MotionRate {
         })
     }
 
-    /// Rate of a recorded motion of a bandwidth, Hz. Slower components make up 99 % of its variance, so that half as many
-    /// steps a period resolve it as those of a single frequency. Two steps a period are those of the sampling theorem.
+    /// Rate of a recorded motion of a bandwidth, Hz, whose period is `1/bandwidth`. Slower components make up 99 % of its
+    /// variance, so that half as many steps a period resolve it as those of a single frequency. Two steps a period are those
+    /// of the sampling theorem.
     fn from_bandwidth(key: String, bandwidth: f64) -> Self {
         let found = format!("recorded motion of up to {bandwidth:.3} Hz (99 % of its variance)");
         Self { key, found, time: bandwidth.recip(), interval: "period", fraction: 0.5 }
@@ -63,8 +65,8 @@ impl MotionRate {
 }
 
 impl Motion {
-    /// Rate of the ramp or oscillation of the motion with this key; none for a motion of size zero, or without ramp and
-    /// frequency.
+    /// Rate of the ramp, or else the oscillation, of the motion with this key. None for a motion of size zero, or without
+    /// ramp and frequency.
     fn rate(&self, key: &str) -> Option<MotionRate> {
         let moves = self.displacement != [0.0; 3] || self.rotation != [0.0; 3] || self.twist != 0.0;
         let (name, value, unit) = match (self.ramp, self.frequency) {
@@ -82,7 +84,8 @@ impl Motion {
 }
 
 impl Supports {
-    /// Rejects a time step, s, that makes fewer than [`FEWEST_STEPS`] per period of a motion of the supports.
+    /// Rejects a time step, s, that makes fewer than [`FEWEST_STEPS`] per period of an oscillation of a support. Ramps and
+    /// periods of recordings require half as many. The error has the key of the motion, and a step that resolves it well.
     pub(crate) fn check_step(&self, step: f64) -> Result<(), Error> {
         for rate in self.rates().chain(self.path_rate()) {
             if let Some([found, needed]) = rate.too_large(step, FEWEST_STEPS) {
@@ -97,7 +100,8 @@ impl Supports {
         Ok(())
     }
 
-    /// Warnings, with codes, of a time step, s, that makes fewer than [`GOOD_STEPS`] per period of motions of the supports.
+    /// Warnings, with codes, of a time step, s, that makes fewer than [`GOOD_STEPS`] per period of an oscillation of a
+    /// support. Ramps and periods of recordings require half as many. There is one warning for each such motion.
     pub(crate) fn step_warnings(&self, step: f64) -> Vec<(Code, String)> {
         let warning = |rate: MotionRate| {
             let [found, needed] = rate.too_large(step, GOOD_STEPS)?;
@@ -111,13 +115,14 @@ impl Supports {
         self.rates().chain(self.path_rate()).filter_map(warning).collect()
     }
 
-    /// Largest time step, s, that makes [`GOOD_STEPS`] per period of all motions of walls and hinges; infinite without any.
-    /// Steps of recorded ends follow from the frames of the recording.
+    /// Largest time step, s, that makes [`GOOD_STEPS`] per period (half as many per ramp or recorded period) of all motions
+    /// of walls and hinges. Infinite without any. Recorded ends are left out: their steps follow from the frames of the
+    /// recording.
     pub(crate) fn largest_good_step(&self) -> f64 {
         self.rates().map(|rate| rate.step(GOOD_STEPS)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Rates of the motions of walls and hinges: ramps, oscillations and recorded ones.
+    /// Rates of `supports.motion`, each with its key: its ramp or oscillation, then its recording that has a bandwidth.
     fn rates(&self) -> impl Iterator<Item = MotionRate> {
         self.motion.iter().enumerate().flat_map(|(i, motion)| {
             let key = format!("supports.motion[{i}]");
@@ -128,7 +133,8 @@ impl Supports {
         })
     }
 
-    /// Rate of the motion of recorded ends, by the bandwidth of the recording; none without one.
+    /// Rate of the recording `supports.path`, by its bandwidth; none without a recording, before its examination, and at
+    /// rest.
     fn path_rate(&self) -> Option<MotionRate> {
         let bandwidth = self.path.as_ref()?.track.as_ref()?.bandwidth()?;
         Some(MotionRate::from_bandwidth("supports.path.file".into(), bandwidth))

@@ -1,8 +1,9 @@
-//! Physical numbers of a scene: their quantities (unit, limits, search range) and the walk over all of them.
+//! Physical numbers of a scene: their quantities (unit, limits, search range) and the visitor that converts them one by one.
 //!
 //! A number is declared once, in its table (`scene::table`): the field, whose name is the key in the file, and its
-//! [`Quantity`]. The declaration gives the number's parameter name (its path in the file, `loads.point.0.force.y`), its
-//! validation, the list of all numbers of a scene, and the scene over dual numbers (`NumberVisitor`).
+//! [`Quantity`]. From the declaration follow the number's parameter name (its path in the file, `loads.point.0.force.y`), its
+//! validation, and its place in lists of all numbers. `NumberVisitor` has the path of the present table, and converts a scene
+//! to dual numbers.
 
 use crate::error::Error;
 use serde::Serialize;
@@ -16,7 +17,7 @@ pub trait SceneNumber:
 }
 impl SceneNumber for f64 {}
 
-/// Whether a value is the default of its type, which is not written to files.
+/// Whether a value equals the default of its type; such values are not written to files.
 pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
@@ -62,7 +63,8 @@ pub enum Candidates {
 }
 
 impl Quantity {
-    /// A positive number of a unit; a search begins at the scene's value.
+    /// A number above zero in a unit, from the smallest to the largest positive normal `f64`, identified in its logarithm. A
+    /// search begins at the scene's value.
     pub const fn positive(unit: &'static str) -> Self {
         Self {
             unit,
@@ -74,7 +76,7 @@ impl Quantity {
         }
     }
 
-    /// A number of either sign within 1e12; a search begins at the scene's value.
+    /// A number of either sign in a unit, within 1e12. A search begins at the scene's value.
     pub const fn signed(unit: &'static str) -> Self {
         Self { limits: [-1e12, 1e12], is_positive: false, ..Self::positive(unit) }
     }
@@ -82,27 +84,28 @@ impl Quantity {
     /// An angle in rad, up to half a turn in either direction.
     pub const ANGLE: Self = Self::signed("rad").within(-PI, PI);
 
-    /// The same quantity with other limits.
+    /// The same quantity with the smallest and largest allowed value `low` and `high`, which bound it in fits.
     pub const fn within(self, low: f64, high: f64) -> Self {
         Self { limits: [low, high], ..self }
     }
 
-    /// The same quantity with another search range.
+    /// The same quantity with other values at which a search without a start value begins.
     pub const fn searched(self, candidates: Candidates) -> Self {
         Self { candidates, ..self }
     }
 
-    /// The same quantity, which may also be zero.
+    /// The same positive quantity, which may also be zero, without effect.
     pub const fn vanishing(self) -> Self {
         Self { may_vanish: true, ..self }
     }
 
-    /// The same quantity, as a property of the camera.
+    /// The same quantity as a property of the camera: the motion does not depend on it.
     pub const fn of_the_camera(self) -> Self {
         Self { is_of_the_camera: true, ..self }
     }
 
-    /// Rejects a value that is not finite or has a sign that the quantity does not allow; `key` is its path, for the error.
+    /// Rejects a value that is not finite or has a sign that the quantity does not allow; limits are not checked. `key` is
+    /// its path, for the error.
     pub(crate) fn check(&self, key: &str, value: f64) -> Result<(), Error> {
         let (is_allowed, allowed) = match (self.is_positive, self.may_vanish) {
             (true, false) => (value > 0.0, "a finite number above 0"),
@@ -130,7 +133,8 @@ impl<'a, D> NumberVisitor<'a, D> {
         Self { path: String::new(), convert }
     }
 
-    /// The converted number of a key of the present table.
+    /// The converted number of a key of the present table: `convert` of its path, value and quantity. The path of the table
+    /// is unchanged afterwards.
     pub fn number(&mut self, key: &str, value: f64, quantity: Quantity) -> D {
         let outer_length = self.enter(key);
         let number = (self.convert)(&self.path, value, quantity);
@@ -148,7 +152,7 @@ impl<'a, D> NumberVisitor<'a, D> {
         outer_length
     }
 
-    /// Restores the path of this length.
+    /// Removes the keys behind this length of the path, which [`enter`](Self::enter) returned.
     pub fn leave(&mut self, outer_length: usize) {
         self.path.truncate(outer_length);
     }

@@ -1,8 +1,9 @@
 //! `[energy.<name>]`: [user-defined energies](crate::energy::own) of a scene with their place on the rod and parameters.
 //!
-//! [`Attached`] is one of them: name, place ([`At`]), values and, once given, the code. A scene file contains the place and the
-//! parameters, but not the code. A scene that is read from such a file is complete only once the code is given: see
-//! [`Scene::load_with`](crate::Scene::load_with). Names, values and duplicates are checked with the scene.
+//! [`Attached`] is one of them: name, place ([`At`]), values and, once given, the code. A scene file contains the place and
+//! the parameters, but not the code. A scene that is read from such a file is complete only once the code is given: see
+//! [`Scene::load_with`](crate::Scene::load_with). Code, names, values and duplicates are checked with the scene. The
+//! functions `serialize` and `deserialize` write and read the tables.
 
 use crate::error::Error;
 use crate::scene::number::{NumberVisitor, Quantity, SceneNumber};
@@ -35,7 +36,8 @@ pub enum At {
 }
 
 impl At {
-    /// Rejects arc lengths outside a rod of a `length`, m; `key` is that of the energy.
+    /// Rejects arc lengths outside a rod of a `length`, m, and an interval that does not ascend. Other places are accepted.
+    /// `key` is that of the energy, for the error.
     pub(crate) fn check(self, key: &str, length: f64) -> Result<(), Error> {
         let on_the_rod = |s: f64| (0.0..=length).contains(&s);
         let fine = match self {
@@ -53,7 +55,7 @@ impl At {
 
 /// Code of a user-defined energy, behind a pointer; the module `energy` implements it and recovers the energy.
 pub(crate) trait Code: Any + Send + Sync {
-    /// Names and quantities of its parameters.
+    /// Names and quantities (unit, limits) of its parameters, in the order of the values.
     fn parameters(&self) -> &'static [(&'static str, Quantity)];
 }
 
@@ -78,7 +80,7 @@ impl<D> Attached<D> {
         self.at
     }
 
-    /// Names and values of its parameters.
+    /// Names and values of its parameters; in the order of the code, or of the names after reading from a file.
     pub fn values(&self) -> impl Iterator<Item = (&str, &D)> {
         self.values.iter().map(|(name, value)| (&**name, value))
     }
@@ -88,7 +90,7 @@ impl<D> Attached<D> {
         self.code.as_deref()
     }
 
-    /// The name as a shared pointer.
+    /// The name of the energy as a shared pointer, without a copy of the text.
     pub(crate) fn shared_name(&self) -> Arc<str> {
         self.name.clone()
     }
@@ -100,7 +102,7 @@ impl<D> Attached<D> {
 }
 
 impl<D: fmt::Debug> fmt::Debug for Attached<D> {
-    /// Writes the attached energy for debugging.
+    /// Writes name, place and values for debugging, without the code.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { name, at, values, .. } = self;
         f.debug_struct("Attached")
@@ -113,7 +115,7 @@ impl<D: fmt::Debug> fmt::Debug for Attached<D> {
 
 /// Equal energies share one code object, name, place and values.
 impl<D: PartialEq> PartialEq for Attached<D> {
-    /// Whether name, place, values and the code object are the same.
+    /// Whether name, place and values are equal, and both have the same code object, or none.
     fn eq(&self, other: &Self) -> bool {
         let same = match (&self.code, &other.code) {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
@@ -125,8 +127,8 @@ impl<D: PartialEq> PartialEq for Attached<D> {
 }
 
 impl Attached {
-    /// Energy of a name at a place, with the `values` of the parameters of its `code`, in their order. Declares the quantities
-    /// of the parameters `energy.<name>.<parameter>`.
+    /// Energy of a name at a place, with the `values` of the parameters of its `code`, in their order. Excess values or
+    /// parameters are left out. Declares the quantities of the parameters `energy.<name>.<parameter>` for the whole program.
     pub(crate) fn new(name: &str, at: At, code: Arc<dyn Code>, values: &[f64]) -> Self {
         let known = code.parameters().iter();
         for (parameter, quantity) in known.clone() {
@@ -136,8 +138,9 @@ impl Attached {
         Self { name: name.into(), at, values: values.collect(), code: Some(code) }
     }
 
-    /// Rejects an energy without code, invalid names, values outside their limits, and a parameter that another energy declared
-    /// with another quantity.
+    /// Rejects an energy without code, names that are not a letter followed by letters, digits, - and _, and a parameter
+    /// named `at`. Rejects values outside the limits of their quantity, and a parameter that another energy declared with
+    /// another quantity.
     fn check(&self) -> Result<(), Error> {
         let key = self.key();
         let Some(code) = &self.code else {
@@ -182,7 +185,8 @@ impl NumberTree for Attached {
     type Kind = TableKind;
     type Over<D> = Attached<D>;
 
-    /// The energy with every number converted by the visitor under its path below `key`.
+    /// The energy over `D`, with every value converted by the visitor under `key.<parameter>`. Without code its quantity is a
+    /// signed number without a unit. Name, place and code are copied.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -200,18 +204,18 @@ impl NumberTree for Attached {
         Attached { name: self.name.clone(), at: self.at, code: self.code.clone(), values }
     }
 
-    /// Checks nothing: the limits of the code are checked with the energy.
+    /// Accepts all numbers: the check of the energies compares them with the limits of the code.
     fn check_numbers(&self, _: &str, _: TableKind) -> Result<(), Error> {
         Ok(())
     }
 
-    /// Key in a list: the name of the energy.
+    /// Key in the list of energies: the name of the energy in place of its index.
     fn entry_key(&self, _: usize) -> String {
         self.name.to_string()
     }
 }
 
-/// Rejects invalid energies, and two energies of the same name.
+/// Rejects the first energy that is invalid, or has the name of one before it.
 pub(super) fn check(energies: &[Attached]) -> Result<(), Error> {
     for (i, energy) in energies.iter().enumerate() {
         energy.check()?;
@@ -248,7 +252,7 @@ impl<D: SceneNumber> Serialize for Attached<D> {
     }
 }
 
-/// Writes one table for each energy, under its name.
+/// Writes the list of energies as a map from names to tables.
 pub(super) fn serialize<S: Serializer, D: SceneNumber>(
     energies: &[Attached<D>],
     serializer: S,
@@ -256,7 +260,7 @@ pub(super) fn serialize<S: Serializer, D: SceneNumber>(
     serializer.collect_map(energies.iter().map(|energy| (&*energy.name, energy)))
 }
 
-/// Reads the tables of energies, which have no code yet.
+/// Reads a map from names to tables of energies as a list in the order of names; they have no code yet.
 pub(super) fn deserialize<'de, T: Deserializer<'de>, D: SceneNumber>(
     deserializer: T,
 ) -> Result<Vec<Attached<D>>, T::Error> {

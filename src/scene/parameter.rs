@@ -1,8 +1,9 @@
 //! Parameters: the physical [numbers](crate::scene::number) of a scene by their path in the file, or by a short name.
 //!
-//! Trajectories are differentiated by parameters, and fits identify them. [`Parameter`] is an interned path with methods for its
-//! unit and limits, its value in a scene, and a scene with other values. The quantities of all built-in parameters come from
-//! `catalog_scenes`, which contain every kind of table; those of user-defined energies from their declarations.
+//! Trajectories are differentiated by parameters, and fits identify them. [`Parameter`] is an interned path with methods for
+//! its unit and limits, its value in a scene, and a scene with other values. The quantities of all built-in parameters come
+//! from `catalog_scenes`, which contain every kind of table; those of user-defined energies from their declarations. Unknown
+//! names are errors with similar names.
 
 use crate::error::Error;
 use crate::scene::Scene;
@@ -60,7 +61,7 @@ impl PartialEq for Parameter {
 impl Eq for Parameter {}
 
 impl Hash for Parameter {
-    /// Hash of the path.
+    /// Adds the path to the hash; equal parameters have equal hashes.
     fn hash<H: Hasher>(&self, state: &mut H) {
         self.path.hash(state);
     }
@@ -140,20 +141,22 @@ short_names! {
 const LISTS: [&str; 2] = ["natural_curvature", "natural_twist"];
 
 impl Parameter {
-    /// The parameter at a path of a scene, which is not checked.
+    /// The parameter at a path of a scene, which is interned and not checked; its name is the path.
     pub(crate) fn at(path: &str) -> Self {
         let path = intern(path);
         Self { path, name: path }
     }
 
-    /// Declares the quantity at a path of a user-defined energy. The first declaration remains; a scene with another one is
-    /// rejected.
+    /// Declares the quantity of a parameter of a user-defined energy by its path, for the whole program. The first
+    /// declaration remains; a scene with another one is rejected.
     pub(crate) fn declare(path: &str, quantity: Quantity) {
         let mut own = user_quantities().lock().unwrap_or_else(PoisonError::into_inner);
         own.entry(path.into()).or_insert(quantity);
     }
 
-    /// The parameter of a name: a path in the scene file, or a short name; none for an unknown name.
+    /// The parameter of a name: a short name, a numbered part of a list (`natural_curvature.1`), or a path in the scene file.
+    /// None for an unknown name, and for one longer than `LONGEST_NAME`. Paths of user-defined energies are accepted by their
+    /// form.
     ///
     /// ```
     /// use rodfit::Parameter;
@@ -180,7 +183,7 @@ impl Parameter {
         (name.len() <= LONGEST_NAME && known(name)).then(|| Self::at(name))
     }
 
-    /// All parameters of a scene.
+    /// All parameters of a scene, in the order of its tables, under their paths.
     ///
     /// ```
     /// use rodfit::{Parameter, Scene};
@@ -198,17 +201,17 @@ impl Parameter {
         all
     }
 
-    /// Its short names: one or none.
+    /// Its short name as a list; empty without one.
     pub fn aliases(self) -> Vec<&'static str> {
         Vec::from_iter(self.short_name())
     }
 
-    /// Name by which it was constructed: path or short name.
+    /// Name by which it was constructed: its path or a short name.
     pub fn name(self) -> &'static str {
         self.name
     }
 
-    /// Short name, if it has one; entries of a list along the rod are numbered from 1 in short names, from 0 in paths.
+    /// Short name; none without one. Entries of a list along the rod have one, numbered from 1, while paths count from 0.
     fn short_name(self) -> Option<&'static str> {
         if let Some((short, _)) = SHORT_NAMES.iter().find(|(_, parameter)| *parameter == self) {
             return Some(short);
@@ -225,7 +228,8 @@ impl Parameter {
         self.path
     }
 
-    /// Unit, limits and search range; a number of either sign without a unit for a path that is not declared.
+    /// Unit, limits and search range of its path, of a built-in parameter or a declared one. For other paths it is a number
+    /// of either sign without a unit.
     pub fn quantity(self) -> Quantity {
         // The quantities of user-defined energies are known once a program has attached them.
         let own = || {
@@ -236,12 +240,12 @@ impl Parameter {
         known.or_else(own).unwrap_or(Quantity::signed(""))
     }
 
-    /// Unit; empty for pure numbers.
+    /// Unit of its quantity, such as `m`; empty for pure numbers.
     pub fn unit(self) -> &'static str {
         self.quantity().unit
     }
 
-    /// Whether the parameter is positive and therefore identified in its logarithm.
+    /// Whether its quantity is positive or zero; fits identify it in its logarithm.
     pub fn is_positive(self) -> bool {
         self.quantity().is_positive
     }
@@ -251,7 +255,7 @@ impl Parameter {
         self.quantity().is_of_the_camera
     }
 
-    /// Whether it is a component of a moment on a node.
+    /// Whether it is a component of a moment, of `loads.point` or `initial.point`.
     pub(crate) fn is_moment(self) -> bool {
         self.path.contains(".moment.")
     }
@@ -262,12 +266,12 @@ impl Parameter {
         own.is_some_and(|own| Damping::<f64>::default().times().iter().any(|(key, _)| *key == own))
     }
 
-    /// Smallest and largest allowed value.
+    /// Smallest and largest allowed value in a fit, in its unit.
     pub fn limits(self) -> [f64; 2] {
         self.quantity().limits
     }
 
-    /// Value in a scene; none if the scene does not have the parameter.
+    /// Value in a scene. None if the scene does not have the parameter, or it has no effect there ([`Scene::map_numbers`]).
     pub fn of(self, scene: &Scene) -> Option<f64> {
         let mut found = None;
         scene.map_numbers(|path, value, _| {
@@ -279,7 +283,8 @@ impl Parameter {
         found
     }
 
-    /// Replaces the value in a scene, without validation; an error if the scene does not have the parameter.
+    /// Replaces the value in a scene, without validation. An error, with the scene unchanged, if the scene does not have the
+    /// parameter.
     pub fn set(self, scene: &mut Scene, value: f64) -> Result<(), Error> {
         *scene = Self::set_all(scene, [(self, value)])?;
         Ok(())
@@ -307,8 +312,8 @@ impl Parameter {
         }
     }
 
-    /// Parameters of a list of a scene along the rod, from its start: `rod.natural_curvature` or its short name; of pairs one
-    /// component, `rod.natural_bending.d1`.
+    /// Parameters of a list of a scene along the rod, in order from its start. `name` is the path of the list or its short
+    /// name, `natural_curvature`; of pairs one component, `rod.natural_bending.d1`.
     ///
     /// # Errors
     /// [`Error::Invalid`] for names that are not lists of the scene.
@@ -338,7 +343,8 @@ impl Parameter {
         }
     }
 
-    /// The error for a parameter that a scene does not have, with the condition under which a scene has it and similar names.
+    /// The error for a parameter that a scene does not have. It has the condition under which a scene has the parameter, and
+    /// the three most similar names of the scene.
     pub fn absent(self, scene: &Scene) -> Error {
         let short = |p: Self| p.short_name().unwrap_or(p.path);
         let names: Vec<&str> = Self::all(scene).into_iter().map(short).collect();
@@ -378,7 +384,7 @@ impl Serialize for Parameter {
 }
 
 impl<'de> Deserialize<'de> for Parameter {
-    /// Reads a path or short name; an error if it is unknown.
+    /// Reads a path or short name; an error with similar names if it is unknown.
     fn deserialize<T: serde::Deserializer<'de>>(deserializer: T) -> Result<Self, T::Error> {
         Self::try_from(String::deserialize(deserializer)?).map_err(serde::de::Error::custom)
     }
@@ -408,7 +414,7 @@ impl schemars::JsonSchema for Parameter {
 impl TryFrom<String> for Parameter {
     type Error = String;
 
-    /// The parameter of a path or short name; an error with similar names if it is unknown.
+    /// The parameter of a path or short name. The error is a message with similar names.
     fn try_from(name: String) -> Result<Self, String> {
         Self::named(&name).ok_or_else(|| {
             let places: Vec<String> = quantities().keys().map(|p| p.replace('#', "0")).collect();
@@ -426,7 +432,7 @@ impl TryFrom<String> for Parameter {
 impl std::str::FromStr for Parameter {
     type Err = Error;
 
-    /// The parameter of a path or short name; an error with similar names if it is unknown.
+    /// The parameter of a path or short name. An unknown name is [`Error::Parse`] with similar names.
     fn from_str(name: &str) -> Result<Self, Error> {
         Self::try_from(name.to_string()).map_err(|message| Error::Parse { file: None, message })
     }
@@ -447,13 +453,15 @@ impl fmt::Debug for Parameter {
 }
 
 impl Scene {
-    /// The scene over another number type; `seed(parameter, value)` returns the new number.
+    /// The scene over another number type; `seed(parameter, value)` returns the new number of each parameter. Numbers without
+    /// effect in the scene are converted without a call of `seed`.
     pub fn over_parameters<D: From<f64>>(&self, seed: impl Fn(Parameter, f64) -> D) -> Scene<D> {
         self.map_numbers(|path, value, _| seed(Parameter::at(path), value))
     }
 }
 
-/// Interned copy of a name, which lives as long as the program. The number of copies is that of the parameters in use.
+/// Copy of a name that lives as long as the program, one for each name. Later calls return the same copy. The number of
+/// copies is that of the parameters in use.
 fn intern(name: &str) -> &'static str {
     static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
     let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
@@ -466,7 +474,7 @@ fn intern(name: &str) -> &'static str {
     name
 }
 
-/// Path with `#` in place of list indices, `loads.point.#.force.y`.
+/// Path with `#` in place of parts that are digits only, the list indices: `loads.point.#.force.y`.
 fn general_path(path: &str) -> String {
     let general = |part: &'_ str| match part.bytes().all(|b| b.is_ascii_digit()) {
         true => "#".to_string(),
@@ -475,7 +483,8 @@ fn general_path(path: &str) -> String {
     path.split('.').map(general).collect::<Vec<_>>().join(".")
 }
 
-/// Whether a name has the form of a parameter of a user-defined energy, `energy.magnet.moment`.
+/// Whether a name has the form of a parameter of a user-defined energy, `energy.magnet.moment`: three parts, of which the
+/// last two begin with a letter.
 fn is_of_user_energy(name: &str) -> bool {
     let mut parts = name.split('.');
     parts.next() == Some("energy")
@@ -483,7 +492,7 @@ fn is_of_user_energy(name: &str) -> bool {
         && parts.all(|part| part.starts_with(|c: char| c.is_ascii_alphabetic()))
 }
 
-/// Declared quantities of the parameters of user-defined energies by their path.
+/// Declared quantities of the parameters of user-defined energies by their path, of the whole program.
 fn user_quantities() -> &'static Mutex<BTreeMap<String, Quantity>> {
     static QUANTITIES: Mutex<BTreeMap<String, Quantity>> = Mutex::new(BTreeMap::new());
     &QUANTITIES
@@ -505,7 +514,8 @@ fn quantities() -> &'static BTreeMap<String, Quantity> {
     })
 }
 
-/// Scenes that together contain every built-in parameter.
+/// Six scenes that together contain every built-in parameter: all kinds of shapes, sections, loads, damping and schemes, and
+/// all forms of values along the rod. They need not be valid.
 fn catalog_scenes() -> [Scene; 6] {
     let up = [0.0, 1.0, 0.0];
     let circle = Section::Circle { radius: 1.0 };

@@ -1,8 +1,9 @@
 //! `[supports.path]`: recording of markers that drives ends of the rod, and nodes between them.
 //!
-//! [`Recorded`] reads the file, examines it for defects and assigns markers to nodes: markers divide the rod into equally many
-//! edges. A recorded end holds its outermost `held` markers, with the nodes between them on chords; `inner` markers are
-//! prescribed too. Settings that leave no free node or contradict the supports are rejected.
+//! [`Recorded`] reads the file, examines it for defects and assigns markers to nodes: markers divide the rod into equally
+//! many edges. A recorded end holds its outermost `held` markers, with the nodes between them on chords; `inner` markers are
+//! prescribed too. Settings that leave no free node or contradict the supports are rejected. [`RecordedNode`] has the markers
+//! of a node; other markers are observations.
 
 use crate::error::Error;
 use crate::scene::faults::{LostFrames, SwappedLabels};
@@ -74,13 +75,14 @@ pub struct Recorded {
     pub track: Option<Arc<Track>>,
 }
 
-/// Default number of held markers at a recorded end.
+/// The number 2, the default number of held markers at a recorded end.
 fn two() -> usize {
     2
 }
 
 impl Recorded {
-    /// Recording of a file, with default settings and two markers held at each recorded end.
+    /// Recording of a file, which is not read yet, with default settings: all markers, no corrections, two held at each
+    /// recorded end.
     pub fn new(file: impl Into<PathBuf>) -> Self {
         Self {
             file: file.into(),
@@ -101,13 +103,14 @@ impl Recorded {
         }
     }
 
-    /// Recording that is given as a track instead of a file.
+    /// Recording that is given as a track instead of a file, with the settings of [`new`](Self::new).
     pub fn of(track: Track) -> Self {
         Self { track: Some(track.into()), ..Self::new("") }
     }
 
-    /// Reads the recording from its file in `folder`, and examines it for defects, unless that has been done. `ends` are the
-    /// supports, which determine the markers that drive the rod.
+    /// Reads the recording from its file in `folder`, unless there is a track. Unless that is examined, finds its defects,
+    /// corrects them as the settings request, and computes the bandwidth. `ends` are the supports, which determine the
+    /// markers that drive the rod. An error for a file that cannot be read.
     pub(crate) fn read(&mut self, folder: &Path, ends: [Support; 2]) -> Result<(), Error> {
         // A scene made in code has its track; a file is read once.
         let track = match self.track.take() {
@@ -129,7 +132,8 @@ impl Recorded {
         Ok(())
     }
 
-    /// Settings of the file's format for the reader `marker_files`.
+    /// Settings of the file (format, confidence, axes, frame rate, scale, direction of y, start time) for the reader
+    /// `marker_files`.
     fn recording(&self) -> Recording {
         let Self { format, likelihood, axes, fps, scale, y, time_zero, .. } = *self;
         Recording { format, likelihood, axes, fps, scale, y, time_zero, ..Recording::default() }
@@ -151,12 +155,12 @@ impl Recorded {
         })
     }
 
-    /// Number of parts into which the markers divide the rod; 1 before the recording is read.
+    /// Number of parts, at least 1, into which the markers divide the rod; 1 before the recording is read.
     pub(crate) fn spans(&self) -> usize {
         self.track.as_ref().map_or(1, |track| track.markers().len().max(2) - 1)
     }
 
-    /// Node of every marker, on a mesh with `segments` edges.
+    /// Index of the node at every marker, in order from the start, on a mesh with `segments` edges.
     ///
     /// # Errors
     /// A number of edges that is not a multiple of the number of parts between markers, or a recording that has not been read.
@@ -172,13 +176,15 @@ impl Recorded {
         Ok((0..markers).map(|j| j * (segments / spans)).collect())
     }
 
-    /// Indices of the markers that do not drive the rod with these supports: they are observations.
+    /// Indices of the markers that drive neither a recorded end nor an inner node with these supports: they are observations.
+    /// Empty before the recording is read.
     pub(crate) fn free_markers(&self, supports: [Support; 2]) -> Vec<usize> {
         let inner = self.inner_markers();
         self.between_ends(supports).filter(|j| !inner.contains(j)).collect()
     }
 
-    /// Range of the indices of the markers that neither end holds.
+    /// Range of the indices of the markers that neither end holds: all but the outermost `held` ones at each recorded end.
+    /// Empty before the recording is read.
     fn between_ends(&self, [start, end]: [Support; 2]) -> Range<usize> {
         let markers = self.track.as_ref().map_or(0, |track| track.markers().len());
         // Held markers are outermost at each recorded end.
@@ -186,7 +192,8 @@ impl Recorded {
         held(start)..markers.saturating_sub(held(end))
     }
 
-    /// Indices of the markers named in `inner`, which drive the rod between the ends.
+    /// Indices, ascending, of the markers named in `inner`, which drive the rod between the ends. Empty before the recording
+    /// is read.
     fn inner_markers(&self) -> Vec<usize> {
         let markers = self.track.as_ref().map_or(&[][..], |track| track.markers());
         let is_inner =
@@ -194,13 +201,14 @@ impl Recorded {
         (0..markers.len()).filter(is_inner).collect()
     }
 
-    /// Number of nodes that a recorded end holds, on a mesh with `segments` edges.
+    /// Number of nodes that a recorded end holds, on a mesh with `segments` edges: those at its `held` markers and between
+    /// them, at least one.
     pub(crate) fn held_nodes(&self, segments: usize) -> usize {
         (self.held.max(1) - 1).saturating_mul(segments / self.spans()).saturating_add(1)
     }
 
-    /// Rejects settings that contradict these supports: no prescribed motion, free twist of an end that is not recorded, no held
-    /// marker.
+    /// Rejects settings that contradict these supports: no recorded end and no inner markers, or free twist of an end that is
+    /// not recorded. Also rejected is a number of held markers of zero.
     pub(super) fn check(&self, [start, end]: [Support; 2]) -> Result<(), Error> {
         let recorded = [start, end].into_iter().filter(|s| *s == Support::Recorded).count();
         if recorded == 0 && self.inner.is_empty() {
@@ -221,7 +229,8 @@ impl Recorded {
         Ok(())
     }
 
-    /// Rejects a mesh with `segments` edges without a free node, and inner markers that do not exist or that an end holds.
+    /// Rejects a mesh with `segments` edges on which markers are not at nodes or no node is free. Rejects `inner` names that
+    /// are no markers between the nodes that these supports hold.
     pub(crate) fn check_nodes(&self, supports: [Support; 2], segments: usize) -> Result<(), Error> {
         let nodes = self.nodes(segments)?;
         let ends = supports.into_iter().filter(|support| *support == Support::Recorded).count();
@@ -265,7 +274,8 @@ impl Recorded {
         Ok(())
     }
 
-    /// Nodes at the inner markers, on a mesh with `segments` edges; empty if the markers are not at nodes.
+    /// Nodes at the inner markers, each with its marker, on a mesh with `segments` edges. Empty if the markers are not at
+    /// nodes, or before the recording is read.
     pub(crate) fn inner_nodes(&self, segments: usize) -> Vec<RecordedNode> {
         let nodes = self.nodes(segments).unwrap_or_default();
         let node =
@@ -273,7 +283,8 @@ impl Recorded {
         self.inner_markers().into_iter().filter_map(node).collect()
     }
 
-    /// Nodes that a recorded end holds, on a mesh with `segments` edges, with their markers; empty before the recording is read.
+    /// Nodes that a recorded end holds, from the end inwards, on a mesh with `segments` edges. Each has two markers and the
+    /// fraction of the chord between them, 0 at a marker. Empty before the recording is read.
     pub(crate) fn end_nodes(&self, end: End, segments: usize) -> Vec<RecordedNode> {
         let Some(track) = &self.track else { return Vec::new() };
         let last = track.markers().len() - 1;

@@ -1,7 +1,8 @@
 //! The plane of a planar scene: its choice from the nodes and vectors of the scene, and its coordinates.
 //!
 //! [`Plane::through`] takes the plane of the first edge and the first edge or vector that is not parallel to it. Others may
-//! leave it by `TOLERANCE` of their length, else the error is the key of the vector.
+//! leave it by `TOLERANCE` of their length, else the error is the key of the vector. The other functions convert positions
+//! and vectors between plane and world. The planar model uses the plane.
 
 use crate::numerics::scalar::Scalar;
 use nalgebra::{Vector2, Vector3};
@@ -34,8 +35,10 @@ pub struct KeyedVector<D = f64> {
 }
 
 impl Plane {
-    /// The plane through `nodes`, m, that contains all `vectors`, or the key of the first vector that leaves it. If nodes and
-    /// vectors are on one line, the plane contains `hint`, or is chosen arbitrarily.
+    /// The plane through `nodes`, m, that contains all `vectors`. The error is the key of the first vector, or the number of
+    /// the first edge, that leaves it. If nodes and vectors are on one line, the plane contains `hint`, or without one the
+    /// world axis farthest from the line. Its axes are world axes if it is parallel to two of them, else x is along the first
+    /// edge.
     pub fn through(
         nodes: &[[f64; 3]],
         vectors: &[KeyedVector],
@@ -71,29 +74,29 @@ impl Plane {
         Ok(Self { origin: normal * normal.dot(&start), x, y: normal.cross(&x) })
     }
 
-    /// Coordinates of a point in the axes of the plane, m.
+    /// Coordinates of a point in the axes of the plane, m: its scalar products with both.
     pub fn project(&self, point: Vector3<f64>) -> [f64; 2] {
         [point.dot(&self.x), point.dot(&self.y)]
     }
 
-    /// World coordinates, m, of a point of the plane.
+    /// World coordinates, m, of a point with these coordinates in the plane, m.
     pub fn to_world<D: Scalar>(&self, point: [D; 2]) -> [D; 3] {
         let [x, y, z] = self.direction_to_world(point);
         [x + self.origin.x, y + self.origin.y, z + self.origin.z]
     }
 
-    /// World components of a vector of the plane.
+    /// World components of a vector with these components in the axes of the plane, without the origin.
     pub fn direction_to_world<D: Scalar>(&self, [x, y]: [D; 2]) -> [D; 3] {
         [0, 1, 2].map(|c| x * self.x[c] + y * self.y[c])
     }
 
-    /// Components of the world vector `v` in the axes of the plane, and along its normal.
+    /// Components of the world vector `v` in the two axes of the plane, and along its normal.
     pub fn components(&self, v: Vector3<f64>) -> (Vector2<f64>, f64) {
         (Vector2::new(v.dot(&self.x), v.dot(&self.y)), v.dot(&self.x.cross(&self.y)))
     }
 }
 
-/// World axis along which `v` has the smallest absolute component.
+/// World axis, as a unit vector, along which `v` has the smallest absolute component.
 fn least_axis(v: &Vector3<f64>) -> Vector3<f64> {
     Vector3::ith(v.map(f64::abs).imin(), 1.0)
 }

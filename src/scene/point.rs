@@ -1,8 +1,9 @@
 //! Points of the rod (`"tip"`, a node index or an arc length), and their interpolation by nodes.
 //!
-//! A [`Point`] on a mesh becomes a [`Stencil`]: nodes with weights that sum to one. Arc lengths between nodes have cubic weights
-//! of the four nearest nodes; masses, and points on the straight edge in a clamp, have linear ones (lever rule). Node indices
-//! are those of the scene's own mesh, also on a refined one.
+//! A [`Point`] on a mesh becomes a [`Stencil`]: nodes with weights that sum to one. Arc lengths between nodes have cubic
+//! weights of the four nearest nodes. Masses, and points on the straight edge in a clamp, have linear ones (lever rule). Node
+//! indices are those of the scene's own mesh, also on a refined one. Loads, masses, observations and results are placed with
+//! stencils.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -75,7 +76,7 @@ struct ArcLength<D> {
 }
 
 impl<D> From<PointForm<D>> for Point<D> {
-    /// The point of a form in a file.
+    /// The point of its form in a file.
     fn from(form: PointForm<D>) -> Self {
         match form {
             PointForm::Name(Name::Tip) => Self::Tip,
@@ -86,7 +87,7 @@ impl<D> From<PointForm<D>> for Point<D> {
 }
 
 impl<D> From<Point<D>> for PointForm<D> {
-    /// The form in a file of a point.
+    /// The form of a point in a file: the word `tip`, an index, or a table with `arc_length`.
     fn from(point: Point<D>) -> Self {
         match point {
             Point::Tip => Self::Name(Name::Tip),
@@ -101,7 +102,8 @@ impl NumberTree for Point {
     type Kind = TableKind;
     type Over<D> = Point<D>;
 
-    /// The point with its arc length, if it has one, converted by the visitor as `key.arc_length`.
+    /// The point over `D`: an arc length is converted by the visitor as `key.arc_length`, a positive number in m. The tip and
+    /// node indices have no number.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -126,7 +128,7 @@ impl NumberTree for Point {
 }
 
 impl Point {
-    /// The point over another number type, with an arc length without derivatives.
+    /// The point over the number type `D`; an arc length becomes a number without derivatives.
     pub(crate) fn fixed<D: Scalar>(self) -> Point<D> {
         match self {
             Self::Tip => Point::Tip,
@@ -137,8 +139,9 @@ impl Point {
 }
 
 impl<D: Scalar> Point<D> {
-    /// Nodes and weights whose weighted sum is the point, on a mesh with or without derivatives: cubic between nodes, linear on
-    /// the straight edge in a clamp.
+    /// Nodes and weights whose weighted sum is the point, on a mesh with or without derivatives. An arc length has four nodes
+    /// with cubic weights, or two with linear ones on the straight edge in a clamp. A node has itself; a node index of a
+    /// refined mesh is treated as its arc length.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for a node that the scene's mesh does not have, and for an arc length beyond the ends.
@@ -151,8 +154,8 @@ impl<D: Scalar> Point<D> {
         }
     }
 
-    /// The two nodes next to the point with their shares of a mass there, by the lever rule. The weights of a cubic may be
-    /// negative, which masses must not be. An error for a point outside the rod.
+    /// The node at the point, or the two nodes next to it, with their shares of a mass there by the lever rule. The weights
+    /// of a cubic may be negative, which masses must not be. An error for a point outside the rod.
     pub(crate) fn shares(self, mesh: &Mesh<D>) -> Result<Stencil<D>, Error> {
         match self.arc_length(mesh)? {
             Ok(node) => Ok(Stencil::node(node)),
@@ -160,8 +163,8 @@ impl<D: Scalar> Point<D> {
         }
     }
 
-    /// Range of the nodes whose weighted sum is the point, for this rod length and slightly different ones. An error for a point
-    /// outside the rod.
+    /// Range of the nodes whose weighted sum is the point, for this rod length and slightly different ones. It has one node,
+    /// or up to four around an arc length. An error for a point outside the rod.
     pub(crate) fn nodes_around(self, mesh: &Mesh<D>) -> Result<Range<usize>, Error> {
         match self.arc_length(mesh)? {
             Ok(node) => Ok(node..node + 1),
@@ -169,12 +172,14 @@ impl<D: Scalar> Point<D> {
         }
     }
 
-    /// Arc length of the point from the wall, m; an error for a point outside the rod.
+    /// Arc length of the point from the wall, m; that of a node may be negative. An error for a point outside the rod.
     pub(crate) fn place(self, mesh: &Mesh<D>) -> Result<D, Error> {
         Ok(self.arc_length(mesh)?.map_or_else(|s| s, |node| mesh.arc_length[node]))
     }
 
-    /// The node at the point, or (inner error) its arc length, m, between nodes. The outer error is a point outside the rod.
+    /// The node at the point (inner `Ok`), or the arc length, m, of a point between nodes (inner `Err`). The latter are all
+    /// given arc lengths, a tip within a clamped edge, and inner node indices of a refined mesh. The outer error is a point
+    /// outside the rod by more than [`ROUNDING`].
     fn arc_length(self, mesh: &Mesh<D>) -> Result<Result<usize, D>, Error> {
         let outside = |what, found, high| Err(Error::OutOfRange { what, found, low: 0.0, high });
         let last = mesh.nodes.len() - 1;
@@ -207,19 +212,19 @@ pub struct Stencil<D = f64> {
 }
 
 impl<D: Scalar> Stencil<D> {
-    /// Position of the point, m, for nodes at `position(i)`, m.
+    /// Position of the point, m: the weighted sum of `position(i)`, m, over its nodes.
     pub(crate) fn place(&self, position: impl Fn(usize) -> [D; 3]) -> [D; 3] {
         let zero = [D::from(0.0); 3];
         self.nodes.iter().fold(zero, |sum, (i, weight)| add(sum, scale(position(*i), *weight)))
     }
 
-    /// Stencil of node `i`.
+    /// Stencil of node `i` alone, with the weight 1.
     pub fn node(i: usize) -> Self {
         Self { nodes: vec![(i, D::from(1.0))] }
     }
 
-    /// Range of the four nodes (fewer on a short rod) around the arc length `s`, m. A node at `s` within rounding errors is
-    /// taken as behind it, for any rounding of its own arc length.
+    /// Range of the four nodes (fewer on a short rod) around the arc length `s`, m, at the ends to one side. `arc_length` has
+    /// those of all nodes. A node at `s` within rounding errors counts as behind it, for any rounding of its own arc length.
     pub(crate) fn around(arc_length: &[D], s: f64) -> Range<usize> {
         let n = arc_length.len();
         let [first, last] =
@@ -230,7 +235,8 @@ impl<D: Scalar> Stencil<D> {
         first..(first + 4).min(n)
     }
 
-    /// The two nodes next to the arc length `s`, m, with linear weights (lever rule).
+    /// The two nodes next to the arc length `s`, m, with linear weights (lever rule). Beyond an end they extrapolate from the
+    /// outermost two.
     fn lever(arc_length: &[D], s: D) -> Self {
         let right = arc_length.partition_point(|a| a.value() < s.value());
         let right = right.clamp(1, arc_length.len() - 1);
@@ -239,8 +245,9 @@ impl<D: Scalar> Stencil<D> {
         Self { nodes: vec![(right - 1, -part + 1.0), (right, part)] }
     }
 
-    /// Cubic (Lagrange) interpolation at the arc length `s`, m, through the four nearest nodes, whose error is of a higher order
-    /// than that of the mesh. A point at a node is that node, unless it has derivatives.
+    /// Cubic (Lagrange) interpolation at the arc length `s`, m, through the four nearest of the nodes at `arc_length`, m. Its
+    /// error is of a higher order than that of the mesh. A point within `AT_NODE` of a node is that node, unless `D` carries
+    /// derivatives. Fewer than two nodes have the weight 1.
     pub fn between(arc_length: &[D], s: D) -> Self {
         let n = arc_length.len();
         if n < 2 {

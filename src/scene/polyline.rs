@@ -1,8 +1,9 @@
 //! Shapes of the rod as smooth curves through points of a file or of the scene.
 //!
-//! [`Polyline`] reads columns x, y, z (and s), computes arc lengths from circles through neighboring points, and interpolates by
-//! cubics through the four nearest points. [`Polyline::mesh`] places the nodes of a rest shape, [`Polyline::nodes_of`] those of
-//! a rod in an initial shape. Corners above `SHARPEST` are rejected if nodes are between the points.
+//! [`Polyline`] reads columns x, y, z (and s), computes arc lengths from circles through neighboring points, and interpolates
+//! by cubics through the four nearest points. [`Polyline::mesh`] returns the mesh of a rest shape, [`Polyline::nodes_of`] the
+//! nodes of a rod in an initial shape. Corners above `SHARPEST` are rejected if nodes are between the points. `shape` uses
+//! them.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -36,7 +37,8 @@ enum PointSource {
 }
 
 impl PointSource {
-    /// The error at point `i`, with the file and line or the key of the scene.
+    /// The error at point `i` with the found and the allowed value. It has the file and line (the first without one), or the
+    /// key of the scene with the index.
     fn error(&self, i: usize, found: &str, allowed: &str) -> Error {
         match self {
             Self::File(path, lines) => Error::Data {
@@ -62,9 +64,9 @@ const UNCOVERED: f64 = 1e-6;
 const STRAIGHT: f64 = 1e-9;
 
 impl Polyline {
-    /// Reads the columns x, y, z of a file, in m or in the unit of their header. For an initial shape (`on_a_rod`) it also reads
-    /// the column s, the arc length of each point on the rod at rest. Errors are blanks, arc lengths that do not increase, fewer
-    /// than three points and repeated points.
+    /// Reads the columns x, y, z of a file, in m or in the unit of their header. For an initial shape (`on_a_rod`) it also
+    /// reads a column s, the arc length of each point on the rod at rest. Errors are blanks, a column s of a rest shape, and
+    /// arc lengths that do not increase. Fewer than three points and repeated points are errors too.
     pub fn read(path: &Path, on_a_rod: bool) -> Result<Self, Error> {
         let table = Table::read(path)?;
         let column = |name: &str| {
@@ -120,8 +122,8 @@ impl Polyline {
         Self::new(points.iter().map(|point| (*point).into()).collect(), Vec::new(), source)
     }
 
-    /// The curve through `points`, m, at the given arc lengths, m, or if there are none at those of the curve. Rejects fewer
-    /// than three points and repeated ones.
+    /// The curve through `points`, m, at the given arc lengths, m. Without these they start at 0, and increase by the arcs of
+    /// circles through neighbors. Rejects fewer than three points, and a point that equals the one before.
     fn new(
         points: Vec<Vector3<f64>>,
         mut arc_length: Vec<f64>,
@@ -156,8 +158,9 @@ impl Polyline {
         Ok(Self { points, arc_length, given, lengths: Vec::new(), source })
     }
 
-    /// The curve whose edges have these lengths, m, in the directions of its own; unchanged for an empty list. Rejects a list of
-    /// another number of lengths, lengths of zero, and given arc lengths.
+    /// The curve whose edges have these lengths, m, in the directions of its own, laid end to end from its first point.
+    /// Unchanged for an empty list. Rejects a list of another number of lengths, lengths that are not positive, and a curve
+    /// with given arc lengths.
     pub fn with_lengths(self, lengths: &[f64]) -> Result<Self, Error> {
         let edges = self.points.len() - 1;
         if lengths.is_empty() {
@@ -178,7 +181,7 @@ impl Polyline {
         Ok(Self { lengths: lengths.to_vec(), ..line })
     }
 
-    /// Given lengths of the edges, m; empty without any.
+    /// The lengths of the edges that [`with_lengths`](Self::with_lengths) set, m; empty without any.
     pub fn lengths(&self) -> &[f64] {
         &self.lengths
     }
@@ -191,18 +194,19 @@ impl Polyline {
         }
     }
 
-    /// Whether it is the curve through these points of the scene, m.
+    /// Whether it was made of exactly these points of the scene, m, and not read from a file.
     pub fn is_through(&self, points: &[[f64; 3]]) -> bool {
         let own = self.points.iter().map(|point| <[f64; 3]>::from(*point));
         self.path().is_none() && own.eq(points.iter().copied())
     }
 
-    /// Arc length of the last point, m.
+    /// Arc length of the last point, m: that of the whole curve unless arc lengths are given.
     fn length(&self) -> f64 {
         self.arc_length[self.points.len() - 1]
     }
 
-    /// Position, m, at arc length `s`, m, by Lagrange interpolation; extrapolated slightly beyond the ends.
+    /// Position, m, at arc length `s`, m, by Lagrange interpolation through the four nearest points, or three of three;
+    /// extrapolated beyond the ends.
     fn at<D: Scalar>(&self, s: D) -> Vector<D> {
         let own = &self.arc_length;
         let count = own.len().min(4);
@@ -220,8 +224,8 @@ impl Polyline {
         })
     }
 
-    /// Positions, m, at arc lengths `places`, m. Rejects a curve with corners above [`SHARPEST`] if a place is between its
-    /// points.
+    /// Positions, m, at the arc lengths `places`, m. Rejects a curve with a corner above [`SHARPEST`] degrees if a place is
+    /// not at one of its points ([`AT_POINT`]).
     fn positions<D: Scalar>(&self, places: &[D]) -> Result<Vec<Vector<D>>, Error> {
         let between = |s: &&D| {
             let s = s.value();
@@ -245,9 +249,9 @@ impl Polyline {
         Ok(places.iter().map(|s| self.at(*s)).collect())
     }
 
-    /// Mesh of a number of edges, by default that of the points, with lengths proportional to the distances of the points.
-    /// `before` and `after` are the fractions of the first and last edge behind a wall; without these, and by default,
-    /// the nodes are the points.
+    /// Mesh of `segments` edges, by default as many as between the points. Lengths of edges are proportional to the distances
+    /// of the points in arc length. `before` and `after` are the fractions of the first and last edge behind a wall. Without
+    /// walls and with the default number the nodes are the points. Beyond an end the lengths mirror those before it.
     pub fn mesh(&self, segments: Option<usize>, [before, after]: [f64; 2]) -> Result<Mesh, Error> {
         let (spans, length) = (self.points.len() - 1, self.length());
         let segments = segments.unwrap_or(spans);
@@ -270,16 +274,17 @@ impl Polyline {
         Ok(Mesh { nodes, arc_length, length, arcs: arcs(&points), named: None })
     }
 
-    /// Arc length, m, at place `u`, counted in points (1.5 is between the second and the third), linear between points.
+    /// Arc length, m, at place `u`, linear between points. Places count points from 0: 1.5 is halfway from the second point
+    /// to the third.
     fn arc_length_at(&self, u: f64) -> f64 {
         let i = (u as usize).min(self.points.len() - 2);
         let [a, b] = [self.arc_length[i], self.arc_length[i + 1]];
         a + (u - i as f64) * (b - a)
     }
 
-    /// Positions, m, of the nodes of a rod with the rest mesh `rest` in this shape: at their arc lengths, if the file gives
-    /// those of the points, or at the same fractions of the length as at rest. Rejects given arc lengths that do not cover the
-    /// rod.
+    /// Positions, m, of the nodes of a rod with the rest mesh `rest` in this shape. They are at their arc lengths, if the
+    /// file gives those of the points, or at the same fractions of the length as at rest. Rejects given arc lengths that
+    /// leave more than [`UNCOVERED`] of the rod uncovered at an end.
     pub fn nodes_of<D: Scalar>(&self, rest: &Mesh<D>) -> Result<Vec<Vector<D>>, Error> {
         // A shape without arc lengths is stretched to the rod: the same fractions of the length.
         if !self.given {
@@ -299,8 +304,8 @@ impl Polyline {
     }
 }
 
-/// Arc length over every edge of a polygon inscribed in a smooth curve, m: that of a circle that turns by the mean of the
-/// turning angles at both ends of the edge.
+/// Arc length over every edge of a polygon inscribed in a smooth curve, m: `l h/sin(h)` for the chord l. The half angle h is
+/// half the mean of the turning angles at both ends of the edge; below [`STRAIGHT`] it is the chord.
 fn arcs(points: &[Vector3<f64>]) -> Vec<f64> {
     let edges: Vec<Vector3<f64>> = points.windows(2).map(|p| p[1] - p[0]).collect();
     let turns: Vec<f64> = edges.windows(2).map(|e| angle(&e[0], &e[1])).collect();

@@ -1,8 +1,8 @@
 //! `[[supports.motion]]`: prescribed motion of an end of the rod, by a ramp, a frequency or a recording.
 //!
-//! Displacement, rotation vector and twist are multiplied by a factor of time: a quintic from 0 to 1 over the ramp, or `sin(2 pi
-//! f t)`, or 1. A recording adds the displacement of its point since t = 0. In the search for an equilibrium the factor is the
-//! progress of the approach ([`MotionTime`]).
+//! Displacement, rotation vector and twist are multiplied by a factor of time: a quintic from 0 to 1 over the ramp, or `sin(2
+//! pi f t)`, or 1. A recording adds the displacement of its point since t = 0. In the search for an equilibrium the factor is
+//! the progress of the approach or zero ([`MotionTime`]). `problem::boundary` moves the ends by them.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -68,7 +68,7 @@ pub enum MotionTime<D> {
 }
 
 impl<D> MotionTime<D> {
-    /// The same time with its number converted to another type.
+    /// The same time with its number (time or progress) converted by `convert`.
     pub fn map<E>(self, convert: impl Fn(D) -> E) -> MotionTime<E> {
         match self {
             Self::Time(time) => MotionTime::Time(convert(time)),
@@ -80,7 +80,8 @@ impl<D> MotionTime<D> {
 }
 
 impl<D: Scalar> Motion<D> {
-    /// The same motion with its numbers converted to another type.
+    /// The same motion with its numbers (displacement, rotation, twist, ramp, frequency) converted by `convert`; the
+    /// recording is shared.
     pub(crate) fn map<E>(&self, convert: impl Fn(D) -> E + Copy) -> Motion<E> {
         Motion {
             end: self.end,
@@ -95,8 +96,8 @@ impl<D: Scalar> Motion<D> {
         }
     }
 
-    /// Displacement of the end by the recording since t = 0, m, in the world; none without a recording, and in the search
-    /// for an equilibrium.
+    /// Displacement of the first marker of the recording since t = 0, m, in the world. None without a recording that has been
+    /// read, and in the search for an equilibrium.
     pub(crate) fn recorded_displacement(&self, at: MotionTime<D>) -> Option<[D; 3]> {
         let [marker, ..] = self.track.as_ref()?.markers() else { return None };
         let MotionTime::Time(time) = at else { return None };
@@ -104,8 +105,10 @@ impl<D: Scalar> Motion<D> {
         Some(std::array::from_fn(|c| now[c] - start[c]))
     }
 
-    /// Factor on displacement, rotation and twist at a time: a quintic from 0 to 1 over the ramp, `sin(2 pi f t)`, or 1; in the
-    /// search for an equilibrium its progress. It has derivatives by time, ramp and frequency.
+    /// Factor on displacement, rotation and twist at a time. With a ramp it is the quintic `u^3 (10 - 15 u + 6 u^2)` of `u =
+    /// t/ramp`, clamped to 0 .. 1. With a frequency it is `sin(2 pi f t)`, without both 1. In the search for an equilibrium
+    /// it is the progress without both, and with a ramp that has ended (`settled`); otherwise 0. It has derivatives by time,
+    /// ramp and frequency.
     pub(crate) fn factor(&self, at: MotionTime<D>) -> D {
         let (zero, one) = (D::from(0.0), D::from(1.0));
         match (at, self.ramp, self.frequency) {
@@ -128,8 +131,8 @@ impl<D: Scalar> Motion<D> {
 }
 
 impl Motion {
-    /// Reads the recording from its file in `folder`, and examines it for defects, unless that has been done. No effect without
-    /// a file.
+    /// Reads the recording from its file in `folder`, unless there is a track. Unless that is examined, finds its missing
+    /// frames and jumps, and its bandwidth. No effect without file and track. An error for a file that cannot be read.
     pub(super) fn read(&mut self, folder: &Path) -> Result<(), Error> {
         let track = match self.track.take() {
             Some(track) => track,
@@ -144,13 +147,15 @@ impl Motion {
         Ok(())
     }
 
-    /// Whether the end is displaced from the beginning, without ramp, frequency and recording.
+    /// Whether the motion has neither ramp, frequency nor a recording that has been read, so that it displaces its end from
+    /// the beginning.
     pub(crate) fn is_offset(&self) -> bool {
         self.ramp.is_none() && self.frequency.is_none() && self.track.is_none()
     }
 
-    /// Rejects ramp beside frequency, a start time without a file, a rotation of a pinned end, a motion of a recorded end other
-    /// than a twist, and motions of free ends; `key` is that of the motion, `support` that of its end.
+    /// Rejects ramp beside frequency, a start time that is not finite or without a file, and motions that the `support` does
+    /// not allow. Clamped ends may have any motion, pinned ones no rotation, recorded ones a constant twist only, free ones
+    /// and rollers none. `key` is that of the motion, for the error.
     pub(super) fn check(&self, key: &str, support: Support) -> Result<(), Error> {
         let invalid = |name: &str, found: &dyn ToString, allowed: &str| {
             Err(Error::invalid(format!("{key}.{name}"), found.to_string(), allowed))

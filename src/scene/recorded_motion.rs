@@ -1,9 +1,10 @@
 //! Defects of a recorded motion that drives a support, and the bandwidth of the motion, for the choice of time steps.
 //!
-//! Missing frames are reported if the error of interpolation over equally many complete frames exceeds `GAP_ERROR` of the extent
-//! and `GAP_TO_NOISE` times the noise. A jump is a displacement of more than `JUMP_TO_STEPS` times those around it, above noise,
-//! resolution and a fraction of the extent. The bandwidth is the frequency below which 99 % of the variance lie, without the
-//! white noise (`noise_scale`, `spectrum`). `detrended` subtracts a quadratic trend.
+//! Missing frames are reported if the error of interpolation over equally many complete frames exceeds `GAP_ERROR` of the
+//! extent and `GAP_TO_NOISE` times the noise. A jump is a displacement of more than `JUMP_TO_STEPS` times those around it,
+//! above noise, resolution and a fraction of the extent. The bandwidth is the frequency below which 99 % of the variance lie,
+//! without the white noise (`noise_scale`, `spectrum`). `detrended` subtracts a quadratic trend. `Track::guarded` stores the
+//! results in the recording; supports check time steps by the bandwidth.
 
 use crate::numerics::noise_scale::{NoEstimate, NoisySeries, quantization_step};
 use crate::numerics::spectrum::{harmonic_variances, intervals};
@@ -45,8 +46,8 @@ const STILL: f64 = 1e-9;
 const LEAST_VARIANCE: f64 = 4.0;
 
 impl Track {
-    /// The recording minus the quadratic function of time that fits each coordinate best. Constant errors of an
-    /// accelerometer, and a velocity at the start, cause such a trend, which exceeds the motion itself.
+    /// A copy of the recording minus the least-squares quadratic function of time of each coordinate, without defects.
+    /// Constant errors of an accelerometer, and a velocity at the start, cause such a trend, which exceeds the motion itself.
     pub(super) fn detrended(&self) -> Self {
         let of = |marker: &Marker| {
             let known = known_positions(self.times(), &marker.seen);
@@ -63,7 +64,8 @@ impl Track {
         Self::new(self.times().to_vec(), markers).unwrap_or_else(|_| self.clone())
     }
 
-    /// Missing frames and jumps of the markers with the indices `driven` that move.
+    /// Missing frames and jumps of those of the markers `driven` (indices) that [move](Self::moving), marker by marker. The
+    /// recording is not changed.
     pub(super) fn motion_faults(&self, driven: &[usize]) -> Vec<Fault> {
         let step = self.usual_step();
         let faults = self.moving(driven).flat_map(|(marker, least)| {
@@ -74,14 +76,14 @@ impl Track {
         faults.collect()
     }
 
-    /// Largest bandwidth of these markers, Hz: the frequency below which 99 % of the variance of their motion lie. None if
-    /// no motion exceeds the noise.
+    /// Largest bandwidth of the moving ones of the markers `driven` (indices), Hz: the frequency below which 99 % of the
+    /// variance of a motion lie. None if no motion exceeds the noise.
     pub(super) fn bandwidth_of(&self, driven: &[usize]) -> Option<f64> {
         self.moving(driven).filter_map(|(m, _)| bandwidth(self.times(), m)).reduce(f64::max)
     }
 
-    /// The moving ones of these markers, each with the smallest extent of a moving marker, m. Others are held and show
-    /// noise only.
+    /// Those of the markers `driven` (indices) whose extent is at least [`MOVING`] of the largest in the recording, each with
+    /// this smallest extent, m. Others are held and show noise only.
     fn moving(&self, driven: &[usize]) -> impl Iterator<Item = (&Marker, f64)> {
         let largest = self.markers().iter().map(|m| extent(&m.seen)).fold(0.0, f64::max);
         let least = MOVING * largest;
@@ -107,8 +109,8 @@ fn extent(seen: &[Option<[f64; 3]>]) -> f64 {
     (0..3).map(|c| along(c).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Least-squares quadratic function of time of coordinate `axis` of the positions, by Legendre polynomials on the range of
-/// the times.
+/// Least-squares quadratic function of time of coordinate `axis` of the known positions. It is computed by normal equations
+/// of Legendre polynomials on the range of the times. It is zero if these are singular.
 fn quadratic(known: &[TimedPosition], axis: usize) -> impl Fn(f64) -> f64 + use<> {
     let start = known.first().map_or(0.0, |first| first.time);
     let length = known.last().map_or(1.0, |last| last.time - start).max(f64::MIN_POSITIVE);
@@ -127,8 +129,9 @@ fn quadratic(known: &[TimedPosition], axis: usize) -> impl Fn(f64) -> f64 + use<
     move |time| nalgebra::Vector3::from(basis(time)).dot(&found)
 }
 
-/// Gaps of a marker over which interpolation is inaccurate, and missing frames at the start and end; `step` is the usual
-/// interval, s.
+/// Defects of missing frames of a marker, in the order: at the start, at the end, between known positions. The outer ones are
+/// reported always, the inner ones if the error of interpolation is unknown or too large ([`GAP_ERROR`], [`GAP_TO_NOISE`]).
+/// `step` is the usual interval, s.
 fn missing_frames(times: &[f64], marker: &Marker, step: f64) -> Vec<Fault> {
     let known = known_positions(times, &marker.seen);
     let ([Some(first), Some(last)], [Some(start), Some(end)]) =
@@ -171,8 +174,9 @@ fn missing_frames(times: &[f64], marker: &Marker, step: f64) -> Vec<Fault> {
     faults
 }
 
-/// Error, RMS, m, of the interpolation over `frames` missing frames, estimated from complete sections of the recording with the
-/// usual interval `step`, s. None if there are fewer than [`FEWEST_SECTIONS`].
+/// Error, RMS, m, of the cubic interpolation over `frames` missing frames, estimated from complete sections of the recording
+/// with the usual interval `step`, s. Inner frames of a section are compared with the interpolant through two frames on each
+/// side. At most about [`MOST_SECTIONS`] sections are used. None if there are fewer than [`FEWEST_SECTIONS`].
 fn interpolation_error(known: &[TimedPosition], frames: usize, step: f64) -> Option<f64> {
     // Two frames on each side determine the slopes.
     let length = frames + 4;
@@ -199,8 +203,9 @@ fn interpolation_error(known: &[TimedPosition], frames: usize, step: f64) -> Opt
     Some((sum / f64::from(count)).sqrt())
 }
 
-/// Jumps of a marker from one frame to the next, by at least `least`, m, that exceed its motion in the frames around;
-/// `step` is the usual interval, s. None without jumps.
+/// Jumps of a marker from one frame to the next that exceed `least`, m, and [`JUMP_TO_STEPS`] times its largest displacement
+/// in the frames around. They also exceed noise, extent and resolution of the recording by constants. Next to the first and
+/// last frame there are none. `step` is the usual interval, s. None without jumps.
 fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault> {
     let frames = marker.seen.len();
     let steps: Vec<Option<f64>> = (1..frames)
@@ -245,8 +250,9 @@ fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault>
     (!found.is_empty()).then(|| Fault::Jumps { marker: marker.name.clone(), times, distance })
 }
 
-/// Frequency, Hz, below which 99 % of the variance of a motion lie, without that of white noise. None for a marker whose motion
-/// does not exceed noise and rounding.
+/// Frequency, Hz, above which only [`VARIANCE_ABOVE`] of the variance of a motion lie, all axes together, without that of
+/// white noise. It is found by harmonics of the positions on a uniform grid; without such a frequency it is that of Nyquist.
+/// None for a marker whose motion does not exceed noise and rounding, and for a duration of zero.
 fn bandwidth(times: &[f64], marker: &Marker) -> Option<f64> {
     let (start, end) = (*times.first()?, *times.last()?);
     let intervals = intervals(times.len());
@@ -283,7 +289,8 @@ fn bandwidth(times: &[f64], marker: &Marker) -> Option<f64> {
     Some(nyquist)
 }
 
-/// Variance of the white noise along an axis, m^2: its lower bound for autocorrelated noise, 0 if it cannot be estimated.
+/// Variance of the white noise of a coordinate (`axis`), m^2, from its known positions. For oversampled, autocorrelated noise
+/// it is its lower bound, and 0 if it cannot be estimated.
 fn noise_variance(times: &[f64], marker: &Marker, axis: usize) -> f64 {
     let seen = times.iter().zip(&marker.seen).filter_map(|(t, place)| Some((*t, (*place)?[axis])));
     let (times, values): (Vec<f64>, Vec<f64>) = seen.unzip();

@@ -1,7 +1,8 @@
 //! Recordings of one point: its positions, or its accelerations from rest, which are integrated twice.
 //!
-//! [`Track::read_one`] serves `[[supports.motion]]`. Accelerations are linear between rows; units of the header are converted to
-//! m/s^2. A mean acceleration within `NEAR_GRAVITY` of standard gravity is reported as a defect: gravity was not subtracted.
+//! [`Track::read_one`] serves `[[supports.motion]]`. Accelerations are linear between rows; units of the header are converted
+//! to m/s^2. A mean acceleration within `NEAR_GRAVITY` of standard gravity is reported as a defect: gravity was not
+//! subtracted. The result is a track with one marker.
 
 use crate::error::Error;
 use crate::scene::fault::Fault;
@@ -20,9 +21,9 @@ const ACCELERATIONS: [(&str, f64); 4] =
 const NEAR_GRAVITY: f64 = 0.05;
 
 impl Track {
-    /// Reads the motion of one point: columns x, y and z, of which z may be absent, or `ax, ay, az`, its accelerations from
-    /// rest, in m/s^2 or the unit of the header. Rows before `time_zero`, on the file's clock and in its unit, are
-    /// skipped.
+    /// Reads the motion of one point by its columns x, y and z, of which z may be absent. The columns `ax, ay, az` of a CSV
+    /// file are its accelerations from rest, in m/s^2 or the unit of the header. Rows before `time_zero`, on the file's clock
+    /// and in its unit, are skipped.
     ///
     /// # Errors
     /// Those of [`read`](Self::read), and files with more than one point.
@@ -47,8 +48,9 @@ impl Track {
     }
 }
 
-/// Motion of a point from rest by its columns `ax`, `ay` and `az` (absent ones are zero): accelerations that are linear between
-/// rows, integrated twice. Rows before `time_zero`, in the unit of the file, are skipped.
+/// Motion of a point from rest at the origin by its columns `ax`, `ay` and `az`, of which absent ones are zero. The
+/// accelerations are linear between rows and integrated twice. Rows before `time_zero`, in the unit of the file, are skipped.
+/// A mean acceleration of the size of gravity is added to the defects of the track.
 ///
 /// # Errors
 /// Other columns and units, blanks, fewer than two rows, and a clock that does not start at 0 or does not increase.
@@ -126,7 +128,8 @@ fn integrated(table: &Table, time_zero: Option<f64>) -> Result<Track, marker_fil
     })
 }
 
-/// Factor from the unit in the header of a column to m/s^2; 1 without a unit. An error for another unit.
+/// Factor from the unit in the header of a column to m/s^2, in one of several spellings; 1 without a unit. An error for a
+/// unit other than those of [`ACCELERATIONS`].
 fn acceleration_unit(table: &Table, column: usize) -> Result<f64, marker_files::Error> {
     let (name, unit) = &table.columns[column];
     let Some(unit) = unit else { return Ok(1.0) };
@@ -144,8 +147,8 @@ fn acceleration_unit(table: &Table, column: usize) -> Result<f64, marker_files::
     })
 }
 
-/// Defect of accelerations whose mean, the change of velocity over the duration, has the size of gravity within
-/// [`NEAR_GRAVITY`]; none otherwise.
+/// The defect [`Fault::Gravity`] if the mean acceleration, the last velocity over the last time, has the size of standard
+/// gravity within [`NEAR_GRAVITY`]. None otherwise.
 fn gravity_fault(path: &[PathPoint]) -> Option<Fault> {
     let last = path.last()?;
     let mean = last.velocity.map(|v| v / last.time);

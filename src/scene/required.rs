@@ -1,8 +1,8 @@
 //! Rules for the required keys of a scene file, table by table (`[rod]`, `[material]`, shapes, sections, points, motions,
 //! times).
 //!
-//! Keys of a shape and a section depend on their `kind`. `input::missing_keys` lists in a message all keys that a file does not
-//! have.
+//! [`REQUIRED`] has a rule for each table that is required, or is checked if it is given. Keys of a shape and a section
+//! depend on their `kind`. `input::missing_keys` lists in a message all keys that a file does not have.
 
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 
@@ -22,7 +22,8 @@ pub(crate) const REQUIRED: [Rule; 12] = [
     if_there("supports.path", |_| &["file"]),
 ];
 
-/// Required keys of a shape, by its kind; `kind` itself if it is missing or unknown.
+/// Required keys of a shape by its `kind`; a polyline requires `file` unless it has `points`. Only `kind` if that is missing
+/// or unknown.
 pub(super) fn shape_keys(shape: &toml::Table) -> Keys {
     match shape.get("kind").and_then(toml::Value::as_str) {
         Some("straight") => &["length", "direction"],
@@ -34,7 +35,7 @@ pub(super) fn shape_keys(shape: &toml::Table) -> Keys {
     }
 }
 
-/// Required keys of a section, by its kind; `kind` itself if it is missing or unknown.
+/// Required keys of a section by its `kind`. Only `kind` if that is missing or unknown.
 pub(super) fn section_keys(section: &toml::Table) -> Keys {
     match section.get("kind").and_then(toml::Value::as_str) {
         Some("circle") => &["radius"],

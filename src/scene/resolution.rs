@@ -1,8 +1,8 @@
 //! Mesh, step and scheme that a scene leaves to the program, and the accuracy of the choice.
 //!
 //! `left_open` returns the settings to be chosen, `resolved` the scene with chosen ones and a [`Resolution`], `reopened` the
-//! scene without them. The resolution has requested and estimated error as fractions of the rod length, and a warning if the
-//! request is not met. Module `accuracy` makes the choice.
+//! scene without them. The resolution has requested and estimated error as fractions of the rod length. It is displayed as
+//! text, with a warning if the request is not met. Module `accuracy` makes the choice.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -32,7 +32,7 @@ pub struct Chosen {
 }
 
 impl Chosen {
-    /// Whether the program chose mesh or step.
+    /// Whether the program chose mesh or step; the scheme does not count.
     pub fn any(self) -> bool {
         self.segments || self.step
     }
@@ -79,12 +79,13 @@ pub enum Bound {
 }
 
 impl Resolution {
-    /// Text with the chosen settings and the estimated error.
+    /// Text with the chosen settings, or that mesh and step are given, then estimated and requested error. Without an error
+    /// it has only the settings, or with a bound that the error was not estimated.
     pub fn words(&self) -> String {
         self.words_over("the length")
     }
 
-    /// [`words`](Self::words) with the error as a fraction of `whole` in place of the length, such as a frequency.
+    /// [`words`](Self::words) with the error as a fraction of `whole`, such as `a frequency`, in place of the length.
     pub(crate) fn words_over(&self, whole: &str) -> String {
         let Self { segments, step, scheme, chosen, .. } = self;
         // Only the settings that the program chose are listed.
@@ -114,12 +115,13 @@ impl Resolution {
         }
     }
 
-    /// Warning of an accuracy that was not reached; none if it was.
+    /// Warning, with its code, of an accuracy that was not reached: estimated error, reason ([`Bound`]) and remedy. None
+    /// without a bound.
     pub fn warning(&self) -> Option<(Code, String)> {
         self.warning_over("the length")
     }
 
-    /// [`warning`](Self::warning) with the error as a fraction of `whole` in place of the length.
+    /// [`warning`](Self::warning) with the error as a fraction of `whole`, such as `a frequency`, in place of the length.
     pub(crate) fn warning_over(&self, whole: &str) -> Option<(Code, String)> {
         let Self { accuracy, error, bound: Some(bound), .. } = self else { return None };
         // The consequence for the user depends on the reason: work or a given mesh.
@@ -154,8 +156,8 @@ impl Resolution {
 }
 
 impl<D> Scene<D> {
-    /// Settings that the scene leaves to the program. The mesh of a polyline is given by its points; a scheme is open only with
-    /// an open step.
+    /// Settings that the scene leaves to the program. The mesh is open without `rod.segments`, except for a polyline, whose
+    /// points give it. The step is open without `time.step`, and the scheme only with the step.
     pub(crate) fn left_open(&self) -> Chosen {
         let given = matches!(self.rod.shape, Shape::Polyline { .. });
         let step = self.time.as_ref().is_some_and(|time| time.step.is_none());
@@ -166,7 +168,7 @@ impl<D> Scene<D> {
         }
     }
 
-    /// Settings that the program chose; none of them without a resolution.
+    /// Settings that the program chose before; none of them without a resolution.
     pub(crate) fn chosen(&self) -> Chosen {
         self.resolution.map(|resolution| resolution.chosen).unwrap_or_default()
     }
@@ -178,8 +180,9 @@ impl Scene {
         self.accuracy.unwrap_or(ACCURACY)
     }
 
-    /// The scene with this number of edges and this step, s, if it leaves them open or the program chose them before. Its
-    /// resolution has no estimated error yet.
+    /// The scene with this number of edges and this step, s, for settings that are open or that the program chose before. An
+    /// open scheme becomes generalised-alpha with [`RHO_INF`] and the default tolerance. An earlier mesh is changed by
+    /// `remeshed`, so that node indices keep their arc length. The resolution has no estimated error yet.
     pub(crate) fn resolved(&self, segments: usize, step: f64) -> Scene {
         let (open, before) = (self.left_open(), self.chosen());
         let chosen = Chosen {
@@ -220,7 +223,7 @@ impl Scene {
         scene
     }
 
-    /// The scene with another scheme, if the program chose the scheme; otherwise unchanged.
+    /// The scene with another scheme, also in its resolution, if the program chose the scheme; otherwise unchanged.
     pub(crate) fn by(mut self, scheme: Scheme) -> Scene {
         if self.chosen().scheme {
             self.time.iter_mut().for_each(|time| time.scheme = scheme);
@@ -246,7 +249,7 @@ impl Scene {
         scene
     }
 
-    /// Rejects accuracies outside [`ALLOWED`], and open meshes with points that are named by a node index.
+    /// Rejects an accuracy outside [`ALLOWED`]. Rejects an open mesh beside loads or masses on node indices.
     pub(super) fn check_accuracy(&self) -> Result<(), Error> {
         if let Some(accuracy) = self.accuracy.filter(|a| !ALLOWED.contains(a)) {
             let allowed = "1e-8 .. 0.1, the largest error over the rod's length";

@@ -1,6 +1,8 @@
-//! `[rod]`: shape, section, masses, natural curvature and twist, and mesh of the rod, with the validation of these keys.
+//! `[rod]`: shape, section, taper, masses, natural curvature, bending and twist, and mesh of the rod, with the validation of
+//! these keys.
 //!
-//! The mesh must have enough edges that each turns by less than half a turn.
+//! Numbers of edges are 2 to 1e7, and a mesh must have enough edges that each turns by less than half a turn. The additional
+//! natural bending is interpolated at the nodes of a mesh.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -78,7 +80,7 @@ fn zero<D: From<f64>>() -> Along<D> {
     Along::Whole(D::from(0.0))
 }
 
-/// Whether a value is 0 along the whole rod, given as one number.
+/// Whether a value is 0 along the whole rod, given as one number, and not as a list or linear function.
 fn is_zero<D: From<f64> + PartialEq>(along: &Along<D>) -> bool {
     *along == zero()
 }
@@ -113,8 +115,8 @@ pub enum Discretization {
 }
 
 impl<D: Scalar> RodSpec<D> {
-    /// Additional natural curvature along both directors at node `i` of a mesh of `segments` edges, 1/m: linear between
-    /// the given pairs.
+    /// Additional natural curvature along both directors at node `i` of a mesh of `segments` edges, 1/m, linear between the
+    /// given pairs. Zero without pairs.
     pub(crate) fn bending_at(&self, i: usize, segments: usize) -> [D; 2] {
         let Some([(before, a), (after, b)]) = self.bending_shares(i, segments) else {
             return [D::from(0.0); 2];
@@ -123,8 +125,8 @@ impl<D: Scalar> RodSpec<D> {
         [0, 1].map(|c| both[0][c] * a + both[1][c] * b)
     }
 
-    /// Indices and weights of the two pairs of `natural_bending` around node `i` of a mesh of `segments` edges; none
-    /// without pairs.
+    /// Indices and weights of the two pairs of `natural_bending` around node `i` of a mesh of `segments` edges. Pairs are
+    /// equally spaced in node numbers from the first node to the last. None without pairs.
     pub(crate) fn bending_shares(&self, i: usize, segments: usize) -> Option<[(usize, f64); 2]> {
         let last = self.natural_bending.len().checked_sub(1)?;
         let place = (i * last) as f64 / segments as f64;
@@ -135,14 +137,15 @@ impl<D: Scalar> RodSpec<D> {
 }
 
 impl RodSpec {
-    /// Whether the rest shape is free of stress: natural curvature as at rest, no natural twist and bending.
+    /// Whether the rest shape is free of stress. There is then no natural bending, and curvature factor and natural twist are
+    /// the single numbers 1 and 0.
     pub(crate) fn is_unstressed(&self) -> bool {
         self.natural_curvature == one()
             && is_zero(&self.natural_twist)
             && self.natural_bending.is_empty()
     }
 
-    /// A rod with `segments` edges, free of stress in its shape.
+    /// A rod with `segments` edges, free of stress in its shape, without taper, masses and a given discretization.
     pub(super) fn new(segments: usize, shape: Shape, section: Section) -> Self {
         Self {
             segments: Some(segments),
@@ -158,8 +161,8 @@ impl RodSpec {
         }
     }
 
-    /// Rejects invalid numbers, numbers of edges outside [`SEGMENTS`], and meshes whose edges turn by half a turn or more on
-    /// average.
+    /// Rejects invalid numbers, shapes and sections, and numbers of edges outside [`SEGMENTS`]. Also rejected is a mesh of a
+    /// formula whose edges turn by half a turn or more on average.
     pub(super) fn check(&self) -> Result<(), Error> {
         self.shape.check("rod.shape")?;
         self.section.check()?;

@@ -1,5 +1,5 @@
-//! The time integrators ([`Scheme`]) and their properties ([`Traits`]): order, supported terms, stability limit, conservation of
-//! energy, parameter.
+//! The time integrators ([`Scheme`]) and their properties ([`Traits`]): name, order, supported terms, stability limit,
+//! conservation of energy, parameter.
 //!
 //! A scheme is a variant of [`Scheme`], a row of [`Traits`], and a stepper in [`crate::dynamics::stepper`]. The row
 //! determines the terms that a scene may contain, the energy check, the steps of a study and the text of messages.
@@ -141,27 +141,28 @@ const _: () = {
 };
 
 impl Scheme {
-    /// Whether `time.beta` is its parameter.
+    /// Whether `time.beta` is its parameter: true for Newmark-beta only.
     pub fn takes_beta(self) -> bool {
         self.traits().parameter == Some(SchemeParameter::Beta)
     }
 
-    /// All schemes, explicit ones of low order before those of high order.
+    /// All schemes in the order of the variants, explicit ones of low order before those of high order.
     pub fn all() -> impl Iterator<Item = Self> {
         TRAITS.iter().map(|traits| traits.scheme)
     }
 
-    /// The properties of the scheme.
+    /// The row of properties of the scheme.
     pub const fn traits(self) -> &'static Traits {
         &TRAITS[self as usize]
     }
 
-    /// The name in files and reports.
+    /// The name in files and reports, such as `newmark-beta`.
     pub fn name(self) -> &'static str {
         self.traits().name
     }
 
-    /// Names of the schemes whose traits satisfy `has_property`, for messages: `a, b and c`.
+    /// Names of the schemes for which `has_property` returns true, for messages, in the order of the variants: `a, b and c`.
+    /// Empty for none.
     pub(crate) fn names(has_property: impl Fn(&Traits) -> bool) -> String {
         let names: Vec<_> =
             TRAITS.iter().filter(|traits| has_property(traits)).map(|t| t.name).collect();

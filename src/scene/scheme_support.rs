@@ -1,18 +1,19 @@
 //! Terms of the equation of motion (damping, friction, drag, moving supports) that an integration scheme does not support.
 //!
-//! `unsupported_by` compares a scene with the [`Traits`] of a scheme; the validation of a scene reports the first such term.
+//! `unsupported_by` compares a scene with the [`Traits`] of a scheme. The validation of a scene reports the first such term,
+//! and studies try the schemes without such terms.
 
 use crate::scene::Scene;
 use crate::scene::scheme::{Scheme, Traits};
 
 impl Scene {
-    /// Whether a scheme supports all terms of the scene.
+    /// Whether a scheme supports all terms of the scene: damping, friction, drag and moving supports.
     pub(crate) fn is_taken_by(&self, scheme: Scheme) -> bool {
         self.unsupported_by(scheme).is_empty()
     }
 
-    /// Terms of the scene that a scheme does not support, with key, found value and the schemes that support them; Kelvin-Voigt
-    /// damping first.
+    /// Terms of the scene that a scheme does not support, each with key, found value and the schemes that support it. Order:
+    /// one Kelvin-Voigt time above zero, friction, Maxwell branch, drag, moving supports. Empty if it supports all.
     pub(super) fn unsupported_by(&self, scheme: Scheme) -> Vec<UnsupportedTerm> {
         let (damping, traits) = (&self.loads.damping, scheme.traits());
         let mut unsupported = Vec::new();

@@ -1,7 +1,8 @@
 //! Cross-sections of the rod, with their areas, second moments, torsion constants and shear coefficients.
 //!
-//! Circle, tube, rectangle (torsion constant by Saint-Venant's series) and custom sections. `up` orients a section by its
-//! component across the first edge. The shear coefficients are those of Cowper (1966).
+//! Kinds are circle, tube, rectangle (torsion constant by Saint-Venant's series) and custom sections. `up` orients a section
+//! by its component across the first edge. The shear coefficients are those of Cowper (1966). [`Section::moments`] returns
+//! area and moments over any number type, from which the models compute stiffnesses.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -65,7 +66,7 @@ table! {
 }
 
 impl Section {
-    /// Rejects invalid sizes, a wall thicker than the radius, and a direction `up` of no length.
+    /// Rejects sizes that are not positive and finite, a wall thicker than the radius, and a direction `up` of no length.
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.check_numbers("rod.section", TABLE)?;
         match self {
@@ -78,6 +79,7 @@ impl Section {
     }
 
     /// Rejects a direction `up` along the first edge of the `nodes`, which does not determine the orientation of the section.
+    /// `Ok` for a circle or a tube.
     pub(crate) fn check_up(&self, nodes: &[Vector<f64>]) -> Result<(), Error> {
         let Some(up) = self.up() else { return Ok(()) };
         let first_edge = unit(sub(nodes[1], nodes[0]));
@@ -94,9 +96,9 @@ impl Section {
         ))
     }
 
-    /// Shear coefficient kappa of Timoshenko's beam at Poisson's ratio `nu` (G. R. Cowper, J. Appl. Mech. 33 (1966) 335): `6 (1
-    /// + nu)/(7 + 6 nu)` for a circle, `10 (1 + nu)/(12 + 11 nu)` for a rectangle and custom sections, and Cowper's formula for
-    /// a tube.
+    /// Shear coefficient kappa of Timoshenko's beam at Poisson's ratio `nu` (G. R. Cowper, J. Appl. Mech. 33 (1966) 335). It
+    /// is `6 (1 + nu)/(7 + 6 nu)` for a circle, `10 (1 + nu)/(12 + 11 nu)` for rectangles and custom sections, and Cowper's
+    /// formula for a tube.
     pub(crate) fn shear_coefficient(&self, nu: f64) -> f64 {
         match self {
             Self::Circle { .. } => 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu),
@@ -112,7 +114,7 @@ impl Section {
         }
     }
 
-    /// Largest radius of gyration about an axis in the section, m.
+    /// Largest radius of gyration about an axis in the section, m: the root of the larger second moment over the area.
     pub(crate) fn radius_of_gyration(&self) -> f64 {
         let SectionProperties { area, second_moments: [i1, i2], .. } = self.moments();
         (i1.max(i2) / area).sqrt()
@@ -128,13 +130,15 @@ impl<D: Scalar> Section<D> {
         }
     }
 
-    /// The unit vector along the component of `up` across the first edge of the `nodes`; none for a circle or a tube.
+    /// The unit vector along the component of `up` across the first edge of the `nodes`, in the world; none for a circle or a
+    /// tube.
     pub(crate) fn up_across(&self, nodes: &[Vector<D>]) -> Option<Vector<D>> {
         let first_edge = unit(sub(nodes[1], nodes[0]));
         self.up().map(|up| unit(sub(up, scale(first_edge, dot(first_edge, up)))))
     }
 
-    /// Area, second moments and torsion constant, by the formulas of the section's kind.
+    /// Area, second moments (in the plane of `up`, then across it) and torsion constant. They follow from the formulas of the
+    /// section's kind, or are given for a custom section.
     pub fn moments(&self) -> SectionProperties<D> {
         match *self {
             Self::Circle { radius } => circle(radius),
@@ -169,8 +173,9 @@ pub fn circle<D: Scalar>(radius: D) -> SectionProperties<D> {
     }
 }
 
-/// Area, second moments and torsion constant of a tube with this outer radius and wall thickness, m. No difference of two
-/// circles is formed, in which a thin wall would lose its digits.
+/// Area `pi t (R + r)`, second moments `A (R^2 + r^2)/4` and torsion constant (twice these) of a tube with this outer radius
+/// R and wall thickness t, m; `r = R - t`. No difference of two circles is formed, in which a thin wall would lose its
+/// digits.
 pub fn tube<D: Scalar>(radius: D, thickness: D) -> SectionProperties<D> {
     let inner = radius - thickness;
     let area = thickness * (radius + inner) * PI;
@@ -182,8 +187,8 @@ pub fn tube<D: Scalar>(radius: D, thickness: D) -> SectionProperties<D> {
     }
 }
 
-/// Area, second moments and torsion constant of a rectangle with this width and height, m. The torsion constant is
-/// Saint-Venant's series.
+/// Area, second moments (`A height^2/12` in the plane of `up`, `A width^2/12` across it) and torsion constant of a rectangle
+/// with this width and height, m. The torsion constant is Saint-Venant's series with `SERIES_TERMS` terms.
 pub fn rectangle<D: Scalar>(width: D, height: D) -> SectionProperties<D> {
     let area = width * height;
     let (long, short) =

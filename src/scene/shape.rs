@@ -1,8 +1,9 @@
 //! Rest shapes: straight, helix, arc, or a polyline; their nodes by arc length.
 //!
 //! [`Shape::mesh`] places equal edges along the curve, with parts of the outermost edges behind walls. `Shape::nodes_of`
-//! places the nodes of a rod in this shape as an initial one, at the same fractions of the length. Formulas are evaluated over
-//! any number type, so that meshes have derivatives by length, radius, pitch and angle.
+//! places the nodes of a rod in this shape as an initial one, at the same fractions of the length. Formulas are evaluated
+//! over any number type, so that meshes have derivatives by length, radius, pitch and angle. Polylines are read from files
+//! (module `polyline`).
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -93,7 +94,7 @@ table! {
 /// Quantity of a length, radius or pitch, m.
 const LENGTH: Quantity = Quantity::positive("m");
 
-/// Whether a factor is 1, without effect.
+/// Whether a factor is 1, without effect; such a factor is not written to files.
 fn is_one<D: SceneNumber>(value: &D) -> bool {
     *value == one()
 }
@@ -109,13 +110,13 @@ pub enum Handedness {
     Right,
 }
 
-/// The error for a mesh without a number of edges.
+/// The error for a mesh of a shape other than a polyline without a number of edges.
 fn no_segments() -> Error {
     Error::invalid("rod.segments", "no such key", "2 .. 1e7")
 }
 
 impl Shape {
-    /// A smooth curve through the points of a CSV file.
+    /// A smooth curve through the points of a CSV file, which is not read yet.
     pub fn polyline(file: impl Into<PathBuf>) -> Self {
         Self::Polyline {
             file: file.into(),
@@ -126,8 +127,8 @@ impl Shape {
         }
     }
 
-    /// A smooth curve through points, m, from the wall or the first end of the rod to the last. A saved scene contains
-    /// them.
+    /// A smooth curve through points, m, from the wall or the first end of the rod to the last. A saved scene contains these
+    /// points.
     pub fn points(points: impl IntoIterator<Item = [f64; 3]>) -> Self {
         let mut shape = Self::polyline("");
         if let Self::Polyline { points: own, .. } = &mut shape {
@@ -136,8 +137,9 @@ impl Shape {
         shape
     }
 
-    /// Reads the points of a polyline from its file in `folder` or from the scene, unless they have been read. `on_a_rod` allows
-    /// arc lengths, of an initial shape. Other shapes are unchanged.
+    /// Reads the points of a polyline from its file in `folder` or from the scene, and applies given lengths of the edges. No
+    /// effect if the same points and lengths have been read, and for other shapes. `on_a_rod` allows a column of arc lengths,
+    /// of an initial shape. An error for a file or points that are no curve.
     pub(crate) fn read(&mut self, folder: &Path, on_a_rod: bool) -> Result<(), Error> {
         if let Self::Polyline { file, points, line, lengths, .. } = self {
             let path = marker_files::file::at(folder, file);
@@ -173,7 +175,7 @@ impl Shape {
         }
     }
 
-    /// Length, m; 0 for a polyline, whose points determine it.
+    /// Length along the curve, m; 0 for a polyline, whose points determine it.
     pub(crate) fn length(&self) -> f64 {
         match self {
             Self::Straight { length, .. }
@@ -183,7 +185,8 @@ impl Shape {
         }
     }
 
-    /// Turning angle of the tangent from end to end, rad; none for a polyline, whose points determine it.
+    /// Turning angle of the tangent from end to end, rad, positive: `|angle|` of an arc, 0 of a straight line, `L R/(R^2 +
+    /// (pitch/(2 pi))^2)` of a helix. None for a polyline, whose points determine it.
     pub(crate) fn turning(&self) -> Option<f64> {
         match self {
             Self::Straight { .. } => Some(0.0),
@@ -197,10 +200,10 @@ impl Shape {
 }
 
 impl<D: Scalar> Shape<D> {
-    /// Mesh of `segments` equal edges. `behind` are the fractions of the first and of the last edge behind a wall. The
-    /// edges of a polyline are proportional to the distances of its points, and by default as many; the points must
-    /// have been read, by [`Scene::load`](super::Scene::load) or [`Scene::problem`](super::Scene::problem). An error without a
-    /// number of edges.
+    /// Mesh of `segments` equal edges. `behind` are the fractions of the first and of the last edge behind a wall; the rest
+    /// of the edges adds up to the length. The edges of a polyline are proportional to the distances of its points, and by
+    /// default as many. Its points must have been read, by [`Scene::load`](super::Scene::load) or
+    /// [`Scene::problem`](super::Scene::problem), else there is an error. For other shapes a missing number of edges is one.
     pub fn mesh(&self, segments: Option<usize>, behind: [f64; 2]) -> Result<Mesh<D>, Error> {
         let (length, point) = match self.curve()? {
             ShapeCurve::Formula(length, point) => (length, point),
@@ -216,8 +219,9 @@ impl<D: Scalar> Shape<D> {
         Ok(Mesh { nodes, arc_length, length, arcs: vec![edge; segments], named: None })
     }
 
-    /// Positions, m, of the nodes of a rod in this shape, at the same fractions of the length as in `rest`, the mesh of its rest
-    /// shape, or at the arc lengths that the file of a polyline gives.
+    /// Positions, m, of the nodes of a rod in this shape. They are at the same fractions of the length as in `rest`, the mesh
+    /// of its rest shape. A polyline with a column of arc lengths has the nodes at these. An error for a polyline that is not
+    /// read or does not cover the rod.
     pub(crate) fn nodes_of(&self, rest: &Mesh<D>) -> Result<Vec<Vector<D>>, Error> {
         let (length, point) = match self.curve()? {
             ShapeCurve::Formula(length, point) => (length, point),
@@ -230,7 +234,8 @@ impl<D: Scalar> Shape<D> {
         Ok(rest.arc_length.iter().map(|s| point(*s * stretch)).collect())
     }
 
-    /// The shape as a function of arc length, or as a polyline that has been read; an error for one that has not.
+    /// The shape as its length and a function of arc length, or as a polyline that has been read with the factor on its
+    /// coordinates. An error for one that has not.
     fn curve(&self) -> Result<ShapeCurve<'_, D>, Error> {
         Ok(match *self {
             Self::Straight { length, direction } => {
@@ -282,8 +287,8 @@ enum ShapeCurve<'a, D> {
     Points(&'a Polyline, D),
 }
 
-/// The vector `v` rotated by the smallest rotation from -z to the unit vector `axis`; by half a turn about x if `axis` is
-/// +z.
+/// The vector `v` rotated by the smallest rotation from -z to the unit vector `axis`. If `axis` is +z within 1e-14, it is by
+/// half a turn about x.
 fn to_axis<D: Scalar>(axis: Vector<D>, v: Vector<D>) -> Vector<D> {
     let (from, v) = match axis[2].value() > 1.0 - 1e-14 {
         true => ([0.0, 0.0, 1.0], [v[0], -v[1], -v[2]]),
@@ -295,7 +300,7 @@ fn to_axis<D: Scalar>(axis: Vector<D>, v: Vector<D>) -> Vector<D> {
     add(add(v, across), scale(cross(about, across), (dot(from, axis) + 1.0).recip()))
 }
 
-/// `sin(x)/x`, below 0.05 by its series, since the derivatives of the quotient do not exist at 0.
+/// `sin(x)/x`. Up to 0.05 it is the power series to `x^10`, since the derivatives of the quotient do not exist at 0.
 fn sine_over<D: Scalar>(x: D) -> D {
     if x.value().abs() > 0.05 {
         return x.sin() / x;

@@ -1,8 +1,8 @@
 //! `[supports]`: supports of both ends of the rod, their compliance and their motion, with the validation of these keys.
 //!
-//! An end is free, pinned, on a roller, clamped or recorded. Methods return the support, compliance and rotation of an end.
-//! Rejected are two rollers, a compliance without a clamp, recorded ends without a recording, contradicting motions, and
-//! simulations beyond the end of a recording.
+//! An end is free, pinned, on a roller, clamped or recorded. Methods return the support, compliance and rotation of an end,
+//! and the warnings of recordings. Rejected are two rollers, a compliance without a clamp, recorded ends without a recording,
+//! contradicting motions, and simulations beyond the end of a recording.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -76,7 +76,8 @@ impl<D: Default> Default for Supports<D> {
     }
 }
 
-/// Quantity of the compliance of a clamp in `unit`, zero or positive; a search covers the decades from `low` to `high`.
+/// Quantity of the compliance of a clamp in `unit`, zero or positive. A search covers `low` to `high` with one value per
+/// decade.
 const fn compliance(unit: &'static str, low: f64, high: f64) -> Quantity {
     Quantity::positive(unit).searched(Candidates::Decades(low, high, 1.0)).vanishing()
 }
@@ -95,12 +96,13 @@ table! {
 }
 
 impl<D> Supports<D> {
-    /// Whether an end or node has a prescribed motion, by a formula or a recording.
+    /// Whether there is an entry of `supports.motion`, also of size zero, or a recording `supports.path`.
     pub(crate) fn move_ends(&self) -> bool {
         !self.motion.is_empty() || self.path.is_some()
     }
 
-    /// Whether walls at nodes, or grippers that hold several markers, suppress the bending of half an edge behind them.
+    /// Whether a clamp at nodes, or a recorded end that holds several markers, suppresses the bending of half an edge behind
+    /// it.
     pub(crate) fn cut_edges(&self) -> bool {
         let hold = self.path.as_ref().is_some_and(|path| path.held > 1);
         [self.start, self.end].into_iter().any(|support| match support {
@@ -110,18 +112,19 @@ impl<D> Supports<D> {
         })
     }
 
-    /// Recorded ends with the rotation about the rod, rad, that their motions add, one pair for each motion.
+    /// Recorded ends with the rotation about the rod, rad, that a motion adds: one pair for each motion of such an end.
     pub(crate) fn recorded_turns(&self) -> impl Iterator<Item = (End, &D)> {
         let turns = self.motion.iter().filter(|motion| self.at(motion.end) == Support::Recorded);
         turns.map(|motion| (motion.end, &motion.twist))
     }
 
-    /// Whether a recorded end rotates freely about the rod.
+    /// Whether an end is listed in `supports.path.free_twist`, so that it rotates freely about the rod. False without a
+    /// recording.
     pub(crate) fn turns_freely(&self, end: End) -> bool {
         self.path.as_ref().is_some_and(|path| path.free_twist.contains(&end))
     }
 
-    /// Compliance (rotation, axial) of the clamp of an end.
+    /// Compliance (rotation, axial) of the clamp of an end; zero is rigid.
     pub fn compliance(&self, end: End) -> &Compliance<D> {
         match end {
             End::Start => &self.start_compliance,
@@ -129,7 +132,7 @@ impl<D> Supports<D> {
         }
     }
 
-    /// The kind of support of an end.
+    /// The kind of support (free, pinned, roller, clamped or recorded) of an end.
     pub fn at(&self, end: End) -> Support {
         match end {
             End::Start => self.start,
@@ -139,12 +142,13 @@ impl<D> Supports<D> {
 }
 
 impl Supports {
-    /// The end on a roller; none without one.
+    /// The end whose support is a roller; none without one. A valid scene has at most one.
     pub(crate) fn rolling(&self) -> Option<End> {
         [End::Start, End::End].into_iter().find(|end| self.at(*end) == Support::Roller)
     }
 
-    /// Rejects motions that displace an end from the beginning: only an equilibrium can start with these.
+    /// Rejects a motion without ramp, frequency and recording of an end that is not recorded. It displaces the end from the
+    /// beginning, and only an equilibrium can start so.
     pub(crate) fn check_start(&self) -> Result<(), Error> {
         // A recorded end begins where the recording does.
         let away = |motion: &Motion| motion.is_offset() && self.at(motion.end) != Support::Recorded;
@@ -158,19 +162,22 @@ impl Supports {
         }
     }
 
-    /// Files and tracks of all recordings that move the supports and have been read.
+    /// Files and tracks of all recordings that move the supports and have been read: `supports.path` first, then those of
+    /// motions.
     fn recordings(&self) -> impl Iterator<Item = (&Path, &Track)> {
         let path = self.path.iter().map(|path| (&*path.file, &path.track));
         let walls = self.motion.iter().map(|motion| (&*motion.file, &motion.track));
         path.chain(walls).filter_map(|(file, track)| Some((file, &**track.as_ref()?)))
     }
 
-    /// Warnings, with codes, of the defects of the recordings that move the supports.
+    /// Warnings, with codes, of the defects of all recordings that move the supports, each with the name of its file in
+    /// front.
     pub(crate) fn recording_warnings(&self) -> Vec<(Code, String)> {
         self.recordings().flat_map(|(file, track)| track.warnings(file)).collect()
     }
 
     /// Rejects a simulation that ends more than a step after the end of a recording, whose motion would be extrapolated.
+    /// Without a given step it is the usual interval of the frames. A missing end is accepted.
     pub(super) fn check_end(&self, time: &Time) -> Result<(), Error> {
         for (file, track) in self.recordings() {
             let last = track.end();
@@ -189,8 +196,9 @@ impl Supports {
         Ok(())
     }
 
-    /// Rejects invalid numbers, two rollers, a roller direction without a roller, a compliance without a clamp, recorded ends
-    /// without a recording (and the reverse), and motions that their ends cannot have.
+    /// Rejects invalid numbers, two rollers, a roller direction of no length or without a roller, and a compliance without a
+    /// clamp. Rejects recorded ends without a recording, and the reverse. Motions that their ends cannot have are errors,
+    /// also of an end with free twist, or of a recorded one with a single held marker.
     pub(crate) fn check(&self) -> Result<(), Error> {
         // Two rollers do not determine the position along their lines.
         if (self.start, self.end) == (Support::Roller, Support::Roller) {

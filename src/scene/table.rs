@@ -16,7 +16,8 @@ pub(crate) trait NumberTree {
     /// The same part over the number type `D`.
     type Over<D>;
 
-    /// The part over the number type `D`: every number converted by the visitor, under its path below `key`.
+    /// The part over the number type `D`: every number converted by the visitor, with its path below `key` and its quantity.
+    /// `kind` is the quantity of numbers, or [`TABLE`].
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -28,7 +29,7 @@ pub(crate) trait NumberTree {
     /// the error.
     fn check_numbers(&self, key: &str, kind: Self::Kind) -> Result<(), Error>;
 
-    /// Key of the part as entry `index` of a list.
+    /// Key of the part as entry `index` of a list: the index, unless the part has a name.
     fn entry_key(&self, index: usize) -> String {
         index.to_string()
     }
@@ -45,7 +46,7 @@ impl NumberTree for f64 {
     type Kind = Quantity;
     type Over<D> = D;
 
-    /// The number converted by the visitor under `key`.
+    /// The number converted by the visitor under the path `key` of the present table.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -66,7 +67,8 @@ impl<const N: usize> NumberTree for [f64; N] {
     type Kind = Quantity;
     type Over<D> = [D; N];
 
-    /// The components converted by the visitor under `key.x`, `.y`, `.z`, or of a pair `.d1`, `.d2`.
+    /// The three components converted by the visitor under `key.x`, `key.y`, `key.z`, or the two of a pair under `key.d1`,
+    /// `key.d2`.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -81,7 +83,7 @@ impl<const N: usize> NumberTree for [f64; N] {
         vector
     }
 
-    /// Rejects components that are not finite.
+    /// Rejects components that are not finite, of either sign.
     fn check_numbers(&self, key: &str, _: Quantity) -> Result<(), Error> {
         match self.iter().all(|component| component.is_finite()) {
             true => Ok(()),
@@ -94,7 +96,8 @@ impl<T: NumberTree> NumberTree for Option<T> {
     type Kind = T::Kind;
     type Over<D> = Option<T::Over<D>>;
 
-    /// The part, if there is one, with every number converted by the visitor.
+    /// The part over `D`, if there is one, with every number converted by the visitor below the path `key`; none without a
+    /// part.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -104,7 +107,7 @@ impl<T: NumberTree> NumberTree for Option<T> {
         self.as_ref().map(|part| part.map_numbers(key, kind, visitor))
     }
 
-    /// Rejects invalid numbers of the part, if there is one.
+    /// Rejects invalid numbers of the part, with paths below `key`; `Ok` without a part.
     fn check_numbers(&self, key: &str, kind: T::Kind) -> Result<(), Error> {
         self.as_ref().map_or(Ok(()), |part| part.check_numbers(key, kind))
     }
@@ -114,7 +117,8 @@ impl<T: NumberTree> NumberTree for Vec<T> {
     type Kind = T::Kind;
     type Over<D> = Vec<T::Over<D>>;
 
-    /// The entries converted by the visitor, each under its index or name below `key`.
+    /// The entries over `D`, in the same order, with every number converted by the visitor below `key.0`, `key.1`, ... Named
+    /// entries have their name in place of the index.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -130,7 +134,7 @@ impl<T: NumberTree> NumberTree for Vec<T> {
         mapped
     }
 
-    /// Rejects invalid numbers of the entries, with paths `key[i]`.
+    /// Rejects the first entry with an invalid number; its path is `key[i]` with the index from 0, also of a named entry.
     fn check_numbers(&self, key: &str, kind: T::Kind) -> Result<(), Error> {
         let mut entries = self.iter().enumerate();
         entries.try_for_each(|(i, entry)| entry.check_numbers(&format!("{key}[{i}]"), kind))
@@ -214,7 +218,8 @@ macro_rules! table {
                 Ok(())
             }
 
-            $(fn entry_key(&self, _: usize) -> String {
+            $(/// Key of the table in a list: the value of the field that names it.
+            fn entry_key(&self, _: usize) -> String {
                 self.$entry.clone()
             })?
         }
@@ -232,7 +237,7 @@ macro_rules! table {
 }
 pub(crate) use table;
 
-/// The path `table.key` of a key within a table; the key itself at the root (an empty `table`).
+/// The path `table.key` of a key within a table; the key itself at the root, where `table` is empty.
 pub(crate) fn join(table: &str, key: &str) -> String {
     if table.is_empty() { key.into() } else { format!("{table}.{key}") }
 }

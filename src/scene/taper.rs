@@ -1,7 +1,8 @@
 //! `[rod.taper]`: factors along the rod on the numbers of section and material, for sections and materials that vary.
 //!
 //! `Taper::at` returns section and material at a place; `Taper::breaks` the places at which factors jump. Factors of numbers
-//! that the section does not have, and factors of 0 or below, are rejected.
+//! that the section or material does not have, and factors of 0 or below, are rejected. The section profile of a problem
+//! averages over the pieces between breaks.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -35,21 +36,22 @@ macro_rules! factors {
         }
 
         impl<D> Default for Taper<D> {
-            /// No factors.
+            /// A taper without factors: section and material are constant along the rod.
             fn default() -> Self {
                 Self { $($key: None,)* }
             }
         }
 
         impl<D: Clone> Taper<D> {
-            /// The same factor on every number.
+            /// A taper with the same factor on every number of section and material, of all kinds of sections, for a list of
+            /// all parameters.
             pub(super) fn uniform(factor: &Along<D>) -> Self {
                 Self { $($key: Some(factor.clone()),)* }
             }
         }
 
         impl<D> Taper<D> {
-            /// Keys and values of the given factors.
+            /// Keys and values of the factors that are given, in the order of their declaration.
             fn factors(&self) -> impl Iterator<Item = (&'static str, &Along<D>)> {
                 let all = [$((stringify!($key), self.$key.as_ref()),)*];
                 all.into_iter().filter_map(|(key, factor)| Some((key, factor?)))
@@ -84,12 +86,13 @@ factors! {
 }
 
 impl<D> Taper<D> {
-    /// Whether section and material are constant along the rod.
+    /// Whether no factor is given, so that section and material are constant along the rod.
     pub fn is_none(&self) -> bool {
         self.factors().next().is_none()
     }
 
-    /// Places at which factors jump, and both ends, ascending, as fractions of the rod length.
+    /// Places at which factors may jump, and both ends 0 and 1, ascending, as fractions of the rod length. Places within
+    /// [`SAME_BREAK`] are one.
     pub(crate) fn breaks(&self) -> Vec<f64> {
         let mut breaks = vec![0.0, 1.0];
         breaks.extend(self.factors().flat_map(|(_, factor)| factor.breaks()));
@@ -100,7 +103,8 @@ impl<D> Taper<D> {
 }
 
 impl<D: Scalar> Taper<D> {
-    /// Section and material at a place, a fraction of the rod length: their numbers times the factors there.
+    /// Section and material at a place, a fraction of the rod length: their numbers times the factors there, 1 for those not
+    /// given. Poisson's ratio and `up` are unchanged.
     pub(crate) fn at(
         &self,
         place: f64,
@@ -142,8 +146,8 @@ impl<D: Scalar> Taper<D> {
 }
 
 impl Taper {
-    /// Rejects factors on numbers that section and material do not have, factors of 0 or below, and tapered sections
-    /// that are invalid.
+    /// Rejects factors on numbers that section and material do not have, and factors of 0 or below. Tapered sections that are
+    /// invalid next to the ends of a piece are rejected too, such as a wall thicker than the radius.
     pub(super) fn check(&self, section: &Section, material: &Material) -> Result<(), Error> {
         let mut keys = match section {
             Section::Circle { .. } => vec!["radius"],

@@ -1,8 +1,8 @@
 //! `[time]`: duration, time step and integration scheme, with the validation of these keys.
 //!
 //! A file may leave out the end (that of the recording), the step, or step and scheme (chosen by the program). Numbers of a
-//! scheme (`beta`, `rho_inf`, `tolerance`) are accepted with that scheme only. [`Time`] also returns the number of steps and the
-//! time of each.
+//! scheme (`beta`, `rho_inf`, `tolerance`) are accepted with that scheme only. [`Time`] also returns the step size, the
+//! number of steps and the time of each, for simulations.
 
 use crate::error::Error;
 use crate::scene::number::{Candidates, Quantity, SceneNumber};
@@ -73,8 +73,9 @@ struct TimeForm<D> {
 impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
     type Error = &'static str;
 
-    /// The times of a form in a file, with defaults. The scheme is left open if neither step nor scheme nor its numbers are
-    /// given. An error for infinite numbers and for numbers of another scheme.
+    /// The times of a form in a file, with defaults: Newmark-beta, beta 0.5, `rho_inf` 0.5, tolerance 3e-14. The scheme is
+    /// left open if neither step nor scheme nor its numbers are given. An error for an infinite step or end, and for numbers
+    /// of another scheme.
     fn try_from(form: TimeForm<D>) -> Result<Self, Self::Error> {
         let TimeForm { end, step, scheme, beta, rho_inf, tolerance } = form;
         // Infinity is the internal mark of a missing number, and must not be in a file.
@@ -115,7 +116,8 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
 }
 
 impl<D> From<Time<D>> for TimeForm<D> {
-    /// The form in a file. With an open scheme, step and scheme are left out; numbers of other schemes always are.
+    /// The form in a file. A missing end is left out; with an open scheme, step, scheme and its numbers are too. Numbers of
+    /// other schemes, and the default tolerance, are always left out.
     fn from(time: Time<D>) -> Self {
         let Time { end, step, scheme, scheme_left_open, beta, rho_inf, tolerance } = time;
         let parameter = scheme.traits().parameter;
@@ -139,7 +141,7 @@ impl Time {
 }
 
 impl<D: Copy> Time<D> {
-    /// Parameter of the scheme: `rho_inf` of generalised-alpha, `beta` of all others.
+    /// Number of the scheme: `rho_inf` of generalised-alpha, `beta` of all others, which is unused except by Newmark-beta.
     pub fn parameter(&self) -> D {
         match self.scheme.traits().parameter {
             Some(SchemeParameter::RhoInf) => self.rho_inf,
@@ -184,32 +186,33 @@ impl Time {
         }
     }
 
-    /// Duration, s, with a step and a scheme that the program chooses.
+    /// Times with the duration `end`, s, and a step and a scheme that the program chooses.
     pub fn lasting(end: f64) -> Self {
         Self { step: None, scheme_left_open: true, ..Self::new(end, end) }
     }
 
-    /// Whether a given step is longer than the simulation, beyond rounding.
+    /// Whether a given step is longer than the duration, beyond rounding. False if the program chooses the step.
     pub(crate) fn is_beyond_end(&self) -> bool {
         self.step.is_some_and(|step| step > self.end * (1.0 + ROUNDING))
     }
 
-    /// Time step, s; the duration if the program chooses the step.
+    /// Time step, s; the duration if the step is not chosen yet.
     pub fn step_size(&self) -> f64 {
         self.step.unwrap_or(self.end)
     }
 
-    /// Number of steps to the end; the last may be shorter.
+    /// Number of steps to the end, at least one; the last may be shorter.
     pub fn steps(&self) -> usize {
         ((self.end / self.step_size() - ROUNDING).ceil() as usize).max(1)
     }
 
-    /// Time after `k` steps, s; the end after all of them.
+    /// Time after `k` steps, s; the end after all of them or more.
     pub fn at(&self, k: usize) -> f64 {
         if k >= self.steps() { self.end } else { k as f64 * self.step_size() }
     }
 
-    /// Rejects numbers out of range, more than [`MOST_STEPS`] steps, and a missing end unless recorded ends give it
+    /// Rejects an end or step that is not positive and finite, beta outside 0.5 to 1, `rho_inf` outside 0 to 1, and an
+    /// invalid tolerance. Also rejected are more than [`MOST_STEPS`] steps, and a missing end unless recorded ends give it
     /// (`has_recording`).
     pub(super) fn check(&self, has_recording: bool) -> Result<(), Error> {
         match self.end == Self::TO_THE_END {

@@ -1,6 +1,7 @@
 //! `time.tolerance`: largest Newton error of the solution of a time step, a fraction of the rod length or `"rounding"`.
 //!
-//! [`StepTolerance`] is read from and written to files as a number or that word.
+//! [`StepTolerance`] is read from and written to files as a number or that word. Fractions are above 0 and at most 1e-6; the
+//! steppers of Newmark-beta and generalised-alpha stop their iterations by it.
 
 use crate::error::Error;
 use serde::de::{self, Visitor};
@@ -31,7 +32,7 @@ impl StepTolerance {
         }
     }
 
-    /// Rejects fractions outside (0, 1e-6].
+    /// Rejects fractions outside (0, 1e-6], and NaN; accepts `Rounding`.
     pub(super) fn check(self) -> Result<(), Error> {
         match self {
             Self::Predicted(part) if !(part > 0.0 && part <= LARGEST) => {
@@ -53,7 +54,7 @@ const ROUNDING: &str = "rounding";
 const DEFAULT: f64 = 3e-14;
 
 impl Default for StepTolerance {
-    /// The predicted error `DEFAULT`.
+    /// The predicted error `DEFAULT`, 3e-14 of the rod length.
     fn default() -> Self {
         Self::Predicted(DEFAULT)
     }
@@ -81,11 +82,12 @@ impl<'de> Deserialize<'de> for StepTolerance {
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 write!(f, "a fraction of the length, such as 3e-14, or \"{ROUNDING}\"")
             }
-            /// A number is the fraction of [`StepTolerance::Predicted`].
+            /// A number `part` becomes [`StepTolerance::Predicted`], without a check of its range.
             fn visit_f64<E: de::Error>(self, part: f64) -> Result<StepTolerance, E> {
                 Ok(StepTolerance::Predicted(part))
             }
-            /// An integer is the fraction of [`StepTolerance::Predicted`], which the check rejects if it is not 0 < f <= 1e-6.
+            /// An integer becomes [`StepTolerance::Predicted`], without a check of its range; the check of the scene rejects
+            /// all of them.
             fn visit_i64<E: de::Error>(self, part: i64) -> Result<StepTolerance, E> {
                 Ok(StepTolerance::Predicted(part as f64))
             }

@@ -2,7 +2,7 @@
 //!
 //! [`Track`] reads a CSV file or a file of a motion-capture or video-tracking program (crate `marker-files`), and selects
 //! markers; its clock must start at 0. It holds the defects of the recording and the bandwidth of its motion once it is
-//! examined. [`Marker::at`] is the position at any time, also with derivatives by the time.
+//! examined. [`Marker::at`] is the position at any time, also with derivatives by the time. Supports follow tracks.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -68,8 +68,9 @@ impl Track {
         Self::read_as(path, &Recording::default(), &[])
     }
 
-    /// Reads the markers of these names, in this order, or all in the order of the file. `recording` has the units, axes
-    /// and start time of the file.
+    /// Reads the markers of these `names`, in this order, or all in the order of the file. `recording` has the units, axes
+    /// and start time of the file; frames before a given start time are left out. A position without one of the coordinates
+    /// of the file is missing.
     ///
     /// # Errors
     /// Those of [`read`](Self::read), an unknown marker, and settings that contradict the file.
@@ -116,8 +117,8 @@ impl Track {
         track.map_err(|message| file.error(1, format!("{message}; {found} markers")).into())
     }
 
-    /// Motion of one point from positions and velocities at increasing times, integrated from accelerations. A message if there
-    /// are fewer than two points.
+    /// Motion of one point, without a name, from positions and velocities at increasing times, marked as integrated from
+    /// accelerations. Interpolation uses these velocities. A message if there are fewer than two points.
     pub(super) fn from_integrated(path: Vec<PathPoint>) -> Result<Self, String> {
         let seen = path.iter().map(|point| Some(point.position)).collect();
         let times = path.iter().map(|point| point.time).collect();
@@ -127,7 +128,8 @@ impl Track {
         Ok(track)
     }
 
-    /// Markers by name, each with its position, m, at these increasing times, s, or none where it is missing.
+    /// Recording of markers by name, each with its position, m, at every one of these increasing times, s, or none where it
+    /// is missing. Velocities are central differences. It is not examined.
     ///
     /// # Errors
     /// A message about a marker with fewer than two positions.
@@ -161,19 +163,20 @@ impl Track {
         })
     }
 
-    /// The recording with these defects, marked as examined.
+    /// The recording with these defects in place of earlier ones, marked as examined.
     pub(super) fn with_faults(self, faults: Vec<Fault>) -> Self {
         Self { faults: Some(faults), ..self }
     }
 
-    /// The recording with a defect that was found while reading, before its examination.
+    /// The recording with a defect, found while reading, added to those that its examination will begin with.
     pub(super) fn with_first_fault(mut self, fault: Fault) -> Self {
         self.read_faults.push(fault);
         self
     }
 
-    /// The examined recording, with the defects and the bandwidth of the motion of the markers `driven`, which drive a
-    /// support.
+    /// The recording marked as examined, with the bandwidth of the markers `driven` (indices), which drive a support. To its
+    /// earlier defects their missing frames and jumps are added, unless an earlier defect explains these. Integrated motions
+    /// are detrended for both.
     pub(super) fn guarded(self, driven: &[usize]) -> Self {
         // The drift of an integrated motion is no motion of the marker.
         let detrended = self.is_integrated.then(|| self.detrended());
@@ -186,7 +189,7 @@ impl Track {
         Self { faults: Some(faults), bandwidth, ..self }
     }
 
-    /// The frames of a range as a recording that starts at time 0, without defects, marked as examined.
+    /// The frames of a range as a recording whose times start at 0, without defects, marked as examined.
     ///
     /// # Errors
     /// Those of [`new`](Self::new).
@@ -198,54 +201,55 @@ impl Track {
         Ok(window.with_faults(Vec::new()))
     }
 
-    /// Whether the recording was examined for defects.
+    /// Whether the recording was examined for defects, found or not.
     pub(super) fn is_examined(&self) -> bool {
         self.faults.is_some()
     }
 
-    /// Defects, the corrected ones included; empty before the examination, when a problem is built.
+    /// Defects, the corrected ones included. Empty before the examination, which building a problem does.
     pub fn faults(&self) -> &[Fault] {
         self.faults.as_deref().unwrap_or_default()
     }
 
-    /// Warnings, with codes, of the defects; the texts begin with the name of the `file`.
+    /// Warnings, with codes, one of each defect; the texts begin with the path of the `file`, unless that is empty.
     pub(super) fn warnings(&self, file: &Path) -> Vec<(Code, String)> {
         let name = file.display().to_string();
         let place = if name.is_empty() { String::new() } else { format!("{name}: ") };
         self.faults().iter().map(|fault| (fault.code(), format!("{place}{fault}"))).collect()
     }
 
-    /// Frequency, Hz, below which 99 % of the variance of the driving motion lie; none before the examination and at rest.
+    /// Frequency, Hz, below which 99 % of the variance of the driving motion lie. None before the examination, and for a
+    /// motion that does not exceed the noise.
     pub(super) fn bandwidth(&self) -> Option<f64> {
         self.bandwidth
     }
 
-    /// Median time between two frames, s; 0 for a single frame.
+    /// Median (upper of two) time between two frames, s; 0 for a single frame.
     pub(super) fn usual_step(&self) -> f64 {
         let mut steps: Vec<f64> = self.times.windows(2).map(|t| t[1] - t[0]).collect();
         steps.sort_by(f64::total_cmp);
         steps.get(steps.len() / 2).copied().unwrap_or(0.0)
     }
 
-    /// Times of the frames, s.
+    /// Times of the frames, s, increasing; the first one of a recording that was read is 0.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
 
-    /// Time of the last frame, s.
+    /// Time of the last frame, s; 0 without frames.
     pub fn end(&self) -> f64 {
         self.times.last().copied().unwrap_or(0.0)
     }
 
-    /// The markers, in the order of their columns.
+    /// The markers, in the order of their selection, or else of the file.
     pub fn markers(&self) -> &[Marker] {
         &self.markers
     }
 }
 
 impl Marker {
-    /// Position at a time, m: the cubic Hermite interpolant; before the first known position and after the last the
-    /// motion is continued with constant velocity.
+    /// Position at a time, m: the cubic Hermite interpolant of the known positions and velocities. Before the first known
+    /// position and after the last the motion continues with constant velocity. It has derivatives by `time`.
     pub fn at<D: Scalar>(&self, time: D) -> Vector<D> {
         let next = self.path.partition_point(|point| point.time <= time.value());
         // Outside of the frames the velocity at the end continues.
@@ -270,8 +274,8 @@ pub(super) const CLOCK_TOLERANCE: f64 = 1e-9;
 pub(super) const TIME_ZERO_REMEDY: &str = ". Set time_zero to the time in the file at which the \
                                            motion starts";
 
-/// Rejects a first time, s, other than 0, the start of the simulation: the motion before it would be extrapolated. `remedy`
-/// ends the message.
+/// Rejects a first time, s, that differs from 0, the start of the simulation, by more than [`CLOCK_TOLERANCE`]: the motion
+/// before it would be extrapolated. The error is a message that ends with `remedy`.
 pub(super) fn check_clock(first: f64, remedy: &str) -> Result<(), String> {
     match first.abs() > CLOCK_TOLERANCE {
         true => Err(format!("found {first} s as the first time, allowed: 0 s{remedy}")),
@@ -279,14 +283,14 @@ pub(super) fn check_clock(first: f64, remedy: &str) -> Result<(), String> {
     }
 }
 
-/// The known positions with their times, in the order of time.
+/// The positions that are not missing, m, with their times, s, in the order of the frames.
 pub(super) fn known_positions(times: &[f64], seen: &[Option<[f64; 3]>]) -> Vec<TimedPosition> {
     let frames = times.iter().zip(seen);
     frames.filter_map(|(t, x)| Some(TimedPosition { time: *t, position: (*x)? })).collect()
 }
 
-/// The positions with velocities: at inner points the slope of the parabola through three neighbors, at the ends that of
-/// the outermost interval. At least two positions are required.
+/// The positions with velocities, m/s. At inner points these are the slopes of the parabola through three neighbors, at the
+/// ends those of the outermost interval. It panics for fewer than two positions.
 pub(super) fn with_velocities(known: &[TimedPosition]) -> Vec<PathPoint> {
     let slope = |i: usize| {
         let (a, b) = (known[i], known[i + 1]);

@@ -15,6 +15,9 @@
 //! A rod in an exactly symmetric unstable equilibrium stays there. Where the descent approaches such a saddle, as without
 //! any load out of a plane, the rod is displaced slightly along the softest motion. Long rods use [edge
 //! coordinates](crate::statics::edge_coordinates) with another metric.
+//!
+//! Input: a rod, boundary conditions ([`DescentSettings`]), initial unknowns and frames. Output: [`EquilibriumState`], or an
+//! error after [`STEPS`] steps. Equilibria under loads and the shapes of recorded motions are found by it.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -127,7 +130,8 @@ enum DescentStep {
 }
 
 impl<'a, R: Rod<f64>> Descent<'a, R> {
-    /// A descent of `rod` from the unknowns `q`, with the masses, or the weights of edge coordinates, as its metric.
+    /// A descent of `rod` from the unknowns `q`, with the masses, or the weights of edge coordinates for long rods,
+    /// as its metric. Nothing is evaluated yet.
     pub fn new(rod: &'a R, settings: DescentSettings, q: Vec<f64>) -> Self {
         let (n, tangent) = (q.len(), rod.zero_tangent());
         Self {
@@ -148,7 +152,9 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         }
     }
 
-    /// Evaluates gradient and tangent at the current state, with springs, and decouples prescribed unknowns.
+    /// Overwrites gradient and tangent with those at the current state, springs to the initial state included in the
+    /// gradient, and decouples prescribed unknowns. In edge coordinates the tangent is by edge vectors, the gradient
+    /// by nodes.
     fn assemble(&mut self, frames: &R::Frames) {
         let (q, settings, tangent) = (&self.q, &self.settings, &mut self.tangent);
         let derivatives = settings.derivatives;
@@ -166,19 +172,21 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         settings.prescribed.uncouple(&mut self.tangent);
     }
 
-    /// The largest unbalanced force, N (N m for angles); NaN if one is.
+    /// The largest absolute unbalanced force on a free unknown, N (N m for angles), of the last assembled gradient;
+    /// NaN if one is.
     fn residual(&self) -> f64 {
         self.free()
             .map(|i| self.gradient[i].abs())
             .fold(0.0, |largest, force| if force.is_nan() { force } else { largest.max(force) })
     }
 
-    /// The range of the unknowns that move.
+    /// The range of the unknowns that move; prescribed unknowns may be inside it.
     fn free(&self) -> Range<usize> {
         self.settings.free.clone()
     }
 
-    /// The equilibrium that the descent reaches. The initial angles are measured from `frames`.
+    /// The equilibrium that the descent reaches from its initial unknowns, whose angles are measured from `frames`.
+    /// The frames are moved to the equilibrium. The unknowns of this descent are moved out: it can be used once.
     ///
     /// # Errors
     /// [`Error::Equilibrium`] where none is found.
@@ -244,7 +252,11 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         Err(Error::Equilibrium { iterations: self.iterations, residual: self.residual() })
     }
 
-    /// Solves one step of the descent with this `lambda`, 1/s^2, from the current state by Newton's method.
+    /// Solves one step of the descent with this `lambda`, 1/s^2, from the current state by Newton's method, at most
+    /// [`ITERATIONS`] iterations. `Still`: the first correction is below [`STEP_TOLERANCE`], or without `lambda`
+    /// corrections or forces are rounding errors. `Moved`: a small correction at a minimum of the step. `Saddle`: the
+    /// matrix is indefinite at the start. `Failed`: a singular matrix, a correction above [`LARGEST_CORRECTION`], no
+    /// convergence, or an indefinite matrix at the end.
     fn step(&mut self, frames: &R::Frames, lambda: f64) -> DescentStep {
         let (edges, length) = (self.settings.edges, self.settings.length);
         let mut previous = f64::INFINITY;
@@ -316,8 +328,9 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         DescentStep::Failed
     }
 
-    /// Displaces the rod by [`SADDLE_DISPLACEMENT`] of its length along the softest motion of the last factored matrix,
-    /// found by inverse iteration.
+    /// Displaces the free unknowns of the current state along the softest motion of the last factored matrix, found
+    /// by two inverse iterations. The largest displacement is [`SADDLE_DISPLACEMENT`] of the rod's length; angles
+    /// count with that length as the lever.
     fn leave_saddle(&mut self) {
         // Fractional parts of multiples of the golden ratio: a start vector without any symmetry.
         for (i, x) in self.correction.iter_mut().enumerate() {
@@ -340,15 +353,16 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         }
     }
 
-    /// Whether all forces are below their rounding level: [`ROUNDING`] times `eps` times the sum of their absolute
-    /// terms.
+    /// Whether the forces on all free unknowns are below their rounding level: [`ROUNDING`] times `eps` times `(|K|
+    /// |q|)_i`.
     fn is_balanced(&mut self) -> bool {
         self.tangent.absolute_product(&self.q, &mut self.correction);
         let level = |i: usize| ROUNDING * f64::EPSILON * self.correction[i];
         self.free().all(|i| self.gradient[i].abs() <= level(i))
     }
 
-    /// Whether the factored matrix, or that with the negligible stiffness added, is positive definite.
+    /// Whether the factored matrix is positive definite; if not, whether `K + lambda M` plus the negligible stiffness
+    /// is, which is factored for this test.
     fn is_minimum(&mut self, lambda: f64) -> bool {
         if self.factors.negative_pivots() == 0 {
             return true;

@@ -8,6 +8,9 @@
 //! derivatives of the elements ([`Rod::edge_tangent`]), never from `K`.
 //!
 //! In every vector, edge `j` has the indices of node `j + 1`; angles keep theirs.
+//!
+//! [`EdgeCoordinates`] converts forces, changes and weights of unknowns between both, for descents to equilibria and for
+//! their derivatives and stability. It is used above [`MANY_NODES`] nodes.
 
 use crate::numerics::scalar::Scalar;
 use crate::rod::Rod;
@@ -24,14 +27,15 @@ pub(crate) struct EdgeCoordinates {
 }
 
 impl EdgeCoordinates {
-    /// The edge coordinates of a rod with the `free` range of its `unknowns`; `None` if it is short, or held elsewhere
-    /// than at its start.
+    /// The edge coordinates of a rod with `stride` unknowns per node and the `free` range of its `unknowns`. `None`
+    /// for at most [`MANY_NODES`] nodes, without a held first node, and with a held end.
     pub fn new(stride: usize, free: &Range<usize>, unknowns: usize) -> Option<Self> {
         let hangs = free.start >= stride.min(3) && free.end == unknowns;
         (hangs && unknowns > MANY_NODES * stride).then_some(Self { stride })
     }
 
-    /// Weights of squared changes of the unknowns, as masses are in node coordinates, kg (kg m^2 for angles).
+    /// Weights of squared changes of the unknowns, as masses are in node coordinates, kg (kg m^2 for angles). An edge
+    /// vector has the sum of all node masses times their number; an angle keeps its inertia.
     pub fn metric<R: Rod<f64>>(&self, rod: &R) -> Vec<f64> {
         let mass = rod.mass();
         let total: f64 = mass.iter().step_by(self.stride).sum();
@@ -41,7 +45,8 @@ impl EdgeCoordinates {
         mass.iter().enumerate().map(one).collect()
     }
 
-    /// Replaces forces on nodes by forces on edges, `T' f`: the sum over all nodes beyond each edge. Angles stay.
+    /// Replaces forces on nodes by forces on edges, `T' f`, in place: the sum over all nodes from the end of each
+    /// edge on. Angles stay.
     pub fn edge_forces<D: Scalar, R: Rod<D>>(&self, forces: &mut [D]) {
         for i in (0..forces.len() - self.stride).rev().filter(|i| !R::is_angle(*i)) {
             let beyond = forces[i + self.stride];
@@ -49,7 +54,8 @@ impl EdgeCoordinates {
         }
     }
 
-    /// Replaces changes of edge vectors by changes of node positions, `T e`: running sums along the rod. Angles stay.
+    /// Replaces changes of edge vectors by changes of node positions, `T e`, in place: running sums along the rod.
+    /// Angles stay.
     pub fn node_changes<D: Scalar, R: Rod<D>>(&self, changes: &mut [D]) {
         for i in (self.stride..changes.len()).filter(|i| !R::is_angle(*i)) {
             let before = changes[i - self.stride];
@@ -57,7 +63,8 @@ impl EdgeCoordinates {
         }
     }
 
-    /// Difference of unknown `i`, an edge or an angle, between the node states `to` and `from`.
+    /// Difference of unknown `i` between the node states `to` and `from`. It is that of the edge vector that ends at
+    /// the node, of the position for the first node, or of an angle.
     pub fn change<R: Rod<f64>>(&self, i: usize, to: &[f64], from: &[f64]) -> f64 {
         match R::is_angle(i) || i < self.stride {
             true => to[i] - from[i],

@@ -1,10 +1,10 @@
 //! The equilibrium of a problem: shape, energies, reactions and stability, and their summary as text.
 //!
-//! [`Problem::equilibrium`] finds it by a [descent](crate::statics::descent) from the rest shape. It is stable if its
-//! tangent has no negative eigenvalue. Their number is that of the negative pivots of the factored tangent (Sylvester's
-//! law of inertia). Motions without resistance, such as the spin of a straight rod between hinges, do not count: a
-//! negligible stiffness is added to the tangent. A planar rod is also examined out of its plane, in the spatial model,
-//! if a shear modulus is given.
+//! [`Problem::equilibrium`] finds it by a [descent](crate::statics::descent) from the initial shape. It is stable if
+//! its tangent has no negative eigenvalue. Their number is that of the negative pivots of the factored tangent
+//! (Sylvester's law of inertia). Motions without resistance, such as the spin of a straight rod between hinges, do
+//! not count: a negligible stiffness is added to the tangent. A planar rod is also examined out of its plane, in the
+//! spatial model, if a shear modulus is given and no moment acts. Output: [`Equilibrium`], with warnings and codes.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -64,27 +64,29 @@ pub struct Equilibrium {
     pub warning_codes: Vec<Code>,
 }
 
-/// Whether a count is left out of the JSON.
+/// Whether a count is zero, so that the JSON omits it.
 fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
 impl Equilibrium {
-    /// Whether no unstable or marginal direction was found.
+    /// Whether no unstable or marginal direction was found among those examined.
     fn is_stable(&self) -> bool {
         self.negative_directions + self.marginal_directions == 0
     }
 }
 
 impl std::fmt::Display for Equilibrium {
-    /// Writes the summary without colors.
+    /// Writes the [summary](Self::summary) without colors.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.summary().fmt(f)
     }
 }
 
 impl Equilibrium {
-    /// The result as text for a terminal: stability, tip, energy, warnings, model, numerics, iterations.
+    /// The result as text for a terminal. Headline: stable, stable in its plane only, marginal, or unstable with the
+    /// number of directions. Below it tip, energy, warnings (that of a coarse mesh first), model, numerics if the
+    /// command chose them, iterations and residual.
     pub fn summary(&self) -> Summary {
         let directions = |n: usize| match n {
             1 => "1 unstable direction".to_string(),
@@ -136,7 +138,9 @@ impl Equilibrium {
 }
 
 impl Problem {
-    /// The equilibrium under the loads that the rod reaches from its rest shape.
+    /// The equilibrium under the loads that the rod reaches from its initial shape, with energies, reactions and
+    /// warnings. Its stability is examined in the model. That of a planar scene is examined out of the plane too, if
+    /// a shear modulus is given and no moment acts; otherwise `stable` is absent.
     ///
     /// ```
     /// let problem = rodfit::Scene::load("data/cantilever.toml")?.problem()?;
@@ -179,8 +183,9 @@ impl Problem {
     }
 }
 
-/// The equilibrium of a model with reactions, warnings and its stability in the model. The caller sets `stable` and
-/// `stable_in_plane`.
+/// The equilibrium of a model with energies, reactions, warnings (implausible values, large strains) and the counts
+/// of its unstable and marginal directions in the model. The caller sets `stable` and `stable_in_plane`, which are
+/// absent.
 fn model_equilibrium<M: Model>(
     problem: &Problem,
     discretized: &Discretized<'_, M>,

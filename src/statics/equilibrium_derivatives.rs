@@ -32,7 +32,8 @@ pub(crate) struct CheckedEquilibrium<F> {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// The [equilibrium](Self::equilibrium), checked for neutrality as differentiation requires.
+    /// The [equilibrium](Self::equilibrium), with the result of [`is_neutral`](Self::is_neutral), which its
+    /// differentiation requires.
     ///
     /// # Errors
     /// Those of [`equilibrium`](Self::equilibrium) and [`is_neutral`](Self::is_neutral).
@@ -41,7 +42,9 @@ impl<M: Model> Discretized<'_, M> {
         Ok(CheckedEquilibrium { neutral: self.is_neutral(&rest.q, &rest.frames)?, rest })
     }
 
-    /// The rod and the unknowns of an equilibrium, with the derivatives that `D` carries. The frames stay in place.
+    /// The rod over `D` and the unknowns of an equilibrium, m and rad, with the derivatives that `D` carries. Angles
+    /// are measured from the frames of the equilibrium, which have no derivatives. A neutral equilibrium moves with
+    /// the initial position.
     ///
     /// # Errors
     /// [`Error::Indifferent`] where the tangent is singular.
@@ -62,8 +65,8 @@ impl<M: Model> Discretized<'_, M> {
         Ok((rod, q))
     }
 
-    /// World positions of the nodes `tracked` at an equilibrium, m, with derivatives; `seed` returns the number of a
-    /// parameter over `D`.
+    /// World positions of the nodes `tracked` at an equilibrium, m, in their order, with derivatives. `seed` returns
+    /// the number of a parameter over `D`.
     pub(crate) fn nodes_at_equilibrium<D: Nestable>(
         &self,
         equilibrium: &CheckedEquilibrium<FramesOf<M>>,
@@ -74,9 +77,10 @@ impl<M: Model> Discretized<'_, M> {
         Ok(tracked.iter().map(|i| self.model.position(&q, *i)).collect())
     }
 
-    /// Adds the derivatives to the unknowns `q` of an equilibrium of `rod` by Newton steps with the tangent of the same rod
-    /// in `plain` numbers: one to remove the residual, and one per order of derivatives. A `neutral` equilibrium gets a small
-    /// additional stiffness, and more steps. Long rods are solved in edge coordinates.
+    /// Adds the derivatives to the unknowns `q` of an equilibrium of `rod` by Newton steps with the tangent of the
+    /// same rod in `plain` numbers. One step removes the residual, and one more per order adds derivatives. A
+    /// `neutral` equilibrium gets a small additional stiffness, and [`ADDED_STEPS`] more steps. Long rods are solved
+    /// in edge coordinates; prescribed unknowns stay.
     ///
     /// # Errors
     /// A zero pivot of the tangent.
@@ -111,8 +115,9 @@ impl<M: Model> Discretized<'_, M> {
         Ok(())
     }
 
-    /// Replaces the forces `x`, N, on the free unknowns of a rod in equilibrium by the displacements `K^-1 x` that they
-    /// cause, m. `None` where the tangent is singular, or in edge coordinates.
+    /// Replaces the forces `x`, N, on the free unknowns of a rod in equilibrium at `q` by the displacements `K^-1 x`
+    /// that they cause, m. Prescribed unknowns get zero. `None` where the tangent is singular, or for long rods in
+    /// edge coordinates.
     pub(crate) fn displacement_under_forces(
         &self,
         rod: &M::Rod<f64>,
@@ -129,16 +134,16 @@ impl<M: Model> Discretized<'_, M> {
         Some(())
     }
 
-    /// Adds the derivatives of the initial positions `begin` to the nodes of an equilibrium `q`: a rod that no support
-    /// holds moves with its initial position.
+    /// Adds the derivatives of the initial positions `begin`, without their values, to the coordinates of the nodes
+    /// in `q`: a rod that no support holds moves with its initial position. Angles stay.
     pub(crate) fn add_start_derivatives<D: Nestable>(&self, begin: &[D], q: &mut [D]) {
         for i in (0..q.len()).filter(|i| !M::Rod::<D>::is_angle(*i)) {
             q[i] += begin[i] - D::from(begin[i].value());
         }
     }
 
-    /// Sets the unknowns `q` that supports hold to their values at `moment`, with derivatives: initial places, twist of
-    /// recorded ends, motion of supports.
+    /// Sets the unknowns `q` that supports hold to their values at `moment`, with derivatives: initial positions,
+    /// angles of recorded ends with their initial directors, and then the motion of supports. Free unknowns stay.
     pub(crate) fn hold<D: Nestable>(
         &self,
         setup: &Setup<D, M>,

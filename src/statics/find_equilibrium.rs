@@ -1,9 +1,10 @@
 //! Search for the equilibrium of a model: boundary conditions and loads are applied in stages, each followed by a
 //! [descent](crate::statics::descent) to an equilibrium.
 //!
-//! The search starts from the initial shape. Ends that move far are moved in several stages. Limp rods that stand are
-//! [loaded step by step](crate::statics::standing). Output: unknowns and frames of the last equilibrium, number of
-//! Newton iterations, largest unbalanced force.
+//! The search starts from the initial shape, with the perturbation of the scene, or from the recorded shape. Ends
+//! that move far are moved in several stages. Limp rods that stand are first [loaded step by
+//! step](crate::statics::standing). Output: unknowns and frames of the last equilibrium, number of Newton iterations
+//! in all, largest unbalanced force. The search does not examine stability.
 
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
@@ -16,8 +17,8 @@ use crate::statics::edge_coordinates::EdgeCoordinates;
 use crate::statics::standing::StandingLoads;
 
 impl<M: Model> Discretized<'_, M> {
-    /// The equilibrium under the loads that the rod reaches from its initial shape; moved ends are at the end of their
-    /// motion.
+    /// The equilibrium under the loads of the scene that the rod reaches from its initial shape. Moved ends are at
+    /// the end of their motion.
     ///
     /// # Errors
     /// [`Error::Equilibrium`] where none is found, [`Error::Interrupted`].
@@ -25,8 +26,8 @@ impl<M: Model> Discretized<'_, M> {
         self.equilibrium_of(&self.rod(), true)
     }
 
-    /// Unknowns of the equilibrium at t = 0, with the forces that hold the rod until then. Angles are measured from the
-    /// initial frames.
+    /// Unknowns of the equilibrium at t = 0, m and rad, under the loads and the forces `initial.point` that hold the
+    /// rod until then. Moved ends are at their places at t = 0. Angles are measured from the initial frames.
     pub(crate) fn held_equilibrium(&self) -> Result<Vec<f64>, Error> {
         let rod = self.setup.rod_with_release_forces(self.model, &self.rod());
         let mut found = self.equilibrium_of(&rod, false)?;
@@ -35,7 +36,8 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// The equilibrium of `rod`, which may have other loads than the scene. Moved ends are at the end of their motion
-    /// (`settled`), or at their places at t = 0.
+    /// (`settled`), or at their places at t = 0. [`Error::Interrupted`] if the problem is stopped, checked before
+    /// every stage.
     fn equilibrium_of(
         &self,
         rod: &M::Rod<f64>,
@@ -73,7 +75,8 @@ impl<M: Model> Discretized<'_, M> {
         unreachable!("there is at least one stage")
     }
 
-    /// The equilibrium of `rod` that a descent from the unknowns `q`, measured from `frames`, reaches.
+    /// The equilibrium of `rod` that one descent from the unknowns `q`, measured from `frames`, reaches with the
+    /// supports of the scene.
     fn descend(
         &self,
         rod: &M::Rod<f64>,
@@ -93,8 +96,8 @@ impl<M: Model> Discretized<'_, M> {
         Descent::new(rod, settings, q).descend(frames)
     }
 
-    /// Unknowns and frames of the shape from which equilibria are searched, with the twist of the ends that the scene
-    /// gives: the recorded shape if the scene starts there, else the initial one.
+    /// Unknowns and frames of the shape from which equilibria are searched, over `D`: the recorded shape if the scene
+    /// starts there, else the initial one. Twists that the scene gives to recorded ends are added to the angles.
     pub(super) fn begin_at_rest<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -108,7 +111,8 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// Moves a limp rod that stands, in `q` and `frames`, to the equilibria under increasing parts of its loads.
-    /// Returns the number of Newton iterations. A part without an equilibrium is left out.
+    /// Where the loads determine no side and the scene has no perturbation, it is displaced slightly before. Returns
+    /// the number of Newton iterations; 0 for other rods. A part without an equilibrium is left out.
     fn raise_loads(&self, q: &mut Vec<f64>, frames: &mut FramesOf<M>, settled: bool) -> usize {
         let Some(StandingLoads { parts, push }) = self.standing_loads(q) else { return 0 };
         if push > 0.0 && self.scene().initial.perturbation == 0.0 {
@@ -125,8 +129,8 @@ impl<M: Model> Discretized<'_, M> {
         iterations
     }
 
-    /// The share of the motion of an end by which node `i` moves in the initial guess of a stage: 1 where the other end
-    /// is free, else decreasing linearly towards the other end.
+    /// The share, 0 to 1, of the motion of an end by which node `i` moves in the initial guess of a stage. It is 1
+    /// where the other end is free, else decreases linearly from 1 at the moving end to 0 at the other.
     fn carried_share(&self, end: End, i: usize) -> f64 {
         let supports = &self.problem.scene().supports;
         let along = i as f64 / (self.nodes() - 1) as f64;
@@ -137,7 +141,8 @@ impl<M: Model> Discretized<'_, M> {
         if other == Support::Free { 1.0 } else { share }
     }
 
-    /// The edge coordinates of a long rod that is held at its start only; `None` for other rods.
+    /// The edge coordinates of a long rod that is held at its start only. `None` for other rods, with user-defined
+    /// energies, and with prescribed nodes between the ends.
     pub(crate) fn edge_coordinates(&self) -> Option<EdgeCoordinates> {
         // User-defined energies may depend on the positions of nodes.
         let suitable = self.scene().energies.is_empty() && self.prescribed().is_empty();

@@ -67,8 +67,9 @@ struct VerifiedBatch<F> {
 }
 
 impl<T: Tangent<f64>> Pencil<f64, T> {
-    /// The `count` lowest eigenpairs in ascending order, or all if there are fewer. `scale`, 1/s^2, is the order of magnitude
-    /// of a small eigenvalue, where the search for the first shift starts.
+    /// The `count` lowest eigenpairs in ascending order, or all if there are fewer, with eigenvectors of unit norm in
+    /// `M`. `scale`, 1/s^2, is the order of magnitude of a small eigenvalue, where the search for the first shift
+    /// starts. Start vectors are random with a fixed seed.
     ///
     /// # Errors
     /// Iterations that do not converge, and singular factors.
@@ -121,7 +122,9 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         Ok(found)
     }
 
-    /// A shift below all eigenvalues, by bisection to within [`SHIFT_MARGIN`], and the factors of `K - shift M`.
+    /// A shift below all eigenvalues, and the factors of `K - shift M`. Its distance from zero starts at `scale` and
+    /// grows by factors of four until no pivot is negative. Bisection then reduces it to within [`SHIFT_MARGIN`] of
+    /// an insufficient one, if there is any.
     fn lower_shift(&self, scale: f64) -> Result<(T::Factors, f64), Error> {
         // Distances of the shift from zero: sufficient, and insufficient.
         // Growth by factors of four until no pivot is negative.
@@ -146,8 +149,10 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         Ok((found, -distance))
     }
 
-    /// Iterates the subspace until its first `batch` values converge. Returns whether they do within [`ITERATIONS`]
-    /// iterations. `found` are the modes to which vectors are kept orthogonal.
+    /// Iterates the subspace until its first `batch` values converge, and overwrites its basis and values. Returns
+    /// whether they do within [`ITERATIONS`] iterations: to [`EIGENVALUE_TOLERANCE`], or to [`STALLED`] without
+    /// further decrease. `found` are the modes to which vectors are kept orthogonal, `factors` those of the shifted
+    /// matrix.
     fn iterate(
         &self,
         factors: &T::Factors,
@@ -197,8 +202,9 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         Ok(false)
     }
 
-    /// The number of values, of the first `batch`, that are the lowest eigenvalues after the `known` ones, with a shift
-    /// above them. `None` where eigenvalues were missed, or where no gap separates them from others.
+    /// The largest number of the first `batch` values that are the lowest eigenvalues after the `known` ones, with a
+    /// shift just above them and its factors. `None` where eigenvalues were missed, or where no gap separates them
+    /// from others.
     fn verify(
         &self,
         batch: usize,
@@ -230,8 +236,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Gram-Schmidt orthonormalization of `basis` in the metric `mass`, twice for accuracy. `images` are combined with the
-/// same coefficients.
+/// Gram-Schmidt orthonormalization of `basis` in the metric of the diagonal `mass`, in place, twice for accuracy.
+/// `images`, the products of the vectors with a matrix, are combined with the same coefficients.
 fn orthonormalize(basis: &mut [Vec<f64>], images: &mut [Vec<f64>], mass: &[f64]) {
     for k in 0..basis.len() {
         for _ in 0..2 {

@@ -1,8 +1,10 @@
-//! Statics of a rod: equilibria under the loads, `dE/dq = 0`, with derivatives by parameters, stability, and reactions.
+//! Statics of a rod: equilibria under the loads, `dE/dq = 0`, with derivatives by parameters, stability, and
+//! reactions.
 //!
 //! Input: a discretized problem. Output: unknowns and frames at equilibrium, found by pseudo-transient continuation.
-//! Its stability (inertia of the tangent), forces and moments of the supports, and lowest eigenvalues of stiffness and
-//! mass follow. For recorded motions: the shape of least energy at the first frames of a recording.
+//! From it follow stability (inertia of the tangent), forces and moments of the supports, lowest eigenvalues of
+//! stiffness and mass, and displacements by shear, which the model omits. For recorded motions: the shapes of least
+//! energy at the first two frames of a recording.
 
 pub(crate) mod descent;
 pub(crate) mod edge_coordinates;

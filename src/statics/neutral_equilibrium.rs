@@ -2,8 +2,9 @@
 //! spin of a straight round rod between hinges.
 //!
 //! Detection: the tangent has an eigenvalue that is zero within the negligible stiffness. Its motion is found by
-//! inverse iteration, and its displacements and strains are measured. Other motions without resistance, as at a
-//! critical load, are an error.
+//! inverse iteration, and its displacements and strains are measured ([`MotionMeasure`], also used for modes and
+//! stability). Output: whether the equilibrium is neutral; its derivatives then need an added stiffness, as the
+//! tangent is singular. Other motions without resistance, as at a critical load, are an error.
 
 use crate::error::Error;
 use crate::numerics::tangent::Factors;
@@ -34,18 +35,20 @@ pub(crate) struct MotionMeasure {
 }
 
 impl MotionMeasure {
-    /// Whether edges rotate about themselves and nodes stay: the displacement is at most [`SPIN`] lengths.
+    /// Whether edges rotate about themselves and nodes stay: the largest displacement is at most `SPIN` lengths of
+    /// the rod.
     pub fn is_spin(&self) -> bool {
         self.displacement <= SPIN
     }
-    /// Whether the rod keeps its shape: the sum of strains is at most [`RIGID`].
+    /// Whether the rod keeps its shape: the sum of absolute strains is at most `RIGID`.
     pub fn is_rigid(&self) -> bool {
         self.strain <= RIGID
     }
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// Whether an equilibrium is neutral: a motion meets no resistance. It must be a rigid motion or a spin.
+    /// Whether the equilibrium at `q` is neutral: the tangent has an eigenvalue between minus and plus one negligible
+    /// stiffness. The motion of the smallest one must be a rigid motion or a spin.
     ///
     /// # Errors
     /// [`Error::Indifferent`] for other motions without resistance, as at a critical load.
@@ -74,7 +77,9 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// Displacement and strains of the motion with the rates `x` of all unknowns from the state `q`.
+    /// Displacement, strains and energies of the motion with the rates `x` of all unknowns from the state `q`. The
+    /// motion is scaled to a largest displacement of the rod's length, or a largest rotation of an edge of 1 rad.
+    /// Strains are rates by central differences.
     pub(crate) fn measure_motion(
         &self,
         q: &[f64],

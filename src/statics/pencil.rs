@@ -38,7 +38,8 @@ pub(crate) struct Pencil<D, T> {
 pub(crate) type OutOfPlaneTangent<D> = BandMatrix<D, OUT_OF_PLANE_BANDWIDTH>;
 
 impl<D: Nestable, T: Tangent<D>> Pencil<D, T> {
-    /// The pencil of a rod at `q` with its masses. Prescribed unknowns are decoupled and have no mass.
+    /// The pencil of a rod at `q` with its tangent there and its masses, by the hand-derived formulas. Prescribed
+    /// unknowns are decoupled and have no mass.
     pub fn at<M: Model>(
         discretized: &Discretized<'_, M>,
         rod: &M::Rod<D>,
@@ -59,9 +60,9 @@ impl<D: Nestable, T: Tangent<D>> Pencil<D, T> {
 }
 
 impl<T: Tangent<f64>> Pencil<f64, T> {
-    /// The pencil of a rod at an equilibrium with [negligible
-    /// stiffnesses](Discretized::negligible_stiffness) in place of masses: eigenvalues of stable motions are above -1. Long
-    /// rods are in edge coordinates.
+    /// The pencil of a rod at an equilibrium `q` with [negligible stiffnesses](Discretized::negligible_stiffness) in
+    /// place of masses: eigenvalues are multiples of these, and those of stable motions are above -1. Long rods are
+    /// in edge coordinates.
     pub fn resting<M: Model>(
         discretized: &Discretized<'_, M>,
         rod: &M::Rod<f64>,
@@ -86,14 +87,14 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         }
     }
 
-    /// The factors of `K - squared M`, or the row of a zero pivot.
+    /// The factors of `K - squared M` over the free unknowns, or the row of a zero pivot.
     pub fn factor(&self, squared: f64) -> Result<T::Factors, Singular> {
         let mut factors = self.tangent.new_factors();
         factors.factor_sum(&self.mass, -squared, &self.tangent, 1.0, self.free.clone())?;
         Ok(factors)
     }
 
-    /// The factors of `K - squared M`.
+    /// The factors of `K - squared M` over the free unknowns.
     ///
     /// # Errors
     /// [`Error::SingularEquilibrium`] for a zero pivot.
@@ -101,17 +102,19 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         self.factor(squared).map_err(|_| Error::SingularEquilibrium)
     }
 
-    /// Number of finite eigenvalues: free unknowns with a mass.
+    /// Number of finite eigenvalues: free unknowns whose mass is not zero.
     pub fn order(&self) -> usize {
         self.free.clone().filter(|i| self.mass[*i] != 0.0).count()
     }
 
-    /// Number of eigenvalues below `squared`, 1/s^2, by Sylvester's law of inertia.
+    /// Number of eigenvalues below `squared`, 1/s^2, by Sylvester's law of inertia: the negative pivots. A zero pivot
+    /// is [`Error::SingularEquilibrium`].
     pub fn below(&self, squared: f64) -> Result<usize, Error> {
         Ok(self.factors(squared)?.negative_pivots())
     }
 
-    /// Number of eigenvalues below `squared`, 1/s^2; in case of a zero pivot, below a slightly smaller value.
+    /// Number of eigenvalues below `squared`, 1/s^2. In case of a zero pivot the shift is lowered by
+    /// [`SHIFT_DISTANCE`] of itself, up to [`SHIFTS`] shifts in all; then [`Error::SingularEquilibrium`].
     pub fn inertia(&self, squared: f64) -> Result<usize, Error> {
         (0..SHIFTS)
             .map(|k| squared - f64::from(k) * SHIFT_DISTANCE * squared.abs())
@@ -119,7 +122,8 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
             .ok_or(Error::SingularEquilibrium)
     }
 
-    /// Rounding error of the eigenvalue of a mode `x` by rounding of the tangent, `eps |x|' |K| |x| / x' M x`, 1/s^2.
+    /// Rounding error of the eigenvalue of a mode `x` by rounding of the tangent, `eps |x|' |K| |x| / x' M x`, 1/s^2,
+    /// over the free unknowns.
     pub fn rounding(&self, x: &[f64]) -> f64 {
         let (mut product, mut own) = (vec![0.0; x.len()], 0.0);
         self.tangent.absolute_product(x, &mut product);
@@ -131,8 +135,9 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
 }
 
 impl<D: Nestable> Pencil<D, TangentOf<SpatialRod<D>, D>> {
-    /// The pencil of motions out of the plane of a planar rod, from that of its spatial model. Unknowns are the deflection of
-    /// each node along the `normal` and the angle of each edge. In-plane motions are not coupled to them.
+    /// The pencil of motions out of the plane of a planar rod, from that of its spatial model. Unknowns are, node by
+    /// node, the deflection along the `normal` and the angle of the edge after the node. In-plane motions are not
+    /// coupled to them.
     pub fn out_of_plane(&self, normal: [f64; 3]) -> Pencil<D, OutOfPlaneTangent<D>> {
         let unknowns = self.mass.len() / 2;
         // Spatial unknowns of an unknown of the result, with their weights.
@@ -173,8 +178,9 @@ impl<D: Nestable> Pencil<D, TangentOf<SpatialRod<D>, D>> {
     }
 }
 
-/// The unknowns of the spatial rod for a motion [out of the plane](Pencil::out_of_plane): from `deflections` along the
-/// `normal`, and angles.
+/// The unknowns of the spatial rod, four per node, for a motion [out of the plane](Pencil::out_of_plane).
+/// `deflections` has two numbers per node, its deflection along the `normal` and the angle of the edge after it; the
+/// last node has no angle.
 pub(crate) fn spatial_motion(deflections: &[f64], normal: [f64; 3]) -> Vec<f64> {
     let node = |x: &[f64]| {
         let [a, b, c] = normal.map(|n| n * x[0]);

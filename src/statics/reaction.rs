@@ -53,8 +53,8 @@ pub(crate) struct MotionResistances<'a> {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// The reactions in a `state` of motion of the rod, with viscous stress, drag, mass damping and inertia of moved
-    /// ends.
+    /// The reactions at both ends in a `state` of motion of the rod, in world axes. They include viscous stress at
+    /// the last strain rates, drag, mass damping and the inertia of ends moved by the scene.
     pub(crate) fn reactions(
         &self,
         rod: &M::Rod<f64>,
@@ -68,7 +68,7 @@ impl<M: Model> Discretized<'_, M> {
         self.reactions_with(rod, resistances, state, &acceleration)
     }
 
-    /// The reactions of a rod at rest, without inertia of ends that move later.
+    /// The reactions at both ends of a rod at rest in `state`, in world axes: elastic forces and dead loads only.
     pub(crate) fn reactions_at_rest(
         &self,
         rod: &M::Rod<f64>,
@@ -77,7 +77,8 @@ impl<M: Model> Discretized<'_, M> {
         self.reactions_with(rod, MotionResistances::default(), state, &vec![0.0; state.q.len()])
     }
 
-    /// The reactions in a state whose held unknowns have the given `acceleration`, m/s^2.
+    /// The reactions at both ends in a state whose held unknowns have the given `acceleration`, m/s^2 (one entry per
+    /// unknown). Drag, inertia and mass damping of nodes behind a wall are left out. A free end has zero.
     fn reactions_with(
         &self,
         rod: &M::Rod<f64>,
@@ -131,8 +132,9 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// The reaction of a support that holds the unknowns `held` and the `nodes`, the outermost one first, from the `force` on
-    /// every unknown. `next` is the second node from that end.
+    /// The reaction of a support that holds the unknowns `held` and the `nodes`, the outermost one first, from the
+    /// `force` on every unknown. `next` is the second node from that end. The moment is about the point of the
+    /// support; dead loads on a node behind a wall are left out. Zero if nothing is held.
     fn reaction(
         &self,
         held: Range<usize>,
@@ -166,7 +168,7 @@ impl<M: Model> Discretized<'_, M> {
         reaction
     }
 
-    /// The fraction of its edge that is behind a wall, for an outermost node; zero for others.
+    /// The fraction of its edge that is behind a wall, 0 to 1, for the first and the last node; zero for others.
     fn fraction_behind_wall(&self, node: usize) -> f64 {
         let [start, end] = behind_walls(&self.scene().supports, self.scene().soft);
         match node {
@@ -176,7 +178,7 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// Weight and point forces on every node, N, in world axes, from the masses of all unknowns.
+    /// Weight (from the masses of all unknowns), point and line forces on every node, N, in world axes.
     pub(super) fn nodal_loads(&self, mass: &[f64]) -> Vec<[f64; 3]> {
         let weight = |i: usize| scale(self.scene().loads.gravity, mass[M::STRIDE * i]);
         let mut forces: Vec<[f64; 3]> = (0..self.nodes()).map(weight).collect();

@@ -13,6 +13,9 @@
 //! Markers on the center line do not determine the rotation about it. A curved rod gets the rotation of least energy
 //! before it relaxes, and the second frame starts from there. For a straight rod these energies would be noise; its section
 //! is oriented by `up`. Additional twist by a gripper is a number of the scene, the twist of `supports.motion`.
+//!
+//! Output: [`RecordedStart`], unknowns and frames at the first frame, change to the second one, and the time between, with
+//! derivatives by parameters if requested.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -56,8 +59,9 @@ pub(crate) struct RecordedStart<D: Nestable, M: Model> {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// The initial state of the recorded motion: relaxed shapes of the first two frames, twist of the ends, prescribed
-    /// places at t = 0.
+    /// The initial state of the recorded motion: the relaxed shape of the first frame with the twist of the ends and
+    /// prescribed places at t = 0. With it the change to the relaxed shape of the second frame (without these twists
+    /// and places), and the time between, s.
     pub(crate) fn recorded_start<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -77,7 +81,8 @@ impl<M: Model> Discretized<'_, M> {
         Ok(RecordedStart { start: (q, frames), change, interval })
     }
 
-    /// Unknowns and frames of the relaxed rod in the first frame of the recording, with the stated twist of its ends.
+    /// Unknowns and initial frames of the rod, relaxed in the first frame of the recording, with the twist that the
+    /// scene gives to its ends.
     pub(crate) fn recorded_shape<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -87,7 +92,7 @@ impl<M: Model> Discretized<'_, M> {
         Ok((q, self.begin(setup).1))
     }
 
-    /// The recorded markers of `supports.path`; an error without that table.
+    /// The recorded markers of `supports.path`; [`Error::Invalid`] without that table.
     fn track(&self) -> Result<&Track, Error> {
         let path = self.scene().supports.path.as_ref();
         path.map_or_else(
@@ -103,8 +108,9 @@ impl<M: Model> Discretized<'_, M> {
         )
     }
 
-    /// The rod with springs between marked nodes and the markers of frame `frame`, scaled axial stiffness, and no
-    /// supports.
+    /// The rod without supports, with springs between marked nodes and the markers of frame `frame` (0 or 1). Springs
+    /// of held nodes are stiffer by [`HELD_FACTOR`]. The axial stiffness is multiplied by [`AXIAL_FACTOR`], or by
+    /// zero between two held nodes.
     fn sprung_rod<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -129,8 +135,8 @@ impl<M: Model> Discretized<'_, M> {
         Ok(setup.tied(self.model, axial, &ties))
     }
 
-    /// The unknowns of least energy in the first two frames, without derivatives. Computed at the first call, then
-    /// stored in the problem.
+    /// The unknowns of least energy in the first two frames, m and rad, without derivatives. Computed at the first
+    /// call, then stored in the problem.
     fn relaxed(&self, track: &Track) -> Result<&[Vec<f64>], Error> {
         let start = &self.problem.start;
         if start.get().is_none() {
@@ -142,7 +148,9 @@ impl<M: Model> Discretized<'_, M> {
         Ok(start.get().map_or(&[], Vec::as_slice))
     }
 
-    /// The unknowns of least energy in the first two frames. Angles are measured from the initial frames.
+    /// The unknowns of least energy in the first two frames, by two descents. The first starts from the initial
+    /// shape, rotated about the center line to least energy if the rod is curved. The second starts from the first
+    /// result, displaced by the motion of the markers. Angles are measured from the initial frames.
     fn relax(&self, track: &Track) -> Result<Vec<Vec<f64>>, Error> {
         let (mut q, frames) = self.begin(self.setup);
         let rod = self.sprung_rod(self.setup, track, 0)?;
@@ -187,8 +195,8 @@ impl<M: Model> Discretized<'_, M> {
             .collect())
     }
 
-    /// The unknowns of least energy in the first two frames, with the derivatives that `D` carries, by the implicit
-    /// function theorem.
+    /// The unknowns of least energy in the first two frames over `D`, with the derivatives that `D` carries, by the
+    /// implicit function theorem. [`Error::Indifferent`] for a singular tangent.
     fn relaxed_over<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -210,8 +218,8 @@ impl<M: Model> Discretized<'_, M> {
         Ok(both)
     }
 
-    /// Stiffness of weak springs on the angles of a rod with springs to markers, N m: nothing else holds the spin of a
-    /// straight rod.
+    /// Stiffness of weak springs on all unknowns of a rod with springs to markers: [`ANGLE_SPRING_FACTOR`] times the
+    /// negligible stiffness for angles, N m, zero for coordinates. Nothing else holds the spin of a straight rod.
     fn angle_springs(&self) -> Vec<f64> {
         let angles = |(i, k): (usize, f64)| match M::Rod::<f64>::is_angle(i) {
             true => ANGLE_SPRING_FACTOR * k,
@@ -220,8 +228,9 @@ impl<M: Model> Discretized<'_, M> {
         self.negligible_stiffness(None).into_iter().enumerate().map(angles).collect()
     }
 
-    /// Adds the derivatives to the unknowns `q` of a relaxed rod, by Newton steps with the tangent of the rod in `plain`
-    /// numbers: one to remove the residual, and one per order of derivatives.
+    /// Adds the derivatives to the unknowns `q` of a relaxed rod, by Newton steps with the tangent of the rod in
+    /// `plain` numbers and the springs on angles. One step removes the residual, and one more per order adds
+    /// derivatives. The row of a zero pivot is the error.
     fn differentiate_sprung<D: Nestable>(
         &self,
         rod: &M::Rod<D>,
@@ -255,8 +264,8 @@ impl<M: Model> Discretized<'_, M> {
     }
 }
 
-/// The geometric mean of axial and bending stiffness of an edge of the rod with so many `segments`, `E sqrt(A I)/l^2`,
-/// N/m.
+/// The geometric mean of axial and bending stiffness of an edge, `E sqrt(A I)/l^2`, N/m, of a rod with so many
+/// `segments`. `I` is the first second moment of area, `l` the edge length.
 fn spring<D: Nestable, M: Model>(setup: &Setup<D, M>, segments: usize) -> D {
     let (material, section) = (&setup.scene.material, setup.scene.rod.section.moments());
     let edge = setup.mesh.length * (segments as f64).recip();
@@ -264,8 +273,9 @@ fn spring<D: Nestable, M: Model>(setup: &Setup<D, M>, segments: usize) -> D {
     material.youngs_modulus * (section.area * i1).sqrt() / (edge * edge)
 }
 
-/// Rotates all sections about the center line by the common angle of least energy: the best of a few angles, refined by
-/// golden sections. Thus the relaxed shape does not depend on the orientation of the markers in the world.
+/// Adds the common angle of least energy to the angles of all edges in `q`: the best of [`ROTATIONS`] angles, refined
+/// by golden sections. A straight round rod, with equal energies, keeps its angles, and so does a rod in the plane.
+/// Thus the relaxed shape does not depend on the orientation of the markers in the world.
 fn minimize_rotation_energy<M: Model>(
     rod: &M::Rod<f64>,
     q: &mut [f64],

@@ -1,8 +1,10 @@
-//! Thresholds of frequencies and stiffnesses below which a motion counts as one without resistance.
+//! Thresholds of squared frequencies (1/s^2) and stiffnesses (N/m, N m) below which a motion counts as one without
+//! resistance.
 //!
-//! The scale is bending of the whole rod, `omega_b^2 = E I/(rho A L^4)` halfway along it. Rounding errors of the tangent in
-//! node coordinates grow with the fourth power of the number of nodes, in [edge
-//! coordinates](crate::statics::edge_coordinates) with the second.
+//! The scale is bending of the whole rod, `omega_b^2 = E I/(rho A L^4)` halfway along it; a threshold is
+//! [`NEGLIGIBLE`] of it, plus rounding errors. Those of the tangent in node coordinates grow with the fourth power of
+//! the number of nodes, in [edge coordinates](crate::statics::edge_coordinates) with the second. Stability, neutral
+//! equilibria, descents and modes use these thresholds.
 
 use crate::problem::{Discretized, Model};
 use crate::rod::Rod;
@@ -14,9 +16,9 @@ use crate::statics::edge_coordinates::EdgeCoordinates;
 pub(super) const NEGLIGIBLE: f64 = 1e-9;
 
 impl<M: Model> Discretized<'_, M> {
-    /// Squared frequencies below this count as zero, 1/s^2: a billionth of the slowest bending vibration's, plus
-    /// rounding errors of the edges' stiffness. A rod that no end holds moves along itself against the rounding errors
-    /// of all edges and of their elimination.
+    /// Squared frequencies below this count as zero, 1/s^2: [`NEGLIGIBLE`] of `omega_b^2` plus rounding errors of the
+    /// edges' stiffness. These are larger for a rod that no end holds, which moves along itself against the rounding
+    /// errors of all edges and of their elimination.
     pub(crate) fn zero_squared_frequency(&self) -> f64 {
         let (_, material) = self.scene().at(0.5);
         let speed_squared = material.youngs_modulus / material.density;
@@ -31,14 +33,15 @@ impl<M: Model> Discretized<'_, M> {
             + noise * speed_squared / self.problem.length().powi(2)
     }
 
-    /// Relative rounding errors of squared frequencies in node coordinates, over `omega_b^2`: `10 eps n^4` for `n`
-    /// nodes.
+    /// Estimated rounding error of squared frequencies in node coordinates, as a multiple of `omega_b^2`:
+    /// `10 eps n^4` for `n` nodes.
     pub(crate) fn tangent_rounding(&self) -> f64 {
         10.0 * f64::EPSILON * (self.nodes() as f64).powi(4)
     }
 
-    /// Negligible stiffness of every unknown, N/m (N m for angles): a billionth of the rod's stiffness as a whole, in
-    /// bending (the softer direction) and in torsion. Rounding errors of the tangent replace it where they are larger.
+    /// Negligible stiffness of every unknown, N/m (N m for angles): [`NEGLIGIBLE`] of the stiffness of the whole rod
+    /// in bending (the softer direction) or, for angles, in torsion, plus rounding errors of the tangent. `edges`:
+    /// for edge coordinates.
     pub(crate) fn negligible_stiffness(&self, edges: Option<EdgeCoordinates>) -> Vec<f64> {
         let (section, _) = self.scene().at(0.5);
         let [i1, i2] = section.moments().second_moments;
@@ -52,16 +55,18 @@ impl<M: Model> Discretized<'_, M> {
         self.stiffness(edges, of_nodes, softest * (NEGLIGIBLE + noise))
     }
 
-    /// The fraction `part` of the stiffness of bending as a whole, for every unknown, N/m (N m for angles).
+    /// The fraction `part` of the bending stiffness of the whole rod, for every unknown in node coordinates, N/m (N m
+    /// for angles).
     pub(super) fn part_of_bending_stiffness(&self, part: f64) -> Vec<f64> {
         let squared = part * self.bending_frequency_squared();
         self.stiffness(None, squared, squared)
     }
 
-    /// Stiffness of every unknown for squared frequencies, 1/s^2, of nodes (or edges) and of angles.
+    /// Stiffness of every unknown, N/m (N m for angles): its mass times `squared_of_nodes`, or for an angle its scale
+    /// of inertia times `squared_of_angles`, both 1/s^2. `edges`: with the metric of edge coordinates.
     ///
-    /// The inertia of an angle about its edge is too small for a scale. It counts as the mass of the edge on a lever of the
-    /// rod's length, times the ratio of torsional to bending stiffness where that exceeds 1.
+    /// The inertia of an angle about its edge is too small for a scale. It counts as the mass of the edge on a lever
+    /// of the rod's length, times the ratio of torsional to bending stiffness where that exceeds 1.
     fn stiffness(
         &self,
         edges: Option<EdgeCoordinates>,

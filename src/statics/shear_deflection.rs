@@ -16,7 +16,8 @@ use crate::rod::Rod;
 use crate::scene::Support;
 
 impl Problem {
-    /// Displacement of every node in world axes by shear at equilibrium, m, for `E/(kappa G) = 1`.
+    /// Displacement of every node in world axes by shear at the equilibrium under the loads, m, for
+    /// `E/(kappa G) = 1`. It is proportional to that ratio. The equilibrium is searched anew.
     pub(crate) fn shear_deflections(&self) -> Result<Vec<[f64; 3]>, Error> {
         match self.discretized() {
             AnyProblem::Planar(discretized) => deflections(&discretized),
@@ -25,8 +26,8 @@ impl Problem {
     }
 }
 
-/// Internal force in every edge, N: the sum of the external forces `on_node(i)` on the nodes before it. The outermost
-/// edge at a clamp has that of its neighbor.
+/// Internal force in every edge, N: the sum of the external forces `on_node(i)` on the nodes up to its start. The
+/// outermost edge at a clamp, if there is more than one edge, has that of its neighbor.
 pub(crate) fn internal_forces<M: Model>(
     discretized: &Discretized<'_, M>,
     on_node: impl Fn(usize) -> [f64; 3],
@@ -48,7 +49,7 @@ pub(crate) fn internal_forces<M: Model>(
     forces
 }
 
-/// The fraction of edge `j` outside of the walls, from 0 to 1.
+/// The fraction of edge `j` outside of the walls, from 0 to 1; 1 for edges that no wall cuts.
 pub(crate) fn free_part<M: Model>(discretized: &Discretized<'_, M>, j: usize) -> f64 {
     let scene = discretized.scene();
     let [start, end] = behind_walls(&scene.supports, scene.soft);
@@ -57,8 +58,8 @@ pub(crate) fn free_part<M: Model>(discretized: &Discretized<'_, M>, j: usize) ->
     (1.0 - behind_start - behind_end).max(0.0)
 }
 
-/// Displacements by shear of the nodes of a model, m, for `E/(kappa G) = 1`: the sum of the shear shifts of all edges,
-/// less a rotation between two held ends.
+/// Displacements by shear of all nodes of a model in world axes at equilibrium, m, for `E/(kappa G) = 1`. They are
+/// sums of the shear shifts of the edges, zero at the held end; between two held ends a rotation makes both zero.
 fn deflections<M: Model>(discretized: &Discretized<'_, M>) -> Result<Vec<[f64; 3]>, Error> {
     let rest = discretized.equilibrium()?;
     let (rod, scene) = (discretized.rod(), discretized.scene());

@@ -42,7 +42,7 @@ pub(crate) struct Stability {
 }
 
 impl std::ops::AddAssign for Stability {
-    /// Adds the counts of another stability.
+    /// Adds the counts of unstable and marginal motions of another stability.
     fn add_assign(&mut self, other: Self) {
         self.unstable += other.unstable;
         self.marginal += other.marginal;
@@ -60,15 +60,17 @@ pub(crate) struct MotionStiffness {
 }
 
 impl MotionStiffness {
-    /// Whether the stiffness is zero within its tolerance: rounding error or negligible stiffness.
+    /// Whether the absolute stiffness is at most its tolerance: rounding error plus negligible stiffness.
     pub fn is_zero(&self) -> bool {
         self.value.abs() <= self.tolerance
     }
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// Stability of an equilibrium at `q` with the tangent of `pencil`. The masses of the pencil are [negligible
-    /// stiffnesses](Self::negligible_stiffness); `in_model` maps its vectors to the unknowns of the model.
+    /// Numbers of unstable and marginal motions of an equilibrium at `q` with the tangent of `pencil`, whose masses
+    /// are [negligible stiffnesses](Self::negligible_stiffness). Eigenvalues beyond [`UNCERTAIN_LEVELS`] are counted
+    /// by inertia; of the others the second variation decides. With more than [`MAX_UNCERTAIN`] of these, or in edge
+    /// coordinates, inertia decides alone. `in_model` maps vectors of the pencil to the unknowns of the model.
     pub(crate) fn stability<T: Tangent<f64>>(
         &self,
         q: &[f64],
@@ -108,8 +110,9 @@ impl<M: Model> Discretized<'_, M> {
         Ok(stability)
     }
 
-    /// Principal stiffnesses in the space of `motions`, ascending. The motions are rates of all unknowns and vanish where
-    /// supports hold the rod.
+    /// Principal stiffnesses `x' K x`, J, in the space of `motions`, ascending, each with its tolerance and its
+    /// motion as a combination of these. `K x` is the derivative of the gradient in dual numbers. The motions are
+    /// rates of all unknowns and vanish where supports hold the rod.
     pub(crate) fn stiffnesses(
         &self,
         q: &[f64],
@@ -156,8 +159,9 @@ impl<M: Model> Discretized<'_, M> {
         principal.into_iter().map(stiffness).collect()
     }
 
-    /// The uncertainty of the stiffness of a motion `x`, J: rounding errors of the elements' forces, `eps n k dx^2/h`
-    /// summed over neighboring nodes, plus the negligible stiffness.
+    /// The uncertainty of the stiffness of a motion `x`, J: rounding errors of the elements' forces plus the
+    /// negligible stiffness. The former are `eps n k |dx|^2/h`, summed over neighboring nodes, with axial plus
+    /// bending or torsional stiffness `k`.
     fn stiffness_tolerance(&self, x: &[f64]) -> f64 {
         let (section, material) = self.scene().at(0.5);
         let moments = section.moments();
@@ -178,7 +182,7 @@ impl<M: Model> Discretized<'_, M> {
     }
 }
 
-/// The sum of `vectors` times `weights`; empty without vectors.
+/// The sum of `vectors`, each times its entry of `weights`; empty without vectors.
 pub(crate) fn linear_combination(vectors: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
     let mut sum = vec![0.0; vectors.first().map_or(0, Vec::len)];
     for (vector, weight) in vectors.iter().zip(weights) {

@@ -33,7 +33,10 @@ pub(super) struct StandingLoads {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// The load steps from the shape `q`; `None` where the rod does not stand alone on a clamp, or is stiff.
+    /// The load steps from the shape `q`: from [`FIRST_LOAD`] on, by factors of [`LOAD_RATIO`], below the full loads.
+    /// `None` unless the rod is clamped at its start and free at its end, without motion of the ends, recorded start
+    /// and user-defined energies. `None` too if the loads do not push it towards the clamp, or it is stiffer than
+    /// [`LIMP`] ([`LIMP_SYMMETRIC`] without loads across it).
     pub(super) fn standing_loads(&self, q: &[f64]) -> Option<StandingLoads> {
         let (scene, last) = (self.scene(), self.nodes() - 1);
         let supports = &scene.supports;
@@ -76,7 +79,8 @@ impl<M: Model> Discretized<'_, M> {
         Some(StandingLoads { parts: parts.take_while(|part| *part < 1.0).collect(), push })
     }
 
-    /// The rod under the fraction `part` of its loads, and, if `held`, of the forces that hold it until t = 0.
+    /// The rod under the fraction `part` of gravity, point and line loads; if `held`, also of the forces
+    /// `initial.point`, which hold it until t = 0.
     pub(super) fn partially_loaded_rod(&self, part: f64, held: bool) -> M::Rod<f64> {
         let mut scene = self.setup.scene.clone();
         let scaled = |v: &mut [f64; 3]| *v = v.map(|c| c * part);

@@ -19,8 +19,9 @@ impl Display for Study {
 }
 
 impl Study {
-    /// The study as text for a terminal: status with the error of the reference, the fastest run for each error, and in the
-    /// details all runs with their step and mesh errors.
+    /// The study as text for a terminal: status with the error of the reference, and a table of the fastest run for each
+    /// error. The details have a table of all runs with their step and mesh errors. Errors that no run reaches have
+    /// `finer than all runs`.
     pub fn summary(&self) -> Summary {
         let status = format!(
             "{} runs; error of the reference at most {} of the length",

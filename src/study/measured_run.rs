@@ -1,7 +1,8 @@
-//! A simulation with its wall-clock time, Newton iterations, energy drift and the motion of its tip, as one run of a study.
+//! A simulation with its wall-clock time, Newton iterations, energy drift and the motion of its tip, as one run of a
+//! study.
 //!
-//! The tip is sampled at `SAMPLES` evenly spaced times. Runs shorter than `SHORT` are repeated up to `REPETITIONS` times; the
-//! shortest time counts. A run that stops has its error in place of the motion.
+//! The tip is sampled at [`SAMPLES`] evenly spaced times. Completed runs shorter than [`SHORT`] are repeated up to
+//! [`REPETITIONS`] times; the shortest time counts. A run that stops has its error in place of the motion.
 
 use crate::accuracy::Positions;
 use crate::dynamics::{SimulationReport, Trajectory};
@@ -29,8 +30,8 @@ pub(super) struct MeasuredRun {
 }
 
 impl MeasuredRun {
-    /// Simulates a problem, samples its tip at [`SAMPLES`] times and measures the stepping. A run that stops is a result; only a
-    /// problem that cannot begin is an error.
+    /// Simulates a problem, samples its tip at [`SAMPLES`] times from the first interval to the end, and measures the
+    /// stepping. A run that stops is a result; a problem that cannot begin, and a repetition that stops, are errors.
     pub fn new(problem: &Problem) -> Result<Self, Error> {
         let time = problem.time()?;
         let nodes: Vec<usize> = problem.tip().nodes.iter().map(|(node, _)| *node).collect();

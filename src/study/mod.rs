@@ -1,11 +1,12 @@
 //! Work-precision study: error of the tip against wall-clock time, over schemes, meshes and time steps.
 //!
-//! The scene is simulated with every scheme, on several meshes and in several steps. The reference is the continuum
-//! limit: two runs on the finest meshes with the finest step, extrapolated to edges of zero length (Richardson). The
-//! error of a run has two parts: the difference from the finest step on the same mesh (step error), and the difference of
-//! that one from the reference (mesh error). The error of the reference itself is at most the smallest difference of a run
-//! from it. A scene with a given mesh (forces on nodes by index) is studied on that mesh alone. [`Study`] has all runs and the
-//! fastest one for each of several errors; `rodfit study` prints it.
+//! The scene is simulated with every scheme that supports it, on several meshes and in several steps. The reference is
+//! the continuum limit: two runs on the finest meshes with the finest step, extrapolated to edges of zero length
+//! (Richardson). The error of a run has two parts: the difference from the finest step on the same mesh (step error), and
+//! the difference of that one from the reference (mesh error). The error of the reference itself is at most the smallest
+//! difference of a run from it. A scene with a given mesh (forces or masses on nodes by index) is studied on that mesh alone, and
+//! its finest step is the reference. [`Study`] has all runs and the fastest one for each of several errors; `rodfit
+//! study` prints it.
 
 mod display;
 mod measured_run;
@@ -106,7 +107,8 @@ impl Integrator {
         self.scheme.traits().stability_limit.is_some()
     }
 
-    /// Steps as fractions of the largest stable one, or of implicit schemes as multiples of that of the scene.
+    /// Time steps as fractions of the largest stable one for an explicit scheme, and as multiples of that of the scene
+    /// for others; from large to small.
     fn steps(self) -> &'static [f64] {
         if self.is_explicit() { &EXPLICIT_STEPS } else { &STEPS }
     }
@@ -118,8 +120,8 @@ struct FinestRun {
     tip: Positions,
 }
 
-/// The positions of the tip, m, in the limit of edges of zero length, by Richardson extrapolation from two meshes with the order
-/// of convergence of the scene.
+/// The positions of the tip, m, at each time in the limit of edges of zero length, by Richardson extrapolation from two
+/// meshes. The order of convergence is that of smooth motions of the scene, 1 or 2.
 fn continuum_limit(coarse: &FinestRun, fine: &FinestRun, scene: &Scene) -> Positions {
     let ratio = fine.segments as f64 / coarse.segments as f64;
     let error = Extrapolation { ratio, order: smooth_mesh_order(scene) }.error_after();
@@ -129,7 +131,8 @@ fn continuum_limit(coarse: &FinestRun, fine: &FinestRun, scene: &Scene) -> Posit
     coarse.tip.iter().zip(&fine.tip).map(limit).collect()
 }
 
-/// Numbers of edges on which a scene is studied: multiples of its own, or its own only if its mesh is given.
+/// Numbers of edges on which a scene is studied, ascending: multiples of its own, at least 2, that keep recorded markers
+/// at nodes. Its own only if the mesh is given.
 fn mesh_sizes(problem: &Problem, scene: &Scene) -> Vec<usize> {
     if scene.mesh_is_given() {
         return vec![problem.segments()];
@@ -144,8 +147,8 @@ fn mesh_sizes(problem: &Problem, scene: &Scene) -> Vec<usize> {
     sizes
 }
 
-/// The schemes that support all terms of the scene. The scene's own Newmark-beta is added if it dissipates energy by its beta.
-/// An error without `[time]`.
+/// The schemes that support all terms of the scene, with beta 0.5. The scene's own Newmark-beta is added if it dissipates
+/// energy by a larger beta. An error without `[time]`.
 fn integrators(problem: &Problem, scene: &Scene) -> Result<Vec<Integrator>, Error> {
     let time = problem.time()?;
     let taken = Scheme::all().filter(|scheme| scene.is_taken_by(*scheme));
@@ -158,11 +161,13 @@ fn integrators(problem: &Problem, scene: &Scene) -> Result<Vec<Integrator>, Erro
 }
 
 impl Study {
-    /// Runs the study. `progress` is called with the number of finished runs and the number of all runs.
+    /// Runs the study. `progress` is called with the number of finished runs and the number of all runs. On a mesh, finer
+    /// steps are skipped once the step error is below `NEGLIGIBLE_STEP_ERROR` of the mesh error; skipped runs count as
+    /// finished.
     ///
     /// # Errors
     ///
-    /// A scene that is not valid or has no `[time]`, or a reference run that fails.
+    /// A scene that is not valid or has no `[time]`, a reference run that fails, or a run that cannot begin.
     pub fn new(scene: &Scene, mut progress: impl FnMut(usize, usize)) -> Result<Self, Error> {
         let problem = scene.problem()?;
         // The scene with the chosen mesh and step if it has none.
@@ -257,7 +262,8 @@ impl Study {
     }
 }
 
-/// The fastest of the runs with at most this error of the tip, a fraction of the length; no row if none is that accurate.
+/// The run with the shortest wall time of those with at most this `error` of the tip, a fraction of the length, as an
+/// index of `rows`. No row if none is that accurate.
 fn fastest_run(rows: &[StudyRow], error: f64) -> FastestRun {
     let is_accurate = |row: &StudyRow| row.error.is_some_and(|e| e <= error);
     let accurate = rows.iter().enumerate().filter(|(_, row)| is_accurate(row));
@@ -265,7 +271,7 @@ fn fastest_run(rows: &[StudyRow], error: f64) -> FastestRun {
     FastestRun { error, row: fastest.map(|(i, _)| i) }
 }
 
-/// The name of the scheme of a run, followed by beta if the scheme has it.
+/// The name of the scheme of a run, followed by a space and beta if the scheme has it.
 pub fn scheme_name(row: &StudyRow) -> String {
     match row.scheme.takes_beta() {
         true => format!("{} {}", row.scheme.name(), row.beta),

@@ -1,7 +1,7 @@
 //! Wrapping of text to lines of a limited width, for terminals.
 //!
 //! Lines break between words; a number and its unit stay together, and words longer than a line are not divided. Continued
-//! lines are indented.
+//! lines are indented. Input and output are plain text; [`wrap_message`] also colors `error:` and `warning:`.
 
 use crate::summary::{TextStyle, Tone};
 
@@ -14,12 +14,13 @@ const UNITS: [&str; 17] = [
     "%", "m", "mm", "um", "nm", "s", "ms", "us", "min", "h", "Pa", "N", "J", "kg", "g", "mg", "Hz",
 ];
 
-/// Number of columns of a text on one line: its number of characters.
+/// Number of columns of a text on one line of the terminal: its number of characters.
 pub(crate) fn columns(text: &str) -> usize {
     text.chars().count()
 }
 
-/// The words of a text, between which a line may end. A unit belongs to the word of its number.
+/// The words of a text, between which a line may end, without the spaces. A unit of [`UNITS`] behind a number belongs to the
+/// word of the number.
 fn words(text: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -36,12 +37,14 @@ fn words(text: &str) -> Vec<String> {
     words
 }
 
-/// A text in lines of up to `width` columns. The first line begins with `head`, the others with `indent` spaces.
+/// A text in lines of up to `width` columns, or at least [`MIN_TEXT_WIDTH`] behind the indent. The first line begins with
+/// `head`, the others, also those of line breaks, with `indent` spaces. Spaces at the ends of lines are removed.
 pub(crate) fn wrapped_behind(head: &str, text: &str, width: usize, indent: usize) -> Vec<String> {
     lines_behind(head, text, width.max(indent + MIN_TEXT_WIDTH), indent)
 }
 
-/// Lines of `text`, wrapped to `width` columns behind `head`, as in [`wrapped_behind`] but for any width.
+/// Lines of `text`, wrapped to `width` columns behind `head`, as in [`wrapped_behind`] but for any width. A part that fits on
+/// a line keeps its spaces. One line for an empty text.
 fn lines_behind(head: &str, text: &str, width: usize, indent: usize) -> Vec<String> {
     let mut lines = Vec::new();
     let mut start = head.to_string();
@@ -70,13 +73,14 @@ fn lines_behind(head: &str, text: &str, width: usize, indent: usize) -> Vec<Stri
     lines.into_iter().map(|line| line.trim_end().to_string()).collect()
 }
 
-/// A text in lines of up to `width` columns without an indent.
+/// A text in lines of up to `width` columns without head and indent.
 pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines_behind("", text, width, 0)
 }
 
-/// A message of one or several lines, such as a warning or an error, in lines of a limited width. Lines that quote a file
-/// are not wrapped. `error:` and `warning:` at the start are colored.
+/// A message of one or several lines, such as a warning or an error, with lines wrapped to the width of the style. Continued
+/// lines are indented by 2 below the first, else like their line. Lines that quote a file (number and `|`) are not wrapped.
+/// `error:` and `warning:` at the start are colored if the style is.
 pub fn wrap_message(text: &str, style: TextStyle) -> String {
     let is_quotation = |line: &str| {
         let rest = line.trim_start().trim_start_matches(|c: char| c.is_ascii_digit());

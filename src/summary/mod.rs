@@ -1,8 +1,9 @@
 //! Results as text for a terminal: the status and the result first, then warnings, then the details.
 //!
-//! Every report of the library has a function `summary` that returns a [`Summary`], a list of facts, notes and tables. Its
-//! `Display` is 80 columns wide and without color; [`Summary::render`] takes another width, and colors the status and the
-//! warnings. Control characters of names are escaped.
+//! Every report of the library has a function `summary` that returns a [`Summary`], a list of labelled facts, notes, tables
+//! and verbatim text. Its `Display` is 80 columns wide and without color; [`Summary::render`] takes another width, and colors
+//! the status and the warnings. Control characters of names are escaped. `quantity` writes numbers with units, `table` the
+//! tables, and `layout` wraps lines.
 
 mod layout;
 pub(crate) mod quantity;
@@ -38,7 +39,7 @@ pub enum Tone {
 }
 
 impl Tone {
-    /// The severity of a finished computation.
+    /// The severity of a computation: `Bad` without success, `Doubtful` with success and warnings, `Good` with success alone.
     pub const fn of_result(is_success: bool, has_warnings: bool) -> Self {
         match (is_success, has_warnings) {
             (true, false) => Self::Good,
@@ -47,7 +48,7 @@ impl Tone {
         }
     }
 
-    /// The escape sequence that begins the color (ECMA-48, select graphic rendition).
+    /// The escape sequence that begins the color (ECMA-48, select graphic rendition); empty for `Neutral`.
     const fn escape(self) -> &'static str {
         match self {
             Self::Good => "\x1b[32m",
@@ -57,7 +58,8 @@ impl Tone {
         }
     }
 
-    /// A text with escape sequences of this color if `is_colored`, else the text itself.
+    /// A text between escape sequences that begin and end this color, if `is_colored`. Else, and for `Neutral`, the text
+    /// itself.
     pub fn paint(self, text: &str, is_colored: bool) -> String {
         match is_colored && self != Self::Neutral {
             true => format!("{}{text}\x1b[0m", self.escape()),
@@ -76,6 +78,7 @@ pub struct TextStyle {
 }
 
 impl Default for TextStyle {
+    /// The style of text for files and pipes: [`DEFAULT_WIDTH`] columns, without color.
     fn default() -> Self {
         Self { width: DEFAULT_WIDTH, is_colored: false }
     }
@@ -108,7 +111,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// A summary with a status (text of the first line) and its severity.
+    /// A summary with a status (text of the first line) and its severity, without other parts.
     pub fn new(status: impl Into<String>, tone: Tone) -> Self {
         Self {
             subject: String::new(),
@@ -121,46 +124,48 @@ impl Summary {
         }
     }
 
-    /// Sets the code of the status, which is shown in brackets.
+    /// The summary with another code of the status, which is shown in brackets behind it, or without one.
     pub fn with_code(self, code: Option<Code>) -> Self {
         Self { code, ..self }
     }
 
-    /// Names the subject of the result, such as its file, in front of the status.
+    /// The summary with the subject of the result, such as its file, which is shown in front of the status.
     pub fn with_subject(self, subject: impl ToString) -> Self {
         Self { subject: subject.to_string(), ..self }
     }
 
-    /// Adds warnings, the most severe first. All blocks after them are details.
+    /// Adds warnings, the most severe first, behind earlier ones. All blocks that are added later are details, even if there
+    /// are no warnings.
     pub fn warnings<T: Into<String>>(mut self, warnings: impl IntoIterator<Item = T>) -> Self {
         self.warnings.extend(warnings.into_iter().map(Into::into));
         self.details.get_or_insert_default();
         self
     }
 
-    /// Ends the result: all blocks after it are details, set off from the result.
+    /// Ends the result: all blocks that are added later are details, which are shown after the warnings behind an empty line.
     pub fn details(self) -> Self {
         self.warnings(None::<String>)
     }
 
-    /// Adds a text with a label in front. A label that equals that of the line above is not repeated.
+    /// Adds a text with a label in front to the result or the details. A label that equals that of the fact above is not
+    /// shown again.
     pub fn fact(mut self, label: impl Into<String>, text: impl Into<String>) -> Self {
         self.push(SummaryBlock::Fact { label: label.into(), text: text.into() });
         self
     }
 
-    /// Adds facts with one label.
+    /// Adds facts with one label, which is shown once; none without texts.
     pub fn facts<T: Into<String>>(self, label: &str, texts: impl IntoIterator<Item = T>) -> Self {
         texts.into_iter().fold(self, |summary, text| summary.fact(label, text))
     }
 
-    /// Adds a line of text.
+    /// Adds an indented text without a label, wrapped to the width.
     pub fn note(mut self, text: impl Into<String>) -> Self {
         self.push(SummaryBlock::Note(text.into()));
         self
     }
 
-    /// Adds a table below a title, which may be empty; none without rows.
+    /// Adds a table below a title, which may be empty. A table without rows is left out with its title.
     pub fn table(mut self, title: impl Into<String>, table: impl Into<SummaryTable>) -> Self {
         let table = table.into();
         if !table.is_empty() {
@@ -169,7 +174,7 @@ impl Summary {
         self
     }
 
-    /// Adds lines as they are, such as a part of a file, below a title.
+    /// Adds lines without wrapping and indent, such as a part of a file, below a title.
     pub fn verbatim(mut self, title: impl Into<String>, text: impl Into<String>) -> Self {
         self.push(SummaryBlock::Verbatim { title: title.into(), text: text.into() });
         self
@@ -180,7 +185,8 @@ impl Summary {
         self.details.as_mut().unwrap_or(&mut self.result).push(block);
     }
 
-    /// The wrapped lines of subject, status and code.
+    /// The wrapped lines of `subject: status [code]`, with control characters escaped. The first line is colored from the
+    /// status on, if the style is.
     fn headline(&self, style: TextStyle) -> Vec<String> {
         let subject = printable_name(&self.subject);
         let subject = if subject.is_empty() { String::new() } else { format!("{subject}: ") };
@@ -195,8 +201,8 @@ impl Summary {
         lines
     }
 
-    /// The wrapped lines of a block. With `repeats_label` the label of a fact, which equals that of the block above, is left
-    /// blank.
+    /// The wrapped and indented lines of a block. With `repeats_label` the label of a fact, which equals that of the block
+    /// above, is left blank. A table that is too wide is indented less.
     fn block_lines(block: &SummaryBlock, repeats_label: bool, style: TextStyle) -> Vec<String> {
         match block {
             SummaryBlock::Fact { label, text } => {
@@ -232,8 +238,8 @@ impl Summary {
         }
     }
 
-    /// The lines of several blocks. Empty lines set off tables; facts and notes follow each other, and a note follows a
-    /// table without a title.
+    /// The lines of several blocks. Empty lines separate them, except that facts and notes follow each other, and a note
+    /// follows a table without a title.
     fn section_lines(blocks: &[SummaryBlock], style: TextStyle) -> Vec<String> {
         use SummaryBlock::{Fact, Note, Table};
         let mut lines = Vec::new();
@@ -257,7 +263,8 @@ impl Summary {
         lines
     }
 
-    /// The text in a style, without a line break at its end.
+    /// The text in a style, without a line break at its end: status, result, warnings and details, separated by empty lines.
+    /// Parts without lines are left out.
     pub fn render(&self, style: TextStyle) -> String {
         let warning = |text: &String| {
             let text = printable(text);
@@ -277,7 +284,7 @@ impl Summary {
 }
 
 impl fmt::Display for Summary {
-    /// Writes the summary as text.
+    /// Writes the summary without color, 80 columns wide.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.render(TextStyle::default()))
     }

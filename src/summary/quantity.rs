@@ -1,7 +1,8 @@
 //! Numbers with units as text on the terminal, such as 1.014 mm, 0.08 % and 3.2 min.
 //!
-//! Input is an SI value with a number of significant digits. Small values get a prefix; numbers outside `FIXED_POINT` have
-//! an exponent. Only ASCII is used.
+//! Input is an SI value with a number of significant digits. Small values get a prefix; numbers outside `FIXED_POINT` have an
+//! exponent. Only ASCII is used. Summaries and warnings of all reports are written with [`number`], [`quantity`],
+//! [`p_value`], [`counted`] and [`duration`].
 
 /// Prefixes with their factors, the largest first.
 const PREFIXES: [(&str, f64); 5] = [("", 1.0), ("m", 1e-3), ("u", 1e-6), ("n", 1e-9), ("p", 1e-12)];
@@ -18,7 +19,7 @@ const SECONDS_PER_MINUTE: f64 = 60.0;
 /// p-values below this are displayed as this upper bound.
 const SMALLEST_P: f64 = 1e-99;
 
-/// A number with `digits` significant digits (at least one), and with an exponent outside [`FIXED_POINT`].
+/// A number with `digits` significant digits (at least one), rounded, with an exponent outside [`FIXED_POINT`]. Zero is `0`.
 pub(crate) fn number(value: f64, digits: usize) -> String {
     let digits = digits.max(1);
     match value.abs() {
@@ -34,7 +35,8 @@ pub(crate) fn number(value: f64, digits: usize) -> String {
     }
 }
 
-/// An SI value with `digits` significant digits and its unit, which has a prefix if the value is small (mm, ms, g).
+/// An SI value with `digits` significant digits and its unit. Units of [`PREFIXED`] have a prefix (mm, us) for a value below
+/// a tenth of the unit. Masses in kg are shown in g below 1 kg. Without a unit it is the number alone.
 pub(crate) fn quantity(value: f64, unit: &str, digits: usize) -> String {
     let (value, unit) = if unit == "kg" { (value * 1e3, "g") } else { (value, unit) };
     let size = value.abs();
@@ -50,7 +52,8 @@ pub(crate) fn quantity(value: f64, unit: &str, digits: usize) -> String {
     }
 }
 
-/// The p-value of a test with one digit, or an upper bound below [`SMALLEST_P`], where rounding errors dominate.
+/// The p-value of a test: `p = 0.034` with three decimals from 0.01 on, else with one digit and an exponent. Below
+/// [`SMALLEST_P`], where rounding errors dominate, it is `p <` this bound.
 pub(crate) fn p_value(p: f64) -> String {
     match p < SMALLEST_P {
         true => format!("p < {SMALLEST_P:e}"),
@@ -60,12 +63,12 @@ pub(crate) fn p_value(p: f64) -> String {
     }
 }
 
-/// A count with its noun, whose plural ends in s.
+/// A count with its noun, which gets the plural s unless the count is 1: `3 edges`.
 pub(crate) fn counted(n: usize, noun: &str) -> String {
     format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }
 
-/// A duration, given in s, in s, min or h, with two significant digits.
+/// A duration, given in s, with two significant digits: in s below 100 s, in min below 100 min, else in h.
 pub fn duration(seconds: f64) -> String {
     let minutes = seconds / SECONDS_PER_MINUTE;
     match (seconds < MAX_COUNT, minutes < MAX_COUNT) {

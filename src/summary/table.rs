@@ -1,7 +1,8 @@
 //! Tables of text for terminals: a row for each item, a column for each property.
 //!
-//! Columns are as wide as their longest cell, and columns without any text are left out. If a table is too wide, columns of the
-//! kind `wrapped` shrink, the widest first, and their cells continue on further lines.
+//! Columns are as wide as their longest cell, and columns without any text are left out. If a table is too wide, columns of
+//! the kind `wrapped` shrink, the widest first, and their cells continue on further lines. Tables are built from items by
+//! [`ItemTable`], or row by row as [`SummaryTable`], and a summary shows them.
 
 use crate::summary::layout::{columns, wrapped};
 use marker_files::printable::printable_name;
@@ -28,23 +29,24 @@ pub struct TextColumn {
 }
 
 impl TextColumn {
-    /// A column of text, aligned on the left.
+    /// A column of text with a heading, aligned on the left.
     pub fn left(heading: impl Into<String>) -> Self {
         Self { heading: heading.into(), alignment: Alignment::Left }
     }
 
-    /// A column of numbers, aligned on the right.
+    /// A column of numbers with a heading, aligned on the right.
     pub fn right(heading: impl Into<String>) -> Self {
         Self { heading: heading.into(), alignment: Alignment::Right }
     }
 
-    /// A column of longer text, which continues on further lines if the table would be too wide.
+    /// A column of longer text with a heading, aligned on the left. Its cells continue on further lines if the table would be
+    /// too wide.
     pub fn wrapped(heading: impl Into<String>) -> Self {
         Self { heading: heading.into(), alignment: Alignment::Wrapped }
     }
 }
 
-/// Columns of the terminal of a line with cells of these widths.
+/// Number of columns of a line with cells of these widths and [`GAP`] spaces between them.
 fn line_width(widths: &[usize]) -> usize {
     widths.iter().sum::<usize>() + GAP * widths.len().saturating_sub(1)
 }
@@ -63,14 +65,15 @@ pub struct ItemTable<T> {
 }
 
 impl<T> ItemTable<T> {
-    /// A table of these items without columns.
+    /// A table with one row for each of these items, without columns.
     pub fn new(items: impl IntoIterator<Item = T>) -> Self {
         let items: Vec<T> = items.into_iter().collect();
         let rows = vec![Vec::new(); items.len()];
         Self { items, table: SummaryTable { columns: Vec::new(), rows } }
     }
 
-    /// Adds a column; `cell` returns the text of an item, of which control characters are escaped, or `None`.
+    /// Adds a column. `cell` returns the text of an item, of which control characters are escaped; for `None` the cell is
+    /// empty.
     fn column<C: Into<Option<String>>>(
         mut self,
         column: TextColumn,
@@ -83,24 +86,25 @@ impl<T> ItemTable<T> {
         self
     }
 
-    /// Adds a column of text, aligned on the left.
+    /// Adds a column of text, aligned on the left, with the text `cell` of each item or an empty cell.
     pub fn left<C: Into<Option<String>>>(self, heading: &str, cell: impl Fn(&T) -> C) -> Self {
         self.column(TextColumn::left(heading), cell)
     }
 
-    /// Adds a column of numbers, aligned on the right.
+    /// Adds a column of numbers, aligned on the right, with the text `cell` of each item or an empty cell.
     pub fn right<C: Into<Option<String>>>(self, heading: &str, cell: impl Fn(&T) -> C) -> Self {
         self.column(TextColumn::right(heading), cell)
     }
 
-    /// Adds a column of longer text, which continues on further lines if the table would be too wide.
+    /// Adds a column of longer text, which continues on further lines if the table would be too wide. `cell` returns the text
+    /// of each item or none.
     pub fn wrapped<C: Into<Option<String>>>(self, heading: &str, cell: impl Fn(&T) -> C) -> Self {
         self.column(TextColumn::wrapped(heading), cell)
     }
 }
 
 impl<T> From<ItemTable<T>> for SummaryTable {
-    /// Converts `ItemTable<T>` to `SummaryTable`.
+    /// The table with its columns and rows; the items are dropped.
     fn from(built: ItemTable<T>) -> Self {
         built.table
     }
@@ -112,7 +116,7 @@ impl SummaryTable {
         Self { columns: columns.into_iter().collect(), rows: Vec::new() }
     }
 
-    /// Adds a row; missing cells are empty.
+    /// Adds a row, with control characters of its cells escaped. Missing cells are empty, and excess ones are dropped.
     pub fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
         let mut row: Vec<String> =
             cells.into_iter().map(|cell| printable_name(&cell.into()).into_owned()).collect();
@@ -125,20 +129,22 @@ impl SummaryTable {
         self.rows.is_empty()
     }
 
-    /// Indices of the columns that have text.
+    /// Indices, ascending, of the columns with text in at least one row; headings do not count.
     fn used(&self) -> Vec<usize> {
         // Columns that no row uses are left out.
         let has_text = |k: &usize| self.rows.iter().any(|row| !row[*k].is_empty());
         (0..self.columns.len()).filter(has_text).collect()
     }
 
-    /// Width of the narrowest line that all rows fit into, with all wrapped columns at their smallest width.
+    /// Number of columns of the narrowest line that all rows fit into, with wrapped columns at their smallest width, and
+    /// without an indent.
     pub(crate) fn min_width(&self) -> usize {
         line_width(&self.widths(&self.used(), 0))
     }
 
-    /// Widths of the `used` columns (indices). Wrapped ones share the space that the others leave of the `available` columns; the
-    /// result may exceed it if they cannot shrink further.
+    /// Widths of the `used` columns (indices): those of the longest cell or heading. Wrapped ones shrink, the widest first,
+    /// until the line fits into `available` columns. None shrinks below its longest word or [`MIN_COLUMN`], so that the line
+    /// may exceed these.
     fn widths(&self, used: &[usize], available: usize) -> Vec<usize> {
         let natural = |k: &usize| {
             let cells = self.rows.iter().map(|row| columns(&row[*k]));
@@ -164,7 +170,8 @@ impl SummaryTable {
         widths
     }
 
-    /// The heading and the rows as lines of up to `width` columns, of which `indent` are spaces in front.
+    /// The headings and the rows as lines of up to `width` columns, of which `indent` are spaces in front. Lines are longer
+    /// if columns cannot shrink. Only used columns are shown, and spaces at the ends are removed.
     pub(crate) fn lines(&self, indent: usize, width: usize) -> Vec<String> {
         let used = self.used();
         let widths = self.widths(&used, width.saturating_sub(indent));
@@ -194,7 +201,7 @@ impl SummaryTable {
     }
 }
 
-/// Items without repetitions, in the order of their first appearance, such as the columns of several results.
+/// Items without repetitions, in the order of their first appearance.
 #[cfg(feature = "page")]
 pub(crate) fn distinct<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
     let mut distinct = Vec::new();

@@ -47,9 +47,9 @@ pub struct NaturalFrequency {
 }
 
 impl Problem {
-    /// The frequencies of named modes about the equilibrium under the loads, with exact derivatives by `parameters`. A
-    /// plain number counts from 1 on in ascending order: the modes in the plane of a planar scene, or all modes of a
-    /// spatial one; see [`ModeName`].
+    /// The frequencies of named modes about the equilibrium under the loads, in the order of the names, with exact
+    /// derivatives by `parameters`. A plain number as a name counts from 1 on in ascending order: the modes in the
+    /// plane of a planar scene, or all modes of a spatial one; see [`ModeName`].
     ///
     /// # Errors
     /// Those of [`equilibrium`](Problem::equilibrium). [`Error::Mode`] for a mode without stiffness, and with `parameters`
@@ -77,7 +77,8 @@ impl Problem {
         Ok(frequencies)
     }
 
-    /// The frequencies of named modes, rad/s, over any scalar; `seed` returns the number of a parameter over it.
+    /// The frequencies of named modes about the equilibrium under the loads, rad/s, in the order of the names, over
+    /// any scalar. `seed` returns the number of a parameter over it.
     ///
     /// # Errors
     /// Those of [`natural_frequencies`](Self::natural_frequencies).
@@ -112,7 +113,9 @@ struct NamedModes<'a> {
 }
 
 impl<'a> NamedModes<'a> {
-    /// The named modes in plain numbers. If they are `differentiated`, every one must have a frequency of its own.
+    /// The named modes in plain numbers, in the order of the names, with the equilibrium, which is searched here. If
+    /// they are `differentiated`, every one must have a frequency of its own. Names that the problem cannot have are
+    /// an error.
     fn new(problem: &'a Problem, names: &[ModeName], differentiated: bool) -> Result<Self, Error> {
         for name in names {
             name.among.check(problem, "modes")?;
@@ -161,8 +164,8 @@ impl<'a> NamedModes<'a> {
         Ok(Self { problem, modes: modes.collect(), equilibrium })
     }
 
-    /// The frequencies, rad/s, with the derivatives that `D` carries; `seed` returns the number of a parameter over
-    /// `D`.
+    /// The frequencies, rad/s, in the order of the modes, with the derivatives that `D` carries, by inverse iteration
+    /// at the differentiated equilibrium. `seed` returns the number of a parameter over `D`.
     fn frequencies<D: Nestable>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
@@ -211,8 +214,9 @@ impl<'a> NamedModes<'a> {
     }
 }
 
-/// The modes of a rod with the given names, in their order. If they are `differentiated`, each must have a frequency of
-/// its own.
+/// The modes of a rod with the given names, in their order. The number of computed modes is doubled until all names
+/// are found. [`Error::OutOfRange`] for a number above the number of modes that pass its filter. A mode without
+/// stiffness is an error, and, if they are `differentiated`, one whose frequency is not its own.
 pub(super) fn find_named_modes<M: Model, T: Tangent<f64>>(
     rod: &VibratingRod<'_, M, T>,
     names: &[ModeName],
@@ -246,7 +250,8 @@ pub(super) fn find_named_modes<M: Model, T: Tangent<f64>>(
     }
 }
 
-/// A copy of mode `k` of `all`, after checks; `name` identifies it in messages.
+/// A copy of mode `k` of `all`, after checks of stiffness and, if it is `differentiated`, of a frequency of its own
+/// within [`CLUSTER_DISTANCE`]; `name` identifies it in messages.
 ///
 /// # Errors
 /// [`Error::Mode`] for a mode without stiffness, and, if it is `differentiated`, for one with the frequency of another.
@@ -281,8 +286,8 @@ fn checked_mode(
     }
 }
 
-/// The frequency of a mode, rad/s, with derivatives: [`ITERATIONS`] inverse iterations on the dual pencil from the mode
-/// `pair` in plain numbers.
+/// The angular frequency of a mode, rad/s, with the derivatives that `D` carries: [`ITERATIONS`] inverse iterations
+/// on the pencil over `D` from the mode `pair` in plain numbers. The value is that of `pair`.
 fn frequency<D: Nestable, T: Tangent<D>>(
     pencil: &Pencil<D, T>,
     pair: &Eigenpair,
@@ -318,9 +323,9 @@ fn frequency<D: Nestable, T: Tangent<D>>(
     Ok((squared - D::from(squared.value()) + pair.squared).sqrt())
 }
 
-/// One step of iterative refinement of the solution `x` of `(K - shift M) x = right`, if it lowers the residual. Above the
-/// first mode the matrix is indefinite, and a small pivot of the elimination without pivoting costs digits of the
-/// derivatives.
+/// One step of iterative refinement of the solution `x` of `(K - shift M) x = right`; returns the refined solution if
+/// its largest residual is lower, else `x`. Above the first mode the matrix is indefinite, and a small pivot of the
+/// elimination without pivoting costs digits of the derivatives.
 fn refine_solution<D: Nestable, T: Tangent<D>>(
     x: Vec<D>,
     Pencil { tangent, mass, free }: &Pencil<D, T>,

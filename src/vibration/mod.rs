@@ -1,8 +1,10 @@
-//! Small vibrations about a state, `K x = omega^2 M x` with the tangent `K` and the masses `M`.
+//! Small vibrations about a state (the equilibrium or the rest shape), `K x = omega^2 M x` with the tangent `K` and
+//! the masses `M`.
 //!
-//! Computed are the lowest modes with their kinds ([`Modes`]), and natural frequencies with derivatives by parameters
-//! ([`NaturalFrequency`]). A mode is selected by number and filter ([`ModeName`]). Corrections for shear and rotary
-//! inertia of thick rods are estimated. Frequencies are in rad/s.
+//! Output: the lowest modes with frequencies, shapes and kinds, and all unstable ones ([`Modes`]); natural
+//! frequencies with derivatives by parameters, about the equilibrium ([`NaturalFrequency`]). A mode is selected by
+//! number and filter ([`ModeName`]). The reductions by shear and rotary inertia of thick rods, which the model omits,
+//! are estimated for a check of fits; they are not applied. Frequencies are angular, in rad/s; tables also have Hz.
 
 mod frequencies;
 mod modes;

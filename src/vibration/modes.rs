@@ -74,7 +74,7 @@ pub enum ModeKind {
 }
 
 impl ModeKind {
-    /// Name in fit files.
+    /// The name of the kind in fit files: `bending`, `torsion`, `axial` or `rigid`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bending => "bending",
@@ -133,13 +133,15 @@ pub struct Modes {
     pub warning_codes: Vec<Code>,
 }
 
-/// Whether a count is left out of the JSON.
+/// Whether a count is zero, so that the JSON omits it.
 fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
 impl Problem {
-    /// The `count` lowest modes about a state, and all unstable ones.
+    /// The `count` lowest modes about a state, and all unstable ones (up to 200 in either plane), in ascending order
+    /// of frequency. Those of a planar scene are in its plane and, if it has a torsional stiffness and no moments,
+    /// out of it. Warnings are about implausible values only.
     ///
     /// ```
     /// use rodfit::vibration::{LinearizationPoint, ModeKind};
@@ -194,7 +196,8 @@ impl Problem {
     }
 }
 
-/// Unknowns and frames at the state about which vibrations are linearized: rest shape or equilibrium.
+/// Unknowns and frames at the state about which vibrations are linearized: the rest shape, or the equilibrium under
+/// the loads, which is searched here.
 pub(super) fn linearization_state<M: Model>(
     discretized: &Discretized<'_, M>,
     about: LinearizationPoint,
@@ -208,7 +211,8 @@ pub(super) fn linearization_state<M: Model>(
     })
 }
 
-/// Unknowns and frames of the spatial model of a planar problem, with its nodes at the planar state `q`.
+/// Unknowns and frames of the spatial model of a planar problem, with its nodes at those of the planar state `q`,
+/// without rotation of the sections about the rod.
 pub(super) fn spatial_state(
     planar: &PlanarProblem<'_>,
     spatial: &SpatialProblem<'_>,
@@ -232,13 +236,13 @@ pub(crate) struct Eigenpair {
 }
 
 impl Eigenpair {
-    /// The angular frequency, rad/s; minus the growth rate, 1/s, of an unstable mode: the root of the absolute
+    /// The angular frequency, rad/s, or minus the growth rate, 1/s, of an unstable mode: the root of the absolute
     /// `squared`, with its sign.
     pub fn frequency(&self) -> f64 {
         self.squared.signum() * self.squared.abs().sqrt()
     }
 
-    /// Whether it is a free motion, rigid at frequency zero. Free motions have no number.
+    /// Whether it is a free motion: rigid, and its squared frequency is exactly zero. Free motions have no number.
     pub fn is_free(&self) -> bool {
         self.squared == 0.0 && self.kind == ModeKind::Rigid
     }
@@ -261,7 +265,8 @@ pub(crate) struct VibratingRod<'a, M: Model, T: Tangent<f64>> {
 }
 
 impl<'a, M: Model> VibratingRod<'a, M, TangentOf<M::Rod<f64>, f64>> {
-    /// All vibrations of a model about the state `q`, with the numbers of unstable and marginal ones.
+    /// All vibrations of a model about the state `q`, with tangent, masses and the numbers of unstable and marginal
+    /// modes there. In a planar model they are in the plane.
     pub fn new(
         discretized: &'a Discretized<'a, M>,
         q: &'a [f64],
@@ -277,7 +282,8 @@ impl<'a, M: Model> VibratingRod<'a, M, TangentOf<M::Rod<f64>, f64>> {
 }
 
 impl<'a> VibratingRod<'a, SpatialModel, OutOfPlaneTangent<f64>> {
-    /// The out-of-plane vibrations of a planar problem, given by its spatial model.
+    /// The out-of-plane vibrations of a planar problem at the state `q` of its spatial model, `discretized`, with the
+    /// numbers of unstable and marginal modes among them.
     pub fn out_of_plane(
         discretized: &'a SpatialProblem<'a>,
         q: &'a [f64],
@@ -294,12 +300,13 @@ impl<'a> VibratingRod<'a, SpatialModel, OutOfPlaneTangent<f64>> {
 }
 
 impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
-    /// Number of modes of the pencil: free unknowns with a mass.
+    /// Number of modes that can be computed: free unknowns with a mass.
     pub fn available(&self) -> usize {
         self.pencil.order()
     }
 
-    /// Largest possible number of free rigid motions: 0 with a clamp, else 3 in one plane and 6 in space.
+    /// Largest possible number of free rigid motions: 0 with a clamp or a recorded end that cannot turn freely, else
+    /// 3 in or out of a plane and 6 in space.
     pub fn most_free(&self) -> usize {
         let supports = &self.discretized.scene().supports;
         let clamped = [End::Start, End::End].into_iter().any(|end| match supports.at(end) {
@@ -313,7 +320,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         }
     }
 
-    /// The mass of every node, kg.
+    /// The mass of every node, kg, from the first to the last.
     pub fn node_masses(&self) -> Vec<f64> {
         // The mass of a node is that of any of its coordinates.
         let rod = self.discretized.rod();
@@ -321,7 +328,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
     }
 
     /// The `count` lowest modes in ascending order, with kinds and shapes. Squared frequencies below their rounding
-    /// error are set to zero.
+    /// error are set to zero, unless they are counted as unstable; those of uncertain sign are recomputed first.
     pub fn lowest(&self, count: usize) -> Result<Vec<Eigenpair>, Error> {
         let zero = self.discretized.zero_squared_frequency();
         let scale = self.discretized.bending_frequency_squared();
@@ -341,8 +348,10 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         Ok(found.into_iter().enumerate().map(pair).collect())
     }
 
-    /// Recomputes squared frequencies near zero, whose signs are hidden by the `rounding` error, 1/s^2, from the second
-    /// variation of the energy. Returns the range of their indices.
+    /// Recomputes squared frequencies within [`UNCERTAIN_LEVELS`] of the `rounding` error, 1/s^2, from the second
+    /// variation of the energy, and overwrites these modes of `found` in ascending order. Returns the range of their
+    /// indices. It is empty without such modes, with more than [`MAX_UNCERTAIN`], and in edge coordinates; then
+    /// nothing changes.
     fn refine(&self, found: &mut [PencilMode], rounding: f64) -> Range<usize> {
         // Only eigenvalues within the uncertainty of their sign, if they are few.
         let level = UNCERTAIN_LEVELS * rounding;
@@ -371,7 +380,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
     }
 
     /// The unknowns of the model for a `vector` over those of the pencil: deflections out of the plane become motions
-    /// along its normal.
+    /// along its normal, other vectors are copied.
     pub(super) fn in_model(&self, vector: &[f64]) -> Vec<f64> {
         match self.plane {
             Some(ModePlane::Out) => {
@@ -381,7 +390,8 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         }
     }
 
-    /// Kind of a mode: rigid without strains, torsion if the energy of twist dominates, axial if stretch dominates and
+    /// Kind of a mode from its `rates` of the unknowns and its nodal `shape`: rigid without strains, or for a spin
+    /// with `squared` zero. Torsion if the energy of twist exceeds both others, axial if stretch exceeds bending and
     /// the motion is along the rod, else bending.
     fn kind(&self, squared: f64, rates: &[f64], shape: &[[f64; 3]]) -> ModeKind {
         // Strains of the motion: none of a rigid one, twist only of a spin.
@@ -398,8 +408,8 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         }
     }
 
-    /// Whether more than half of the kinetic energy is motion along the rod. Stretching alone does not distinguish
-    /// axial modes: lateral modes of a sagging cable stretch it too.
+    /// Whether more than half of the kinetic energy of the nodal `shape` is motion along the rod's tangents.
+    /// Stretching alone does not distinguish axial modes: lateral modes of a sagging cable stretch it too.
     fn is_axial(&self, shape: &[[f64; 3]]) -> bool {
         let (masses, last) = (self.node_masses(), shape.len() - 1);
         let place = |i: usize| self.discretized.model.position(self.q, i);
@@ -413,7 +423,8 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         sums[0] > 0.5 * sums[1]
     }
 
-    /// Displacements of all nodes in world axes from the `rates` of the unknowns, scaled to a largest length of 1.
+    /// Displacements of all nodes in world axes from the `rates` of the unknowns, scaled such that the longest has
+    /// length 1; zeros if no node moves.
     fn shape(&self, rates: &[f64]) -> Vec<[f64; 3]> {
         let mut shape: Vec<[f64; 3]> =
             (0..self.discretized.nodes()).map(|i| self.discretized.model.rate(rates, i)).collect();
@@ -423,7 +434,8 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         shape
     }
 
-    /// Adds the `count` lowest modes and all unstable ones to `modes`; returns the numbers of unstable and marginal ones.
+    /// Appends the `count` lowest modes and all unstable ones (at most [`MAX_UNSTABLE`] beyond) to `modes`, numbered
+    /// from 1 on without free motions. Returns the numbers of unstable and marginal ones.
     fn add_modes(&self, count: usize, modes: &mut Vec<Mode>) -> Result<Stability, Error> {
         let pairs = self.lowest(count.max(self.stability.unstable.min(MAX_UNSTABLE)))?;
         let mut number = 0;
@@ -443,14 +455,16 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
 }
 
 impl std::fmt::Display for Modes {
-    /// Writes the summary without colors.
+    /// Writes the [summary](Self::summary) without colors.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.summary().fmt(f)
     }
 }
 
 impl Modes {
-    /// The result as text for a terminal: stability, number of frequencies, table, warnings.
+    /// The result as text for a terminal. Headline: number of frequencies and state, or number of unstable modes.
+    /// Below it a table of modes, warnings (marginal modes, coarse mesh, implausible values), and numerics if the
+    /// command chose them.
     pub fn summary(&self) -> Summary {
         let about = match self.about {
             LinearizationPoint::Equilibrium => "the equilibrium under the loads",
@@ -488,7 +502,8 @@ impl Modes {
         }
     }
 
-    /// Table of frequencies, growth rates of unstable modes, and kinds.
+    /// A table with a row per mode: Hz and rad/s, or for unstable modes the growth rate, 1/s; direction relative to
+    /// the plane, kind and number.
     fn table(&self) -> SummaryTable {
         let mut table = SummaryTable::new([
             TextColumn::right("Hz"),
@@ -516,12 +531,12 @@ impl Modes {
     }
 }
 
-/// A number with its noun, singular or plural.
+/// A number with its noun as text: `1` with `one`, every other number with `several`.
 fn counted(n: usize, one: &str, several: &str) -> String {
     if n == 1 { format!("1 {one}") } else { format!("{n} {several}") }
 }
 
-/// `n` modes as text.
+/// `1 mode`, or `n modes`.
 fn counted_modes(n: usize) -> String {
     counted(n, "mode", "modes")
 }

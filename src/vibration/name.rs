@@ -32,7 +32,7 @@ pub struct ModeName {
 }
 
 impl From<usize> for ModeName {
-    /// The mode with this number and the default filter.
+    /// The mode with this number, from 1 on, and the default filter.
     fn from(number: usize) -> Self {
         Self { number, among: ModeFilter::default() }
     }
@@ -46,15 +46,15 @@ impl From<&ModeName> for ModeName {
 }
 
 impl From<&usize> for ModeName {
-    /// The mode with this number and the default filter.
+    /// The mode with this number, from 1 on, and the default filter.
     fn from(number: &usize) -> Self {
         Self::from(*number)
     }
 }
 
 impl ModeFilter {
-    /// The plane of these modes in a planar problem: the stated one, or the one that kind or direction imply. `None` in
-    /// a spatial problem.
+    /// The plane of these modes in a planar problem. It is the stated one; else out of the plane for torsion, or a
+    /// direction nearer to the normal than to the plane; else in it. `None` in a spatial problem.
     pub(crate) fn plane_of(&self, problem: &Problem) -> Option<ModePlane> {
         problem.planar()?;
         let across = self.direction.is_some_and(|d| {
@@ -65,8 +65,9 @@ impl ModeFilter {
         Some(self.plane.unwrap_or(if out { ModePlane::Out } else { ModePlane::In }))
     }
 
-    /// Whether a mode passes the filter. `mass` returns the mass of a node, kg, for the kinetic energy along a
-    /// direction.
+    /// Whether a mode passes the filter of kind and direction; free rigid motions never do. `mass` returns the mass
+    /// of a node, kg, for the kinetic energy, of which more than half must be along the direction. The plane is not
+    /// tested: modes in and out of it are computed separately.
     pub(crate) fn includes(&self, pair: &Eigenpair, mass: impl Fn(usize) -> f64) -> bool {
         let along = |d: [f64; 3]| {
             let energy = |x: &[f64; 3]| [dot(*x, d).powi(2) / dot(d, d), dot(*x, *x)];
@@ -81,7 +82,9 @@ impl ModeFilter {
             && self.direction.is_none_or(along)
     }
 
-    /// Rejects modes that the problem cannot have; `key` names the table in messages.
+    /// Rejects modes that the problem cannot have; `key` names the table in messages. These are a zero or infinite
+    /// direction, a plane in a spatial scene, torsion in the plane, and axial modes out of it. Modes out of the plane
+    /// need a spatial model.
     ///
     /// # Errors
     /// The key, the value and the allowed values.
@@ -119,7 +122,8 @@ impl ModeFilter {
         Ok(())
     }
 
-    /// The filter as text behind a number: ` of torsion out of the plane`; empty without conditions.
+    /// The filter as text to be appended to a number, such as ` of torsion out of the plane`, with a leading space;
+    /// empty without conditions.
     pub(crate) fn words(&self) -> String {
         let plane = match self.plane {
             Some(ModePlane::In) => " in the plane",

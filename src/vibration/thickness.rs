@@ -38,14 +38,15 @@ pub(crate) struct ThicknessEffect {
 }
 
 impl ThicknessEffect {
-    /// Relative reduction of the squared frequency for the ratio `E/(kappa G)`, `shear_flexibility`: shear times that
-    /// ratio plus rotary inertia.
+    /// Relative reduction of the squared frequency, dimensionless, for the ratio `E/(kappa G)`, `shear_flexibility`:
+    /// `shear` times that ratio plus `rotary`.
     pub fn reduction(&self, shear_flexibility: f64) -> f64 {
         self.shear * shear_flexibility + self.rotary
     }
 }
 
-/// The effects on the frequencies of named modes about a state, in the order of the names.
+/// The relative reductions of the squared frequencies of named modes about a state by shear and rotary inertia, in
+/// the order of the names. The state and the modes are computed here.
 pub(crate) fn thickness_effects(
     problem: &Problem,
     names: &[ModeName],
@@ -86,7 +87,8 @@ pub(crate) fn thickness_effects(
 }
 
 impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
-    /// Overwrites the `effects` at the indices `places` with those on the modes `names` at these indices.
+    /// Computes the modes `names` at the indices `places`, and overwrites the `effects` at these indices with the
+    /// reductions of their squared frequencies.
     fn add_effects(
         &self,
         names: &[ModeName],
@@ -100,8 +102,9 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         Ok(())
     }
 
-    /// The effect on one mode: the integrals of squared shear force and squared rotation of sections, edge by edge,
-    /// over twice its kinetic energy.
+    /// The effect on one mode: the integrals of squared shear force over axial stiffness, and of squared rotation of
+    /// sections times their inertia and the squared frequency, edge by edge. Both are divided by twice the kinetic
+    /// energy of the mode. Parts of edges behind walls are left out.
     fn thickness_effect(&self, pair: &Eigenpair) -> ThicknessEffect {
         let (discretized, scene) = (self.discretized, self.discretized.scene());
         let edges = discretized.nodes() - 1;

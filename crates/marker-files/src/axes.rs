@@ -17,10 +17,11 @@ pub struct Axes([Option<(usize, f64)>; 3]);
 const NONE: &str = "none";
 
 impl Axes {
-    /// From the names of the file's axes, with a minus where they point the other way.
+    /// The map from the names of the file's axes along the world's x, y and z. A minus reverses an axis, and `none` is a
+    /// coordinate that was not observed.
     ///
     /// # Errors
-    /// Other names, an axis twice, and left-handed axes, as a message.
+    /// Other names, no axis, an axis twice, and left-handed axes, as a message.
     pub fn new(names: [&str; 3]) -> Result<Self, String> {
         let mut axes = [None; 3];
         for (to, name) in axes.iter_mut().zip(names) {
@@ -61,7 +62,8 @@ impl Axes {
         self.0.map(|axis| axis.and_then(|(c, sign)| Some(sign * position[c]?)))
     }
 
-    /// Reorders a property per axis of the file, such as a standard deviation, to the axes of the world, without signs.
+    /// Reorders a property per axis of the file, such as a standard deviation, to the axes of the world, without signs;
+    /// `None` for an axis that was not observed.
     pub fn select<T: Copy>(self, of: [Option<T>; 3]) -> [Option<T>; 3] {
         self.0.map(|axis| axis.and_then(|(c, _)| of[c]))
     }
@@ -84,6 +86,7 @@ impl Axes {
 impl TryFrom<Vec<String>> for Axes {
     type Error = String;
 
+    /// The map from three names, as [`Axes::new`]; an error for another number of names.
     fn try_from(names: Vec<String>) -> Result<Self, String> {
         match &names[..] {
             [x, y, z] => Self::new([x, y, z]),
@@ -93,6 +96,7 @@ impl TryFrom<Vec<String>> for Axes {
 }
 
 impl From<Axes> for Vec<String> {
+    /// The three names, as `["x", "z", "-y"]`, with `none` for an axis that was not observed.
     fn from(axes: Axes) -> Self {
         let name = |axis: Option<(usize, f64)>| match axis {
             Some((axis, sign)) => {

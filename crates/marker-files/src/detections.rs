@@ -28,7 +28,8 @@ struct Detection {
 }
 
 impl Detections {
-    /// Adds the position of the marker `name` in the frame of `row`.
+    /// Adds the position of the marker `name`, with its likelihood if known, in the frame of `row`. A new name is a new
+    /// marker.
     pub fn add(
         &mut self,
         row: FrameReading,
@@ -44,8 +45,10 @@ impl Detections {
         self.all.push(Detection { row, marker, position, likelihood });
     }
 
-    /// The frames by increasing time with all markers. `axes` is whether the file has x, y and z, `has_confidence` whether it
-    /// has a likelihood. Errors: no detection, too many positions, two positions of a marker at one time.
+    /// The frames by increasing time with all markers, in the order of their first detection; a marker without a
+    /// detection is `None` there. `axes` is whether the file has x, y and z, `has_confidence` whether it has a
+    /// likelihood. Errors: no detection, more than [`MAX_POSITIONS`] frames times markers, two detections of a marker at
+    /// one time.
     pub fn table(
         mut self,
         lines: &FieldLines,

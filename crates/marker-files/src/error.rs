@@ -1,5 +1,7 @@
-//! Errors of files of markers: the file, the line, the found content and the allowed content. Messages have control characters
-//! escaped and long tokens cut.
+//! Errors of files of markers: the file, the line, the found content and the allowed content.
+//!
+//! [`Error`] is a file that cannot be opened, a line that cannot be used, or a table of accelerations. Messages have
+//! control characters escaped and long tokens cut.
 
 use crate::printable::{io_reason, printable_path, shown};
 use std::path::{Path, PathBuf};

@@ -1,5 +1,7 @@
-//! Reads whole files of limited size, as bytes ([`data`]) or text ([`text`]). Folders, pipes and devices are rejected, as
-//! reading them may never end; `/dev/stdin` and `/dev/fd/N` are accepted. Names may begin with an environment variable ([`at`]).
+//! Reads whole files of limited size, as bytes ([`data`], up to 500 MB) or text ([`text`], up to 100 MB).
+//!
+//! Folders, pipes and devices are rejected, as reading them may never end; `/dev/stdin` and `/dev/fd/N` are accepted.
+//! Names may begin with an environment variable ([`at`]).
 
 use crate::error::Error;
 use std::ffi::OsString;
@@ -12,20 +14,20 @@ const MOST_DATA: u64 = 500_000_000;
 /// Largest size of a text, bytes; its parsed form may need many times its size.
 const MOST_TEXT: u64 = 100_000_000;
 
-/// The bytes of a table.
+/// The bytes of a table of measurements.
 ///
 /// # Errors
 ///
-/// A file that cannot be read, or is too large.
+/// A file that cannot be read, is no regular file, or is larger than 500 MB.
 pub fn data(path: &Path) -> Result<Vec<u8>, Error> {
     bytes(path, MOST_DATA).map_err(|source| unreadable(path, source))
 }
 
-/// The text of a file.
+/// The text of a file, which must be UTF-8.
 ///
 /// # Errors
 ///
-/// A file that cannot be read, is too large, or is not UTF-8 text.
+/// A file that cannot be read, is no regular file, is larger than 100 MB, or is not UTF-8 text.
 pub fn text(path: &Path) -> Result<String, Error> {
     let bytes = bytes(path, MOST_TEXT).map_err(|source| unreadable(path, source))?;
     String::from_utf8(bytes).map_err(|error| {
@@ -34,8 +36,8 @@ pub fn text(path: &Path) -> Result<String, Error> {
     })
 }
 
-/// The error of a file that could not be read. If its path begins with an environment variable that is not set, the message names
-/// the variable.
+/// The error of a file that could not be read for the reason `source`. If it is missing and a part of its path is an
+/// environment variable that is not set, the message names the variable.
 fn unreadable(path: &Path, source: io::Error) -> Error {
     let mut parts = path.iter().filter_map(|part| part.to_str()?.strip_prefix('$'));
     let unset = parts.find(|name| !name.is_empty() && variable(name).is_none());
@@ -50,7 +52,7 @@ fn unreadable(path: &Path, source: io::Error) -> Error {
     }
 }
 
-/// The value of an environment variable; none if it is not set or empty.
+/// The value of an environment variable; `None` if it is not set or empty.
 fn variable(name: &str) -> Option<OsString> {
     std::env::var_os(name).filter(|value| !value.is_empty())
 }
@@ -73,14 +75,14 @@ fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Whether a path is a pipe that the shell has already opened: `/dev/stdin` or a numbered file descriptor.
+/// Whether a path is a pipe that the shell has already opened: `/dev/stdin`, or a file in `/dev/fd` or `/proc/self/fd`.
 fn is_handed_over(path: &Path) -> bool {
     let folders: [PathBuf; 2] = ["/dev/fd".into(), "/proc/self/fd".into()];
     path == Path::new("/dev/stdin") || path.parent().is_some_and(|p| folders.iter().any(|f| f == p))
 }
 
-/// The path of a file whose name is relative to a folder. A name that begins with `$NAME/` is relative to the folder in the
-/// environment variable NAME, if that is set.
+/// The path of a file whose `name` is relative to a folder. A name that begins with `$NAME/` is relative to the folder in
+/// the environment variable NAME, if that is set and not empty.
 pub fn at(folder: &Path, name: &Path) -> PathBuf {
     let text = name.to_string_lossy();
     let Some((own, rest)) = text.strip_prefix('$').and_then(|text| text.split_once('/')) else {

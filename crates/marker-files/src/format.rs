@@ -1,7 +1,8 @@
 //! The formats of motion-capture and tracking programs, and their recognition by the first lines of a file.
 //!
-//! [`Format::detect`] examines the first cells of the first two lines that are not blank. A file that no program matches is a
-//! plain table (CSV).
+//! [`Format::detect`] examines the first cells of the first two lines that are not blank, within 4096 bytes. A file that
+//! no program matches is a plain table (CSV). Each format has its key in configuration files and the name of its program
+//! for messages.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,14 +25,14 @@ macro_rules! formats {
             /// All formats.
             pub const ALL: &[Self] = &[$(Self::$Format),*];
 
-            /// The program, for messages.
+            /// The name of the program, for messages; `a table` for a plain table.
             pub fn program(self) -> &'static str {
                 match self {
                     $(Self::$Format => $program,)*
                 }
             }
 
-            /// Name of the format in configuration files.
+            /// Name of the format in configuration files, in lower case.
             pub fn key(self) -> &'static str {
                 match self {
                     $(Self::$Format => $key,)*
@@ -67,7 +68,8 @@ formats! {
 }
 
 impl Format {
-    /// The format of a file by its first bytes; a plain table if no program is recognized.
+    /// The format of a file by its first bytes; a plain table if no program is recognized. A byte-order mark and blank
+    /// lines are skipped.
     pub fn detect(bytes: &[u8]) -> Self {
         let text = String::from_utf8_lossy(&bytes[..bytes.len().min(FIRST)]);
         let text = text.trim_start_matches('\u{feff}');
@@ -107,7 +109,8 @@ impl Format {
     }
 }
 
-/// Whether the name of a column (lower case) is that of a DLTdv point, as `pt1_x` or `pt12_cam2_y`.
+/// Whether the name of a column (lower case) is that of a DLTdv point, as `pt1_x` or `pt12_cam2_y`: `pt`, digits, and an
+/// axis at the end.
 fn is_point(cell: &str) -> bool {
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
     let Some((point, rest)) = cell.strip_prefix("pt").and_then(|rest| rest.split_once('_')) else {

@@ -73,7 +73,7 @@ pub enum LengthUnit {
     Calibrated,
 }
 
-/// The unit of length with this name, in the spelling of any program and any case; none unless it is mm, cm or m.
+/// The unit of length with this name, in the spelling of any program and any case; `None` unless it is mm, cm or m.
 pub(crate) fn length_unit(name: &str) -> Option<LengthUnit> {
     Some(match &name.to_lowercase()[..] {
         "mm" | "millimeters" | "millimetres" => LengthUnit::Known("mm", 1e-3),
@@ -125,7 +125,7 @@ pub(crate) struct FieldLine {
 }
 
 impl FieldLine {
-    /// The field in a column counted from 0; empty beyond the last.
+    /// The field in a column counted from 0; empty beyond the last one.
     pub fn field(&self, column: usize) -> &str {
         self.fields.get(column).unwrap_or("")
     }
@@ -147,7 +147,8 @@ impl FieldLine {
 }
 
 impl FieldLines {
-    /// Splits the bytes of a file at `delimiter`; with semicolons and tabs numbers may have decimal commas.
+    /// Splits the bytes of a file into lines of fields at `delimiter`, without blank lines; lines may have different
+    /// numbers of fields. With semicolons and tabs numbers may have decimal commas.
     ///
     /// # Errors
     /// Binary files, and fields that are not UTF-8 text.
@@ -173,7 +174,7 @@ impl FieldLines {
         Ok(Self { path: path.into(), format, commas: has_decimal_commas(delimiter), list })
     }
 
-    /// The contents of the file, with this clock, unit of length, frames and markers.
+    /// The contents of the file as a [`MarkerFile`], with this clock, unit of length, frames and markers.
     pub fn file(&self, clock: Clock, lengths: LengthUnit, table: FrameTable) -> MarkerFile {
         let FrameTable { frames, markers } = table;
         MarkerFile { path: self.path.clone(), format: self.format, clock, lengths, frames, markers }
@@ -184,7 +185,8 @@ impl FieldLines {
         Error::data(&self.path, line, message)
     }
 
-    /// The error of a file that does not have the format of its program, at a line, with the found and the allowed content.
+    /// An `Err` for a file that does not have the format of its program, at a line, with the `found` and the `allowed`
+    /// content and the remedy.
     pub fn rejected<T>(&self, line: u64, found: &str, allowed: &str) -> Result<T, Error> {
         let words = format!(
             "found {found}, allowed: {allowed}, in a file of {}. If this is not the format of the \
@@ -194,7 +196,8 @@ impl FieldLines {
         Err(self.error(line, words))
     }
 
-    /// The number in a column of a line; none if the field is blank or NaN. `name` is that of the column, for messages.
+    /// The number in a column of a line; `None` if the field is blank or NaN, an error for other texts. `name` is that of
+    /// the column, for messages.
     pub fn number(
         &self,
         line: &FieldLine,
@@ -204,7 +207,7 @@ impl FieldLines {
         number(line.field(column), self.commas, name, &self.path, line.number)
     }
 
-    /// The number in a column of a line; an error if the field is blank.
+    /// The number in a column of a line; an error if the field is blank, NaN or another text.
     pub fn required_number(
         &self,
         line: &FieldLine,
@@ -222,7 +225,7 @@ impl FieldLines {
         })
     }
 
-    /// The rate, frames per second, in a column of a line; an error unless it is positive.
+    /// The rate, frames per second, in a column of a line; an error unless it is a positive number.
     pub fn rate(&self, line: &FieldLine, column: usize, name: &str) -> Result<f64, Error> {
         let rate = self.required_number(line, column, name)?;
         match rate > 0.0 {
@@ -248,7 +251,7 @@ pub(crate) enum ColumnKind {
 }
 
 impl ColumnKind {
-    /// The coordinate with the name x, y or z, ignoring case; none for another name.
+    /// The coordinate with the name x, y or z, ignoring case; `None` for another name.
     pub fn axis(name: &str) -> Option<Self> {
         let axis = AXES.iter().position(|axis| name.eq_ignore_ascii_case(axis))?;
         Some(Self::Axis(axis))
@@ -285,7 +288,8 @@ impl<'a> ColumnLayout<'a> {
         Self { lines, header, indices, markers, columns }
     }
 
-    /// Adds a column, counted from 0, with a quantity of the marker `name`.
+    /// Adds a column, counted from 0, with a quantity of the marker `name`, which is new at its first column. An error if
+    /// the marker has this quantity already.
     pub fn add(&mut self, column: usize, name: &str, kind: ColumnKind) -> Result<(), Error> {
         // A new name begins a new marker; files repeat it for each coordinate.
         let marker = self.indices.get(name).copied().unwrap_or_else(|| {
@@ -308,13 +312,14 @@ impl<'a> ColumnLayout<'a> {
         Ok(())
     }
 
-    /// Whether no column of a marker was added.
+    /// Whether no column was added yet, so that there is no marker.
     pub fn is_empty(&self) -> bool {
         self.markers.is_empty()
     }
 
-    /// Reads rows of `width` fields into frames and positions. `clock` returns the reading of the clock of a row with its index,
-    /// counted from 0.
+    /// Reads rows of at least `width` fields (further ones blank) into frames and positions. `clock` returns the reading
+    /// of the clock of a row with its index, counted from 0. Errors: a marker without x or y, another number of fields, a
+    /// clock that does not increase, no row.
     pub fn read<'b>(
         mut self,
         width: usize,

@@ -1,7 +1,8 @@
 //! Texts of files in messages: control characters escaped, long tokens and lines cut.
 //!
-//! Names of files and markers and lines of files may have control characters, which color, hide or rewrite the output of a
-//! terminal; they are shown as `\x1b`. Long tokens are cut, as a message should be short and a file may be confidential.
+//! Names of files and markers and lines of files may have control characters, which color, hide or rewrite the output of
+//! a terminal; they are shown as `\x1b`. Long tokens are cut, as a message should be short and a file may be
+//! confidential. Error messages of this crate and of rodfit, and its pages, use these functions.
 
 use std::borrow::Cow;
 use std::fmt::Write;
@@ -14,13 +15,13 @@ pub const LONGEST_TOKEN: usize = 80;
 /// Largest number of characters of the name of a column in a message.
 const LONGEST_NAME: usize = 24;
 
-/// A text whose control characters are shown as `\x1b`, and characters that reverse the direction of text as
-/// `\u202e`. Line breaks and tabs stay.
+/// A text whose control characters are shown as `\x1b`, and characters that reverse the direction of text as `\u202e`.
+/// Line breaks and tabs stay. Borrowed if nothing changes.
 pub fn printable(text: &str) -> Cow<'_, str> {
     escaped(text, |c| c != '\n' && c != '\t')
 }
 
-/// A name on one line: as [`printable`], and line breaks and tabs are shown as `\n` and `\t`.
+/// A name on one line: as [`printable`], with line breaks and tabs shown as `\n` and `\t`.
 pub fn printable_name(name: &str) -> Cow<'_, str> {
     escaped(name, |_| true)
 }
@@ -35,12 +36,12 @@ pub fn token(text: &str) -> String {
     cut(text, LONGEST_TOKEN)
 }
 
-/// The name of a column, printable and cut to 24 characters.
+/// The name of a column for a message: printable on one line, and cut to 24 characters.
 pub fn column_name(name: &str) -> String {
     cut(name, LONGEST_NAME)
 }
 
-/// Printable text on one line, cut to `longest` characters, followed by the number of bytes that are left out.
+/// Printable text on one line, cut to `longest` characters; if it is cut, the number of bytes that are left out follows.
 fn cut(text: &str, longest: usize) -> String {
     let shown = printable_name(text);
     match shown.char_indices().nth(longest) {
@@ -51,7 +52,8 @@ fn cut(text: &str, longest: usize) -> String {
     }
 }
 
-/// A message whose tokens between two `quote` characters are cut to 80 characters. Tokens that are already cut stay.
+/// A message whose tokens between two `quote` characters are cut to [`LONGEST_TOKEN`] characters. Tokens that are already
+/// cut, and texts outside of quotes, stay.
 pub fn with_tokens_cut(message: &str, quote: char) -> Cow<'_, str> {
     let is_long = |token: &str| {
         token.len() > LONGEST_TOKEN && (!token.ends_with(" ..]") || token.len() > 2 * LONGEST_TOKEN)
@@ -73,7 +75,8 @@ pub fn with_tokens_cut(message: &str, quote: char) -> Cow<'_, str> {
     whole.into()
 }
 
-/// The reason of an input or output error as text, with the remedy if the file is missing or access is denied.
+/// The reason of an input or output error as text, with the remedy if the file is missing or access is denied. Errors
+/// that do not come from the operating system keep their text.
 pub fn io_reason(source: &std::io::Error) -> String {
     if source.raw_os_error().is_none() {
         return source.to_string();
@@ -87,7 +90,8 @@ pub fn io_reason(source: &std::io::Error) -> String {
     }
 }
 
-/// A message about a file for display: control characters escaped; tokens in backquotes, long words and long lines cut.
+/// A message about a file for display: control characters escaped; tokens in backquotes, long words (200 bytes) and long
+/// lines (3000 bytes) cut.
 pub fn shown(message: &str) -> String {
     printable(&clipped(&with_tokens_cut(message, '`'))).into_owned()
 }
@@ -97,7 +101,8 @@ const LONG: [usize; 2] = [200, 3000];
 /// Lengths of the beginning and of the end, bytes, that are shown of a long word or line.
 const SHOWN: [usize; 2] = [120, 60];
 
-/// A text whose long words and lines are shown without their middle.
+/// A text whose words above 200 bytes and lines above 3000 bytes are shown without their middle, with the number of bytes
+/// left out.
 pub fn clipped(text: &str) -> Cow<'_, str> {
     if text.len() <= LONG[0] {
         return text.into();
@@ -109,7 +114,8 @@ pub fn clipped(text: &str) -> Cow<'_, str> {
     text.split('\n').map(line).collect::<Vec<_>>().join("\n").into()
 }
 
-/// A text without its middle if it is longer than `most` bytes; a long row of carets, which mark a token, is cut at its end.
+/// A text without its middle if it is longer than `most` bytes: the first 120 and the last 60, with the number of bytes
+/// left out. A long row of carets, which mark a token, is cut at its end.
 fn without_middle(text: &str, most: usize) -> Cow<'_, str> {
     if text.len() <= most {
         return text.into();
@@ -125,7 +131,8 @@ fn without_middle(text: &str, most: usize) -> Cow<'_, str> {
     format!("{} [.. {left_out} bytes left out ..] {}", &text[..head], &text[tail..]).into()
 }
 
-/// Text whose control characters and direction marks are escaped, except those that `is_shown` rejects.
+/// Text whose control characters and direction marks for which `is_shown` returns true are shown as escapes: `\n`, `\t`,
+/// `\r`, `\x1b` or `\u202e`. Borrowed without any.
 fn escaped(text: &str, is_shown: impl Fn(char) -> bool) -> Cow<'_, str> {
     let acts = |c: char| (c.is_control() || reverses(c)) && is_shown(c);
     if !text.contains(acts) {

@@ -1,9 +1,11 @@
-//! The keys of a recording, which state properties that its file does not have, and the conversion of the file's contents to
-//! seconds and meters in the axes of the world.
+//! The keys of a recording, which state properties that its file does not have, and the conversion of the file's
+//! contents. Results are in seconds and meters in the axes of the world.
 //!
-//! Time is (reading - start) over the frame rate, or times the unit of the clock. A coordinate is (reading - origin) times the
-//! scale, negative where y points down, and then mapped to the world's axes. Positions below the stated likelihood are missing.
-//! Keys that contradict the file, or are missing, are errors with the remedy.
+//! Time is (reading - start) over the frame rate, or times the unit of the clock. A coordinate is (reading - origin)
+//! times the scale, negative where y points down, and then mapped to the world's axes. Positions below the stated
+//! likelihood are missing. Keys that contradict the file, or are missing, are errors with the remedy.
+//! [`Recording::convert`] converts a marker of a [`MarkerFile`]; [`Recording::columns`] and [`Recording::position`] serve
+//! plain tables.
 
 use crate::axes::Axes;
 use crate::error::Error;
@@ -99,7 +101,8 @@ pub struct Converted {
 }
 
 impl Recording {
-    /// The position in a row of a table, m, in the axes of the world. `axes` are the columns of the file's coordinates.
+    /// The position in a row of a table, m, in the axes of the world: (reading - origin) times the factor of each column.
+    /// `axes` are the columns of the file's coordinates; a coordinate without a column or reading is `None`.
     pub fn position(&self, axes: &AxisColumns, row: &[Option<f64>]) -> [Option<f64>; 3] {
         // Origin in the units of the file, then the factor to m, then the axes of the world.
         let origin = self.origin.unwrap_or_default();
@@ -109,8 +112,9 @@ impl Recording {
         }))
     }
 
-    /// Standard deviations, m, of the coordinates of a row that are `observed`, in the axes of the world. `columns` are those
-    /// of the standard deviations.
+    /// Standard deviations, m, of the coordinates of a row that are `observed`, in the axes of the world; `None` for
+    /// others. `columns` are those of the standard deviations, in the axes of the file. An error for a blank or for a
+    /// number that is not finite and positive.
     pub fn row_sigma(
         &self,
         table: &Table,
@@ -152,12 +156,13 @@ impl Recording {
         Ok(sigma)
     }
 
-    /// Columns of the standard deviations of these `axes`, with their factors to meters; none if no column is stated.
-    /// Columns without a unit have that of the positions. `others` are columns with other contents.
+    /// Columns of the standard deviations of these `axes` (of the file), with their positive factors to meters; all
+    /// `None` without the key `sigma`. Columns without a unit have that of the positions. `others` are names of columns
+    /// with other contents.
     ///
     /// # Errors
     ///
-    /// Columns that are missing or have other contents.
+    /// Columns that are missing, have other contents or an unknown unit.
     pub fn sigma_columns(
         &self,
         table: &Table,
@@ -185,12 +190,13 @@ impl Recording {
         self.axes.map_or(position, |axes| axes.to_world(position))
     }
 
-    /// Whether x, y and z of the world are observed if the axes of the file are, as `file` states.
+    /// Whether x, y and z of the world are observed, from the axes that the `file` has, by the key `axes`.
     pub fn observed_axes(&self, file: [bool; 3]) -> [bool; 3] {
         self.to_world(file.map(|there| there.then_some(0.0))).map(|axis| axis.is_some())
     }
 
-    /// Rejects an origin that is not finite, or not 0 along an axis that the file does not have.
+    /// Rejects an origin that is not finite, or not 0 along an axis that the file does not have (`has`); the error is the
+    /// message.
     fn check_origin(&self, has: [bool; 3]) -> Result<(), String> {
         let mut origins = ["x", "y", "z"].iter().zip(self.origin.unwrap_or_default()).zip(has);
         match origins.find(|((_, origin), has)| !origin.is_finite() || *origin != 0.0 && !has) {
@@ -202,16 +208,17 @@ impl Recording {
         }
     }
 
-    /// Rejects a key `axes` with axes that the file does not have. `has` is whether the file has x, y and z.
+    /// Rejects a key `axes` with axes that the file does not have; the error is the message. `has` is whether the file
+    /// has x, y and z.
     fn check_axes(&self, has: [bool; 3]) -> Result<(), String> {
         self.axes.map_or(Ok(()), |axes| axes.check(has))
     }
 
-    /// The marker that is stated, or the only one. Case matters if names differ in case only.
+    /// The marker with the stated name, or the only one. Case is ignored, except where a marker has exactly this name.
     ///
     /// # Errors
     ///
-    /// A marker that is not in the file, or several markers without a stated one.
+    /// A marker that is not in the file, several markers without a stated one, or several that differ in case only.
     pub fn select_marker<'a>(&self, file: &'a MarkerFile) -> Result<&'a MarkerData, Error> {
         // Two markers may differ in the case of their names only: an exact match has priority.
         let exact = |name: &String| file.markers.iter().any(|m| m.name == *name);
@@ -247,7 +254,13 @@ impl Recording {
         }
     }
 
-    /// Converts a marker of a file to seconds and meters in the axes of the world. Missing positions stay missing.
+    /// Converts all frames of a marker of a file to seconds and meters in the axes of the world. The clock begins at
+    /// `time_zero`, else at the first frame number or zero. Missing positions, and those below the key `likelihood`, are
+    /// `None`.
+    ///
+    /// # Errors
+    ///
+    /// A key that is missing, not allowed for this file, or has a wrong value; a result that is not finite.
     pub fn convert(&self, file: &MarkerFile, marker: &MarkerData) -> Result<Converted, Error> {
         let refused = |message: String| file.error(1, message);
         if self.sigma.is_some() {
@@ -381,7 +394,8 @@ impl Recording {
         }
     }
 
-    /// Rejects columns of a table that are neither in `names` nor columns of standard deviations, and two with one name.
+    /// Rejects columns of a table that are neither in `names` nor columns of standard deviations, and two columns with
+    /// one name.
     pub fn check_columns(&self, table: &Table, names: &[&str]) -> Result<(), Error> {
         let sigma = self.sigma.as_ref().map(SigmaColumns::all).unwrap_or_default();
         for (i, (name, _)) in table.columns.iter().enumerate() {
@@ -403,6 +417,8 @@ impl Recording {
     }
 
     /// The columns of clock, positions and standard deviations in a table with one marker, with their factors to s and m.
+    /// The clock is `t`, `time` or `frame`; beside a time, `frame` is used if `fps` is given. An error for other columns,
+    /// no or two clocks, and missing or contradicting keys.
     pub fn columns(&self, table: &Table) -> Result<ClockedColumns, Error> {
         let known = ["t", "time", "frame", "x", "y", "z"];
         self.check_columns(table, &known)?;
@@ -436,7 +452,8 @@ impl Recording {
         Ok(ClockedColumns { time, axes, sigma: self.sigma_columns(table, &axes, &known)? })
     }
 
-    /// The columns of the positions x, y and z in a table, with their factors to m.
+    /// The columns of the positions x, y and z in a table, with their factors to m, negative where y points down; `None`
+    /// for a missing coordinate. An error without any, and for keys of the recording that the table contradicts.
     pub fn axis_columns(&self, table: &Table) -> Result<AxisColumns, Error> {
         let mut axes = [None; 3];
         let pixels = |(_, unit): &(String, Option<String>)| unit.as_deref() == Some("px");
@@ -478,7 +495,8 @@ impl Recording {
         Ok(axes)
     }
 
-    /// Seconds per unit of the clock in a column; an error if the key `fps` is given, which a time does not need.
+    /// Seconds per unit of the clock in a column, by the unit of its header (1 without one); an error if the key `fps` is
+    /// given, or for an unknown unit.
     fn clock_time(&self, table: &Table, clock: usize) -> Result<f64, Error> {
         if let Some(fps) = self.fps {
             let name = &table.columns[clock].0;
@@ -491,7 +509,8 @@ impl Recording {
         table.factor(clock, &TIMES, "")
     }
 
-    /// Seconds per frame by the key `fps`, for a clock of frame numbers; an error without it.
+    /// Seconds per frame by the key `fps`, for a clock of frame numbers; an error without it, unless it is positive, or
+    /// if the column has a unit.
     fn frame_time(&self, table: &Table, clock: usize) -> Result<f64, Error> {
         // A frame number is a count; a unit would contradict the frame rate.
         if let Some(unit) = &table.columns[clock].1 {
@@ -520,7 +539,8 @@ impl Recording {
         }
     }
 
-    /// Meters per unit of the coordinate in a column, negative if it points down; an error for pixels without scale or direction.
+    /// Meters per unit of the coordinate in a column, negative if it is y and points down. An error for pixels without
+    /// scale or direction, for a scale that is not positive, and for an unknown unit.
     fn axis(&self, table: &Table, column: usize) -> Result<f64, Error> {
         let (name, unit_name) = &table.columns[column];
         let pixels = unit_name.as_deref() == Some("px");

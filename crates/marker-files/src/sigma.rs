@@ -1,5 +1,7 @@
-//! The key `sigma` of a recording: names of the columns with the standard deviations of the positions of a table, one column
-//! for all axes or one for each axis. Finds these columns in a table.
+//! The key `sigma` of a recording: names of the columns with the standard deviations of the positions of a table.
+//!
+//! They are one column for all axes, or one for each axis of the file. [`SigmaColumns::find`] returns their indices in a
+//! table.
 
 use crate::error::Error;
 use crate::table::Table;
@@ -37,7 +39,7 @@ pub struct AxisColumnNames {
 }
 
 impl SigmaColumns {
-    /// The name of the column of each axis; none where no column is stated.
+    /// The name of the column of x, y and z; `None` where no column is stated.
     fn names(&self) -> [Option<&str>; 3] {
         match self {
             Self::All(name) => [Some(name); 3],
@@ -45,13 +47,14 @@ impl SigmaColumns {
         }
     }
 
-    /// Names of all stated columns, in lower case as in tables.
+    /// Names of all stated columns, in lower case as in tables; three times the same one if it is for all axes.
     pub fn all(&self) -> Vec<String> {
         self.names().into_iter().flatten().map(str::to_lowercase).collect()
     }
 
-    /// Index of the column of each axis of the file that is present (`there`); `others` are columns with other contents. An error
-    /// for an axis without a column, and for a column that is missing or in `others`.
+    /// Index of the column of each axis of the file that is present (`there`), `None` for others; `others` are names of
+    /// columns with other contents. An error for an axis without a column, and for a column that is missing or in
+    /// `others`.
     pub fn find(
         &self,
         table: &Table,

@@ -1,8 +1,9 @@
 //! Reader of tables of numbers with a header of names and units, as `t[ms],x[mm]`.
 //!
-//! Columns are separated by commas, or by semicolons or tabs, then with decimal commas or points. Lines that start with `#` are
-//! comments. Every field is a finite number, blank or NaN; blank and NaN are missing values. Errors have the line and the
-//! column.
+//! Columns are separated by commas, or by semicolons or tabs, then with decimal commas or points. Lines that start with
+//! `#` are comments. Every field is a finite number, blank or NaN; blank and NaN are missing values. Errors have the line
+//! and the column. [`Table`] has names and units of the columns and the rows; readers of markers and other measurements
+//! use it.
 
 use crate::error::Error;
 use crate::printable::{column_name, token};
@@ -36,27 +37,28 @@ pub struct TableRow {
 }
 
 impl Table {
-    /// Reads a file; every field is a number, blank or NaN. Lines that start with `#` are comments.
+    /// Reads a file as a table; every field is a number, blank or NaN. Lines that start with `#` are comments.
     ///
     /// # Errors
     ///
-    /// A file that cannot be read, and a line that is not as the header.
+    /// A file that cannot be read, a file that is no table, and a line with another number of fields than the header or
+    /// another text.
     pub fn read(path: &Path) -> Result<Self, Error> {
         Self::of(path, &crate::file::data(path)?)
     }
 
-    /// Reads the bytes of a file. Columns without a name are left out if they are blank, as spreadsheet programs pad lines,
-    /// and in the first place, as they number rows.
+    /// Reads the bytes of a file as a table; `path` is for messages. Columns without a name are left out if they are
+    /// blank, as spreadsheet programs pad lines, and in the first place, as they number rows. A single column is kept.
     ///
     /// # Errors
     ///
-    /// Those of [`read`](Self::read).
+    /// Those of [`read`](Self::read); the kind of a file that is no table is described.
     pub fn of(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
         check_text(path, bytes)?;
         Self::of_text(path, bytes).map_err(|error| describe_table(path, bytes, error))
     }
 
-    /// Parses bytes as a table, without a description of files that are none.
+    /// Parses bytes as a table, without a description of files that are none; see [`Table::of`].
     fn of_text(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let delimiter = delimiter(bytes);
@@ -89,26 +91,26 @@ impl Table {
         Ok(Self { path: path.into(), columns, original_names, rows })
     }
 
-    /// Index of the column with a name in lower case; none if the table does not have it.
+    /// Index of the column with a name in lower case; `None` if the table does not have it.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|(column, _)| column == name)
     }
 
-    /// Index of the column with a name in lower case, which must be present.
+    /// Index of the column with a name in lower case; an error with the found columns if it is missing.
     pub fn require(&self, name: &str) -> Result<usize, Error> {
         self.find(name).ok_or_else(|| {
             self.error(1, &format!("no column `{name}`; found {}", self.columns_found()))
         })
     }
 
-    /// The names of all columns, joined by commas and cut, for messages.
+    /// The names of all columns, joined by commas and cut to 80 characters, for messages.
     pub fn columns_found(&self) -> String {
         let found: Vec<&str> = self.columns.iter().map(|(column, _)| column.as_str()).collect();
         token(&found.join(", "))
     }
 
-    /// Size of the unit in the header of a column, in SI units, by the list of `known` units; 1 without a unit. `more` are
-    /// allowed units beside these, for the message.
+    /// Size of the unit in the header of a column, in SI units, by the list of `known` units; 1 without a unit, an error
+    /// for another unit. `more` are allowed units beside these, for the message.
     pub fn factor(&self, column: usize, known: &[(&str, f64)], more: &str) -> Result<f64, Error> {
         let (name, unit) = &self.columns[column];
         let Some(unit) = unit else { return Ok(1.0) };
@@ -127,14 +129,15 @@ impl Table {
     }
 }
 
-/// The separator of the columns: the first comma, semicolon or tab in the header, which is the first line that is no comment.
+/// The separator of the columns: the first comma, semicolon or tab in the header, which is the first line that is no
+/// comment; a comma without any.
 pub fn delimiter(bytes: &[u8]) -> u8 {
     let mut lines = bytes.split(|b| *b == b'\n');
     let header = lines.find(|line| !line.starts_with(b"#")).unwrap_or_default();
     *header.iter().find(|b| b",;\t".contains(b)).unwrap_or(&b',')
 }
 
-/// Name and unit of a column: `X` and `mm` of `X [mm]` or `X (mm)`.
+/// Name and unit of a column: `X` and `mm` of `X [mm]` or `X (mm)`; no unit without brackets at the end.
 pub fn split_unit(header: &str) -> (String, Option<String>) {
     let brackets = |open: char, close: char| header.strip_suffix(close)?.split_once(open);
     match brackets('[', ']').or_else(|| brackets('(', ')')) {
@@ -148,8 +151,8 @@ pub(crate) fn has_decimal_commas(delimiter: u8) -> bool {
     b";\t".contains(&delimiter)
 }
 
-/// The finite number in a field, or none if it is blank or NaN; with `commas` it may have a decimal comma. `column`, `path` and
-/// `line` are for messages.
+/// The finite number in a field, or `None` if it is blank or NaN; other texts are errors. With `commas` it may have a
+/// decimal comma. `column`, `path` and `line` are for messages.
 pub(crate) fn number(
     field: &str,
     commas: bool,
@@ -169,7 +172,8 @@ pub(crate) fn number(
     })
 }
 
-/// The error of a file that cannot be split into fields: another number of fields than the header, or no UTF-8 text.
+/// The error of a file that cannot be split into fields, with its line: another number of fields than the header, or no
+/// UTF-8 text.
 pub fn csv_error(path: &Path, error: csv::Error) -> Error {
     let line = error.position().map_or(1, |position| position.line());
     match error.into_kind() {

@@ -26,6 +26,7 @@ pub struct Dropped {
 }
 
 impl fmt::Display for Dropped {
+    /// Writes the numbers of dropped rows that are not zero, each with its reason, separated by commas.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let counts = [(self.before_time_zero, "before time_zero"), (self.empty, "without a value")];
         let shown = counts.iter().filter(|(count, _)| *count > 0);
@@ -56,15 +57,17 @@ struct ConvertedRow {
     sigma: [Option<f64>; 3],
 }
 
-/// Reads the trajectory of one marker.
+/// Reads the trajectory of one marker, in seconds and meters in the axes of the world.
 ///
-/// Tables have a column t (or time, or frame) and at least one of x, y, z, in any order, separated by commas, semicolons (then
-/// with decimal commas or points) or tabs. Units stand in brackets or parentheses, `t[ms],x[mm]`; without them s and m.
-/// Blank or NaN is missing; lines that start with `#` are comments.
+/// Tables have a column t (or time, or frame) and at least one of x, y, z, in any order. Separators are commas,
+/// semicolons or tabs; the latter two permit decimal commas. Units stand in brackets or parentheses, `t[ms],x[mm]`;
+/// without them s and m. Blank or NaN is missing; lines that start with `#` are comments. Files of programs, and tables
+/// of named markers, are recognized.
 ///
 /// # Errors
 ///
-/// A file that cannot be read, a marker that it does not have, and a line that cannot be used, with its number.
+/// A file that cannot be read, a marker that it does not have, and a key that is missing or contradicts it. A line that
+/// cannot be used, with its number.
 pub fn read(path: &Path, recording: &Recording) -> Result<MarkerTrajectory, Error> {
     let (format, bytes) = open(path, recording.format)?;
     if format != Format::Csv || recording.marker.is_some() {
@@ -101,7 +104,7 @@ pub fn read(path: &Path, recording: &Recording) -> Result<MarkerTrajectory, Erro
     collect(path, recording, rows)
 }
 
-/// Reads the trajectories of several markers by their names.
+/// Reads the trajectories of several markers by their names, in the order of `markers`; the key `marker` is ignored.
 ///
 /// # Errors
 ///
@@ -118,7 +121,7 @@ pub fn read_several<'a>(
     markers.into_iter().map(one).collect()
 }
 
-/// The trajectory of the marker that `recording` selects in a file of a tracking program.
+/// The trajectory, without standard deviations, of the marker that `recording` selects in a file of a tracking program.
 fn convert(file: &MarkerFile, recording: &Recording) -> Result<MarkerTrajectory, Error> {
     let converted = recording.convert(file, recording.select_marker(file)?)?;
     let rows = converted.times.iter().zip(&converted.positions);
@@ -128,8 +131,9 @@ fn convert(file: &MarkerFile, recording: &Recording) -> Result<MarkerTrajectory,
     collect(&file.path, recording, rows.map(row))
 }
 
-/// The trajectory of rows with increasing times from the start of the motion on, without rows that have no position; counts the
-/// dropped ones. An error without any usable row.
+/// The trajectory of rows with increasing times from the start of the motion on, without rows that have no position;
+/// counts the dropped ones. Errors: a number that is not finite, a negative time without `time_zero`, times that do not
+/// increase, no usable row.
 fn collect(
     path: &Path,
     recording: &Recording,

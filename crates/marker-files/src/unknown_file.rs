@@ -33,7 +33,7 @@ const C3D: u8 = 0x50;
 /// Largest number of the parameter block in the first byte of a C3D file that is recognized.
 const LARGEST_C3D_BLOCK: u8 = 16;
 
-/// Rejects binary files with an error that describes them.
+/// Rejects binary files, by their first bytes, with an error that describes their kind and the files that are read.
 pub(crate) fn check_text(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     match binary(bytes) {
         Some(found) => Err(unknown(path, found)),
@@ -41,7 +41,8 @@ pub(crate) fn check_text(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     }
 }
 
-/// The error of a file that was read as a table: the description of its kind if it is none, else `error`.
+/// The error of a file that could not be read as a table: the description of its kind if its text is no table with a
+/// header, else `error`.
 pub(crate) fn describe_table(path: &Path, bytes: &[u8], error: Error) -> Error {
     match text(bytes) {
         Some(found) => unknown(path, &found),
@@ -49,7 +50,8 @@ pub(crate) fn describe_table(path: &Path, bytes: &[u8], error: Error) -> Error {
     }
 }
 
-/// The error of a file that was read as a table of positions: as [`describe_table`], or an error on accelerations.
+/// The error of a file that could not be read as a table of positions: as [`describe_table`], or an error on
+/// accelerations if its header names them, else `error`.
 pub(crate) fn describe_position_table(path: &Path, bytes: &[u8], error: Error) -> Error {
     match text(bytes) {
         Some(found) => unknown(path, &found),
@@ -60,7 +62,7 @@ pub(crate) fn describe_position_table(path: &Path, bytes: &[u8], error: Error) -
     }
 }
 
-/// The error of a file with this description, in line 1.
+/// The error of a file with the description `found`, in line 1, with the kinds of files that are read.
 fn unknown(path: &Path, found: &str) -> Error {
     Error::data(path, 1, format!("found {found}, allowed: {}", readable_files()))
 }
@@ -75,7 +77,8 @@ fn readable_files() -> String {
     )
 }
 
-/// The description of a binary file by its first bytes; none of a text.
+/// The description of a binary file by its first bytes, or `a binary file` with a zero among the first 4096; `None` for a
+/// text.
 fn binary(bytes: &[u8]) -> Option<&'static str> {
     if let Some((_, found)) = BINARY.iter().find(|(start, _)| bytes.starts_with(start)) {
         return Some(found);
@@ -90,7 +93,7 @@ fn binary(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
-/// The description of a text that is no table with a header; none of a table.
+/// The description of a text that is no table with a header, by its first lines; `None` for a table.
 fn text(bytes: &[u8]) -> Option<String> {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(EXAMINED)]).to_lowercase();
     let text = text.trim_start_matches('\u{feff}');
@@ -126,7 +129,7 @@ fn text(bytes: &[u8]) -> Option<String> {
     None
 }
 
-/// Whether the header of a text names accelerations: `ax`, `accel`, or a unit m/s^2.
+/// Whether a column in the header of a text names accelerations: `ax`, `ay`, `az`, `accel`, or a unit m/s^2.
 fn has_accelerations(bytes: &[u8]) -> bool {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(EXAMINED)]).to_lowercase();
     let mut lines = text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
@@ -138,7 +141,7 @@ fn has_accelerations(bytes: &[u8]) -> bool {
     })
 }
 
-/// The first 40 characters of a line, for messages.
+/// The first 40 characters of a line without spaces around it, for messages.
 fn shown(line: &str) -> String {
     line.trim().chars().take(40).collect()
 }

@@ -1,7 +1,8 @@
 //! `rodfit campaign collect`: gathers the stored results of all fits of a campaign in one place.
 //!
-//! Input is the folder of the campaign's plan. Output are one line of JSON per fit (`--out`), one row per fit (`--csv`), a page
-//! that compares the fits (`--report`), and a printed status. The exit code is 3 while any fit has no result.
+//! Input is the folder of the campaign's plan. Output are, each if requested, one line of JSON per fit (`--out`), one row per
+//! fit (`--csv`) and a page that compares the fits (`--report`); and a printed status. Damaged lines of results give
+//! warnings. The exit code is 3 while any fit has no result.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, conclude, terminal};
@@ -14,7 +15,7 @@ use std::path::Path;
 /// Name of the HTML file, in the folder of `--report`, that compares several fits.
 pub const COMPARISON_PAGE: &str = "comparison.html";
 
-/// Reads the stored results of all tasks of a plan. Each damaged line gives a warning, except the incomplete last line that a
+/// The stored results of all tasks of a plan. Each damaged line gives a warning, except the incomplete last line that a
 /// killed process leaves.
 pub(super) fn collected_results(plan: &Plan) -> Result<Collected<'_>, Error> {
     let collected = Collected::new(plan)?;
@@ -25,7 +26,8 @@ pub(super) fn collected_results(plan: &Plan) -> Result<Collected<'_>, Error> {
 }
 
 /// Writes the results of the campaign in `folder`: JSON lines to the file `out`, a CSV table to the file `csv`, and a
-/// comparison page into the folder `report`; each is omitted if `None`. Returns exit code 3 while results are missing.
+/// comparison page into the folder `report`; each is omitted if `None`. Prints the status. Returns exit code 3 while results
+/// are missing, the code of an output that cannot be written, or 0.
 pub(super) fn collect(
     folder: &Path,
     out: Option<&Path>,
@@ -69,15 +71,15 @@ pub(super) fn collect(
     Ok(conclude(if open == 0 { 0 } else { 3 }, written))
 }
 
-/// The address of the page of a fit, `NAME/fit.html`, relative to the folder of the comparison page. None if the file does
-/// not exist, or if the name is a path or hidden.
+/// The address of the page of a fit, `NAME/fit.html`, relative to `folder`, that of the comparison page. `None` if the file
+/// does not exist, or if the name is a path or hidden.
 fn fit_page_address(fit: &FitSummary, folder: &Path) -> Option<String> {
     let is_name = Path::new(&fit.name).components().count() == 1 && !fit.name.starts_with('.');
     let page = format!("{}/fit.html", fit.name);
     (is_name && folder.join(&page).is_file()).then_some(page)
 }
 
-/// The last component of the absolute path of a folder; empty for the root.
+/// The last component of the absolute path of a folder, which is the title of the page; empty for the root.
 fn folder_name(folder: &Path) -> String {
     let whole = folder.canonicalize().unwrap_or_else(|_| folder.into());
     whole.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())

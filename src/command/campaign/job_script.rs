@@ -1,6 +1,7 @@
-//! `rodfit campaign sbatch`: generates the shell script of a Slurm job array for a campaign; nothing is submitted.
+//! `rodfit campaign sbatch`: generates the shell script of a Slurm job array for a campaign, which is printed; nothing is
+//! submitted.
 //!
-//! Each job of the array runs one shard of the plan with `rodfit campaign run`, which reads the shard's index from the
+//! Each job of the array runs one shard (part) of the plan with `rodfit campaign run`, which reads the shard's index from the
 //! environment of Slurm. Jobs are requeued after a failure of a machine, and get the signal TERM one minute before their time
 //! limit, so that finished results are kept.
 

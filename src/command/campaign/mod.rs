@@ -1,8 +1,9 @@
 //! `rodfit campaign`: many fits on one or several machines, by the subcommands plan, run, status, collect and sbatch.
 //!
-//! `plan` expands a campaign file (TOML) into a list of fits in a folder. `run` computes those without a stored result, or one
-//! shard of them; several processes may run on a shared folder. `status` prints the progress, `collect` gathers the results,
-//! and `sbatch` prints a Slurm script. Exit codes: 3 while results are missing (`status`, `collect`), 2 for changed input files.
+//! `plan` expands a campaign file (TOML) into a list of fits in a folder. `run` computes those without a stored result, or
+//! one shard of them; several processes may run on a shared folder. `status` prints the progress, `collect` gathers the
+//! results, and `sbatch` prints a Slurm script. Exit codes: 3 while results are missing (`status`, `collect`) or if a fit
+//! panicked (`run`), 2 for changed input files (`run`).
 
 mod collect;
 mod job_script;
@@ -106,8 +107,8 @@ pub struct ShardOptions {
 }
 
 impl ShardOptions {
-    /// The shard of `--shard`, or that of the scheduler's job array; none outside a job array. `--shards` outside a job array
-    /// is an error, because no environment variable gives the index.
+    /// The shard of `--shard`, or that of the scheduler's job array by its environment variable; `None` outside a job array:
+    /// all fits. `--shards` outside a job array is an error, because no environment variable gives the index.
     fn shard(&self) -> Result<Option<Shard>, Error> {
         if self.shard.is_some() {
             return Ok(self.shard);
@@ -126,7 +127,8 @@ impl ShardOptions {
     }
 }
 
-/// Runs a subcommand of `rodfit campaign` and returns its exit code.
+/// Runs a subcommand of `rodfit campaign` and returns its exit code. Defaults: `run` uses all processors, `sbatch` one job
+/// per fit, at most [`DEFAULT_SHARDS`].
 pub fn run(command: &CampaignCommand, global: GlobalOptions) -> Result<u8, Error> {
     match command {
         CampaignCommand::Plan { campaign, out } => plan(campaign, out, global),
@@ -150,7 +152,8 @@ pub fn run(command: &CampaignCommand, global: GlobalOptions) -> Result<u8, Error
 }
 
 /// Expands the campaign file `campaign` into the plan in the folder `out` and prints its status. Fits that would be rejected
-/// give warnings and remain in the plan; a fit above a limit of memory, time or disk is an error.
+/// give warnings (at most [`MAX_PRINTED`], the others counted) and remain in the plan; a fit above a limit of memory, time or
+/// disk is an error. Returns exit code 0.
 fn plan(campaign: &Path, out: &Path, global: GlobalOptions) -> Result<u8, Error> {
     // Costs of single fits are not announced while thousands are planned.
     let silent = GlobalOptions { quiet: true, ..global };
@@ -171,8 +174,9 @@ fn plan(campaign: &Path, out: &Path, global: GlobalOptions) -> Result<u8, Error>
     Ok(0)
 }
 
-/// Computes the fits of a shard (all fits if none) that have no result, on up to `threads` threads, and prints a summary.
-/// Returns exit code 3 if a fit panicked, else the largest code of tasks whose files changed since the plan, else 0.
+/// Computes the fits of a shard (all fits if `None`) that have no result, on up to `threads` threads, stores the results, and
+/// prints a summary. TERM and Ctrl-C stop it. Returns exit code 3 if a fit panicked, else the largest code of tasks whose
+/// files changed since the plan, else 0.
 fn run_tasks(
     folder: &Path,
     shard: Option<Shard>,
@@ -217,7 +221,7 @@ fn run_tasks(
 }
 
 /// The result of a run as text: fits with a result, fits of this run and how many of them are usable (exit code 0), and fits
-/// of earlier runs. The status counts as doubtful while results are missing.
+/// of earlier runs. The tone is good if all fits have a result, else doubtful.
 fn summary(run: &RunSummary) -> Summary {
     let usable = run.codes.iter().filter(|code| **code == 0).count();
     let status = match run.open_tasks() {

@@ -1,8 +1,10 @@
 //! `rodfit fit --extend`: refits with one omitted effect added, for each effect that may explain the residuals.
 //!
-//! The score tests of the first fit propose candidates, such as a compliant clamp. Each candidate adds one effect to the
-//! original fit file. Among the refits that improve on the first, the one with the best grade wins, then the smallest RMS
-//! residual; the others are reported as alternatives.
+//! The significant score tests of the first fit propose candidates, such as a compliant clamp. Each candidate adds one effect
+//! to the original fit file. A refit improves on the first if it converged, its grade is no worse and its likelihood is
+//! significantly higher. Of these the one with the best grade wins, then the smallest RMS residual. Another one that explains
+//! the residuals as well, with a contradicting value of a parameter, becomes a warning and lowers the grade. Without an
+//! improvement the first report is returned, with a warning that has the candidates tried.
 
 use crate::command::terminal;
 use rodfit::Error;
@@ -16,9 +18,10 @@ struct BetterFit {
     report: FitReport,
 }
 
-/// Refits with each effect that may explain the residuals of the `first` report, one at a time, by `solve`. Sets `file` to that
-/// of the best refit and returns its report with the alternatives; returns the first report if no refit is better. An
-/// interruption ends the search with the refits so far.
+/// Refits with each effect that may explain the residuals of the `first` report, one at a time, by `solve`. Sets `file` to
+/// that of the best refit that improves on the first and returns its report, with warnings on other refits of similar
+/// likelihood. Else returns the first report, with a warning if any candidate was tried. Candidates without improvement are
+/// printed. An interruption ends the search with the refits so far.
 pub fn extended_fit(
     file: &mut FitFile,
     first: FitReport,

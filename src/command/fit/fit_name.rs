@@ -1,7 +1,8 @@
 //! Names for several fits of one command, and the paths of their outputs.
 //!
 //! A fit is named after its file, with as many parent folders in front as make the name unique (`a-fit`, `b-fit` for
-//! `a/fit.toml`, `b/fit.toml`). The name is appended to the stem of each output file (`--save`, `--json`).
+//! `a/fit.toml`, `b/fit.toml`). The name is appended to the stem of each output file (`--save`, `--json`); a single fit has
+//! no name, and its paths stay.
 
 use rodfit::Error;
 use std::path::{Component, Path, PathBuf};
@@ -42,8 +43,8 @@ fn name_parts(fit: &Path) -> Vec<String> {
     std::iter::once(stem).chain(folders).collect()
 }
 
-/// A path with a name appended to its stem: `fitted-NAME.toml` for `fitted.toml`. Characters of `name` that file systems
-/// reject become `_`; `extension` is without its dot.
+/// A path with a hyphen and a name appended to its stem: `fitted-NAME.toml` for `fitted.toml`. Characters of `name` that file
+/// systems reject become `_`; `extension` is without its dot and replaces that of the path.
 pub(super) fn path_with_name(path: &Path, name: &str, extension: &str) -> PathBuf {
     // Characters that file systems reject.
     let plain = |c: char| if c.is_control() || r#"/\:*?"<>|"#.contains(c) { '_' } else { c };
@@ -52,8 +53,9 @@ pub(super) fn path_with_name(path: &Path, name: &str, extension: &str) -> PathBu
     path.with_file_name(format!("{stem}-{name}.{extension}"))
 }
 
-/// The path of the file that an `option` names, for the fit with a `name` if it is one of several; unchanged for a single fit,
-/// `None` without a path. Several fits cannot share standard output (`-`): an error. Files of `--save` are TOML.
+/// The path of the file that an `option` names, with the `name` of the fit appended if it is one of several. Unchanged for a
+/// single fit, `None` without a path. Several fits cannot share standard output (`-`): an error. Files of `--save` get the
+/// extension `toml`.
 pub(super) fn output_path(
     path: Option<&Path>,
     name: Option<&str>,

@@ -1,8 +1,9 @@
 //! One fit of `rodfit fit`: reads a fit file, solves it and writes its outputs.
 //!
 //! Three kinds of fit files are distinguished: validation data only (predictions, no fit), parameters that vary along the rod
-//! (`[[field]]`), and single parameters. Each writes its report as JSON and page, prints a summary, and writes the scenes with
-//! fitted values (`--save`). The result is an exit code with a line for the overview of several fits.
+//! (`[[field]]`), and single parameters. Each prints a summary and writes the requested report (`--json`) and page
+//! (`--report`); fits also write the scenes with fitted values (`--save`). The result is an exit code with a line for the
+//! overview of several fits.
 
 use crate::command::fit::FitOptions;
 use crate::command::fit::extend::extended_fit;
@@ -45,7 +46,8 @@ pub(super) struct FitRun {
 
 impl FitRun {
     /// Reads the fit file at `path`, rejects meshes above the limits, applies the options (`--known`, `--monte-carlo`,
-    /// `--derivatives`), and adds the outputs. With a `name`, which a fit among several has, their paths contain it.
+    /// `--derivatives`), and adds the outputs, which are not yet checked. With a `name`, which a fit among several has, their
+    /// paths contain it.
     pub fn new(
         path: &Path,
         name: Option<String>,
@@ -71,15 +73,16 @@ impl FitRun {
         Ok(Self { path, name, file, outputs, global, saved_scenes, extends })
     }
 
-    /// Paths of all files that the fit reads: the fit file, its scenes and its data. Outputs must differ from them.
+    /// Paths of all files that the fit reads: its scenes, recordings and data, and the fit file last. Outputs must differ
+    /// from them.
     pub fn inputs(&self) -> Vec<PathBuf> {
         let mut inputs = self.file.files();
         inputs.push(self.path.clone());
         inputs
     }
 
-    /// Solves a fit of single parameters with a spinner that shows the stage and the number of simulations. `plots` keeps the
-    /// data of the page's plots; `stop` interrupts the fit, which then has a report of the best values so far.
+    /// Runs the fit by the kind of its file: prediction of validation data, fit along the rod, or fit of single parameters,
+    /// and writes its outputs. `stop` interrupts it; a fit of single parameters then has a report of the best values so far.
     pub fn solve(self, stop: Arc<AtomicBool>) -> Result<SolvedFit, Error> {
         if self.file.is_validation_only() {
             self.predict(stop)
@@ -90,8 +93,9 @@ impl FitRun {
         }
     }
 
-    /// Fits single parameters, extends the model with `--extend`, and writes the report, the page and the scenes. The exit code
-    /// is 3 if the fit did not succeed.
+    /// Fits single parameters, extends the model with `--extend` (unless interrupted), and writes the scenes, the report, the
+    /// page and the summary. The exit code is 3 if the grade is not usable (a note has the status and the grade), or that of
+    /// an output that cannot be written.
     fn solve_parameters(mut self, stop: &Arc<AtomicBool>) -> Result<SolvedFit, Error> {
         let (plots, global) = (self.outputs.has_page(), self.global);
         let solve = |file: &FitFile| solve(file, plots, stop.clone(), global);
@@ -118,8 +122,8 @@ impl FitRun {
         Ok(SolvedFit { code: conclude(written, saved), line, summary })
     }
 
-    /// Predicts measurements that are all validation data and writes the errors. Options of a fit (`--extend`, `--save`,
-    /// `--known`) are rejected.
+    /// Predicts measurements that are all validation data, and writes the errors, with their exit code. Options of a fit
+    /// (`--extend`, `--save`, `--known`, also inputs in the file) are rejected.
     fn predict(self, stop: Arc<AtomicBool>) -> Result<SolvedFit, Error> {
         let excluded = [
             ("--extend", self.extends),
@@ -135,8 +139,8 @@ impl FitRun {
         Ok(SolvedFit { code, line: report.in_a_line(), summary: None })
     }
 
-    /// Estimates parameters that vary along the rod and writes report, page and scenes. `--extend` is rejected. The exit code
-    /// is 3 if no minimum was reached.
+    /// Estimates parameters that vary along the rod and writes the scenes (also without convergence), the report, the page
+    /// and the summary. `--extend` is rejected. The exit code is 3 if no minimum was reached.
     fn solve_field(self, fit: &FieldFit) -> Result<SolvedFit, Error> {
         if self.extends {
             let allowed =
@@ -162,8 +166,8 @@ impl FitRun {
         Ok(SolvedFit { code: conclude(written, saved), line, summary: None })
     }
 
-    /// Writes a scene file (TOML) with the fitted `values` of each experiment's parameters; scenes of an interrupted fit begin
-    /// with [`INTERRUPTED_HEADER`]. Returns the outcome of each file.
+    /// Writes a scene file (TOML) for every saved scene, with the fitted `values` of the parameters of its experiment. Scenes
+    /// of an interrupted fit begin with [`INTERRUPTED_HEADER`]. Returns the outcome of each file.
     fn write_scenes(
         &self,
         values: impl Fn(&Experiment) -> Result<Vec<(Parameter, f64)>, Error>,
@@ -181,7 +185,8 @@ impl FitRun {
     }
 }
 
-/// Solves a fit with a spinner for its progress. `plots` keeps the data of the page.
+/// The report of the fit of single parameters in `file`, with a spinner that shows the stage and the number of simulations.
+/// `plots` keeps the data of the page's plots; `stop` interrupts the fit, which then has a report of the best values so far.
 fn solve(
     file: &FitFile,
     plots: bool,

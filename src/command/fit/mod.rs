@@ -1,8 +1,9 @@
 //! `rodfit fit`: identifies parameters from measurements, for one fit file or several in order.
 //!
-//! All fit files are read and all output paths checked before the first fit begins. Each fit writes its report, page and
-//! fitted scene. Several fits also get a printed overview and a comparison page, and a fit that fails does not stop the
-//! others. The exit code is the largest of all: 2 invalid input, 3 not computed, not converged or not identifiable.
+//! All fit files are read and all output paths checked before the first fit begins. Each fit prints a summary and writes the
+//! requested report (`--json`), page (`--report`) and fitted scene (`--save`). Several fits also get a printed overview and,
+//! with `--report`, a comparison page, and a fit that fails does not stop the others. The exit code is the largest of all: 2
+//! invalid input, 3 not computed, not converged or not identifiable.
 
 mod extend;
 mod fit_name;
@@ -58,8 +59,9 @@ struct OverviewLine {
     result: String,
 }
 
-/// Reads, checks and solves all fits, and writes their outputs. Returns the largest exit code of all fits; the error of a single
-/// fit is returned as it is.
+/// Reads, checks and solves all fits in order, and writes their outputs. After a stop by the user the remaining fits are not
+/// begun. Returns the largest exit code of all fits and outputs; the error of a single fit is returned as it is, those of
+/// several are printed.
 pub fn run(options: &FitOptions, global: GlobalOptions) -> Result<u8, Error> {
     // All files are read and all outputs checked before the first fit begins.
     let mut runs: Vec<FitRun> = Vec::new();
@@ -123,7 +125,8 @@ pub fn run(options: &FitOptions, global: GlobalOptions) -> Result<u8, Error> {
     Ok(conclude(code, [page]))
 }
 
-/// The overview of several fits as a table: fit file, grade, and estimates. Two spaces separate grade and estimates in a line.
+/// The overview of several fits as a table, one row per fit: fit file, grade, and estimates. Two spaces separate grade and
+/// estimates in a line's result.
 fn overview(lines: &[OverviewLine]) -> Summary {
     let columns = |line: &OverviewLine| {
         let (grade, estimates) = line.result.split_once("  ").unwrap_or((&line.result, ""));

@@ -1,7 +1,8 @@
 //! `rodfit fit --save`: the scene files (TOML) with fitted values.
 //!
-//! Experiments with the same scene and the same fitted parameters that differ in their recordings only share one file. With
-//! several groups of experiments, the path of the option gets the name of the scene file or of the experiment.
+//! Experiments with the same fitted parameters, whose scenes differ in their recordings only, share one file. With several
+//! groups of experiments, the path of the option gets the name of the scene file or of the experiment. Mesh and step that the
+//! program chose are not written.
 
 use crate::command::fit::fit_name::path_with_name;
 use crate::command::output::{Output, Outputs};
@@ -17,6 +18,7 @@ pub(super) struct SavedScene {
 }
 
 /// The scene of a problem with other `values` of its parameters, as TOML (UTF-8 bytes) with absolute paths of its data files.
+/// Mesh and step that the program chose are left open again.
 pub(super) fn scene_text(
     problem: &Problem,
     values: Vec<(Parameter, f64)>,
@@ -26,8 +28,9 @@ pub(super) fn scene_text(
     Ok(scene.to_toml()?.into_bytes())
 }
 
-/// Adds an output at `path` for every group of experiments with the same fitted scene, and returns the list. A single group
-/// uses `path` itself; of several, each name is appended. Several groups on standard output (`-`) are an error.
+/// Adds an output for every group of experiments with the same fitted scene to `outputs`, and returns the list. A single
+/// group of several, or of an experiment without a name, has `path` itself. To others the experiment's name (groups of one)
+/// or the scene's is appended. Several groups on standard output (`-`) are an error.
 pub(super) fn add_saved_scenes(
     path: &Path,
     file: &FitFile,
@@ -61,7 +64,8 @@ pub(super) fn add_saved_scenes(
     Ok(groups.iter().map(add).collect())
 }
 
-/// Groups of indices of experiments that share a fitted scene: the same scene but for the recording, and the same parameters.
+/// Groups of indices of experiments that share a fitted scene: scenes that differ in the recording only, and the same
+/// parameters. In the order of their first experiments.
 fn scene_groups(file: &FitFile) -> Vec<Vec<usize>> {
     let all = &file.experiments;
     let share_scene = |i: usize, j: usize| {
@@ -84,8 +88,8 @@ fn scene_groups(file: &FitFile) -> Vec<Vec<usize>> {
     groups
 }
 
-/// The stem of the scene file of a group; the name of its first experiment if another group has the same stem or the scene has
-/// no file.
+/// The stem of the scene file of a `group`; the name of its first experiment if another of the `groups` has the same stem or
+/// the scene has no file.
 fn group_name(file: &FitFile, group: &[usize], groups: &[Vec<usize>]) -> String {
     let stem = |group: &[usize]| {
         let path = file.experiments[group[0]].problem.scene().path.clone()?;

@@ -1,15 +1,16 @@
-//! The scene of a cable between two grippers, derived from a recording of markers along the cable.
+//! The scene of a cable between two grippers, derived from a recording of markers along the cable, for `rodfit init cable`.
 //!
 //! Input are the template of the scene and a track of markers. The rod is straight at rest with one node at each marker; edge
-//! lengths are the medians of the distances of neighboring markers over all frames, and the time step is the median
-//! frame interval. Gravity points along -y of planar recordings and along -z of spatial ones. Output is the scene (TOML).
+//! lengths are the medians of the distances of neighboring markers over all frames, and the time step is the median frame
+//! interval. Gravity points along -y of planar recordings (all z zero) and along -z of spatial ones. Output is the scene
+//! (TOML).
 
 use rodfit::scene::Track;
 
 /// Fewest markers of a cable: two on each gripper, and one between them.
 pub(super) const MIN_MARKERS: usize = 5;
 
-/// The middle one of the values after sorting (the upper one of an even number); none of an empty list.
+/// The middle one of the values after sorting (the upper one of an even number); `None` for an empty list.
 fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()
@@ -20,8 +21,9 @@ fn rounded(x: f64) -> f64 {
     (x * 1e5).round() / 1e5
 }
 
-/// The template `scene` with its places in braces filled from `track`: segments, node positions (m), edge lengths (m), gravity
-/// and time step (s, rounded to 1e-7). `file` is the recording's path as a TOML string; `keys` are further lines of its table.
+/// The template `scene` (TOML) with its places in braces filled from `track`: segments, node positions (m), edge lengths (m),
+/// gravity and time step (s, rounded to 1e-7; 0.01 with a single frame). `file` is the recording's path as a TOML string;
+/// `keys` are further lines of its table.
 pub(super) fn cable_scene(scene: &str, track: &Track, file: &str, keys: &str) -> String {
     let markers = track.markers();
     let mut lengths: Vec<f64> = Vec::new();

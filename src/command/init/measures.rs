@@ -1,8 +1,8 @@
 //! Options of `rodfit init` for the user's rod: cross-section, length and density, written into the scene of a template.
 //!
-//! The scene text is edited line by line: a given measure replaces the template's value, and the comment that marks the value
-//! as an example (`# measure`) is changed. Measures without an option keep the template's value and its mark, so that
-//! the program can list the values still to be filled in. Sizes of different sections cannot be combined.
+//! The scene text is edited line by line: a given measure replaces the template's value, and the mark of the value as an
+//! example (`# measure` in its comment) is removed. Measures without an option keep the template's value and its mark, so
+//! that the program can list the values still to be filled in. Sizes of different sections cannot be combined.
 
 use clap::ValueEnum;
 use rodfit::Error;
@@ -68,14 +68,15 @@ struct SizeOption {
 }
 
 impl Measures {
-    /// The text of a template's scene with the given measures in place of its values. `is_planar`: the rod bends in the x-y
-    /// plane, which a rectangle needs. Invalid combinations are errors.
+    /// The text of a template's `scene` with the given measures in place of its values. `is_planar`: the rod bends in the x-y
+    /// plane, which a rectangle needs. Sizes that are not positive and sizes of different sections are errors.
     pub fn apply(&self, scene: &str, is_planar: bool) -> Result<String, Error> {
         self.check(is_planar)?;
         Ok(scene.lines().map(|line| self.line(line) + "\n").collect())
     }
 
-    /// A line of the scene with the given length, density or section in it; unchanged if it has no such value, or none is given.
+    /// A line of the scene with the given length, density or section in it, without the mark of an example if it is given
+    /// whole. Unchanged if it has no such value, or none is given.
     fn line(&self, line: &str) -> String {
         if let (Some(length), true) = (self.length, line.contains(LENGTH)) {
             return measured(&line.replacen(LENGTH, &format!("length = {length:?}"), 1));
@@ -90,7 +91,8 @@ impl Measures {
         line.into()
     }
 
-    /// The section of `--section`, else the one that the given sizes imply; none without both.
+    /// The section of `--section`, else the one that the given sizes imply: a rectangle (width or height), a tube
+    /// (thickness), or a circle (radius alone). `None` without both.
     fn kind(&self) -> Option<SectionKind> {
         // Width and height are those of a rectangle, a thickness that of a tube; a radius alone is that of a circle.
         let of_sizes = [
@@ -102,8 +104,8 @@ impl Measures {
         self.section.or(given.map(|(_, kind)| kind))
     }
 
-    /// The line of the cross-section with the given sizes, and defaults for the others. Its comment still marks an example unless
-    /// all sizes are given.
+    /// The line of the cross-section of this `kind` with the given sizes, and defaults for the others, with the comment of
+    /// `line`. Its comment still marks an example unless all sizes are given.
     fn section_line(&self, kind: SectionKind, line: &str) -> String {
         let size = |given: Option<f64>, default: f64| given.unwrap_or(default);
         let radius = size(self.radius, RADIUS);
@@ -129,7 +131,8 @@ impl Measures {
         if is_given { measured(&new) } else { new }
     }
 
-    /// Rejects sizes that are not finite and positive, sizes of another section, and a rectangle for a rod in space.
+    /// Rejects sizes that are not finite and positive, sizes of another section, and a rectangle for a rod that is not
+    /// planar.
     fn check(&self, is_planar: bool) -> Result<(), Error> {
         let option = |name, value| SizeOption { name, value };
         let options = [
@@ -167,7 +170,7 @@ fn comment(line: &str) -> &str {
     line.find('#').map_or("", |start| &line[start..])
 }
 
-/// A line without the mark [`EXAMPLE`] in its comment; the rest of the comment is kept.
+/// A line without the mark [`EXAMPLE`] in its comment; the rest of the comment is kept. Unchanged without the mark.
 fn measured(line: &str) -> String {
     match line.split_once(EXAMPLE) {
         Some((text, rest)) => format!("{text}#{}", rest.trim_start_matches([':', ','])),

@@ -1,8 +1,8 @@
 //! `rodfit init`: writes a template of an experiment, a scene file (TOML), a fit file (TOML) and data, into a folder.
 //!
-//! The data are synthetic (a simulation with noise), or the recording of the user (`--from`), whose frame rate, units and
-//! lengths are then written into the files. Existing files are kept unless `--overwrite` is given. The printed summary lists
-//! the values to be filled in and the next command.
+//! Templates are cantilever, droop, frequencies, helix and cable. The data are synthetic (a simulation with noise), or the
+//! recording of the user (`--from`), whose frame rate, units and lengths are then written into the files. Existing files are
+//! an error unless `--overwrite` is given. The printed summary lists the values to be filled in and the next command.
 
 mod cable;
 mod measures;
@@ -78,7 +78,8 @@ impl NewFile {
 }
 
 impl TemplateTexts {
-    /// The scene and fit texts of a template, with the dimensions of `measures`. Errors: invalid dimensions.
+    /// The scene and fit texts of a template, with the dimensions of `measures` in the scene. Invalid dimensions are an
+    /// error.
     fn new(template: Template, measures: &Measures) -> Result<Self, Error> {
         let (name, scene, fit) = match template {
             Template::Cantilever => {
@@ -103,7 +104,7 @@ impl TemplateTexts {
         Ok(Self { template, name, scene: measures.apply(scene, is_planar)?, fit })
     }
 
-    /// The scene file `NAME.toml` and the fit file `NAME-fit.toml` of the template, with these contents.
+    /// The scene file `NAME.toml` and the fit file `NAME-fit.toml` of the template, with the texts `scene` and `fit`.
     fn files(&self, scene: impl Into<String>, fit: impl Into<String>) -> Vec<NewFile> {
         vec![
             NewFile::new(format!("{}.toml", self.name), scene),

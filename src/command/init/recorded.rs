@@ -2,7 +2,7 @@
 //!
 //! The file is read once, so that one that cannot be used is an error at this stage. The templates cantilever and helix get
 //! the end time and the keys of the tip's observation; droop gets the path of the shape; cable gets lengths, time step and
-//! gripper motion from the markers. The template frequencies has no data file.
+//! gripper motion from the markers. With the template frequencies `--from` is an error: it has no data file.
 
 use crate::command::init::cable::{MIN_MARKERS, cable_scene};
 use crate::command::init::{InitOptions, NewFile, Template, TemplateTexts, toml_string};
@@ -11,8 +11,9 @@ use rodfit::scene::Track;
 use rodfit::{Error, Observation};
 use std::path::Path;
 
-/// Scene and fit file of a template for the data `file`, with the frame rate and scale of `options`. A file that cannot be read
-/// is an error. The simulated time ends with the last sample, rounded up to 1e-3 s.
+/// Scene and fit file of a template for the data `file`, with the frame rate and scale of `options`. Of a recorded tip the
+/// simulated time ends with the last sample, rounded up to 1e-3 s. A file that cannot be read, or any with the template
+/// frequencies, is an error.
 pub(super) fn recorded_files(
     texts: &TemplateTexts,
     file: &Path,
@@ -45,8 +46,9 @@ pub(super) fn recorded_files(
     }
 }
 
-/// Scene and fit of a cable whose ends move as the outermost markers of the recording `file`; `path` is its path as a TOML
-/// string. Fewer than [`MIN_MARKERS`] markers are an error.
+/// Scene and fit file of a cable whose ends move as the outermost markers of the recording `file`, with the units in
+/// `recording`; `path` is its path as a TOML string. The time begins with the first frame. Fewer than [`MIN_MARKERS`] markers
+/// are an error.
 fn recorded_cable(
     texts: &TemplateTexts,
     file: &Path,

@@ -1,8 +1,9 @@
 //! Synthetic data of the templates of `rodfit init`.
 //!
-//! The scene of a template is simulated with other parameter values than its own, on a mesh and with steps whose error is
-//! far below the noise. Normal noise with a fixed seed is added, so that the data are reproducible. Output are the scene, the
-//! fit and the data: tip motion, shape at rest, two natural frequencies, or recordings of a cable's markers.
+//! The scene of a template is simulated with other parameter values than its own. All but the cable have [`refined`] meshes
+//! and steps, whose error is far below the noise. Normal noise with a fixed seed is added to positions, so that the data are
+//! reproducible. Output are the scene, the fit and the data: tip motion, shape at rest, two natural frequencies (in the fit
+//! file, without noise), or recordings of a cable's markers.
 
 use crate::command::init::cable::cable_scene;
 use crate::command::init::{NewFile, Template, TemplateTexts, toml_string};
@@ -34,7 +35,7 @@ struct NormalNoise {
 }
 
 impl NormalNoise {
-    /// Noise of a standard deviation, m, whose generator starts from a seed.
+    /// Noise of the standard deviation `sigma`, m, whose generator starts from a `seed`.
     fn new(sigma: f64, seed: usize) -> Self {
         Self { random: ChaCha8Rng::seed_from_u64(seed as u64), sigma }
     }
@@ -47,7 +48,8 @@ impl NormalNoise {
     }
 }
 
-/// Scene, fit and data files of a template. All are sorted by name, except those of the cable.
+/// Scene, fit and data files of a template, with their texts. All are sorted by name, except those of the cable. An error if
+/// the scene is invalid or its simulation fails.
 pub(super) fn synthetic_files(texts: &TemplateTexts) -> Result<Vec<NewFile>, Error> {
     let TemplateTexts { template, name, scene, fit } = texts;
     let mut files = match template {
@@ -86,12 +88,12 @@ pub(super) fn synthetic_files(texts: &TemplateTexts) -> Result<Vec<NewFile>, Err
     Ok(files)
 }
 
-/// The scene of a TOML text, with data files in the current folder.
+/// The scene of a TOML text; its data files are relative to the current folder.
 fn read(scene: &str) -> Result<Scene, Error> {
     Scene::from_toml(scene, ".")
 }
 
-/// A scene with 100 segments and steps of 5e-4 s, whose discretization error is far below the noise.
+/// The scene with 100 segments and, if it has a time, steps of 5e-4 s, whose discretization error is far below the noise.
 fn refined(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.rod.segments = Some(100);
@@ -99,8 +101,9 @@ fn refined(scene: &Scene) -> Scene {
     scene
 }
 
-/// The simulated motion of the tip as CSV with noise of 0.5 mm: 100 rows with time, s, every 0.01 s, and two (planar) or three
-/// coordinates, m. Young's modulus is 10 % above that of the template, 1.1e8 Pa, or 1.1e7 Pa in space.
+/// The simulated motion of the tip as CSV with noise of 0.5 mm: 100 rows with time, s, every 0.01 s, and two (planar) or
+/// three coordinates, m. Young's modulus is 10 % above that of the template: 1.1e8 Pa, or 1.1e7 Pa in space. A planar rod has
+/// a mass damping of 0.4 1/s.
 fn tip_motion(scene: &Scene, is_spatial: bool) -> Result<String, Error> {
     let mut truth = vec![(Parameter::YoungsModulus, if is_spatial { 1.1e7 } else { 1.1e8 })];
     if !is_spatial {
@@ -120,8 +123,8 @@ fn tip_motion(scene: &Scene, is_spatial: bool) -> Result<String, Error> {
     Ok(text)
 }
 
-/// The equilibrium as CSV with noise of 0.3 mm: arc length and two coordinates, mm, at every tenth node. Young's modulus is
-/// 3e7 Pa.
+/// The equilibrium of the scene with Young's modulus 3e7 Pa as CSV with noise of 0.3 mm: arc length and two coordinates, mm,
+/// at every tenth node from the tenth on.
 fn rest_shape(scene: &Scene) -> Result<String, Error> {
     let problem = refined(scene).problem()?.with([(Parameter::YoungsModulus, 3e7)])?;
     let rest = problem.equilibrium()?;
@@ -135,8 +138,8 @@ fn rest_shape(scene: &Scene) -> Result<String, Error> {
     Ok(text)
 }
 
-/// The track of [`MARKERS`] markers, named from `0`. `position` returns the coordinates, m, of marker `j` in frame `k`; `times`
-/// are those of the frames, s.
+/// The track of [`MARKERS`] markers, named from `0`. `position(j, k)` returns the coordinates, m, of marker `j` in frame `k`;
+/// `times` are those of the frames, s.
 fn cable_track(
     times: Vec<f64>,
     position: impl Fn(usize, usize) -> [f64; 3],
@@ -146,7 +149,7 @@ fn cable_track(
     Track::new(times, markers).map_err(Error::Fit)
 }
 
-/// Times of a number of frames from 0 at intervals of [`FRAME_INTERVAL`], s.
+/// Times of this number of `frames`, s: multiples of [`FRAME_INTERVAL`] from 0 on.
 fn frame_times(frames: usize) -> Vec<f64> {
     (0..frames).map(|k| FRAME_INTERVAL * k as f64).collect()
 }
@@ -192,7 +195,8 @@ fn gripper_motion(recording: usize) -> Result<Track, Error> {
     cable_track(times, position)
 }
 
-/// A planar recording as CSV: time, s, rounded to 1e-6, and the coordinates x, y of each marker, m.
+/// A planar recording as CSV text: a header, then one row per frame with time, s, rounded to 1e-6, and the coordinates x, y
+/// of each marker, m.
 fn csv(track: &Track) -> String {
     let names = track.markers().iter().map(|m| format!(",x{0},y{0}", m.name));
     let mut text = format!("t{}\n", names.collect::<String>());
@@ -204,8 +208,9 @@ fn csv(track: &Track) -> String {
     text
 }
 
-/// Scene, fit and [`RECORDINGS`] recordings of a cable with Young's modulus 1e7 Pa and noise of 0.2 mm on the free markers.
-/// Positions on the grippers are exact up to 1e-6 m. The prescribed motion is passed by a temporary folder.
+/// Scene, fit and [`RECORDINGS`] recordings of a simulated cable with Young's modulus 1e7 Pa and noise of 0.2 mm on the free
+/// markers. Positions on the grippers are rounded to 1e-6 m. The prescribed motion is passed to the simulation by a temporary
+/// folder. The last recording is validation data in the fit.
 fn cable_files(scene: &str, fit: &str) -> Result<Vec<NewFile>, Error> {
     let mut files = Vec::new();
     let not_written = |source| Error::io(&std::env::temp_dir(), source);

@@ -1,8 +1,9 @@
 //! The outputs of a command: its report as JSON, as a page and as a summary, and further files.
 //!
-//! All outputs are checked before anything runs: none is an input of the command or another output, and all can be
-//! written. A file is written under a temporary name beside its own and renamed when it is complete, so that its name
-//! never stands for a part of it. An interrupted result does not replace an older one without `--overwrite`.
+//! All outputs are checked before anything runs: none is an input of the command or another output, and all can be written. A
+//! file is written under a temporary name beside its own and renamed when it is complete, so that its name never stands for a
+//! part of it. An interrupted result does not replace an older one without `--overwrite`: it is written beside it under
+//! another name, with a warning. An output that fails is an error of its own; the others are written.
 
 mod path;
 mod target;
@@ -40,7 +41,7 @@ pub struct Outputs {
 pub struct Output(usize);
 
 impl Outputs {
-    /// Outputs without a report.
+    /// Outputs without a report and without files; a summary is printed unless `--quiet`.
     pub fn empty(global: GlobalOptions) -> Self {
         Self {
             global,
@@ -53,19 +54,19 @@ impl Outputs {
         }
     }
 
-    /// Outputs with the report of `--json`, if it is given.
+    /// Outputs with the report in the file of `--json`, if it is given; not yet checked.
     pub fn new(json: &JsonOption, global: GlobalOptions) -> Self {
         Self::with_json_file(json.json.as_deref(), global)
     }
 
-    /// Outputs with the report in this file, if there is one.
+    /// Outputs with the report (JSON) in this file, if there is one; not yet checked.
     pub fn with_json_file(file: Option<&Path>, global: GlobalOptions) -> Self {
         let mut outputs = Self::empty(global);
         outputs.json = outputs.add("--json", file);
         outputs
     }
 
-    /// The report of `--json` as the only output, checked against the inputs of the command.
+    /// Outputs with the report of `--json`, if given, as the only one, checked against the `inputs` of the command.
     pub fn with_json(
         json: &JsonOption,
         inputs: &[PathBuf],
@@ -75,12 +76,13 @@ impl Outputs {
         outputs.check(inputs).map(|()| outputs)
     }
 
-    /// Adds the file that an option names; `-` is standard output.
+    /// Adds the file that an `option` names, and returns its index; `None` without a path. `-` is standard output.
     pub fn add(&mut self, option: &str, path: Option<&Path>) -> Option<Output> {
         self.push(option, path?.into(), false)
     }
 
-    /// Adds a file in the folder that an option names. The folder is created if it does not exist.
+    /// Adds the file `name` in the folder that an `option` names, and returns its index; `None` without a folder. A missing
+    /// folder is created when the file is written.
     pub fn add_in_folder(
         &mut self,
         option: &str,
@@ -90,24 +92,26 @@ impl Outputs {
         self.push(option, folder?.join(name), true)
     }
 
-    /// Adds the page of the report in the folder of `--report`.
+    /// Adds the page of the report as the file `name` in the folder of `--report`; no page without a folder.
     pub fn add_page(&mut self, folder: Option<&Path>, name: &str) {
         self.page = self.add_in_folder("--report", folder, name);
     }
 
-    /// Adds the page of the report, `NAME.html`, and its data, `NAME.json`, in the folder of `--report`.
+    /// Adds the page of the report, `NAME.html`, and the report as JSON, `NAME.json`, in the folder of `--report`; neither
+    /// without a folder.
     pub fn add_page_with_data(&mut self, folder: Option<&Path>, name: &str) {
         self.add_page(folder, &format!("{name}.html"));
         self.page_json = self.add_in_folder("--report", folder, &format!("{name}.json"));
     }
 
-    /// Adds a target.
+    /// Adds a target for the `option`, and returns its index. `creates_folder`: a missing folder is created.
     fn push(&mut self, option: &str, path: PathBuf, creates_folder: bool) -> Option<Output> {
         self.targets.push(Target { option: option.into(), path, creates_folder });
         Some(Output(self.targets.len() - 1))
     }
 
-    /// Rejects outputs that are an input or another output, or that cannot be written.
+    /// An error for the first output that is one of the `inputs` or another output, for two on standard output, or for a file
+    /// that [cannot be written](Target::check_writable). No file is created.
     pub fn check(&self, inputs: &[PathBuf]) -> Result<(), Error> {
         let inputs: Vec<PathBuf> = inputs.iter().map(|path| identity(path)).collect();
         // Each output is compared with the inputs and with the outputs before it.
@@ -135,7 +139,7 @@ impl Outputs {
         self.targets.iter().try_for_each(Target::check_writable)
     }
 
-    /// Rejects outputs that another run of the same command writes too.
+    /// An error if any of these outputs is a file that another fit of the same command (`other`) writes too.
     pub fn check_beside(&self, other: &Self) -> Result<(), Error> {
         let taken: Vec<PathBuf> = other.targets.iter().flat_map(Target::files).collect();
         let is_taken = |target: &&Target| target.files().iter().any(|file| taken.contains(file));
@@ -145,37 +149,38 @@ impl Outputs {
         })
     }
 
-    /// Marks all results from now on as those of an interrupted run.
+    /// Marks all results from now on as those of an interrupted run, which do not replace older files without `--overwrite`.
     pub fn set_interrupted(&mut self) {
         self.is_interrupted = true;
     }
 
-    /// Whether the reader of standard output has closed it.
+    /// Whether the reader of standard output closed it while an output was written there.
     pub fn is_stdout_closed(&self) -> bool {
         self.is_stdout_closed.get()
     }
 
-    /// Whether there is a report in JSON.
+    /// Whether a report in JSON was requested (`--json`).
     pub fn has_json(&self) -> bool {
         self.json.is_some()
     }
 
-    /// Whether there is a page of the report.
+    /// Whether a page of the report was requested (`--report`).
     pub fn has_page(&self) -> bool {
         self.page.is_some()
     }
 
-    /// Whether a summary is printed: not with `--quiet`, nor if standard output is a result.
+    /// Whether a summary is printed: not with `--quiet`, nor if an output goes to standard output.
     pub fn has_summary(&self) -> bool {
         !self.global.quiet && !self.targets.iter().any(Target::is_stdout)
     }
 
-    /// Whether an output is a regular file.
+    /// Whether an output is a regular file; `false` for none, standard output and devices.
     pub fn is_file(&self, output: Option<Output>) -> bool {
         output.is_some_and(|Output(i)| !self.targets[i].files().is_empty())
     }
 
-    /// Writes an output.
+    /// Writes the `content` of an output, which is computed before the file is created; nothing without an output. A failed
+    /// write keeps no part.
     pub fn write(
         &self,
         output: Option<Output>,
@@ -189,7 +194,7 @@ impl Outputs {
         self.end(writer, written, false)
     }
 
-    /// Writes a report as JSON on one line.
+    /// Writes a `report` as JSON on one line with a line break; nothing without an output.
     fn write_json(&self, output: Option<Output>, report: &impl Serialize) -> Result<(), Error> {
         let Some(output) = output else { return Ok(()) };
         let mut writer = self.begin(output)?;
@@ -199,8 +204,8 @@ impl Outputs {
         self.end(writer, written, false)
     }
 
-    /// Writes a report as JSON, as its page and as its summary. Returns the exit code: `code`, or that of an output that
-    /// could not be written.
+    /// Writes a `report` as its page (if there is one) and as JSON, and prints its `summary`. Errors of outputs are printed.
+    /// Returns the exit code: the larger one of `code` and those of outputs that could not be written.
     pub fn finish(
         &self,
         code: u8,
@@ -215,7 +220,7 @@ impl Outputs {
         conclude(code, json.into_iter().chain([page, self.print(summary)]))
     }
 
-    /// Prints a summary unless there is none.
+    /// Prints a `summary` on standard output; nothing where [no summary is printed](Self::has_summary).
     pub fn print(&self, summary: &Summary) -> Result<(), Error> {
         match self.has_summary() {
             true => terminal::print_summary(summary),
@@ -223,7 +228,8 @@ impl Outputs {
         }
     }
 
-    /// Begins an output that is written in pieces.
+    /// Begins an output that is written in pieces: on standard output, on a device, or in a temporary file beside its path,
+    /// whose missing folder is created if so requested.
     pub fn begin(&self, output: Output) -> Result<OutputWriter, Error> {
         let target = &self.targets[output.0];
         let sink = if target.is_stdout() {
@@ -241,12 +247,15 @@ impl Outputs {
         Ok(OutputWriter { output, buffer: BufWriter::new(sink) })
     }
 
-    /// Ends an output that was written in pieces with this outcome. After an error the written part is kept.
+    /// Ends an output that was written in pieces, with `written` as the outcome of the writes. After an error the written
+    /// part is kept, and the error has its path.
     pub fn end_pieces(&self, writer: OutputWriter, written: io::Result<()>) -> Result<(), Error> {
         self.end(writer, written, true)
     }
 
-    /// Flushes an output and gives its file its name. `keeps_part` keeps the temporary file after an error.
+    /// Flushes an output and gives its temporary file the final name, with the permissions of a file that it replaces. After
+    /// an error of `written` or the flush the temporary file is removed, or kept with `keeps_part`. If only the final name
+    /// fails, it is kept.
     fn end(
         &self,
         mut writer: OutputWriter,
@@ -272,7 +281,8 @@ impl Outputs {
         file.persist(&path).map_err(|(source, file)| target.error(with_partial_file(file, source)))
     }
 
-    /// The path of a complete file: beside an older one if this run was interrupted.
+    /// The path of a complete file: that of the target, with links resolved. If this run was interrupted and an older file
+    /// exists, it is another name beside it, with a warning, unless `--overwrite` is given.
     fn final_path(&self, target: &Target) -> PathBuf {
         let path = resolved(&target.path);
         let replaces = !self.is_interrupted || self.global.overwrites();

@@ -1,4 +1,7 @@
 //! Paths of outputs: folders, links, and the identity of files with several names.
+//!
+//! The functions serve the check of outputs before a run and their writing. [`identity`] maps all names of a file (relative,
+//! links, case) to one path, [`resolved`] follows a link, [`interrupted_name`] is the name of an interrupted result.
 
 use std::ffi::OsString;
 use std::fs::metadata;
@@ -7,12 +10,13 @@ use std::path::{Path, PathBuf};
 /// Symbolic links that are followed one after another, as operating systems do.
 const MAX_LINKS: usize = 40;
 
-/// Whether a path exists and is neither a file nor a folder.
+/// Whether a path exists and is neither a file nor a folder, such as `/dev/null` or a pipe.
 pub(super) fn is_device(path: &Path) -> bool {
     metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
 
-/// The target of a symbolic link, even if it does not exist; any other path is returned unchanged.
+/// The target of a symbolic link as an absolute path; if the target does not exist, after at most [`MAX_LINKS`] links. Any
+/// other missing path is returned unchanged.
 pub(super) fn resolved(path: &Path) -> PathBuf {
     if let Ok(found) = path.canonicalize() {
         return found;
@@ -27,7 +31,7 @@ pub(super) fn resolved(path: &Path) -> PathBuf {
     path
 }
 
-/// Whether a path ends with a separator, `.` or `..`, which only folders do.
+/// Whether a path ends with a separator, `/.` or `/..`, or is `..`, which only folders do.
 pub(super) fn ends_like_folder(path: &Path) -> bool {
     let bytes = path.as_os_str().as_encoded_bytes();
     let is_separator = |byte: &u8| std::path::is_separator(char::from(*byte));
@@ -35,7 +39,7 @@ pub(super) fn ends_like_folder(path: &Path) -> bool {
     bytes.last().is_some_and(is_separator) || ends || bytes == b".."
 }
 
-/// The folder of a file.
+/// The parent folder of a path; `.` for a bare name, the path itself for a root.
 pub(super) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if folder.as_os_str().is_empty() => Path::new("."),
@@ -44,7 +48,8 @@ pub(super) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// A path that all names of a file share, whether the file exists or not.
+/// A path that all names of a file share, whether the file exists or not: the canonical path of its existing part with the
+/// missing rest. In lower case on Windows and macOS.
 pub(super) fn identity(path: &Path) -> PathBuf {
     // The part that exists is canonical; the missing rest is appended.
     let mut missing = Vec::new();

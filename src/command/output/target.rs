@@ -1,4 +1,8 @@
 //! The destination of an output, and the check that it can be written.
+//!
+//! A [`Target`] has the option that names it, the path, and whether a missing folder is created. Before a run
+//! [`Target::check_writable`] rejects closed standard output, folders, read-only files, pipes, and files whose folder is
+//! missing or not writable. Afterwards no file exists that did not before.
 
 use crate::command::output::path::{
     ends_like_folder, folder_of, identity, interrupted_name, is_device, resolved,
@@ -21,18 +25,19 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// Whether the output goes to standard output.
+    /// Whether the output goes to standard output: its path is `-` or `/dev/stdout`, and it is no file in a folder of an
+    /// option.
     pub fn is_stdout(&self) -> bool {
         let is_name = ["-", "/dev/stdout"].iter().any(|name| self.path == Path::new(name));
         !self.creates_folder && is_name
     }
 
-    /// The error of an option with an unusable destination.
+    /// The error of the option with the unusable destination `found` and the `allowed` ones.
     pub fn invalid(&self, found: impl Display, allowed: &str) -> Error {
         Error::invalid(&self.option, found, allowed)
     }
 
-    /// The error of a failed write.
+    /// The error of a failed write, with the path or the name of standard output.
     pub fn error(&self, source: io::Error) -> Error {
         match self.is_stdout() {
             true => terminal::stdout_error(source),
@@ -40,7 +45,8 @@ impl Target {
         }
     }
 
-    /// Identities of the file and of the one that an interrupted run may write beside it; none of devices.
+    /// [Identities](identity) of the file and of the one that an interrupted run may write beside it; empty for standard
+    /// output and devices.
     pub fn files(&self) -> Vec<PathBuf> {
         match self.is_stdout() || is_device(&self.path) {
             true => Vec::new(),
@@ -48,7 +54,8 @@ impl Target {
         }
     }
 
-    /// Checks that the destination can be written, without creating a file.
+    /// An error if the destination cannot be written: closed standard output, the name of a folder, a read-only file, a pipe,
+    /// a device that does not open, or a file whose folder is unusable. No file remains.
     pub fn check_writable(&self) -> Result<(), Error> {
         let path = self.path.display();
         if self.is_stdout() {
@@ -86,7 +93,8 @@ impl Target {
         }
     }
 
-    /// Checks that a file can be created in the folder, or in the nearest one that exists if it is to be created.
+    /// An error unless a file can be created in the folder of the path (links resolved), or in the nearest one that exists if
+    /// missing ones are to be created. A temporary file is created and removed.
     fn check_folder(&self) -> Result<(), Error> {
         let path = resolved(&self.path);
         let mut folder = folder_of(&path);

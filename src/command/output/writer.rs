@@ -1,4 +1,8 @@
 //! Writers of outputs: standard output, a device, or a temporary file.
+//!
+//! [`OutputWriter`] buffers the bytes of an output and passes them to its [`Sink`]. A standard output whose reader has closed
+//! it drops the rest without an error. The temporary file becomes the output when `Outputs` ends it. Also here: the test for
+//! a standard output that was closed from the beginning.
 
 use crate::command::output::Output;
 use crate::command::terminal;
@@ -16,12 +20,12 @@ pub struct OutputWriter {
 }
 
 impl Write for OutputWriter {
-    /// Writes bytes, and returns how many of them are written.
+    /// Writes bytes into the buffer, and returns how many of them are taken.
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.buffer.write(bytes)
     }
 
-    /// Writes what is buffered.
+    /// Passes all buffered bytes to the sink, and flushes it.
     fn flush(&mut self) -> io::Result<()> {
         self.buffer.flush()
     }
@@ -38,7 +42,8 @@ pub(super) enum Sink {
 }
 
 impl Write for Sink {
-    /// Writes bytes, and returns how many of them are written.
+    /// Writes bytes to the destination, and returns how many of them are written. On a closed standard output they are
+    /// dropped and count as written; the flag is set.
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match self {
             Self::Stdout(is_closed) if is_closed.get() => Ok(bytes.len()),
@@ -55,7 +60,7 @@ impl Write for Sink {
         }
     }
 
-    /// Writes what is buffered.
+    /// Flushes the destination; a closed standard output is no error.
     fn flush(&mut self) -> io::Result<()> {
         match self {
             Self::Stdout(_) => terminal::unless_closed(io::stdout().flush()),
@@ -65,7 +70,8 @@ impl Write for Sink {
     }
 }
 
-/// Keeps the temporary file of a failed write, and adds its path to the error.
+/// Keeps the temporary file of a failed write, and returns the error `source` with its path, or with the reason why it is
+/// lost.
 pub(super) fn with_partial_file(file: PartFile, source: io::Error) -> io::Error {
     let note = match file.keep() {
         Ok(path) => format!("the partial output is in {}", path.display()),
@@ -74,7 +80,7 @@ pub(super) fn with_partial_file(file: PartFile, source: io::Error) -> io::Error 
     io::Error::new(source.kind(), format!("{source}; {note}"))
 }
 
-/// Opens a device for writing.
+/// Opens an existing device for writing; it is not created.
 pub(super) fn open_device(path: &Path) -> io::Result<File> {
     OpenOptions::new().write(true).open(path)
 }

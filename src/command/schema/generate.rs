@@ -1,7 +1,8 @@
-//! Tests of the schemas in `src/command/schema`: they are generated from the types and their documentation (schemars, draft 07)
-//! and compared with the files that the program prints. Every description must be present and stand alone.
+//! Tests of the schemas in `src/command/schema`: they are generated from the types and their documentation (schemars, draft
+//! 07) and compared with the files that the program prints. Every description must be present and stand alone.
 //!
-//! With the environment variable `RODFIT_WRITE_SCHEMAS` the test writes the files instead.
+//! Definitions that are equal in several schemas are in `shared.json`, with `true` in their places. With the environment
+//! variable `RODFIT_WRITE_SCHEMAS` the test writes the files instead.
 
 use super::SchemaKind;
 use clap::ValueEnum;
@@ -21,7 +22,7 @@ use serde_json::{Map, Value};
 /// Environment variable with which the test writes the files instead of comparing them.
 const WRITE: &str = "RODFIT_WRITE_SCHEMAS";
 
-/// The schema of a kind of file or result, generated from its type.
+/// The schema of a kind of file or result, generated from its type: as read for input files, as serialized for results.
 fn generated(of: SchemaKind) -> Schema {
     match of {
         // Input files have schemas of deserialization, results (`true`) those of serialization.
@@ -74,12 +75,13 @@ fn schema_files_equal_those_of_the_types() {
     }
 }
 
-/// The name of a kind on the command line.
+/// The name of a kind on the command line, which is the stem of its schema file.
 fn name(of: SchemaKind) -> String {
     of.to_possible_value().expect("none is hidden").get_name().to_string()
 }
 
-/// Writes all schema files. Definitions that several schemas share go into `shared.json`; `true` replaces them.
+/// Writes all schemas to the files of the repository, one per kind. Definitions that are equal in at least two schemas go
+/// into `shared.json`; `true` replaces them.
 fn write(mut all: Vec<Generated>) {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/command/schema");
     let file = |name: &str, value: &Value| {
@@ -106,7 +108,8 @@ fn write(mut all: Vec<Generated>) {
     file("shared", &Value::Object(shared));
 }
 
-/// The schema (draft 07, which most editors support) of a type, as it is serialized if `written`, else as it is read.
+/// The schema (draft 07, which most editors support) of a type, as it is serialized if `written`, else as it is read from
+/// TOML, without nulls. Descriptions become plain text without links and examples; it has this `title`.
 fn schema<T: JsonSchema>(written: bool, title: &str) -> Schema {
     let settings = SchemaSettings::draft07();
     let settings = if written { settings.for_serialize() } else { settings };
@@ -116,13 +119,16 @@ fn schema<T: JsonSchema>(written: bool, title: &str) -> Schema {
     schema
 }
 
-/// A transformation that removes links from descriptions, and nulls from schemas of TOML, which has none.
+/// A transformation of a schema: removes links and examples from descriptions, describes constant tags, and removes nulls
+/// from schemas of TOML, which has none.
 struct Plain {
     /// Whether nulls are kept.
     nulls: bool,
 }
 
 impl Transform for Plain {
+    /// Changes the schema and all its subschemas in place: a description for constant tags without one, plain descriptions,
+    /// and, unless nulls are kept, no null as default, type or alternative.
     fn transform(&mut self, schema: &mut Schema) {
         transform_subschemas(self, schema);
         let Some(object) = schema.as_object_mut() else { return };
@@ -159,7 +165,7 @@ impl Transform for Plain {
     }
 }
 
-/// A documentation up to its first example, on one line, with links replaced by their text.
+/// A documentation up to its first code block, on one line, with links replaced by their text. Other brackets stay.
 fn plain(words: &str) -> String {
     let words = words.split("```").next().unwrap_or_default();
     let words: Vec<&str> = words.split_whitespace().collect();

@@ -1,8 +1,9 @@
 //! Stored states of a run for its reverse sweep, within a given memory.
 //!
-//! If all states fit, they are stored. Otherwise whole simulations are stored at checkpoints. The states between two
-//! checkpoints are recomputed when the sweep reaches them, on a second level if needed (Griewank and Walther,
-//! *Evaluating Derivatives*, chapter 12). The sweep visits each state with the linearized step that led to it.
+//! If all states fit, they are stored. Otherwise whole simulations are stored at checkpoints, evenly spaced. The
+//! states between two checkpoints are recomputed when the sweep reaches them, with further levels of checkpoints
+//! inside if needed (Griewank and Walther, *Evaluating Derivatives*, chapter 12). [`Checkpoints::reverse`] and
+//! [`Checkpoints::forward`] call a function with each state and the linearized step that led to it.
 
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;
@@ -40,7 +41,8 @@ struct Capacity {
 }
 
 impl Capacity {
-    /// The capacity of so many `bytes` for this simulation: 4/7 for states, 3/7 for simulations, each at least 2.
+    /// The numbers of states and of simulations that fit into `bytes` bytes: 4/7 for states, 3/7 for simulations,
+    /// each at least 2. The size of a simulation is estimated from its lists of unknowns and matrices.
     fn of<R: Rod<f64>>(simulation: &Simulation<f64, R>, bytes: usize) -> Self {
         let state = simulation.state();
         let (unknowns, internal) = (state.q.len(), &state.internal);
@@ -56,7 +58,8 @@ impl Capacity {
         Self { states: fit(bytes / 7 * 4, numbers), simulations: fit(bytes / 7 * 3, whole) }
     }
 
-    /// The number of steps between checkpoints of a run of so many steps; all of them if their states fit.
+    /// The number of steps between checkpoints of a run of `steps` steps: all of them (at least 1) if their states
+    /// fit. Else `steps` over the number of simulations, at least as many as states fit.
     fn stretch(&self, steps: usize) -> usize {
         match steps <= self.states {
             true => steps.max(1),
@@ -66,8 +69,8 @@ impl Capacity {
 }
 
 impl<R: Rod<f64>> Checkpoints<R> {
-    /// Storage for a run of about so many `steps`, with so many `bytes` in all. It begins with the simulation in its
-    /// initial state; all states are stored if they fit, else checkpoints.
+    /// Storage for a run of about `steps` steps in about `bytes` bytes. It begins with the simulation in its initial
+    /// state. All states are stored if they fit, else checkpoints.
     pub fn new(simulation: &Simulation<f64, R>, steps: usize, bytes: usize) -> Self {
         let room = Capacity::of(simulation, bytes);
         // All states where they fit; otherwise they are recomputed from checkpoints.
@@ -79,7 +82,9 @@ impl<R: Rod<f64>> Checkpoints<R> {
         Self { starts: vec![(0, simulation.clone())], states, times: Vec::new(), room, stretch }
     }
 
-    /// Stores the state after an accepted step, or a checkpoint after every `stretch` steps.
+    /// Stores the state after an accepted step, or the simulation after every `stretch` steps. If bisected steps
+    /// exceed the capacity for states, these are discarded, and checkpoints are stored from there on. The time of the
+    /// step is stored in any case.
     pub fn push(&mut self, simulation: &Simulation<f64, R>) {
         // The times are stored in any case: recomputed steps end at the same times.
         self.times.push(simulation.state().time);
@@ -94,12 +99,13 @@ impl<R: Rod<f64>> Checkpoints<R> {
         }
     }
 
-    /// The simulation in its initial state.
+    /// The simulation in its initial state, at t = 0.
     pub fn start(&self) -> &Simulation<f64, R> {
         &self.starts[0].1
     }
 
-    /// Visits all states with the steps that led to them, from the last to the first. The initial state has no step.
+    /// Calls `visit` with all states and the linearized steps that led to them, from the last to the first. The
+    /// initial state comes last, without a step. States that are not stored are recomputed from checkpoints.
     ///
     /// # Errors
     /// Those of `visit`, and of a step.
@@ -120,7 +126,8 @@ impl<R: Rod<f64>> Checkpoints<R> {
         visit(self.start().state(), None)
     }
 
-    /// Visits all states with the steps that led to them, from the first to the last.
+    /// Calls `visit` with all states and the linearized steps that led to them, from the first to the last. The
+    /// initial state comes first, without a step. Without stored states the run is repeated once.
     ///
     /// # Errors
     /// Those of `visit`, and of a step.
@@ -142,8 +149,9 @@ impl<R: Rod<f64>> Checkpoints<R> {
         Ok(())
     }
 
-    /// Visits the states of a range of steps backwards, recomputed from the `simulation` at its start, with further
-    /// checkpoints inside if the range is long.
+    /// Visits the ends of a range of steps backwards. Their states are recomputed from the `simulation` at the start
+    /// of the range. If they do not fit into the memory, further checkpoints inside the range are stored, and the
+    /// parts are visited recursively. `linear` linearizes the steps.
     fn reverse_over(
         &self,
         mut simulation: Simulation<f64, R>,
@@ -179,7 +187,8 @@ impl<R: Rod<f64>> Checkpoints<R> {
     }
 }
 
-/// Visits `states` with the steps that led to them, from the last to the second; `linear` linearizes the steps.
+/// Calls `visit` with each of `states` and the step from the one before, from the last to the second state. `linear`
+/// linearizes the steps.
 fn visit_backwards<R: Rod<f64>>(
     states: &[State<f64, R::Frames>],
     linear: &mut Simulation<f64, R>,

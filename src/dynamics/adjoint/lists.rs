@@ -1,9 +1,11 @@
 //! Derivatives of a misfit by entries of lists of natural curvatures and twists along the rod. Each entry changes the
 //! laws of a few joints only.
 //!
-//! One rod with a derivative along all entries contains the derivative of every joint's law by the value at the joint.
-//! The derivative of the misfit by that value is distributed to the entries with their interpolation weights. A rod for
-//! each entry would cost as many constructions as there are entries.
+//! Input: the requested parameters ([`RequestedParameters`] divides them into list entries and others), and the
+//! derivatives of the misfit by the laws of all joints. One rod with a derivative along all entries of a list
+//! contains the derivative of every joint's law by the value at the joint. The derivative of the misfit by that value
+//! is distributed to the entries with their interpolation weights. A rod for each entry would cost as many
+//! constructions as there are entries. Output: entries of the gradient.
 
 use crate::error::Error;
 use crate::problem::{Discretized, Model, Problem};
@@ -24,7 +26,8 @@ pub enum NaturalStrains {
 }
 
 impl NaturalStrains {
-    /// The list that contains a parameter, and its index there; `None` for parameters outside of these lists.
+    /// The list that contains a parameter, from its path (such as `rod.natural_curvature.3`), and its index there;
+    /// `None` for parameters outside of these lists.
     fn of(parameter: Parameter) -> Option<(Self, usize)> {
         let (list, place) = parameter.path().strip_prefix("rod.natural_")?.split_once('.')?;
         match (list, place.split_once('.')) {
@@ -36,8 +39,8 @@ impl NaturalStrains {
         }
     }
 
-    /// The entries of the list from which the value at an inner node is interpolated, with their weights. `places` are
-    /// the arc lengths of the nodes.
+    /// The entries of the list from which the value at the inner node `node` is interpolated, with their weights.
+    /// `places` are the arc lengths of all nodes, m.
     fn shares(self, scene: &Scene, node: usize, places: &[f64]) -> Vec<(usize, f64)> {
         let rod = &scene.rod;
         match self {
@@ -82,7 +85,7 @@ pub struct RequestedParameters {
 }
 
 impl RequestedParameters {
-    /// Divides the `parameters` and checks each.
+    /// Divides the `parameters` into entries of lists and others, and checks each (one entry for a whole list).
     ///
     /// # Errors
     /// [`Error::Invalid`] for a parameter that the scene does not have, or that its model cannot vary.
@@ -114,7 +117,7 @@ impl RequestedParameters {
         Ok(requested)
     }
 
-    /// Moves the entries of lists to the other parameters. Needed if the initial state depends on them other than
+    /// Moves all entries of lists to the other parameters. Needed if the initial state depends on them other than
     /// through the laws of joints.
     pub fn separate_lists(&mut self) {
         for ListEntryParameter { index, .. } in self.listed.drain(..) {
@@ -123,8 +126,8 @@ impl RequestedParameters {
     }
 }
 
-/// Overwrites the entries of `gradient` for list parameters with their derivatives, from those by the laws of all
-/// joints.
+/// Overwrites the entries of `gradient` for the list parameters `listed` with the derivatives of the misfit by them.
+/// `laws` are its derivatives by the laws of all joints. Entries without influence on a joint get zero.
 pub fn add_natural_strains<M: Model>(
     discretized: &Discretized<'_, M>,
     laws: &Laws,

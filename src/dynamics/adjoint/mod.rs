@@ -72,8 +72,9 @@ enum AnyCheckpoints {
 }
 
 impl Problem {
-    /// Rejects a scene without adjoint derivatives: explicit, linearly implicit and averaging schemes, internal friction
-    /// and user-defined energies. Forward derivatives ([`simulate_with`](Self::simulate_with)) have no such limits.
+    /// Rejects a scene without adjoint derivatives: schemes other than Newmark-beta and generalised-alpha, internal
+    /// friction, and user-defined energies. Forward derivatives ([`simulate_with`](Self::simulate_with)) have no such
+    /// limits.
     ///
     /// # Errors
     /// [`Error::Invalid`] with the reason.
@@ -98,7 +99,8 @@ impl Problem {
 }
 
 impl Reversible {
-    /// Simulates `steps` steps of a scene, records the nodes `tracked` and stores up to 56 MB of its states.
+    /// Simulates `steps` steps of a scene, records the nodes `tracked`, and stores its states, or simulations at
+    /// checkpoints, in about 56 MiB (`ROOM`).
     ///
     /// # Errors
     /// Those of [`Problem::check_reversible`], [`Trajectory::new`] and [`Trajectory::run`].
@@ -106,8 +108,8 @@ impl Reversible {
         Self::run_within(problem, tracked, steps, ROOM)
     }
 
-    /// [`run`](Self::run) with about so many `bytes` for the states. If they take more, the gradient costs another run,
-    /// and with very few bytes two.
+    /// [`run`](Self::run) with about so many `bytes` for the stored states. If they take more, the gradient repeats
+    /// the steps once, and with very few bytes twice or more.
     ///
     /// # Errors
     /// Those of [`run`](Self::run).
@@ -138,8 +140,8 @@ impl Reversible {
         Ok(Self { problem: problem.clone(), trajectory, checkpoints, steps, bytes })
     }
 
-    /// The run with a trace of viscosity, from which derivatives by a damping time of zero are computed; `None` if no
-    /// parameter needs it.
+    /// The run repeated with a trace of viscosity, from which derivatives by a damping time of zero are computed;
+    /// `None` if no parameter needs it.
     fn with_trace_viscosity(&self, parameters: &[Parameter]) -> Result<Option<Self>, Error> {
         // Damping times of zero: derivatives are those of a run with a trace of viscosity.
         let Some(problem) = self.problem.with_trace_viscosity(parameters)? else { return Ok(None) };
@@ -147,24 +149,26 @@ impl Reversible {
         Self::run_within(&problem, &tracked, self.steps, self.bytes).map(Some)
     }
 
-    /// The problem of the run.
+    /// The problem of the run, as it was given (without a trace of viscosity).
     pub(crate) fn problem(&self) -> &Problem {
         &self.problem
     }
 
-    /// The run.
+    /// The recorded motion of the tracked nodes.
     pub fn trajectory(&self) -> &Trajectory {
         &self.trajectory
     }
 
-    /// Zero derivatives of a misfit by all recorded motions of this run, to which those of a misfit are added.
+    /// Zero derivatives of a misfit by positions and velocities of all tracked nodes at all recorded times, to which
+    /// those of a misfit are added.
     pub fn slopes(&self) -> TrajectorySlopes<'_> {
         let motions = vec![[[0.0; 3]; 2]; self.trajectory.record().motions().len()];
         TrajectorySlopes { trajectory: &self.trajectory, problem: &self.problem, motions }
     }
 
-    /// The derivatives of a misfit with these slopes by each of the parameters, in the unit of the misfit over that of
-    /// the parameter.
+    /// The derivatives of a misfit by each of the `parameters`, in their order, in the unit of the misfit over that
+    /// of the parameter. `slopes` are the derivatives of the misfit by the recorded motion. If a parameter is a
+    /// damping time of zero, run and reverse sweep are repeated with a trace of viscosity.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a parameter that the scene does not have; [`Error::SingularTangent`] where a step has no
@@ -195,10 +199,10 @@ impl Reversible {
 }
 
 impl Reversible {
-    /// The derivatives of the positions, m, and velocities, m/s, of the tracked nodes along a `direction` in the space
-    /// of parameters, record after record. The direction has every parameter's component in its unit. Cost: a part of a
-    /// run, for any number of parameters. The sum of the products with slopes is that of [`gradient`](Self::gradient)
-    /// with the direction.
+    /// The derivatives of positions, m, and velocities, m/s, of the tracked nodes along a `direction` in the space of
+    /// parameters, record after record. The direction has every parameter's component in its unit. Method: one
+    /// forward sensitivity over the stored states, which costs a part of a run for any number of parameters. The sum
+    /// of its products with slopes is the product of [`gradient`](Self::gradient) with the direction.
     ///
     /// # Errors
     /// Those of [`gradient`](Self::gradient).
@@ -222,7 +226,8 @@ impl Reversible {
     }
 }
 
-/// The derivatives of the recorded motion along a `direction`: one forward sensitivity over the stored states.
+/// The derivatives of the recorded motion along a `direction`, in the order of the records. Method: one forward
+/// sensitivity over the stored states; one dual number has all components of the direction.
 fn along<M: Model>(
     discretized: &Discretized<'_, M>,
     checkpoints: &Checkpoints<M::Rod<f64>>,
@@ -267,8 +272,8 @@ pub struct TrajectorySlopes<'a> {
 
 impl TrajectorySlopes<'_> {
     /// Adds `slope`, the derivative of the misfit by the position of a point at a time, in world axes, unit of the
-    /// misfit over m. Between steps positions are interpolated from positions and velocities, as [`Trajectory::at`]
-    /// does.
+    /// misfit over m. It is distributed to positions and velocities of nodes at both ends of the step with the
+    /// weights of the interpolation, as in [`Trajectory::at`].
     ///
     /// # Errors
     /// Those of [`Trajectory::at`].
@@ -284,8 +289,9 @@ impl TrajectorySlopes<'_> {
         Ok(())
     }
 
-    /// Adds `slopes`: the derivatives by [position](Trajectory::node), unit of the misfit over m, and
-    /// [velocity](Trajectory::velocity), over m/s, of a tracked node after `k` steps, in world axes.
+    /// Adds `slopes` to the derivatives of the misfit by the motion of a tracked node after `k` steps, in world axes.
+    /// They are those by its [position](Trajectory::node), unit of the misfit over m, and
+    /// [velocity](Trajectory::velocity), over m/s.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for a node that was not tracked, and for a step that was not recorded.
@@ -303,8 +309,8 @@ impl TrajectorySlopes<'_> {
     }
 }
 
-/// Simulates `steps` steps of a problem, records them in `trajectory`, and returns the stored states or checkpoints,
-/// within so many `bytes`.
+/// Simulates `steps` steps of a problem, records them in `trajectory`, and returns its stored states or checkpoints,
+/// within about `bytes` bytes.
 fn checkpoints<M: Model>(
     problem: &Problem,
     discretized: &Discretized<'_, M>,
@@ -330,8 +336,9 @@ where
     Ok(checkpoints.expect("a run shows its start"))
 }
 
-/// The derivatives of a misfit by the `requested` parameters, from those by the recorded motion, `slopes`. Reverse
-/// sweep over all steps: at each record its slopes are added, then the transposed step is applied.
+/// The derivatives of a misfit by the `requested` parameters, in their order, from those by the recorded motion,
+/// `slopes`. A reverse sweep goes over all accepted steps. At each recorded time its slopes are added to the
+/// derivatives by the state; then the transposed step is applied. At the start the sums become the gradient.
 fn gradient<M: Model>(
     discretized: &Discretized<'_, M>,
     checkpoints: &Checkpoints<M::Rod<f64>>,
@@ -376,8 +383,8 @@ where
     start::gradient(discretized, by_start, requested)
 }
 
-/// Adds the derivatives `slope` by position and velocity of a node, in world axes, to those by unknowns and velocities,
-/// `to`.
+/// Adds the derivatives `slope` by position and velocity of a node, converted from world axes to those of the model,
+/// to the lists `to`. These are the derivatives by all unknowns and by all velocities.
 fn add_slope<M: Model>(model: &M, node: usize, slope: &Motion, to: [&mut [f64]; 2]) {
     for (slope, to) in slope.iter().zip(to) {
         let own = model.components(*slope);
@@ -394,7 +401,8 @@ where
     if M::STRIDE > 3 { rod.no_laws(false).stretch.len() } else { 0 }
 }
 
-/// The moving supports, with the derivatives of their motion by the parameters that move them.
+/// The moving supports of the run, with the derivatives of their motion by each requested parameter that changes it.
+/// Entries of lists never do.
 fn moving_supports<M: Model>(
     discretized: &Discretized<'_, M>,
     checkpoints: &Checkpoints<M::Rod<f64>>,

@@ -35,8 +35,9 @@ where
     pub supports: MovingSupports<M::Rod<f64>>,
 }
 
-/// The gradient of the misfit by the requested parameters, in their order: derivatives by initial state and numbers of
-/// the simulation times those of state and numbers by each parameter, plus the parts by moving supports.
+/// The gradient of the misfit by the requested parameters, in their order. Derivatives by initial state and numbers
+/// of the simulation are multiplied with the derivatives of these by each parameter. The parts by moving supports are
+/// added. Entries of lists follow from one product per list if [`laws`] permits it.
 pub fn gradient<M: Model>(
     discretized: &Discretized<'_, M>,
     by_start: ByStart<'_, M>,
@@ -70,8 +71,10 @@ where
     Ok(gradient)
 }
 
-/// The derivatives by the laws of joints, with those through the initial state: through the initial forces and, for an
-/// initial equilibrium, through its positions. `None` for initial states that depend on the laws in other ways.
+/// The derivatives by the laws of joints, with those through the initial state. These are through the initial forces
+/// and accelerations and, for an initial equilibrium, through its positions (one solve with the tangent). `None` with
+/// a perturbation, for an equilibrium with an angular velocity, for initial states other than rest and equilibrium,
+/// and for a singular tangent.
 fn laws<M: Model>(
     discretized: &Discretized<'_, M>,
     ByStart { start, state: by_state, parameters, .. }: &ByStart<'_, M>,

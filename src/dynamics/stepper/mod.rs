@@ -81,8 +81,8 @@ pub(crate) enum Stepper<D: Nestable, R: Rod<D>> {
 }
 
 impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
-    /// The stepper of the scheme in `settings` for a rod that starts in `state`; the Newton solver initializes the
-    /// internal variables there.
+    /// The stepper of the scheme in `settings` for a rod that starts in `state`: Verlet and PEFRL, rodas4, or
+    /// Newton's method for all others. The Newton solver initializes the internal variables of `state`.
     pub fn new(
         settings: StepperSettings<D>,
         system: &System<D, R>,
@@ -98,7 +98,7 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         }
     }
 
-    /// The Newton solver, if the scheme has one.
+    /// The Newton solver; `None` for explicit and linearly implicit schemes.
     pub fn newton(&self) -> Option<&Newton<D, R>> {
         match self {
             Self::Newton(newton) => Some(newton),
@@ -106,22 +106,23 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         }
     }
 
-    /// Requests tangents and factors for [linearizations](crate::dynamics::Linearization) of later steps. Only the
-    /// Newton solver has them.
+    /// Requests tangents and factors for [linearizations](crate::dynamics::Linearization) of later steps. No effect
+    /// without Newton's method.
     pub fn keep_tangent(&mut self) {
         if let Self::Newton(newton) = self {
             newton.keep_tangent();
         }
     }
 
-    /// Keeps the tangents of the forces at the starts of later steps, too.
+    /// Requests the tangents of the forces at the starts of later steps, too. No effect without Newton's method.
     pub fn keep_next_tangent(&mut self) {
         if let Self::Newton(newton) = self {
             newton.keep_next_tangent();
         }
     }
 
-    /// Overwrites `state.unbalanced` with the forces that the next step takes as those of its start, N.
+    /// Overwrites `state.unbalanced` with the forces that the next step takes as those of its start, N. Explicit and
+    /// linearly implicit schemes take the gradient of energy less loads only.
     pub fn find_forces(&mut self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         match self {
             Self::Newton(newton) => newton.find_forces(system, state),
@@ -132,14 +133,16 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         }
     }
 
-    /// Overwrites the accelerations at the start, m/s^2, for schemes that use them.
+    /// Overwrites the accelerations of `state` at the start, m/s^2, with minus forces over masses, for
+    /// generalised-alpha only.
     pub fn find_acceleration(&self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         if let Self::Newton(newton) = self {
             newton.find_acceleration(system, state);
         }
     }
 
-    /// Sets the accelerations at the start to `a`, and the forces there that cause them.
+    /// Sets the accelerations at the start to `a` (stored for generalised-alpha only), and the forces there to those
+    /// that cause them. No effect without Newton's method.
     pub fn know_acceleration(
         &self,
         a: Vec<D>,
@@ -151,8 +154,10 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         }
     }
 
-    /// Overwrites `state` with the unknowns that follow `before` after the step; [`finish`](Self::finish) completes it.
-    /// The content of `state` has no meaning before the call, and after an error.
+    /// Overwrites `state` with the unknowns that follow `before` after the step; explicit and linearly implicit
+    /// schemes also write velocities and frames. [`finish`](Self::finish) completes it. Counts are added to `work`.
+    /// The content of `state` has no meaning before the call, and after an error: [`Error::Newton`],
+    /// [`Error::SingularTangent`], or [`Error::Unstable`] for velocities that are not finite.
     pub fn step(
         &mut self,
         step: &Step<'_, D, R>,
@@ -180,8 +185,8 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         }
     }
 
-    /// Completes the state after an accepted step: velocities and internal variables, whole turns of moments, count of
-    /// steps.
+    /// Completes the state after an accepted step: with Newton's method velocities, accelerations, internal variables
+    /// and frames; with every scheme the potential of whole turns of moments. Adds one to the count of steps.
     pub fn finish(
         &mut self,
         step: &Step<'_, D, R>,

@@ -71,7 +71,7 @@ pub struct Rosenbrock<D: Scalar, R: Rod<D>> {
 }
 
 impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
-    /// The stepper with work arrays for a rod.
+    /// The stepper with zero work arrays for the unknowns of a rod.
     pub(crate) fn new(rod: &R) -> Self {
         let (n, tangent) = (rod.mass().len(), rod.zero_tangent());
         let zero = || vec![D::from(0.0); n];
@@ -86,8 +86,9 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
         }
     }
 
-    /// Advances `state` over a step: one factorization of `M (1 + a damping) + a^2 K` with `a = gamma h`, and six
-    /// solves with it.
+    /// Advances `state` (unknowns, velocities, frames) over a step: one tangent and factorization of
+    /// `M (1 + a c) + a^2 K` with `a = gamma h` and the mass damping `c`, and six solves with it. Kelvin-Voigt
+    /// damping, drag and moving supports have no part in it. Counts are added to `work`.
     ///
     /// # Errors
     /// [`Singular`] if that matrix is.
@@ -124,7 +125,8 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
         Ok(())
     }
 
-    /// Sets `q` and `v` to those of the state plus the increments of the stages times their `parts`.
+    /// Sets `q` and `v` of the stepper to those of `state` plus the increments of the stages, each times its entry of
+    /// `parts`.
     fn move_to<F>(&mut self, parts: &[f64], state: &State<D, F>) {
         for (to, from, stages) in
             [(&mut self.q, &state.q, &self.u), (&mut self.v, &state.v, &self.w)]
@@ -138,8 +140,8 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
         }
     }
 
-    /// Solves for the increments `u` and `w` of `stage`, from gradient and velocities there. `damped` is `1 + a c` with
-    /// the mass damping `c`.
+    /// Solves for the increments `u` (positions) and `w` (velocities) of `stage`, from the stepper's gradient and
+    /// velocities there and the increments of earlier stages. `damped` is `1 + a c` with the mass damping `c`.
     fn solve(&mut self, stage: usize, step: &Step<'_, D, R>, damped: D) {
         let a = GAMMA * step.h;
         let (earlier_u, u) = self.u.split_at_mut(stage);

@@ -43,7 +43,7 @@ pub struct Splitting<D> {
     inverse_mass: Vec<D>,
 }
 
-/// The composition of a splitting scheme; `None` for other schemes.
+/// The fractions of kicks and drifts of Verlet or PEFRL; `None` for other schemes.
 fn composition(scheme: Scheme) -> Option<&'static Composition> {
     match scheme {
         Scheme::Verlet => Some(&VERLET),
@@ -53,14 +53,16 @@ fn composition(scheme: Scheme) -> Option<&'static Composition> {
 }
 
 impl<D: Scalar> Splitting<D> {
-    /// The splitting of `scheme` for a rod of these masses, kg (kg m^2 for angles); `None` for other schemes.
+    /// The splitting of `scheme` for a rod of these masses, kg (kg m^2 for angles), whose inverses are stored; `None`
+    /// for schemes other than Verlet and PEFRL.
     pub(crate) fn of(scheme: Scheme, mass: &[D]) -> Option<Self> {
         let inverse_mass = || mass.iter().map(|m| m.recip()).collect();
         composition(scheme).map(|composition| Self { composition, inverse_mass: inverse_mass() })
     }
 
-    /// Advances `state` over a step. `state.unbalanced` is the gradient at `state.q` before and after, for schemes with
-    /// a kick at the start.
+    /// Advances `state` (unknowns, velocities, frames) over a step by the kicks and drifts of the scheme. For Verlet,
+    /// `state.unbalanced` must be the gradient at `state.q` before, and it is after. Adds the gradient evaluations to
+    /// `work`.
     pub(crate) fn step<R: Rod<D>>(
         &self,
         step: &Step<'_, D, R>,
@@ -86,8 +88,9 @@ impl<D: Scalar> Splitting<D> {
         }
     }
 
-    /// Advances the velocities by `dv/dt = -gradient/mass - c v`, with the mass damping `c`, over `weight` times the
-    /// step, exactly.
+    /// Advances the velocities of the free unknowns by `dv/dt = -g/m - c v` over `weight` times the step, exactly:
+    /// `v e^(-ch) - (g/m) (1 - e^(-ch))/c`. `g` is `state.unbalanced`, `c` the mass damping; without damping it is
+    /// `v - h g/m`.
     #[inline]
     fn kick<R, F>(&self, weight: f64, step: &Step<'_, D, R>, state: &mut State<D, F>) {
         let (h, free) = (weight * step.h, step.system.free.clone());

@@ -1,10 +1,11 @@
 //! Candidate designs of a planned experiment: other marker positions, durations and frame rates of its recordings.
 //!
-//! [`CandidateDesigns::new`] adds candidate recordings to the planned ones: the marker at [`MARKER_POSITIONS`] arc lengths,
-//! frames after the end, and frames between the planned ones. All are simulated together, with one Jacobian. The standard
-//! errors of each candidate design follow from its rows of that Jacobian, by the covariance `(J'J)^-1` with stated noise
-//! ([`standard_errors`]). [`CandidateDesigns::advice`] lists them and marks the best choice: the smallest geometric mean of
-//! the relative errors.
+//! [`CandidateDesigns::new`] adds candidate recordings to the planned ones: the marker at [`MARKER_POSITIONS`] arc lengths
+//! (of the first [`MOST_MOVED`] recordings), frames after the end, and frames between the planned ones. All are simulated
+//! together, with one Jacobian. The standard errors of each candidate design follow from its rows of that Jacobian, by the
+//! covariance `(J'J)^-1` with stated noise ([`standard_errors`]). [`CandidateDesigns::advice`] lists them for the report of a
+//! plan. It marks the position with the smallest geometric mean of the relative errors, and the shortest duration and lowest
+//! rate within [`NEARLY_BEST`] of the smallest.
 
 use crate::error::Error;
 use crate::fit::design::report::{Advice, Choice, DesignVariable};
@@ -69,7 +70,7 @@ impl CandidateRows {
         self.kind == CandidateKind::Planned
     }
 
-    /// Whether both are rows of the same planned measurement or of candidates for it.
+    /// Whether both belong to the same planned measurement, as its own rows or as a candidate for it.
     fn is_alternative_to(&self, other: &Self) -> bool {
         (self.experiment, self.index) == (other.experiment, other.index)
     }
@@ -93,8 +94,8 @@ struct DesignErrors<'a> {
 }
 
 impl CandidateDesigns {
-    /// The planned measurements and the candidates for the recordings of `planned` experiments. Error: a marker that is not
-    /// on the rod.
+    /// The planned measurements and the candidates for the recordings of `planned` experiments, with their rows in one
+    /// Jacobian. Only the first [`MOST_MOVED`] recordings get other marker positions. Error: a marker that is not on the rod.
     pub fn new(planned: &[Experiment]) -> Result<Self, Error> {
         let mut blocks: Vec<CandidateRows> = Vec::new();
         let mut moved = 0;
@@ -130,7 +131,7 @@ impl CandidateDesigns {
         Ok(Self { blocks })
     }
 
-    /// The `planned` experiments with all candidate recordings as measurements, in the order of the rows.
+    /// The `planned` experiments with all candidate recordings as further measurements, in the order of the rows.
     pub fn experiments(&self, planned: &[Experiment]) -> Vec<Experiment> {
         let with_candidates = |(e, experiment): (usize, &Experiment)| {
             let own = self.blocks.iter().filter(|block| block.experiment == e);
@@ -140,8 +141,8 @@ impl CandidateDesigns {
         planned.iter().enumerate().map(with_candidates).collect()
     }
 
-    /// Adds the `residuals` of the planned rows, in units of sigma, to the values of `planned`, which become those of the
-    /// simulation.
+    /// Adds the `residuals` of the planned rows, times sigma (1 without one), to the values of `planned`. They become those
+    /// of the simulation.
     pub fn fill(&self, planned: &mut [Experiment], residuals: &[f64]) {
         for block in self.planned_blocks() {
             let own = &mut planned[block.experiment].measurements[block.index];
@@ -149,7 +150,7 @@ impl CandidateDesigns {
         }
     }
 
-    /// The blocks of rows of the planned measurements.
+    /// The blocks of rows of the planned measurements, in the order of experiments and measurements.
     pub fn planned_blocks(&self) -> impl Iterator<Item = &CandidateRows> {
         self.blocks.iter().filter(|block| block.is_planned())
     }
@@ -159,14 +160,15 @@ impl CandidateDesigns {
         self.blocks.last().map_or(0, |block| block.rows.end)
     }
 
-    /// The elements of `rows`, one per row of the Jacobian, that belong to the plan, and those of the priors.
+    /// The elements of `rows`, one per row of the Jacobian, that belong to the planned measurements, then those of the
+    /// priors.
     pub fn planned<T: Clone>(&self, rows: &[T]) -> Vec<T> {
         self.select(rows, |block, _, _| block.is_planned())
     }
 
-    /// The elements of `rows`, one per row of the Jacobian, of all samples for which `keep` is true, and those of the priors.
-    /// Arguments of `keep` are the block, the index of the sample in it, and its time, s (0 and 0 for a measurement that is
-    /// no motion).
+    /// The elements of `rows`, one per row of the Jacobian, of all samples for which `keep` is true, then those of the
+    /// priors. Arguments of `keep` are the block, the index of the sample in it, and its time, s. A measurement that is no
+    /// motion is kept whole or not, with 0 and 0.
     fn select<T: Clone>(
         &self,
         rows: &[T],
@@ -194,9 +196,10 @@ impl CandidateDesigns {
         kept
     }
 
-    /// Expected standard errors at `point` of all candidate designs, with the recommended ones marked: by marker position for
-    /// each recording, by duration and by frame rate for each experiment. `rows` are the Jacobian of all candidates, then
-    /// those of the priors.
+    /// Expected standard errors at `point` of all candidate designs, with the best one of each list marked. There is a list
+    /// by marker position for each recording that has candidates. For each experiment with a motion there is one by duration,
+    /// and one by frame rate. `rows` are the Jacobian of all candidates in units of the noise, then those of the priors.
+    /// Error: a covariance cannot be computed.
     pub fn advice(
         &self,
         planned: &[Experiment],
@@ -223,8 +226,9 @@ impl CandidateDesigns {
 }
 
 impl DesignErrors<'_> {
-    /// The design with this `value` of its variable and the rows for which `keep` is true, and its standard errors. `planned`
-    /// is whether it is the design of the plan.
+    /// The design with this `value` of its variable (m, s or 1/s) and the rows for which `keep` is true, with its standard
+    /// errors. `planned` is whether it is the design of the plan; it is not yet marked as best. Error: the covariance cannot
+    /// be computed.
     fn choice(
         &self,
         value: f64,
@@ -235,7 +239,8 @@ impl DesignErrors<'_> {
         Ok(Choice { value, std_error, planned, best: false })
     }
 
-    /// The recording of a planned `block` with its marker at all positions, ascending; none without candidates.
+    /// The recording of a planned `block` with its marker at all candidate positions and the planned one, ascending by arc
+    /// length, m; all other recordings stay as planned. None without candidates.
     fn by_marker_position(&self, block: &CandidateRows) -> Result<Option<Advice>, Error> {
         let experiment = &self.planned[block.experiment];
         let own = self.designs.blocks.iter().filter(|b| b.is_alternative_to(block));
@@ -267,8 +272,9 @@ impl DesignErrors<'_> {
         Ok(Some(Advice { variable: DesignVariable::MarkerPosition, observation, choices }))
     }
 
-    /// All recordings of experiment `e` with shorter durations by [`DIVISORS`], the planned one, and the longer one if it has
-    /// frames.
+    /// Experiment `e` with the planned duration divided by [`DIVISORS`], the planned one, and [`LONGER`] times it if there
+    /// are later frames, s, ascending. All of its recordings end together; measurements that are no motion, and other
+    /// experiments, stay as planned.
     fn by_duration(&self, e: usize) -> Result<Advice, Error> {
         let experiment = &self.planned[e];
         let whole = experiment.duration();
@@ -291,8 +297,9 @@ impl DesignErrors<'_> {
         Ok(Advice { variable: DesignVariable::Duration, observation, choices })
     }
 
-    /// All recordings of experiment `e` with the planned frame rate divided by [`DIVISORS`], the planned one, and that times
-    /// [`RATE_FACTORS`], 1/s; none of recordings without a usual spacing of their frames.
+    /// Experiment `e` with the planned frame rate divided by [`DIVISORS`], the planned one, and that times [`RATE_FACTORS`],
+    /// 1/s, ascending. The planned rate is that of the recording with the closest frames. None without a usual spacing of
+    /// frames.
     fn by_frame_rate(&self, e: usize) -> Result<Option<Advice>, Error> {
         let experiment = &self.planned[e];
         let spacings = experiment.measurements.iter().filter_map(|m| frame_spacing(m.motion()?));
@@ -318,9 +325,10 @@ impl DesignErrors<'_> {
 }
 
 impl Advice {
-    /// Marks the best choice: that with the smallest geometric mean of the relative errors of all parameters at the point. Of
-    /// durations and rates it is the smallest one within a factor of [`NEARLY_BEST`]. None where no choice identifies any
-    /// parameter.
+    /// Marks the best choice: that with the smallest geometric mean of the standard errors of all unknowns at the point, on
+    /// their scales: relative errors of positive parameters, absolute ones of others. An unidentified one counts
+    /// [`NOT_IDENTIFIED`]. Of durations and rates it is the smallest one within a factor of [`NEARLY_BEST`]. No choice is
+    /// marked where none identifies any parameter.
     fn mark_best(&mut self, ParameterPoint { unknowns, x }: ParameterPoint) {
         let log_error = |choice: &Choice| -> f64 {
             let of_unknown = |((unknown, x), error): ((&Unknown, &f64), &Option<f64>)| {
@@ -343,8 +351,8 @@ impl Advice {
     }
 }
 
-/// Standard errors of the unknowns at a point, in their units, by these rows of the Jacobian in units of the noise; none of
-/// unidentified ones.
+/// Standard errors of the unknowns at a point, one each in their units, by these rows of the Jacobian in units of the noise;
+/// none of unidentified ones. Error: the singular value decomposition fails.
 pub(crate) fn standard_errors(
     ParameterPoint { unknowns, x }: ParameterPoint,
     rows: &[Vec<f64>],
@@ -356,8 +364,8 @@ pub(crate) fn standard_errors(
     Ok(unknowns.iter().zip(x).zip(&found.deviation).map(error).collect())
 }
 
-/// Candidate arc lengths of the marker of a recording, m: equal parts of the rod, without those within [`LEAST_MOVE`] of the
-/// planned one.
+/// Candidate arc lengths of the marker of a recording, m, ascending: the ends of [`MARKER_POSITIONS`] equal parts of the rod,
+/// without those within [`LEAST_MOVE`] of the length from the planned one. Error: a marker that is not on the rod.
 fn marker_positions(experiment: &Experiment, observation: &Observation) -> Result<Vec<f64>, Error> {
     let length = experiment.problem.length();
     let planned = experiment.problem.arc_length(observation.point)?;
@@ -365,15 +373,15 @@ fn marker_positions(experiment: &Experiment, observation: &Observation) -> Resul
     Ok(all.filter(|s| (s - planned).abs() > LEAST_MOVE * length).collect())
 }
 
-/// The usual time between two frames of a motion, s; of a single frame its time, if that is positive.
+/// The usual time between two frames of a motion, s; of a single frame its time, if that is positive; else none.
 fn frame_spacing(motion: &PointMotion) -> Option<f64> {
     let times: Vec<f64> = motion.samples.iter().map(|s| s.time).collect();
     usual_spacing(&times).or_else(|| times.first().copied().filter(|t| *t > 0.0))
 }
 
-/// Candidate recordings of an observation with frames after its end, and between its own for each of [`RATE_FACTORS`]. Values
-/// are zero where any frame has the coordinate. A recording that prescribes the ends gets no later frames. Empty without a
-/// spacing.
+/// Candidate recordings of an observation: one with frames after its end up to [`LONGER`] times the duration, and one with
+/// frames between its own for each of [`RATE_FACTORS`]. Values are zero where any frame has the coordinate. Experiments with
+/// recorded supports get no later frames. Recordings without frames are left out; without a spacing there are none.
 fn additional_frames(
     experiment: &Experiment,
     observation: &Observation,

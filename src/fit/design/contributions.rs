@@ -1,8 +1,9 @@
 //! Contribution of each planned measurement to the expected uncertainty: the standard errors by it alone, and by all others.
 //!
-//! Each group of rows of the Jacobian (a measurement, or a coordinate of the only one) is kept alone or left out, always with
-//! the priors. The standard errors follow from the covariance of the remaining rows. The report of a plan shows which
-//! measurement determines which parameter.
+//! Each group of rows of the Jacobian is kept alone or left out, always with the priors. A group is a measurement, or a
+//! coordinate of the only one if that is a motion. The standard errors follow from the covariance of the remaining rows
+//! ([`standard_errors`]). [`contributions`] returns one entry per group. The report of a plan shows which measurement
+//! determines which parameter.
 
 use crate::error::Error;
 use crate::fit::design::candidate_designs::{CandidateDesigns, standard_errors};
@@ -23,8 +24,9 @@ struct RowGroup {
     rows: Vec<usize>,
 }
 
-/// The contributions of all measurements of a plan at `point`; empty for a single group of values. `rows` are the Jacobian of
-/// all candidates in units of the noise, then those of the priors.
+/// The contributions of all groups of a plan at `point`, in their order; empty for a single group of values. `rows` are the
+/// Jacobian of all candidates in units of the noise, then those of the priors. Standard errors are one per unknown in its
+/// unit, none if unidentified. Error: a covariance cannot be computed.
 pub(crate) fn contributions(
     designs: &CandidateDesigns,
     planned: &[Experiment],
@@ -57,7 +59,8 @@ pub(crate) fn contributions(
     groups.iter().enumerate().map(contribution).collect()
 }
 
-/// The rows of every measurement of a plan; of its only measurement, if that is a motion, those of every coordinate.
+/// The rows of every measurement of a plan, as indices in the common Jacobian. Of its only measurement, if that is a motion,
+/// they are those of every measured coordinate.
 fn row_groups(designs: &CandidateDesigns, planned: &[Experiment]) -> Vec<RowGroup> {
     let own: Vec<_> = designs.planned_blocks().collect();
     if let [block] = &own[..]

@@ -1,7 +1,9 @@
 //! The summary of a planned experiment as text and tables for a terminal.
 //!
-//! [`Design::summary`] shows the expected standard errors of the parameters, unidentifiable ones and warnings. Then follow
-//! the uncertainty budget, undetected biases, one table of candidate designs for each recording and variable, and the cost.
+//! [`Design::summary`] begins with whether the plan determines all parameters. It shows their expected standard errors, the
+//! unidentifiable ones and the warnings. Then follow the uncertainty budget, undetected biases, tables of candidate designs,
+//! and the cost. There is one such table for each recording or experiment and variable (marker position, duration, frame
+//! rate). `rodfit design` prints it.
 
 use crate::code::Code;
 use crate::fit::design::report::{Advice, Choice, Design, DesignVariable};
@@ -15,14 +17,15 @@ use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use std::fmt;
 
 impl fmt::Display for Design {
-    /// Writes the summary as text.
+    /// Writes [`Design::summary`] as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.summary().fmt(f)
     }
 }
 
 impl Design {
-    /// The result as text for a terminal. The first line is whether the plan determines all parameters.
+    /// The result as text for a terminal, in the order of the module. The first line is whether the plan determines all
+    /// parameters, or how many not. Candidate designs without any standard error are left out.
     pub fn summary(&self) -> Summary {
         let unknown = self.parameters.iter().filter(|e| !e.identifiable).count();
         let mut summary = match (unknown, self.parameters.len()) {
@@ -76,8 +79,8 @@ impl Advice {
         }
     }
 
-    /// The table of the choices, a row each: value, standard error of each of the `parameters` relative to it, and the marks
-    /// `planned` and `best`.
+    /// The table of the choices, a row each: value with its unit in the heading, standard error relative to each of the
+    /// `parameters` (`-` if unidentified), and the marks `planned` and `best`.
     fn table(&self, parameters: &[Estimate]) -> SummaryTable {
         let heading = match self.variable {
             DesignVariable::MarkerPosition => "m from the clamp",

@@ -3,8 +3,9 @@
 //! With a given noise the standard errors depend on the Jacobian only, not on the residuals. So the measurements of a plan
 //! get the values of a simulation at the given parameters, and are assessed as an optimum (`plan`). The simulation also has
 //! the rows of the Jacobian of candidate designs: other markers, durations and frame rates of a recording
-//! (`candidate_designs`). `contributions` compares the measurements, `usable_rows` leaves out chaotic parts of a motion,
-//! `report` and `display` are the result.
+//! (`candidate_designs`). `contributions` computes the standard errors by each measurement alone and without it.
+//! `usable_rows` leaves out later rows of motions with growing sensitivities. The result is a `Design` (`report`), and
+//! `display` is its summary for a terminal.
 
 pub(crate) mod candidate_designs;
 pub(crate) mod contributions;

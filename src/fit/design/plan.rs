@@ -2,8 +2,9 @@
 //!
 //! [`PlannedFit::design`] simulates the plan and its candidate recordings at the start values, or else the values of the
 //! scenes, with derivatives. The residuals of the plan are zero, so that its Jacobian and the stated noise yield expected
-//! standard errors, budgets and undetected biases. The [`Design`] also has the expected errors of candidate designs, and the
-//! contribution of each measurement.
+//! standard errors, budgets and undetected biases. Measurements of validation data are left out, and losses are squares. The
+//! result, a [`Design`], also has the expected errors of candidate designs, and the contribution of each measurement. `rodfit
+//! design` reports it.
 
 use crate::error::Error;
 use crate::fit::design::candidate_designs::CandidateDesigns;
@@ -36,8 +37,9 @@ pub(crate) struct PlannedFit<'a> {
 }
 
 impl PlannedFit<'_> {
-    /// The expected uncertainties of the plan and of its candidate designs. Errors: a measurement without sigma, an unknown
-    /// without a value, or a simulation that fails.
+    /// The expected uncertainties of the plan and of its candidate designs, by a simulation with derivatives and the
+    /// assessment of the exact fit. Rows of motions after the growth of their sensitivities are left out, with a warning.
+    /// Errors: a measurement without sigma, an unknown without a value, a simulation that fails, or a failed assessment.
     pub fn design(self) -> Result<Design, Error> {
         // 1. The plan with all candidate recordings, simulated at the given values.
         let since = Instant::now();
@@ -110,8 +112,9 @@ impl PlannedFit<'_> {
     }
 }
 
-/// The values at which the plan is simulated, on the scales of the unknowns: the starts, or else the values of the scenes.
-/// Error: an unknown with neither, or with a value that has no logarithm.
+/// The values at which the plan is simulated, one per unknown on its scale (logarithm of a positive parameter). Each is the
+/// start, or else the value of the first scene that has the parameter. Error: an unknown with neither, or with a value that
+/// has no logarithm.
 fn planned_values(experiments: &[Experiment], unknowns: &[Unknown]) -> Result<Vec<f64>, Error> {
     let value = |(i, unknown): (usize, &Unknown)| {
         let mut own = experiments.iter().filter(|e| unknown.is_of(e));
@@ -130,8 +133,9 @@ fn planned_values(experiments: &[Experiment], unknowns: &[Unknown]) -> Result<Ve
     unknowns.iter().enumerate().map(value).collect()
 }
 
-/// Prepares an experiment: squared losses, and where the scene leaves mesh and step open, those that a simulation at `point`
-/// chooses. Measurements without a given noise are errors.
+/// Prepares an experiment, in place: its losses become squares. Where the program chose mesh or step, these become those that
+/// a simulation at `point` requires. Error: a measurement without a given noise, or a scene that does not allow the values at
+/// `point`.
 fn prepare(experiment: &mut Experiment, point: ParameterPoint) -> Result<(), Error> {
     for i in 0..experiment.measurements.len() {
         if experiment.measurements[i].sigma().is_none() {

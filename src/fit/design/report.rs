@@ -1,7 +1,8 @@
 //! Report of a planned experiment, as it is stored.
 //!
-//! A [`Design`] has the expected uncertainties of the parameters at the values of the plan, and the [`Contribution`] of each
-//! measurement. Its [`Advice`] on markers, durations and frame rates has one [`Choice`] for each value, with its expected
+//! A [`Design`] has the expected uncertainties of the parameters at the values of the plan: estimates, correlations,
+//! unidentifiable combinations, budgets and undetected biases. It has the [`Contribution`] of each measurement, warnings and
+//! the cost. Its [`Advice`] on markers, durations and frame rates has one [`Choice`] for each value, with its expected
 //! standard errors. `Fit::design` computes it; `Display` writes it as tables.
 
 use crate::code::Code;

@@ -1,8 +1,9 @@
 //! Rows of a plan for which the linear error model holds: those before sensitivities grow exponentially.
 //!
 //! In a chaotic motion the derivatives by the parameters grow exponentially, and with them the errors of the model.
-//! [`UsableRows::new`] finds the onset of the growth in each experiment. Later rows of the Jacobian become zero, with a
-//! warning, and choices whose record is longer than the onset are not recommended.
+//! [`UsableRows::new`] finds the onset of the growth in each experiment from the rows of the Jacobian. Its methods set later
+//! rows to zero and add a warning. They withdraw recommendations of durations after the onset, and all of an experiment whose
+//! planned duration is longer.
 
 use crate::code::Code;
 use crate::fit::design::candidate_designs::CandidateDesigns;
@@ -21,8 +22,9 @@ pub(crate) struct UsableRows {
 }
 
 impl UsableRows {
-    /// The usable rows of experiments with all candidate recordings. `sigmas` has the standard deviation of each measurement
-    /// in its unit; `residuals` and `rows` are the plain residuals of the simulation and their Jacobian.
+    /// The usable rows of experiments with all candidate recordings, from the growth of their sensitivities. `sigmas` has the
+    /// standard deviation of each measurement in its unit. `residuals` and `rows` are the unweighted residuals of the
+    /// simulation, in sigmas, and their Jacobian. Rows whose growth weight is below 1 are not usable; those of priors are.
     pub fn new(
         mut experiments: Vec<Experiment>,
         unknowns: &[Unknown],
@@ -49,7 +51,7 @@ impl UsableRows {
         Self { growths, weights }
     }
 
-    /// Sets the rows that are not usable to zero, so that they do not constrain any unknown.
+    /// Sets the `rows` of the Jacobian that are not usable to zero, so that they do not constrain any unknown.
     pub fn remove_others(&self, rows: &mut [Vec<f64>]) {
         for (row, weight) in rows.iter_mut().zip(&self.weights) {
             row.iter_mut().for_each(|d| *d *= weight);
@@ -61,7 +63,8 @@ impl UsableRows {
         if self.weights.is_empty() { Vec::new() } else { designs.planned(&self.weights) }
     }
 
-    /// Adds a warning for each experiment with rows that are not usable.
+    /// Adds a warning of the severity `Numerics` for each experiment whose sensitivities grow exponentially: later values are
+    /// left out.
     pub fn warn(&self, warnings: &mut Warnings) {
         for growth in self.growths.iter().flatten() {
             let words = growth.describe(
@@ -71,8 +74,8 @@ impl UsableRows {
         }
     }
 
-    /// Removes the recommendation of choices whose record is longer than the usable time, and of all choices of a plan that
-    /// is: with removed rows a longer record is as good as a shorter one.
+    /// Removes the mark `best` of durations after the onset of the growth in their experiment. If the plan itself is longer
+    /// than the onset, it removes all marks of its recordings: with removed rows a longer record is as good as a shorter one.
     pub fn withdraw_marks(&self, planned: &[Experiment], advice: &mut [Advice]) {
         for (experiment, growth) in planned.iter().zip(&self.growths) {
             let Some(onset) = growth.as_ref().map(|growth| growth.onset) else { continue };

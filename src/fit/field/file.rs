@@ -1,8 +1,8 @@
 //! Conversion of a fit file with `[[field]]` tables to a fit of lists along the rod.
 //!
-//! [`FitFile::field_fit`] takes over scene, recorded motions, lists and single parameters. It rejects keys without a meaning
-//! in such a fit: several experiments, input uncertainties, `[analysis]`, validation data, and measurements that are no
-//! motion.
+//! [`FitFile::field_fit`] takes over scene, recorded motions, lists and single parameters into a [`FieldFit`], in the order
+//! of the file. It rejects keys without a meaning in such a fit: several experiments, input uncertainties, `[analysis]`,
+//! validation data, and measurements that are no motion. Whether the fit can be solved is checked when it is.
 
 use crate::error::Error;
 use crate::fit::field::plan::FieldFit;
@@ -10,12 +10,12 @@ use crate::fit::file::FitFile;
 use crate::fit::uncertainty::analysis::Analysis;
 
 impl FitFile {
-    /// The fit of lists along the rod that the file describes; none of a file without `[[field]]`.
+    /// The fit of lists along the rod that the file describes, not yet checked; none of a file without `[[field]]`.
     ///
     /// # Errors
     ///
-    /// Keys that such a fit does not support: several experiments, other measurements than motions, inputs with an
-    /// uncertainty, and analyses.
+    /// Keys that such a fit does not support: several experiments, other measurements than motions, validation data, inputs
+    /// with an uncertainty, and analyses.
     pub fn field_fit(&self) -> Result<Option<FieldFit>, Error> {
         if self.fields.is_empty() {
             return Ok(None);

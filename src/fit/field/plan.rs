@@ -1,8 +1,9 @@
 //! Definition of a fit of lists of values along the rod ([`FieldFit`]), and its validation before it is solved.
 //!
 //! A fit consists of a problem, recorded motions with a stated noise, lists with a smooth prior, and single parameters with a
-//! normal prior. [`FieldFit::check`] accepts the cases that the adjoint of the simulation supports: given mesh, step and
-//! scheme, positions on the center line, squared losses, and samples up to the end of the simulation.
+//! normal prior. `FieldFit::check` accepts the cases that the adjoint of the simulation supports: given mesh, step and
+//! scheme, positions on the center line, squared losses, and samples up to the end of the simulation. All else is an error
+//! with the key and the reason.
 
 use crate::error::{Error, ensure};
 use crate::fit::duplicates::check_duplicates;
@@ -65,13 +66,14 @@ impl FieldFit {
         self
     }
 
-    /// Stops once `flag` is set, with [`Error::Interrupted`].
+    /// Stops the fit once `flag` is set: [`solve`](Self::solve) then returns [`Error::Interrupted`].
     pub fn stop_when(self, flag: Arc<AtomicBool>) -> Self {
         Self { problem: self.problem.stop_when(flag), ..self }
     }
 
-    /// Rejects scenes without an adjoint or without a given mesh, step and scheme, invalid lists, and observations that this
-    /// kind of fit does not support. Error: the key with the reason.
+    /// Checks that the scene has an adjoint and a given mesh, step and scheme, and the lists and single parameters by
+    /// [`FieldSpace::new`]. At least one motion is required. Each needs sigma, a point on the center line, squared losses,
+    /// and samples up to the end of the simulation; the same data twice are rejected. Error: the key with the reason.
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.problem.check_reversible()?;
         FieldSpace::new(&self.problem, &self.fields, &self.unknowns)?;

@@ -9,6 +9,7 @@
 //! with zero slope at the ends, solved on equal spacings as a tridiagonal system. The prior penalizes second differences, and
 //! deviations from the scene. Its covariance is that of Matern with a smoothness of 3/2 (Lindgren, Rue and Lindstrom 2011).
 //! The factor `c` normalizes the standard deviation in the middle of the rod; at the ends it is up to 1.5 times as large.
+//! [`SmoothPrior`] returns products with `c A^-1` for the search, and standard deviations for the report.
 
 /// Smooth prior of values at equal spacings along a rod.
 #[derive(Clone, Debug)]
@@ -22,15 +23,15 @@ pub struct SmoothPrior {
 }
 
 impl SmoothPrior {
-    /// The prior of `count` values with the standard deviation `sigma`, in their unit, in the middle of the rod, and a
-    /// correlation length `l` of this number of `spacings`.
+    /// The prior of `count` values, at least one, with the standard deviation `sigma`, in their unit, in the middle of the
+    /// rod. Its correlation length `l` is this number of `spacings`.
     pub fn new(count: usize, sigma: f64, spacings: f64) -> Self {
         let mut prior = Self { stiffness: spacings * spacings, factor: 1.0, count };
         prior.factor = sigma / prior.deviation(count / 2);
         prior
     }
 
-    /// The standard deviation of value `k`, in its unit: the norm of row `k` of `c A^-1`.
+    /// The standard deviation of value `k` (from 0), in its unit: the norm of row `k` of `c A^-1`.
     pub fn deviation(&self, k: usize) -> f64 {
         let mut row = vec![0.0; self.count];
         row[k] = 1.0;
@@ -38,7 +39,8 @@ impl SmoothPrior {
         row.iter().map(|x| x * x).sum::<f64>().sqrt()
     }
 
-    /// Multiplies `z` by the symmetric matrix `c A^-1`, in place: independent numbers become deviations from the scene.
+    /// Replaces `z` by `c A^-1 z`, the symmetric root of the covariance: independent numbers become deviations from the
+    /// scene, in their unit.
     pub fn multiply(&self, z: &mut [f64]) {
         let (n, k) = (z.len(), self.stiffness);
         // Gaussian elimination of the tridiagonal matrix with 1 + k or 1 + 2 k on its diagonal and -k beside it.

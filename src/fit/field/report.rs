@@ -2,7 +2,8 @@
 //!
 //! [`FieldReport::new`] takes the optimum and the largest eigenpairs `(l, v)` of `J'J`. The posterior covariance is `C (1 +
 //! J'J)^-1 C'` for the root `C` of the prior covariance: every eigenvector lowers the prior variance by `l/(1 + l) (C v)^2`.
-//! The report also has the residuals, warnings on weakly determined values, and a summary for the terminal.
+//! Correlations are not computed. The report also has the residuals, the cost, warnings (residuals unlike sigma, weakly
+//! determined values) and a summary for the terminal.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -111,7 +112,8 @@ pub(super) struct FieldOptimum<'a> {
 }
 
 impl FieldReport {
-    /// The report of an optimum, with its standard errors and warnings.
+    /// The report of an optimum: values with standard errors for each list and single parameter, and the warnings. The
+    /// effective number of parameters is the sum of `l/(1 + l)` over the eigenvalues `l`.
     pub(super) fn new(optimum: FieldOptimum<'_>) -> Self {
         let FieldOptimum { space, z, ritz, residuals, .. } = &optimum;
         // (1 + J'J)^-1 is 1 less l/(1 + l) along every eigenvector with eigenvalue l.
@@ -187,8 +189,9 @@ impl FieldReport {
         Ok(values)
     }
 
-    /// All warnings in a fixed order: convergence, size of the residuals, completeness of the directions, undetermined
-    /// values, correlations, local minimum.
+    /// Texts of all warnings in a fixed order: no convergence, residuals outside [`USUAL_RMS`] sigmas, missing directions,
+    /// lists with values above [`UNDETERMINED`], correlations of several parameters. The last one, on the local minimum, is
+    /// always there.
     fn all_warnings(&self, optimum: &FieldOptimum<'_>) -> Vec<String> {
         let mut warnings = Vec::new();
         if !self.converged {
@@ -237,14 +240,15 @@ impl FieldReport {
 }
 
 impl fmt::Display for FieldReport {
-    /// Writes the summary as text.
+    /// Writes [`FieldReport::summary`] as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.summary().fmt(f)
     }
 }
 
 impl FieldReport {
-    /// The result as text for a terminal: status, tables of single parameters and lists, warnings, residuals and cost.
+    /// The result as text for a terminal: whether it converged, a table of single parameters, one of each list with a row per
+    /// value, then warnings, number of determined combinations, residuals and cost.
     pub fn summary(&self) -> Summary {
         let count: usize = self.fields.iter().map(|field| field.values.len()).sum();
         let estimates = format!("{count} values along the rod from {} coordinates", self.values);

@@ -1,9 +1,10 @@
 //! The search for the optimum of a fit along the rod: the Levenberg-Marquardt method with products with the Jacobian instead
 //! of its rows.
 //!
-//! Unknowns are independent normal numbers `z`, the cost is half the sum of squares of residuals and of `z`. A step solves
-//! `(1 + damping + J'J) s = -gradient` in the Krylov space of the gradient by Lanczos's method, with one forward derivative
-//! and one adjoint per product. The search converges where an undamped step predicts a decrease below [`LEAST_GAIN`].
+//! Unknowns are independent normal numbers `z`, the cost is half the sum of squares of residuals (in sigmas) and of `z`. A
+//! step solves `(1 + damping + J'J) s = -gradient` in the Krylov space of the gradient by Lanczos's method. Each product
+//! costs one forward derivative and one adjoint. The search converges where an undamped step predicts a decrease below
+//! [`LEAST_GAIN`]. It ends without convergence after [`STEPS`] steps, or if damping up to [`MAX_DAMPING`] lowers nothing.
 //! Eigenvectors of `J'J` at the optimum then yield the standard errors. Result: a [`FieldReport`].
 
 use crate::dynamics::{Reversible, TrajectorySlopes};
@@ -54,11 +55,12 @@ const LEAST_INFORMATION: f64 = 0.05;
 const TEST_INTERVAL: usize = 4;
 
 impl FieldFit {
-    /// Finds the values with the largest posterior probability and their standard errors, from the values of the scene.
+    /// Finds the values with the largest posterior probability and their standard errors, from the values of the scene
+    /// (single parameters: means of their priors). The report is returned also without convergence, with a warning.
     ///
     /// # Errors
     /// A fit that this method does not support, as an [`Error::Invalid`] with the key; those of [`Reversible::run`] at the
-    /// start.
+    /// start; a stop; and a failed product with the Jacobian.
     pub fn solve(&self) -> Result<FieldReport, Error> {
         let since = Instant::now();
         self.check()?;
@@ -94,7 +96,9 @@ struct FieldSearch<'a> {
 }
 
 impl FieldSearch<'_> {
-    /// The rows of the observation operator of all measured coordinates, each over its sigma.
+    /// One row per measured coordinate of all observations, in their order. It is the residual, simulated less measured value
+    /// over sigma (1 without one). The row has it as a linear function of the position of the point at the time of the
+    /// sample, as the camera records it.
     fn observation_rows(&self, problem: &Problem) -> Vec<ObservationRow> {
         let view = View::new(problem, |_, value| value);
         let all = self.fit.observations.iter().flat_map(|observation| {
@@ -106,7 +110,7 @@ impl FieldSearch<'_> {
         all.collect()
     }
 
-    /// Data and model of all observations at a trial, coordinate by coordinate, for plots.
+    /// Data and model of all observations at a trial, one series per coordinate, for plots; sigma is 1 without one.
     fn series(&self, trial: &FieldTrial) -> Vec<Series> {
         let mut rest = &trial.residuals[..];
         let own_series = |observation: &Observation| {
@@ -119,8 +123,9 @@ impl FieldSearch<'_> {
         self.fit.observations.iter().flat_map(own_series).collect()
     }
 
-    /// Simulates the rod with the parameters at `z`, until the last sample, and compares it with the measurements. Error:
-    /// values that the scene does not allow, or a simulation that fails.
+    /// Simulates the rod with the parameters at `z` up to the step of the last sample, with states for derivatives. Residuals
+    /// are those of all measured coordinates, in sigmas. The run counts as one. Error: values that the scene does not allow,
+    /// or a simulation that fails.
     fn simulate(&mut self, z: Vec<f64>) -> Result<FieldTrial, Error> {
         // Same layout for all values, so that the residuals are smooth.
         let problem = self.problem.with_fixed_layout(self.space.values(&z))?;
@@ -141,7 +146,8 @@ impl FieldSearch<'_> {
         Ok(FieldTrial { z, run, residuals, cost })
     }
 
-    /// The product `J v` at a trial, in sigmas, by forward derivatives along the changes of the parameters `C v`.
+    /// The product `J v` at a trial, one number per measured coordinate, in sigmas, by forward derivatives along the changes
+    /// `C v` of the parameters. It counts as a run. Error: the derivatives fail.
     fn multiply(&mut self, trial: &FieldTrial, v: &[f64]) -> Result<Vec<f64>, Error> {
         self.runs += 1.0;
         let problem = trial.run.problem();
@@ -162,8 +168,8 @@ impl FieldSearch<'_> {
         changes.collect()
     }
 
-    /// The product `J' w` at a trial, a gradient by `z`, by the adjoint of the simulation. `w` has a number per measured
-    /// coordinate.
+    /// The product `J' w` at a trial, a gradient with one number per `z`, by the adjoint of the simulation. `w` has a number
+    /// per measured coordinate, in sigmas. It counts as a run. Error: the adjoint fails.
     fn multiply_transposed(&mut self, trial: &FieldTrial, w: &[f64]) -> Result<Vec<f64>, Error> {
         self.runs += 1.0;
         let mut slopes: TrajectorySlopes<'_> = trial.run.slopes();
@@ -175,8 +181,8 @@ impl FieldSearch<'_> {
         Ok(gradient)
     }
 
-    /// Continues Lanczos's method with products with `J'J` at a trial, until there are `most` products, `is_done` is true, or
-    /// the Krylov space is complete.
+    /// Continues Lanczos's method with products with `J'J` at a trial. It ends when `lanczos` has `most` products in total,
+    /// `is_done` is true, or the Krylov space is complete. Error: a product fails.
     fn iterate_lanczos(
         &mut self,
         trial: &FieldTrial,
@@ -192,9 +198,10 @@ impl FieldSearch<'_> {
         Ok(())
     }
 
-    /// Descends from a trial by damped Gauss-Newton steps, at most [`STEPS`]. Returns the last trial, and whether the search
-    /// converged: an undamped step predicts a decrease of the misfit below [`LEAST_GAIN`]. Error: a stop, or values that the
-    /// scene does not allow.
+    /// Descends from a trial by damped Gauss-Newton steps, at most [`STEPS`] accepted ones. The damping rises after a step
+    /// that lowers the misfit by too little or fails, and falls after a good one. Returns the last trial, and whether the
+    /// search converged: an undamped step predicts a decrease of the misfit below [`LEAST_GAIN`]. Error: a stop, or values
+    /// that the scene does not allow.
     fn descend(&mut self, mut trial: FieldTrial) -> Result<(FieldTrial, bool), Error> {
         let mut damping = 0.0_f64;
         for _ in 0..STEPS {
@@ -242,8 +249,9 @@ impl FieldSearch<'_> {
         Ok((trial, false))
     }
 
-    /// The report of an optimum: eigenvectors of `J'J` with eigenvalues above [`LEAST_INFORMATION`] to the accuracy that the
-    /// standard errors need, or as many as [`ERROR_PRODUCTS`] yield.
+    /// The report of the trial at the optimum. It computes the eigenvectors of `J'J` with eigenvalues above
+    /// [`LEAST_INFORMATION`], to the accuracy that the standard errors need. With [`ERROR_PRODUCTS`] products they count as
+    /// incomplete, which is a warning. Error: a product fails.
     fn report(
         mut self,
         trial: &FieldTrial,

@@ -1,8 +1,9 @@
 //! The unknowns of a fit along the rod: a linear map from independent normal numbers `z` of variance one to the parameters.
 //!
 //! [`FieldSpace::new`] validates the lists and single parameters and assigns each a prior: a smooth one along the rod, or a
-//! normal one. Then `values = means + C z`, with the symmetric root `C` of the prior covariance, block by block. The search
-//! works on `z`; simulations take the [values](FieldSpace::values), derivatives the [changes](FieldSpace::changes).
+//! normal one. Then `values = means + C z`, with the symmetric root `C` of the prior covariance, block by block. The means
+//! are the values of the scene for lists, those of the prior for single parameters. The search works on `z`; simulations take
+//! the [values](FieldSpace::values), derivatives the [changes](FieldSpace::changes).
 
 use crate::error::{Error, ensure};
 use crate::fit::field::prior::SmoothPrior;
@@ -55,8 +56,10 @@ pub struct SingleParameter {
 }
 
 impl FieldSpace {
-    /// The space of some lists and single parameters of a problem. Errors: no list, one that the scene lacks or that is given
-    /// twice, a sigma or length that is not positive, and single parameters without a prior or with an effect on the camera.
+    /// The space of some lists (`fields`) and single parameters (`unknowns`) of a problem. Values of natural bending are at
+    /// equal distances from one end of the rod to the other. Those of other lists are in the middle of equal parts. Errors:
+    /// no list, one that the scene lacks or that is given twice, a sigma or length that is not positive, and parameters
+    /// without derivatives. Single parameters need a prior, and must neither affect the camera nor stand twice.
     pub fn new(problem: &Problem, fields: &[Field], unknowns: &[Unknown]) -> Result<Self, Error> {
         let scene = problem.scene();
         let (mut lists, mut parameters): (Vec<FieldList>, Vec<Parameter>) = Default::default();
@@ -110,12 +113,13 @@ impl FieldSpace {
         Ok(Self { lists, singles, parameters })
     }
 
-    /// The parameters, in the order of the independent numbers.
+    /// The parameters, in the order of the independent numbers: list after list, then the single ones.
     pub fn parameters(&self) -> &[Parameter] {
         &self.parameters
     }
 
-    /// Parameters for whose values the layout of a problem is chosen: the first one of each list, and all single ones.
+    /// Parameters for whose values the layout of the unknowns of a simulation is chosen, so that it is the same for all
+    /// values. They are the first one of each list, and all single ones.
     pub fn layout_parameters(&self) -> Vec<Parameter> {
         let mut rest = &self.parameters[..];
         let mut chosen = Vec::new();
@@ -139,14 +143,16 @@ impl FieldSpace {
         rest.iter_mut().zip(&self.singles).for_each(|(z, single)| *z *= single.sigma);
     }
 
-    /// All parameters with their changes `C z`, in their units, along a direction `z`.
+    /// All parameters, in their order, with their changes `C z` in their units, along a direction `z` with one number per
+    /// parameter.
     pub fn changes(&self, z: &[f64]) -> Vec<(Parameter, f64)> {
         let mut changes = z.to_vec();
         self.multiply(&mut changes);
         self.parameters.iter().copied().zip(changes).collect()
     }
 
-    /// All parameters with their values, in their units, at `z`: the means of the priors plus the changes.
+    /// All parameters, in their order, with their values in their units at `z`: values of the scene (lists) or means of the
+    /// priors (single ones) plus the changes `C z`.
     pub fn values(&self, z: &[f64]) -> Vec<(Parameter, f64)> {
         let scene = self.lists.iter().flat_map(|list| list.scene.iter().copied());
         let all = scene.chain(self.singles.iter().map(|single| single.mean));

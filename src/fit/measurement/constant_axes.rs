@@ -1,10 +1,11 @@
 //! Detection and removal of constant coordinates of recordings, such as the z column of a planar recording. As measurements
 //! without residuals they would lower the estimated noise of the other coordinates.
 //!
-//! Input: the measurements of experiments. A coordinate is constant if all its values (at least [`FEWEST`]) are equal while
-//! another coordinate of the measurement varies. Of shapes at rest only the coordinate along the normal of a planar model
-//! counts. Output: the experiment without these coordinates ([`without_constant_axes`]), and their list for a warning in the
-//! report ([`all_constant_axes`]).
+//! Input: the measurements of experiments. A coordinate of a motion is constant if all its values (at least [`FEWEST`]) are
+//! equal while another coordinate of the measurement varies. Of shapes at rest only the coordinate along the normal of a
+//! planar model counts. Planned data and markers of the recording that prescribes the ends are left alone. Output: the
+//! experiment without these coordinates ([`without_constant_axes`]), and their list for a warning in the report
+//! ([`all_constant_axes`]).
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
@@ -26,7 +27,8 @@ pub(crate) struct ConstantAxis {
     pub samples: usize,
 }
 
-/// The experiment with its measurements without their constant coordinates.
+/// A copy of the experiment without constant coordinates of its measurements, which are equal in all samples while another
+/// coordinate varies. They are set to `None`, and standard deviations of their values are removed.
 pub(crate) fn without_constant_axes(experiment: &Experiment) -> Experiment {
     let mut experiment = experiment.clone();
     let normal = planar_normal(&experiment);
@@ -39,13 +41,14 @@ pub(crate) fn without_constant_axes(experiment: &Experiment) -> Experiment {
     experiment
 }
 
-/// The unit normal of the plane of a planar model; `None` of a spatial one.
+/// The unit normal of the plane of an experiment with a planar model; `None` for a spatial one.
 fn planar_normal(experiment: &Experiment) -> Option<[f64; 3]> {
     let problem = &experiment.problem;
     (problem.model().0 == "planar").then(|| problem.normal())
 }
 
-/// The constant coordinates of all experiments, with label, axis, value in m, and number of samples.
+/// The constant coordinates of the measurements of all experiments, in their order: label, axis, value in m, and number of
+/// samples.
 pub(crate) fn all_constant_axes(experiments: &[Experiment]) -> Vec<ConstantAxis> {
     let mut found = Vec::new();
     for experiment in experiments {
@@ -65,9 +68,9 @@ pub(crate) fn all_constant_axes(experiments: &[Experiment]) -> Vec<ConstantAxis>
     found
 }
 
-/// Indices (0 to 2 for x to z) of the constant coordinates of a measurement with another coordinate that varies. A shape at
-/// rest may hang straight: only its coordinate along the `normal` of a planar model is left out. Empty for planned data and
-/// markers of a recording that prescribes the ends.
+/// Indices (0 to 2 for x to z) of the coordinates of a measurement with at least [`FEWEST`] values that are all equal, while
+/// another coordinate varies. A shape at rest may hang straight: of it only the coordinate along the `normal` of a planar
+/// model counts. Empty for planned data and markers of a recording that prescribes the ends.
 fn constant_axes(measurement: &Measurement, normal: Option<[f64; 3]>) -> Vec<usize> {
     // Markers of a recording that prescribes the ends are compared in space, as the ends are.
     if measurement.planned() || measurement.marker().is_some() {
@@ -86,7 +89,8 @@ fn constant_axes(measurement: &Measurement, normal: Option<[f64; 3]>) -> Vec<usi
     (0..3).filter(is_filler).filter(is_irrelevant).collect()
 }
 
-/// Removes the coordinates with these indices from a measurement, with the standard deviations of their values.
+/// Sets the coordinates with the indices `axes` of all samples to `None`, in place, and removes their entries from standard
+/// deviations per value.
 fn remove(measurement: &mut Measurement, axes: &[usize]) {
     // The values that remain are noted, to remove the entries of their standard deviations.
     let (mut kept, values) = (Vec::new(), measurement.values());

@@ -2,8 +2,9 @@
 //!
 //! [`Header`] has the noise (standard deviations), the loss, the use in the fit (fitted, validation, planned) and the origin
 //! of the values. A kind of data (motion, shape, frequencies, gauge) implements [`DataKind`]: its values, the outputs of a
-//! simulation that they require, and the differences of these outputs from the values. Everything else in a fit uses this
-//! interface. Values are in the order of the residuals: point by point, and within a point x, y, z.
+//! simulation that they require, and the differences of these outputs from the values. [`Dataset`] is a header with data of a
+//! kind. Everything else in a fit uses this interface. Values are in the order of the residuals: point by point, and within a
+//! point x, y, z, observed coordinates only; or scalars in their order.
 
 use crate::error::Error;
 use crate::fit::measurement::loss::Loss;
@@ -64,7 +65,7 @@ pub(crate) struct CoordinateValue {
 }
 
 impl Coordinate {
-    /// Index and abscissa of the values with an index below `count`, in ascending order of the abscissa.
+    /// Index and abscissa of the values of this coordinate with an index below `count`, in ascending order of the abscissa.
     pub fn ascending(&self, count: usize) -> Vec<(usize, f64)> {
         let values = self.first_values(count);
         let mut pairs: Vec<(usize, f64)> = values.map(|v| (v.index, v.abscissa)).collect();
@@ -119,7 +120,8 @@ impl Header {
     }
 
     /// Sets the standard deviations of all points or of all values, in their unit. `sigma` becomes the one with their mean
-    /// information, `(mean sigma_i^-2)^(-1/2)`; the factors are theirs over it. No change for an empty list.
+    /// information, `(mean sigma_i^-2)^(-1/2)`; the factors are theirs over it, and none if all are equal. No change for an
+    /// empty list.
     fn set_sigmas(&mut self, sigmas: &[f64]) {
         let Some(first) = sigmas.first() else { return };
         self.sigma = Some(*first);
@@ -148,14 +150,14 @@ pub struct Dataset<D> {
 impl<D> Deref for Dataset<D> {
     type Target = D;
 
-    /// The data of the data set, without the header.
+    /// The data of the data set, without the header, so that their fields and methods are accessible on the data set.
     fn deref(&self) -> &D {
         &self.data
     }
 }
 
 impl<D> DerefMut for Dataset<D> {
-    /// The data of the data set, to be changed.
+    /// The data of the data set, without the header, for changes of their fields.
     fn deref_mut(&mut self) -> &mut D {
         &mut self.data
     }
@@ -168,7 +170,8 @@ impl<D: DataKind> Dataset<D> {
         self
     }
 
-    /// The data set with a known standard deviation of each point, or of each value, point by point, in its unit.
+    /// The data set with a known standard deviation of each point, or of each value, point by point, in its unit. An empty
+    /// list changes nothing.
     pub fn sigmas(mut self, sigmas: &[f64]) -> Self {
         self.header.set_sigmas(sigmas);
         self
@@ -205,7 +208,7 @@ impl<D: DataKind> Dataset<D> {
     }
 
     /// The data set with the properties in the table of a fit file. A sigma in the table, in the unit of the values, replaces
-    /// that of the data file.
+    /// that of the data file; loss and `held_out` are always replaced.
     pub(crate) fn with_properties(
         mut self,
         sigma: Option<f64>,
@@ -232,49 +235,51 @@ pub struct ValidationContext<'a> {
 
 /// A kind of data: either positions of points, or scalars.
 pub trait DataKind: Debug + Send + Sync {
-    /// Name of the table of a fit file for this kind of data.
+    /// Name of the table of a fit file for this kind of data, as `observation`; part of keys in messages.
     fn table(&self) -> &'static str;
 
-    /// The file, or a name of the data without a file.
+    /// The name of the data in messages and reports: the file, or a name without a file.
     fn label(&self, header: &Header) -> String;
 
-    /// The quantity on the abscissa of plots: time, arc length, mode or number.
+    /// The quantity on the abscissa of plots: time, arc length, mode number or number of the reading.
     fn abscissa(&self) -> Abscissa;
 
-    /// Abscissa of every point: time, s, arc length, m, mode number or number of the reading.
+    /// Abscissa of every point, in the order of the points: time, s, arc length, m, mode number or number of the reading
+    /// (from 1).
     fn abscissas(&self, problem: &Problem) -> Vec<f64>;
 
-    /// Name of the axis of scalars; `None` of positions.
+    /// Name of the axis of scalars in reports; `None` for positions, whose axes are x, y and z.
     fn axis(&self) -> Option<&'static str> {
         None
     }
 
-    /// The observed positions, m, with `None` for coordinates that were not observed; empty for scalars.
+    /// The observed positions in the order of the points, m, with `None` for coordinates that were not observed; empty for
+    /// scalars.
     fn positions(&self) -> Vec<[Option<f64>; 3]> {
         Vec::new()
     }
 
-    /// Mutable references to the observed positions.
+    /// Mutable references to the observed positions, in the order of the points; empty for scalars.
     fn positions_mut(&mut self) -> Vec<&mut [Option<f64>; 3]> {
         Vec::new()
     }
 
-    /// The scalars, in the unit of the values; empty for positions.
+    /// The scalars (frequencies or readings) in their order, in the unit of the values; empty for positions.
     fn scalars(&self) -> Vec<f64> {
         Vec::new()
     }
 
-    /// Mutable references to the scalars.
+    /// Mutable references to the scalars, in their order; empty for positions.
     fn scalars_mut(&mut self) -> Vec<&mut f64> {
         Vec::new()
     }
 
-    /// Times of all values on the clock of the motion or of its recording, s; none of values at rest.
+    /// The time of every value on the clock of the motion or of its recording, s; `None` for values at rest.
     fn times(&self) -> Vec<Option<f64>> {
         vec![None; self.values()]
     }
 
-    /// Number of arc lengths that are fitted to the values, each of which takes a degree of freedom.
+    /// Number of arc lengths that are fitted to the values, each of which takes a degree of freedom; 0 by default.
     fn fitted_arc_lengths(&self) -> usize {
         0
     }
@@ -290,13 +295,15 @@ pub trait DataKind: Debug + Send + Sync {
     /// [`Error::Invalid`] with the key of the table or the label, and the allowed values.
     fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error>;
 
-    /// Removes values after the `horizon`, s, and locates points of unknown arc length approximately.
+    /// Removes values after the `horizon`, s, and computes approximate arc lengths of points without one, in place; no change
+    /// by default.
     fn prepare(&mut self, _problem: &Problem, _horizon: f64) {}
 
-    /// Adds the outputs of a simulation with which the values are compared.
+    /// Adds the simulated outputs with which the values are compared (points, times, modes) to `outputs`.
     fn require(&self, outputs: &mut Requirements);
 
-    /// Calls `each` with simulated less measured value, in the order of the values and in their unit.
+    /// Calls `each` with simulated less measured value, over the scalar type of the `simulated` outputs, in the order of the
+    /// values and in their unit.
     ///
     /// # Errors
     ///
@@ -309,12 +316,12 @@ pub trait DataKind: Debug + Send + Sync {
     where
         Self: Sized;
 
-    /// All values (coordinates or scalars), in the order of the residuals.
+    /// All values in the order of the residuals: observed coordinates point by point (x, y, z in each), or scalars.
     fn values_in_order(&self) -> Vec<f64> {
         self.positions().into_iter().flatten().flatten().chain(self.scalars()).collect()
     }
 
-    /// Mutable references to all values, in the order of the residuals.
+    /// Mutable references to all values, observed coordinates or scalars, in the order of the residuals.
     fn values_mut(&mut self) -> Vec<&mut f64> {
         match self.axis() {
             Some(_) => self.scalars_mut(),
@@ -322,7 +329,7 @@ pub trait DataKind: Debug + Send + Sync {
         }
     }
 
-    /// Number of values: observed coordinates, or scalars.
+    /// Number of values, which is that of the residuals: observed coordinates, or scalars.
     fn values(&self) -> usize {
         self.values_in_order().len()
     }
@@ -334,7 +341,8 @@ pub trait DataKind: Debug + Send + Sync {
 }
 
 impl dyn DataKind + '_ {
-    /// Standard deviations of all values, in their unit, for a given `sigma`, times the factors of the header.
+    /// Standard deviations of all values, in their unit, in the order of the residuals: a given `sigma` times the factors of
+    /// the header, which are per value, per point, or none.
     pub(crate) fn sigmas(&self, header: &Header, sigma: f64) -> Vec<f64> {
         let (factors, values) = (&header.sigma_factors, self.values());
         // The factors are given per value, per point, or not at all.
@@ -351,7 +359,8 @@ impl dyn DataKind + '_ {
         self.positions().into_iter().zip(factors).flat_map(repeated).collect()
     }
 
-    /// The values grouped by coordinate, each with its abscissa; coordinates without values are left out.
+    /// The values grouped by coordinate, each with its index and abscissa: x, y and z of positions, of which those without
+    /// values are left out, or the one axis of scalars.
     pub(crate) fn coordinates(&self, problem: &Problem) -> Vec<Coordinate> {
         let abscissas = self.abscissas(problem).into_iter();
         if let Some(axis) = self.axis() {
@@ -374,8 +383,8 @@ impl dyn DataKind + '_ {
         axes.into_iter().filter(|axis| !axis.values.is_empty()).collect()
     }
 
-    /// Scale of rounding errors and of relevant changes, in the unit of the values: for positions the length of the rod or
-    /// the size of its motion, if larger; for scalars a typical value.
+    /// Scale of rounding errors and of relevant changes, in the unit of the values. For positions it is the larger of the
+    /// rod's length and the size of its motion; for scalars [`size`](DataKind::size).
     pub(crate) fn scale(&self, problem: &Problem) -> f64 {
         match self.axis() {
             Some(_) => self.size(problem),
@@ -383,13 +392,14 @@ impl dyn DataKind + '_ {
         }
     }
 
-    /// Degrees of freedom that remain beside fitted arc lengths, over the number of values; 1 without these.
+    /// Degrees of freedom that remain beside fitted arc lengths, over the number of values; 1 without these, at least one
+    /// degree.
     pub(crate) fn free_share(&self) -> f64 {
         let values = self.values().max(1) as f64;
         (1.0 - self.fitted_arc_lengths() as f64 / values).max(1.0 / values)
     }
 
-    /// The outputs of a simulation with which the values are compared.
+    /// The outputs of a simulation (points, times, modes) with which the values are compared.
     pub(crate) fn requirements(&self) -> Requirements {
         let mut outputs = Requirements::default();
         self.require(&mut outputs);

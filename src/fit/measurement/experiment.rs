@@ -2,7 +2,8 @@
 //!
 //! Methods return properties that search and analyses need: the recorded motions, their duration, the highest measured mode,
 //! the kind of simulation, its work (steps times segments), and labels for messages. Functions over a list of experiments
-//! iterate over all measurements in the order of the residuals ([`all`]), and omit validation data ([`fitted`]).
+//! iterate over all measurements in the order of the residuals ([`all`]), add the work ([`full_work`]), and remove validation
+//! data ([`fitted`]).
 
 use crate::accuracy::Aim;
 use crate::error::Error;
@@ -31,7 +32,7 @@ impl Experiment {
         Self { name: name.into(), problem: problem.clone(), measurements: Vec::new() }
     }
 
-    /// The experiment with another measurement.
+    /// The experiment with another measurement after those that it has.
     pub fn observe(mut self, measurement: impl Into<Measurement>) -> Self {
         self.measurements.push(measurement.into());
         self
@@ -43,7 +44,8 @@ impl Experiment {
         self
     }
 
-    /// The recorded motions. Readings of a gauge over time are returned as the x coordinate of a motion, in their own unit.
+    /// The recorded motions, in the order of the measurements. Readings of a gauge over time are included as the x coordinate
+    /// of a motion, in their own unit; shapes, frequencies and readings at rest are not.
     pub(crate) fn records(&self) -> impl Iterator<Item = Cow<'_, PointMotion>> {
         self.measurements.iter().filter_map(|m| match m.motion() {
             Some(motion) => Some(Cow::Borrowed(motion)),
@@ -59,41 +61,43 @@ impl Experiment {
         })
     }
 
-    /// Whether a motion was measured, so that the motion of the rod is simulated.
+    /// Whether a motion or a gauge over time was measured, so that the motion of the rod is simulated.
     pub(crate) fn moves(&self) -> bool {
         self.records().next().is_some()
     }
 
-    /// Whether any shape at rest, reading at rest or frequency was measured.
+    /// Whether any measurement is no recorded motion: a shape at rest, readings at rest or frequencies, for which the
+    /// equilibrium is solved.
     pub(crate) fn rests(&self) -> bool {
         self.records().count() < self.measurements.len()
     }
 
-    /// The highest mode whose frequency was measured; 0 without any.
+    /// The highest number of a mode whose frequency was measured; 0 without any.
     pub(crate) fn highest_mode(&self) -> usize {
         let modes = self.measurements.iter().flat_map(|m| m.requirements().modes);
         modes.map(|mode| mode.number).max().unwrap_or(0)
     }
 
-    /// End of the recorded motion, s; zero without one.
+    /// The time of the latest sample of the recorded motions, s; zero without any.
     pub(crate) fn duration(&self) -> f64 {
         let last = |o: &PointMotion| o.samples.last().map_or(0.0, |s| s.time);
         self.records().map(|o| last(&o)).fold(0.0, f64::max)
     }
 
-    /// Work of one full simulation of the experiment, steps times segments: its motion and its equilibrium, as far as
-    /// measured. An error if a motion was measured and the scene has no time.
+    /// Work of one full simulation of the experiment, steps times segments: its motion, if one was measured, and [its
+    /// equilibrium](Self::rest_work). An error if a motion was measured and the scene has no time.
     pub(crate) fn full_work(&self) -> Result<f64, Error> {
         let steps = if self.moves() { self.problem.time()?.steps() as f64 } else { 0.0 };
         Ok(steps * self.problem.segments() as f64 + self.rest_work())
     }
 
-    /// Work of the static solutions, in steps times segments; zero without a measurement at rest.
+    /// Work of the static solutions, [`STEPS_OF_REST`] times segments; zero without a measurement at rest.
     pub(crate) fn rest_work(&self) -> f64 {
         if self.rests() { STEPS_OF_REST * self.problem.segments() as f64 } else { 0.0 }
     }
 
-    /// The simulation by whose accuracy the mesh is chosen: the motion, the highest measured mode, or the equilibrium.
+    /// The simulation by whose accuracy the mesh is chosen: the motion if any is measured, else the modes up to the highest
+    /// measured one, else the equilibrium.
     pub(crate) fn aim(&self) -> Aim {
         match (self.moves(), self.highest_mode()) {
             (true, _) => Aim::Motion,
@@ -102,7 +106,8 @@ impl Experiment {
         }
     }
 
-    /// A key of its table for messages, after the name of the experiment and a period if it has a name.
+    /// The key `own` of the fit file for messages, after the name of the experiment and a period if it has a name:
+    /// `bent.shape[0]`.
     pub(crate) fn key(&self, own: &str) -> String {
         match self.name.is_empty() {
             true => own.into(),
@@ -110,17 +115,18 @@ impl Experiment {
         }
     }
 
-    /// The label of a measurement for messages, after the name of the experiment and a colon if it has a name.
+    /// The label of a measurement (file or name) for messages, after the name of the experiment and a colon if it has a name.
     pub(crate) fn label(&self, measurement: &Measurement) -> String {
         self.with_name(measurement.label())
     }
 
-    /// A text after the name and a colon; the text alone without a name.
+    /// A text after the name of the experiment, a colon and a space; the text alone if the name is empty.
     pub(crate) fn with_name(&self, text: String) -> String {
         if self.name.is_empty() { text } else { format!("{}: {text}", self.name) }
     }
 
-    /// The label of the group of a measurement: all markers of a recording that prescribes the ends are one group.
+    /// The label of the group of a measurement for statistics: its own label, or `the markers`, one group for all markers of
+    /// a recording that prescribes the ends; after the name of the experiment.
     pub(crate) fn group(&self, measurement: &Measurement) -> String {
         match measurement.marker() {
             None => self.label(measurement),
@@ -128,7 +134,7 @@ impl Experiment {
         }
     }
 
-    /// The experiment with only the measurements for which `keep` is true.
+    /// A copy of the experiment with only the measurements for which `keep` is true, in their order; perhaps none.
     pub(crate) fn only(&self, keep: impl Fn(&Measurement) -> bool) -> Self {
         let measurements = self.measurements.iter().filter(|m| keep(m)).cloned().collect();
         Self { measurements, ..self.clone() }
@@ -141,7 +147,8 @@ impl Experiment {
     }
 }
 
-/// The name of a parameter, followed by its experiments in parentheses unless it belongs to all.
+/// The text of a parameter's `name`, followed by the names of its `experiments` in parentheses unless that list is empty
+/// (all).
 pub(crate) fn named(name: &impl std::fmt::Display, experiments: &[String]) -> String {
     match experiments.is_empty() {
         true => name.to_string(),
@@ -149,17 +156,20 @@ pub(crate) fn named(name: &impl std::fmt::Display, experiments: &[String]) -> St
     }
 }
 
-/// The experiments with only the measurements that are fitted, without validation data.
+/// Copies of the experiments with only the measurements that are fitted, without validation data. Experiments may be left
+/// without any.
 pub(crate) fn fitted(experiments: &[Experiment]) -> Vec<Experiment> {
     experiments.iter().map(|e| e.only(|m| !m.held_out())).collect()
 }
 
-/// Work of one full simulation of all experiments, steps times segments.
+/// Work of one full simulation of all experiments, steps times segments. An error if a motion was measured and a scene has no
+/// time.
 pub(crate) fn full_work(experiments: &[Experiment]) -> Result<f64, Error> {
     experiments.iter().map(Experiment::full_work).sum()
 }
 
-/// All measurements of all experiments, in the order of the residuals.
+/// All measurements of all experiments, each with its experiment, in the order of the residuals: by experiment, then by
+/// measurement.
 pub(crate) fn all(
     experiments: &[Experiment],
 ) -> impl Iterator<Item = (&Experiment, &Measurement)> + Clone {

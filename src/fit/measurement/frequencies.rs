@@ -1,8 +1,8 @@
 //! Measured natural frequencies of small vibrations about the equilibrium, assigned to modes.
 //!
-//! Input: angular frequencies, rad/s (or Hz, converted), with one standard deviation. Each belongs to the mode with a number,
-//! counted from 1 in rising frequency among the modes of a filter (plane, kind, direction). Output: [`Frequencies`], whose
-//! differences in a fit are simulated less measured angular frequency.
+//! Input: angular frequencies, rad/s (or Hz, converted), with one standard deviation. Each belongs to the mode with a number
+//! up to [`MOST_MODES`], counted from 1 in rising frequency among the modes of a filter (plane, kind, direction). Output:
+//! [`Frequencies`], a data set whose differences in a fit are simulated less measured angular frequency, rad/s.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{
@@ -38,7 +38,8 @@ pub struct ModeFrequencies {
 pub type Frequencies = Dataset<ModeFrequencies>;
 
 impl Frequencies {
-    /// The lowest natural frequencies, rad/s, in rising order, with the standard deviation of each, rad/s.
+    /// The lowest natural frequencies of a rod, rad/s, in rising order, as those of modes 1, 2 and so on, with the standard
+    /// deviation of each, rad/s.
     pub fn new(rad_s: &[f64], sigma: f64) -> Self {
         let number = |(k, rad_s): (usize, &f64)| Frequency { mode: k + 1, rad_s: *rad_s };
         let values = rad_s.iter().enumerate().map(number).collect();
@@ -46,7 +47,8 @@ impl Frequencies {
         Self { header: Header::with_sigma("rad/s", sigma), data }
     }
 
-    /// Measured natural frequencies given in Hz, with the standard deviation of each in Hz.
+    /// The lowest natural frequencies of a rod given in Hz, in rising order, with the standard deviation of each in Hz. They are
+    /// converted to rad/s; reports display Hz.
     ///
     /// ```
     /// use rodfit::fit::Frequencies;
@@ -93,14 +95,14 @@ impl Frequencies {
 }
 
 impl ModeFrequencies {
-    /// The names of the modes of the frequencies: number and filter.
+    /// The name of the mode of every frequency, in their order: number and filter.
     pub(crate) fn names(&self) -> impl Iterator<Item = ModeName> {
         self.values.iter().map(|value| ModeName { number: value.mode, among: self.among })
     }
 }
 
 impl DataKind for ModeFrequencies {
-    /// Name of the table of frequencies in a fit file.
+    /// Name of the table of this kind of data in a fit file: `frequencies`.
     fn table(&self) -> &'static str {
         "frequencies"
     }
@@ -115,33 +117,33 @@ impl DataKind for ModeFrequencies {
         Abscissa::Mode
     }
 
-    /// The mode number of every frequency.
+    /// The mode number of every frequency, in the order of the frequencies.
     fn abscissas(&self, _problem: &Problem) -> Vec<f64> {
         self.values.iter().map(|f| f.mode as f64).collect()
     }
 
-    /// Name of the axis of frequencies in reports.
+    /// Name of the axis of frequencies in reports: `f`.
     fn axis(&self) -> Option<&'static str> {
         Some("f")
     }
 
-    /// The angular frequencies, rad/s.
+    /// The measured angular frequencies, rad/s, in their order.
     fn scalars(&self) -> Vec<f64> {
         self.values.iter().map(|f| f.rad_s).collect()
     }
 
-    /// Mutable references to the angular frequencies, rad/s.
+    /// Mutable references to the measured angular frequencies, rad/s, in their order.
     fn scalars_mut(&mut self) -> Vec<&mut f64> {
         self.values.iter_mut().map(|f| &mut f.rad_s).collect()
     }
 
-    /// Mean of the angular frequencies, rad/s.
+    /// Mean of the measured angular frequencies, rad/s; zero without any.
     fn size(&self, _problem: &Problem) -> f64 {
         self.scalars().iter().sum::<f64>() / self.values.len().max(1) as f64
     }
 
-    /// Rejects frequencies that are not above 0, mode numbers out of range or twice, and filters that the problem does not
-    /// allow.
+    /// Rejects frequencies that are not finite and above 0, mode numbers outside of 1 to `MOST_MODES` or given twice, and
+    /// filters that the problem does not allow. Errors have the key in the fit file.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, .. } = context;
         self.among.check(problem, key)?;
@@ -157,12 +159,13 @@ impl DataKind for ModeFrequencies {
         Ok(())
     }
 
-    /// Adds the modes whose frequencies are measured.
+    /// Adds the modes (number and filter) whose frequencies are measured to the required `outputs`.
     fn require(&self, outputs: &mut Requirements) {
         outputs.modes.extend(self.names());
     }
 
-    /// Calls `each` with simulated less measured angular frequency, rad/s, in the order of the values.
+    /// Calls `each` with simulated less measured angular frequency, rad/s, in the order of the values; `simulated` has those
+    /// of the same modes.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

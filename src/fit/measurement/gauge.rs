@@ -1,8 +1,9 @@
 //! Readings of a user-defined quantity, over time or at rest, as from a strain gauge or a load cell.
 //!
 //! Input: a [`Quantity`], a function of positions and velocities of some points of the rod; its readings in its own unit,
-//! with times in s or at rest; one standard deviation. Output: [`Gauge`], whose differences in a fit are the quantity of the
-//! simulated motion less the reading. They do not depend on the camera of the scene.
+//! with times in s or at rest; one standard deviation. Output: [`Gauge`], a data set whose differences in a fit are the
+//! quantity of the simulated rod less the reading. They do not depend on the camera of the scene. Only the library has
+//! gauges, fit files do not.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
@@ -61,7 +62,8 @@ impl Gauge {
         Self::new(name, unit, quantity, values.iter().map(reading).collect(), sigma)
     }
 
-    /// A gauge with these readings in the `unit`, with the standard deviation `sigma` of each.
+    /// A gauge with these readings in the `unit`, with the standard deviation `sigma` of each. The points are those of the
+    /// quantity.
     fn new(
         name: impl Into<String>,
         unit: impl Into<String>,
@@ -76,12 +78,12 @@ impl Gauge {
 }
 
 impl DataKind for GaugeReadings {
-    /// Name of the kind in keys of messages; fit files have no such table.
+    /// Name of the kind of data in keys of messages: `gauge`; fit files have no such table.
     fn table(&self) -> &'static str {
         "gauge"
     }
 
-    /// The name of the gauge.
+    /// The name of the gauge, from the header.
     fn label(&self, header: &Header) -> String {
         header.name.clone()
     }
@@ -94,23 +96,23 @@ impl DataKind for GaugeReadings {
         }
     }
 
-    /// Time of every reading, s, or its number from 1 on if it is at rest.
+    /// Time of every reading, s, or its number from 1 on if it is at rest, in the order of the readings.
     fn abscissas(&self, _problem: &Problem) -> Vec<f64> {
         let number = |(k, r): (usize, &Reading)| r.time.unwrap_or((k + 1) as f64);
         self.readings.iter().enumerate().map(number).collect()
     }
 
-    /// Name of the axis of readings in reports.
+    /// Name of the axis of readings in reports: `g`.
     fn axis(&self) -> Option<&'static str> {
         Some("g")
     }
 
-    /// The readings, in the unit of the quantity.
+    /// The values of the readings in their order, in the unit of the quantity.
     fn scalars(&self) -> Vec<f64> {
         self.readings.iter().map(|r| r.value).collect()
     }
 
-    /// Mutable references to the readings.
+    /// Mutable references to the values of the readings, in their order.
     fn scalars_mut(&mut self) -> Vec<&mut f64> {
         self.readings.iter_mut().map(|r| &mut r.value).collect()
     }
@@ -120,8 +122,8 @@ impl DataKind for GaugeReadings {
         self.readings.iter().map(|r| r.time).collect()
     }
 
-    /// Root mean square of the readings about their mean; the magnitude of the reading if it is a single one or all are
-    /// equal.
+    /// Root mean square of the readings about their mean, in their unit; the magnitude of a single reading, or of readings
+    /// that are all equal.
     fn size(&self, _problem: &Problem) -> f64 {
         let values = || self.readings.iter().map(|r| r.value);
         let n = self.readings.len().max(1) as f64;
@@ -131,8 +133,8 @@ impl DataKind for GaugeReadings {
         if spread > 0.0 { spread } else { mean.abs() }
     }
 
-    /// Rejects points that are not on the rod, readings that are not finite, and times that do not increase within the
-    /// simulation.
+    /// Rejects points that are not on the rod, readings that are not finite, and times that do not strictly increase within 0
+    /// to the end of the simulation.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, label, .. } = context;
         for point in &self.points {
@@ -153,12 +155,13 @@ impl DataKind for GaugeReadings {
         ensure(are_finite, *label, "other readings", "finite values")
     }
 
-    /// Removes readings after the `horizon`, s.
+    /// Removes readings after the `horizon`, s, in place. Readings at rest stay.
     fn prepare(&mut self, _problem: &Problem, horizon: f64) {
         self.readings.retain(|r| r.time.is_none_or(|t| t <= horizon));
     }
 
-    /// Adds the points of the quantity, in the motion up to the last reading and at rest.
+    /// Adds the points of the quantity to the required `outputs`. If any reading has a time, they are added to the points in
+    /// motion, with the time of the last reading. If any has none, they are added to those at rest.
     fn require(&self, outputs: &mut Requirements) {
         if let Some(last) = self.readings.iter().filter_map(|r| r.time).reduce(f64::max) {
             outputs.last_read = outputs.last_read.max(last);
@@ -169,7 +172,9 @@ impl DataKind for GaugeReadings {
         }
     }
 
-    /// Calls `each` with the quantity of the simulated rod less the reading, in the order of the readings.
+    /// Calls `each` with the quantity of the simulated rod less the reading, in the order of the readings and in their unit.
+    /// Readings whose kind of simulation (motion or rest) is absent are skipped. An error for points that are not on the rod
+    /// and times after the end.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

@@ -2,9 +2,10 @@
 //!
 //! Input: a file, and its format, rate and scale as far as the user states them ([`Recording`]). Determined are its format,
 //! its clock (unit, rate, gaps longer than [`STEP`] usual steps) and its unit of length. For each marker follow the axes,
-//! gaps, range, noise (from differences of the samples), single-frame jumps ([`JUMP`]) and repeated frames. Markers along a
-//! rod are tested for lost frames and swapped labels. Output: [`Inspection`], with the `[[observation]]` table of a fit file
-//! that reads the marker that moves most. The table is checked by reading the file with it.
+//! gaps, range, noise (from differences of the samples), single-frame jumps ([`JUMP`]), repeated frames, and positions with a
+//! confidence below [`SURE`], which count as missing. Three or more markers are tested for lost frames and swapped labels, as
+//! if along a rod. Output: [`Inspection`], with the `[[observation]]` table of a fit file that reads the marker that moves
+//! most. The table is checked by reading the file with it; an error is added as a comment.
 
 use crate::error::Error;
 use crate::fit::measurement::motion::Observation;
@@ -87,7 +88,9 @@ pub struct InspectedMarker {
 }
 
 impl Inspection {
-    /// Inspects a file. `recording` may have its format, and the `fps` and `scale` that the file lacks.
+    /// Inspects a file: format, clock with gaps, unit, markers, faults along a rod, and an `[[observation]]` table that reads
+    /// the marker that moves most. `recording` may have its format, and the `fps` and `scale` that the file lacks. If the
+    /// table cannot be read by a fit, it has the error as a comment.
     ///
     /// # Errors
     ///
@@ -143,7 +146,8 @@ impl Inspection {
         Ok(inspection)
     }
 
-    /// The marker with the largest range of a coordinate, which is most likely at the tip; `None` if none was detected.
+    /// The detected marker with the largest range of any coordinate, which is most likely at the tip; `None` if none was
+    /// detected.
     fn most_moving_marker(&self) -> Option<&InspectedMarker> {
         let extent =
             |m: &&InspectedMarker| m.range.iter().flatten().map(|[a, b]| b - a).fold(0.0, f64::max);
@@ -151,14 +155,15 @@ impl Inspection {
         detected.max_by(|a, b| extent(a).total_cmp(&extent(b)))
     }
 
-    /// The largest magnitude of a coordinate, in the file's unit.
+    /// The largest magnitude of a coordinate of all markers, in the file's unit; zero without positions.
     pub(super) fn largest_coordinate(&self) -> f64 {
         let ranges = self.markers.iter().flat_map(|m| m.range.iter().flatten().flatten());
         ranges.fold(0.0, |most, x| most.max(x.abs()))
     }
 
-    /// The `given` recording completed for the file `source`: the marker that moves most, the confidence threshold, the
-    /// direction of y, and the onset of motion as time zero.
+    /// The `given` recording completed for the file `source`. The marker that moves most is named if there are several. The
+    /// confidence threshold is [`SURE`] if the file has confidences. y points down in image coordinates unless given. Time
+    /// zero is the onset of motion, or the first clock reading.
     fn interpretation(&self, source: &MarkerFile, given: &Recording) -> Recording {
         let marker = self.most_moving_marker();
         Recording {
@@ -170,14 +175,15 @@ impl Inspection {
         }
     }
 
-    /// Whether the coordinates are those of an image, in pixels or from a program that has y down.
+    /// Whether y points down as in an image: coordinates in pixels that are not stated to point up, or a file of TrackMate.
     fn has_image_coordinates(&self, source: &MarkerFile) -> bool {
         let pixels = matches!(source.lengths, LengthUnit::Pixels { down: None | Some(true) });
         pixels || self.format == Format::TrackMate
     }
 
-    /// The `[[observation]]` table for `source` as TOML text with comments; `..` for values that the user must fill in.
-    /// `file` is the name of the file as a TOML string.
+    /// The `[[observation]]` table for `source` as TOML text with comments: file, marker, point (the tip), thresholds,
+    /// conversions, time zero and noise. It has `..` for values that the user must fill in. `file` is the name of the file as
+    /// a TOML string.
     fn observation_table(&self, file: &str, source: &MarkerFile) -> String {
         let read = &self.recording;
         let mut lines = vec!["[[observation]]".to_string()];
@@ -254,8 +260,8 @@ impl Inspection {
     }
 }
 
-/// Clock reading of the frame nearest to the onset of the motion of the marker with this `name`; `None` where it moves from
-/// the first frame on.
+/// Clock reading of the frame nearest to the onset of the motion (change point) of the marker with this `name`. `None` if
+/// there is no such marker, or it moves from the first frame on.
 fn onset(source: &MarkerFile, name: &str) -> Option<f64> {
     let marker = confident_positions(source.markers.iter().find(|m| m.name == name)?);
     let clocks: Vec<f64> = source.frames.iter().map(|row| row.clock).collect();
@@ -263,8 +269,8 @@ fn onset(source: &MarkerFile, name: &str) -> Option<f64> {
     clocks.into_iter().min_by(|a, b| (a - onset).abs().total_cmp(&(b - onset).abs()))
 }
 
-/// Reads the file at `path` with the keys of an `[[observation]]` table, with 1 for the values that the user has to fill in.
-/// An error if the keys or the file are invalid.
+/// Reads the file at `path` with the keys of an `[[observation]]` table other than sigma, with 1 for the values that the user
+/// has to fill in. An error if the keys or the file are invalid.
 fn check_observation(path: &Path, observation: &str) -> Result<(), Error> {
     let text = observation.replace("= ..", "= 1.0");
     let written: Result<BTreeMap<String, Vec<toml::Table>>, _> = toml::from_str(&text);
@@ -279,17 +285,18 @@ fn check_observation(path: &Path, observation: &str) -> Result<(), Error> {
     Observation::read_as(path, &recording).map(|_| ())
 }
 
-/// A text as a TOML string with quotes.
+/// A text as a quoted and escaped TOML string.
 fn quoted(text: &str) -> String {
     toml::Value::String(text.into()).to_string()
 }
 
-/// Whether a confidence is missing or below [`SURE`].
+/// Whether a confidence of a position is missing or below [`SURE`].
 fn is_uncertain(confidence: &Option<f64>) -> bool {
     confidence.is_none_or(|confidence| confidence < SURE)
 }
 
-/// The marker without the positions of a confidence below [`SURE`].
+/// A copy of the marker whose positions with a missing confidence or one below [`SURE`] are `None`; unchanged without
+/// confidences.
 fn confident_positions(marker: &MarkerData) -> MarkerData {
     let mut marker = marker.clone();
     let confidences = marker.likelihood.iter().flatten();
@@ -301,7 +308,8 @@ fn confident_positions(marker: &MarkerData) -> MarkerData {
     marker
 }
 
-/// The content of the file for one marker. `clocks` are the clock readings of all frames, and `step` is the usual one between
+/// The properties of one marker in the file: axes, detected frames, gaps, confidences, ranges, noise (root mean square over
+/// the axes), jumps and repeated frames. `clocks` are the clock readings of all frames, and `step` is the usual one between
 /// frames.
 fn inspect_marker(marker: &MarkerData, clocks: &[f64], step: Option<f64>) -> InspectedMarker {
     let marker = &confident_positions(marker);
@@ -340,8 +348,8 @@ fn inspect_marker(marker: &MarkerData, clocks: &[f64], step: Option<f64>) -> Ins
     }
 }
 
-/// Standard deviation of the noise of one coordinate, in its unit, by differences of its values at the times `clocks`. `None`
-/// where these do not determine it.
+/// Standard deviation of the noise of one coordinate, in its unit, by differences of its values at the times `clocks`;
+/// missing values are skipped. `None` where differences do not determine it.
 fn noise(clocks: &[f64], coordinate: impl Iterator<Item = Option<f64>>) -> Option<f64> {
     let observed = clocks.iter().zip(coordinate).filter_map(|(t, x)| Some((*t, x?)));
     let (times, values): (Vec<f64>, Vec<f64>) = observed.unzip();
@@ -349,9 +357,10 @@ fn noise(clocks: &[f64], coordinate: impl Iterator<Item = Option<f64>>) -> Optio
     Some(series.noise().ok()?.sigma)
 }
 
-/// Indices of frames in which a marker jumps: its deviation from the cubic through two positions on each side is far above
-/// the median and above those a few frames away ([`JUMP`]). Frames for which `has_no_gap` is false, next to a gap of the
-/// clock, are left out.
+/// Indices of frames in which a marker jumps. Its deviation from the cubic through two positions on each side exceeds those
+/// of the two frames on each side. It also exceeds [`JUMP`] times the median, and [`JUMP`] times those three and four frames
+/// away. Frames for which `has_no_gap` is false, next to a gap of the clock, and frames without all five positions are left
+/// out.
 fn jumps(marker: &MarkerData, has_no_gap: impl Fn(Range<usize>) -> bool) -> Vec<usize> {
     // The cubic through the positions at k-2, k-1, k+1 and k+2, evaluated at k: weights -1, 4, 4, -1 over 6.
     let deviation = |k: usize| -> Option<f64> {
@@ -383,8 +392,8 @@ fn jumps(marker: &MarkerData, has_no_gap: impl Fn(Range<usize>) -> bool) -> Vec<
     (0..frames).filter(is_jump).collect()
 }
 
-/// Lost frames and swapped labels, as text, if the markers are along a rod in their order; empty for fewer than three markers
-/// or another unit or clock than `recording` can convert.
+/// Lost frames and swapped labels, one text each, of the markers in the order of the file, as if along a rod. Empty for fewer
+/// than three markers, for a unit or clock that `recording` does not convert, and for markers that form no track.
 fn faults(source: &MarkerFile, recording: &Recording) -> Vec<String> {
     // Only the conversion to s and m matters for the tests, not the choice of a marker.
     let known = Recording {

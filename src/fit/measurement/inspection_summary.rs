@@ -1,8 +1,8 @@
 //! The inspection of a marker file as text for a terminal.
 //!
 //! Input: an [`Inspection`]. Output: a [`Summary`] with the format, the frames and their rate, and a table of the markers
-//! (frames, range per axis, noise, gaps). Likely problems follow as warnings: unit, gaps of the clock, converted video,
-//! jumps, faults. The proposed `[[observation]]` table is last.
+//! (frames, range per axis, noise, gaps). Likely problems follow as warnings: positions in m beyond [`FAR`], gaps of the
+//! clock (at most [`NAMED_GAPS`] one by one), converted video, jumps, faults. The proposed `[[observation]]` table is last.
 
 use crate::fit::measurement::inspection::{FAR, InspectedMarker, Inspection};
 use crate::fit::measurement::repeated_frames::is_converted_video;
@@ -18,14 +18,15 @@ const NAMED_GAPS: usize = 5;
 const DIGITS: usize = 3;
 
 impl fmt::Display for Inspection {
-    /// Writes the inspection as text.
+    /// Writes the [summary](Inspection::summary) of the inspection as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.summary().fmt(f)
     }
 }
 
 impl Inspection {
-    /// The result of the inspection as text for a terminal, with a table of the markers.
+    /// The result of the inspection for a terminal: format, frames, rate and unit as facts, the table of the markers, likely
+    /// problems as warnings, and the `[[observation]]` table as verbatim text.
     pub fn summary(&self) -> Summary {
         let format = match self.format {
             Format::Csv => "a table".to_string(),
@@ -57,7 +58,7 @@ impl Inspection {
             .verbatim("Observation for a fit file:", self.observation.trim_end())
     }
 
-    /// The unit of the clock after a space; empty for frame numbers.
+    /// A space and the unit of the clock, to stand after its readings; empty for frame numbers.
     fn clock_suffix(&self) -> String {
         match &self.clock_unit[..] {
             "frames" => String::new(),
@@ -65,7 +66,8 @@ impl Inspection {
         }
     }
 
-    /// The table of the markers: one row each with frames, range per axis, noise and gaps.
+    /// The table of the markers: one row each with name, detected frames, range per axis, noise and gaps. Cells are empty for
+    /// axes or noise that the marker does not have.
     fn marker_table(&self) -> SummaryTable {
         let axes = ["x", "y", "z"];
         // One column per axis, also for markers without it, keeps the table aligned.
@@ -88,7 +90,8 @@ impl Inspection {
         table
     }
 
-    /// Likely problems of the file, as warning texts without codes.
+    /// Likely problems of the file, as warning texts without codes: the unit, then the clock, then converted video and jumps
+    /// of each marker, then faults of markers along a rod.
     fn likely_problems(&self) -> Vec<String> {
         let unit = self.clock_suffix();
         let mut all = Vec::new();
@@ -136,7 +139,7 @@ fn shown_name(marker: &InspectedMarker) -> String {
     if marker.name.is_empty() { "(no name)".into() } else { marker.name.clone() }
 }
 
-/// The numbers of gaps and of uncertain frames of a marker as text; empty without any.
+/// The numbers of gaps (with the longest, in frames) and of uncertain frames of a marker as text; empty without any.
 fn gaps(marker: &InspectedMarker) -> String {
     let [count, longest] = marker.gaps;
     let lost = (count > 0).then(|| format!("lost {} for up to {longest} frames", times(count)));

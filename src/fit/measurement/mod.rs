@@ -3,7 +3,8 @@
 //! [`Measurement`] is a data set of any of these kinds ([`MeasuredData`]) with its header (noise, loss, source). Each kind
 //! has its file here: `motion`, `shape`, `frequencies`, `gauge`. Others concern their preparation: `experiment` groups
 //! measurements with a scene, `inspection` examines marker files, `constant_axes` and `repeated_frames` detect faulty data.
-//! Every kind provides the differences of a simulation from its values, of which `fit::misfit` makes residuals.
+//! Every kind provides the differences simulated less measured value (`DataKind::differences`), of which `fit::misfit` makes
+//! residuals.
 
 pub(crate) mod constant_axes;
 pub(crate) mod dataset;
@@ -42,7 +43,7 @@ macro_rules! kinds {
         }
 
         $(impl From<$Kind> for MeasuredData {
-            /// The data of this kind as data of any kind.
+            /// The data of this kind as the variant of [`MeasuredData`] with its name.
             fn from(data: $Kind) -> Self {
                 Self::$Kind(data)
             }
@@ -51,7 +52,7 @@ macro_rules! kinds {
         impl Deref for MeasuredData {
             type Target = dyn DataKind;
 
-            /// The interface of the kind of these data.
+            /// The kind of these data as a trait object, for the methods of `DataKind`.
             fn deref(&self) -> &(dyn DataKind + 'static) {
                 match self {
                     $(Self::$Kind(data) => data,)*
@@ -60,7 +61,7 @@ macro_rules! kinds {
         }
 
         impl DerefMut for MeasuredData {
-            /// The interface of the kind of these data, for changes.
+            /// The kind of these data as a mutable trait object, for changes of its values.
             fn deref_mut(&mut self) -> &mut (dyn DataKind + 'static) {
                 match self {
                     $(Self::$Kind(data) => data,)*
@@ -69,7 +70,8 @@ macro_rules! kinds {
         }
 
         impl MeasuredData {
-            /// Calls `each` with simulated less measured value, in the order of the values.
+            /// Calls `each` with simulated less measured value, in the order of the values and in their unit. An error for
+            /// points that are not on the rod, and times after the end of the simulation.
             pub(crate) fn differences<D: GaugeScalar>(
                 &self,
                 simulated: &SimulatedOutput<D>,
@@ -105,12 +107,12 @@ impl<K: DataKind + Into<MeasuredData>> From<Dataset<K>> for Measurement {
 }
 
 impl Measurement {
-    /// The given standard deviation of the values, in their unit; `None` if it is estimated from the residuals.
+    /// The given standard deviation of the values, in their unit; `None` if it is to be estimated from the residuals.
     pub fn sigma(&self) -> Option<f64> {
         self.header.sigma
     }
 
-    /// Loss function of the residuals.
+    /// Loss function of the residuals of this measurement.
     pub fn loss(&self) -> Loss {
         self.header.loss
     }
@@ -120,32 +122,32 @@ impl Measurement {
         self.header.held_out
     }
 
-    /// Whether the measurement is only planned and has no values.
+    /// Whether the measurement is only planned: points and times are there, values are placeholders.
     pub fn planned(&self) -> bool {
         self.header.planned
     }
 
-    /// Numbers of rows of the file that were left out.
+    /// Numbers of rows of the file that were left out, by reason.
     pub fn dropped(&self) -> Dropped {
         self.header.dropped
     }
 
-    /// The recorded motion; `None` of other kinds.
+    /// The recorded motion of a point; `None` if the measurement is of another kind.
     pub fn motion(&self) -> Option<&PointMotion> {
         if let MeasuredData::PointMotion(motion) = &self.data { Some(motion) } else { None }
     }
 
-    /// The recorded motion with its header; `None` of other kinds.
+    /// A copy of the recorded motion with its header; `None` if the measurement is of another kind.
     pub fn observation(&self) -> Option<Observation> {
         Some(Dataset { header: self.header.clone(), data: self.motion()?.clone() })
     }
 
-    /// The shape at rest; `None` of other kinds.
+    /// The shape at rest; `None` if the measurement is of another kind.
     pub(crate) fn shape(&self) -> Option<&EquilibriumShape> {
         if let MeasuredData::EquilibriumShape(shape) = &self.data { Some(shape) } else { None }
     }
 
-    /// The natural frequencies; `None` of other kinds.
+    /// The natural frequencies; `None` if the measurement is of another kind.
     pub(crate) fn frequencies(&self) -> Option<&ModeFrequencies> {
         if let MeasuredData::ModeFrequencies(own) = &self.data { Some(own) } else { None }
     }
@@ -160,17 +162,20 @@ impl Measurement {
         &self.header.unit
     }
 
-    /// The unit in which the values were given, with its size in the unit of the values.
+    /// The unit in which the values were given and reports display them (as Hz), with its size in the unit of the values;
+    /// else the unit of the values, of size 1.
     pub(crate) fn data_unit(&self) -> DataUnit<'_> {
         self.header.data_unit.unwrap_or(DataUnit { name: self.unit(), size: 1.0 })
     }
 
-    /// Standard deviations of all values, in the order of the residuals, for a given `sigma` of the header.
+    /// Standard deviations of all values, in their unit and in the order of the residuals: `sigma` in the place of that of
+    /// the header, times the factors of the header.
     pub(crate) fn sigmas(&self, sigma: f64) -> Vec<f64> {
         self.data.sigmas(&self.header, sigma)
     }
 
-    /// Adds `residuals`, in units of their standard deviations for the `sigma` of the header, to the values, one each.
+    /// Adds to every value its residual times its standard deviation, in place. `residuals` are in the order of the values;
+    /// `sigma` stands in the place of that of the header.
     pub(crate) fn add_residuals(&mut self, residuals: &[f64], sigma: f64) {
         let sigmas = self.sigmas(sigma);
         let changes = residuals.iter().zip(sigmas);
@@ -178,7 +183,7 @@ impl Measurement {
         values.into_iter().zip(changes).for_each(|(value, (r, s))| *value += r * s);
     }
 
-    /// The file or the name of the data, for messages.
+    /// The name of the measurement in messages: its file, or the name of the data.
     pub(crate) fn label(&self) -> String {
         self.data.label(&self.header)
     }

@@ -1,9 +1,10 @@
 //! Recorded motions: positions of a point of the rod, or of a marker beside it, over time.
 //!
-//! Input: a CSV table or a file of a tracking program, converted to s and m; all unprescribed markers of the recording that
-//! drives the ends; or a plan (duration and frame rate). Output: [`Observation`], whose differences in a fit are simulated
-//! less observed coordinate of the point, as the camera of the scene records it. [`PointMotion`] also has the spread, the
-//! largest speed and the rise time (about half the first period), from which a search chooses horizons and steps.
+//! Input: a CSV table or a file of a tracking program, converted to s and m; or markers of the recording in `supports.path`
+//! that prescribe neither an end nor an inner node; or a plan (duration and frame rate). Output: [`Observation`], a data set
+//! whose differences in a fit are simulated less observed coordinate of the point, m, as the camera of the scene records it.
+//! [`PointMotion`] also has the spread, the largest speed and the rise time (about half the first period), from which a
+//! search chooses horizons and steps.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
@@ -69,7 +70,7 @@ pub struct PointMotion {
 pub type Observation = Dataset<PointMotion>;
 
 impl Observation {
-    /// Observed positions of the tip.
+    /// Observed positions of the tip, without offset of a marker, with unknown noise and squared loss.
     ///
     /// ```
     /// use rodfit::fit::Sample;
@@ -82,9 +83,9 @@ impl Observation {
         Self { header: Header::in_meters(), data: PointMotion::new(samples) }
     }
 
-    /// A planned recording of the tip for the `duration`, s, at `rate` frames per second, in all
-    /// three coordinates, from the start of the simulation on. [`Fit::design`](crate::Fit::design) computes its expected
-    /// uncertainty.
+    /// A planned recording of the tip for the `duration`, s, at `rate` frames per second, in all three coordinates, from the
+    /// start of the simulation on. Times are `k/rate`, both ends included; positions are zeros as placeholders.
+    /// [`Fit::design`](crate::Fit::design) computes its expected uncertainty.
     ///
     /// # Errors
     ///
@@ -103,9 +104,10 @@ impl Observation {
         Ok(planned)
     }
 
-    /// The free markers, which no end holds, of the recording that prescribes the ends in `problem`. Each is at its node,
-    /// at every `every`-th frame up to the end of the simulation. The first two frames, from which a recorded start begins,
-    /// are left out.
+    /// The free markers of the recording that prescribes the ends in `problem`: those that prescribe neither an end nor an
+    /// inner node. One observation each, at its node, at every `every`-th frame with a position up to the end of the
+    /// simulation. The first two frames, from which a recorded start begins, are left out, with `Glitches::Mask` also frames
+    /// with glitches. Markers without positions are left out.
     ///
     /// # Errors
     ///
@@ -179,14 +181,16 @@ impl Observation {
         Ok(Self::from_trajectory(path, recording, marker_files::read(path, recording)?))
     }
 
-    /// The observation of the tip by the trajectory `read` of a marker in the file at `path`.
+    /// The observation of the tip by the trajectory `read` of a marker in the file at `path`, with the interpretation
+    /// `recording`, the numbers of dropped rows, and standard deviations if the file has them.
     fn from_trajectory(path: &Path, recording: &Recording, read: MarkerTrajectory) -> Self {
         let pairs = read.times.into_iter().zip(read.positions);
         let samples = pairs.map(|(time, position)| Sample { time, position }).collect();
         Self::new(samples).with_source(path, recording, read.dropped).sigmas(&read.sigmas)
     }
 
-    /// Reads several markers of a file, by their names, each at its point of the rod.
+    /// Reads several markers of a file, by their names, each at its point of the rod; one observation each, in the order of
+    /// the names.
     ///
     /// # Errors
     ///
@@ -220,12 +224,12 @@ impl Observation {
 }
 
 impl PointMotion {
-    /// The motion of the tip, without offset.
+    /// The motion of the tip, without offset of a marker, with these samples.
     pub(crate) fn new(samples: Vec<Sample>) -> Self {
         Self { point: Point::Tip, offset: [0.0; 3], samples, marker: None }
     }
 
-    /// Root mean square distance of the observed coordinates from their means, m; zero without samples.
+    /// Root mean square distance of all observed coordinates from their means, m; zero without samples.
     pub(crate) fn spread(&self) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
         for c in 0..3 {
@@ -237,7 +241,8 @@ impl PointMotion {
         (sum / f64::max(count, 1.0)).sqrt()
     }
 
-    /// The largest speed from one sample to the next, m/s, along the coordinates that both have.
+    /// The largest speed from one sample to the next, m/s, along the coordinates that both have; zero with fewer than two
+    /// samples.
     pub(crate) fn largest_speed(&self) -> f64 {
         let speed = |pair: &[Sample]| {
             let both = pair[0].position.iter().zip(pair[1].position);
@@ -248,9 +253,10 @@ impl PointMotion {
         self.samples.windows(2).map(speed).fold(0.0, f64::max)
     }
 
-    /// Time, s, of the first sample at nine tenths of the first swing from the first position: about half a period of a free
-    /// vibration. The first swing ends where the distance has fallen by a fifth from at least three tenths of its maximum. In
-    /// space the maximum itself may come much later, when sideways motion has built up.
+    /// Time, s, of the first sample at [`RISEN`] of the first swing, the largest distance from the first position in it:
+    /// about half a period of a free vibration. The first swing ends where the distance falls below [`RETURN`] of its maximum
+    /// so far, if this is at least [`SWING`] of the largest in the record. In space the largest may come much later, when
+    /// sideways motion has built up. Zero without samples.
     pub(crate) fn rise_time(&self) -> f64 {
         // Each coordinate starts at its first observed value.
         let first: [Option<f64>; 3] =
@@ -276,12 +282,13 @@ impl PointMotion {
 }
 
 impl DataKind for PointMotion {
-    /// Name of the table of recorded motions in a fit file.
+    /// Name of the table of this kind of data in a fit file: `observation`.
     fn table(&self) -> &'static str {
         "observation"
     }
 
-    /// The file, with the name of the marker if it has several; without a file the name of the marker or the point.
+    /// The file, with the name of the marker if one is selected. Without a file: `marker` and its name, or `observation of`
+    /// and the point, after `planned` if it is.
     fn label(&self, header: &Header) -> String {
         let named = header.recording.as_ref().and_then(|r| r.marker.as_ref());
         match (&header.source, &self.marker) {
@@ -307,34 +314,35 @@ impl DataKind for PointMotion {
         Abscissa::Time
     }
 
-    /// Time of every sample, s.
+    /// Time of every sample on the clock of the recording, s, in their order.
     fn abscissas(&self, _problem: &Problem) -> Vec<f64> {
         self.samples.iter().map(|s| s.time).collect()
     }
 
-    /// The observed position of every sample, m.
+    /// The observed position of every sample, m, with `None` for coordinates that were not observed.
     fn positions(&self) -> Vec<[Option<f64>; 3]> {
         self.samples.iter().map(|s| s.position).collect()
     }
 
-    /// Mutable references to the observed positions, m.
+    /// Mutable references to the observed position of every sample, m, in their order.
     fn positions_mut(&mut self) -> Vec<&mut [Option<f64>; 3]> {
         self.samples.iter_mut().map(|s| &mut s.position).collect()
     }
 
-    /// Times of all values on the clock of the recording, s: that of a sample once for each of its coordinates.
+    /// The time of every value on the clock of the recording, s: that of a sample once for each of its observed coordinates.
     fn times(&self) -> Vec<Option<f64>> {
         let values = |s: &Sample| s.position.iter().flatten().count();
         self.samples.iter().flat_map(|s| std::iter::repeat_n(Some(s.time), values(s))).collect()
     }
 
-    /// The spread of the motion, m.
+    /// Root mean square distance of all observed coordinates from their means, m: the spread of the motion.
     fn size(&self, _problem: &Problem) -> f64 {
         self.spread()
     }
 
-    /// Rejects a point that is not on the rod, an offset longer than the rod, infinite positions, and times that do not
-    /// increase. Times after the end of the simulation are rejected unless the clock has an offset.
+    /// Rejects a point that is not on the rod, an offset longer than the rod, positions that are not finite, and times that
+    /// are negative or do not increase. Times after the end of the simulation are rejected unless the clock has another
+    /// offset.
     fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, label, other_clock } = context;
         problem
@@ -378,12 +386,13 @@ impl DataKind for PointMotion {
         }
     }
 
-    /// Removes samples after the `horizon`, s.
+    /// Removes samples after the `horizon`, s, in place.
     fn prepare(&mut self, _problem: &Problem, horizon: f64) {
         self.samples.retain(|s| s.time <= horizon);
     }
 
-    /// Adds the point, whether a marker is beside it, and the time of the last sample.
+    /// Adds to the required `outputs` the motion of the point, that a marker is beside it (offset not zero), and the time of
+    /// the last sample.
     fn require(&self, outputs: &mut Requirements) {
         outputs.moving.push(self.point);
         if is_beside(self.offset) {
@@ -393,8 +402,9 @@ impl DataKind for PointMotion {
         outputs.last_recorded = outputs.last_recorded.max(last);
     }
 
-    /// Calls `each` with simulated less observed coordinate, m, sample by sample. The simulated position is that of the
-    /// marker at the sample's time on the clock of the motion, as the camera records it.
+    /// Calls `each` with simulated less observed coordinate, m, sample by sample, observed coordinates only. The simulated
+    /// position is that of the marker at the sample's time on the clock of the motion, as the camera records it. Nothing
+    /// without a simulated motion.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

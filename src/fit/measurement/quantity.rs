@@ -1,9 +1,9 @@
 //! User-defined quantities: functions of the positions and velocities of points of the rod, with exact derivatives.
 //!
-//! A user implements [`Quantity`] once over any scalar type. A fit evaluates it with plain numbers, dual numbers (first
-//! derivative) and hyper-dual numbers (second derivatives), through the object-safe form [`DynQuantity`] and the dispatch
-//! [`GaugeScalar`]. Input of a quantity: time, s, states of its points, and the scene ([`Sight`]). Output: its value in its
-//! own unit.
+//! A user implements [`Quantity`] once over any scalar type. A fit evaluates it with `f64`, dual numbers (first derivative)
+//! and hyper-dual numbers (second derivatives), through the object-safe form [`DynQuantity`] and the dispatch
+//! [`GaugeScalar`]. Input of a quantity: time, s, positions and velocities of its points, and the scene ([`Sight`]). Output:
+//! its value in its own unit. Used by gauges (`fit::measurement::gauge`).
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::Point;
@@ -50,9 +50,9 @@ use std::fmt::Debug;
 /// # Ok::<(), rodfit::Error>(())
 /// ```
 pub trait Quantity: Debug + Send + Sync + 'static {
-    /// The points of the rod that the quantity depends on.
+    /// The points of the rod that the quantity depends on; their states are passed to `show` in this order.
     fn points(&self) -> Vec<Point>;
-    /// The value of the quantity, in its unit.
+    /// The value of the quantity, in its unit, for the state `rod` of its points, the time and the scene.
     fn show<D: Scalar>(&self, rod: &Sight<D>) -> D;
 }
 
@@ -78,24 +78,24 @@ pub struct PointState<D> {
 
 /// Object-safe form of a [`Quantity`]: one function for each scalar type of a fit.
 pub trait DynQuantity: Debug + Send + Sync {
-    /// The value of the quantity in floating-point numbers, for the state `rod`.
+    /// The value of the quantity for the state `rod`, over `f64`, without derivatives.
     fn plain(&self, rod: &Sight<f64>) -> f64;
-    /// The value of the quantity with a first derivative, for the state `rod`.
+    /// The value of the quantity for the state `rod` with one first derivative, by dual numbers.
     fn dual(&self, rod: &Sight<Dual64>) -> Dual64;
-    /// The value of the quantity with second derivatives, for the state `rod`.
+    /// The value of the quantity for the state `rod` with two first derivatives and one second one, by hyper-dual numbers.
     fn hyper_dual(&self, rod: &Sight<HyperDual64>) -> HyperDual64;
 }
 
 impl<Q: Quantity> DynQuantity for Q {
-    /// The value of the quantity in floating-point numbers.
+    /// The value of the quantity for the state `rod`, over `f64`, without derivatives.
     fn plain(&self, rod: &Sight<f64>) -> f64 {
         self.show(rod)
     }
-    /// The value of the quantity with a first derivative.
+    /// The value of the quantity for the state `rod` with one first derivative, by dual numbers.
     fn dual(&self, rod: &Sight<Dual64>) -> Dual64 {
         self.show(rod)
     }
-    /// The value of the quantity with second derivatives.
+    /// The value of the quantity for the state `rod` with two first derivatives and one second one, by hyper-dual numbers.
     fn hyper_dual(&self, rod: &Sight<HyperDual64>) -> HyperDual64 {
         self.show(rod)
     }
@@ -108,21 +108,21 @@ pub trait GaugeScalar: Scalar {
 }
 
 impl GaugeScalar for f64 {
-    /// The value of a quantity in floating-point numbers.
+    /// The value of a `quantity` for the state `rod`, without derivatives.
     fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self {
         quantity.plain(rod)
     }
 }
 
 impl GaugeScalar for Dual64 {
-    /// The value of a quantity with a first derivative.
+    /// The value of a `quantity` for the state `rod` with one first derivative.
     fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self {
         quantity.dual(rod)
     }
 }
 
 impl GaugeScalar for HyperDual64 {
-    /// The value of a quantity with second derivatives.
+    /// The value of a `quantity` for the state `rod` with two first derivatives and one second one.
     fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self {
         quantity.hyper_dual(rod)
     }

@@ -2,8 +2,8 @@
 //!
 //! A repeated frame has the position of an earlier time. Fitted as a measurement it delays the motion and adds a periodic
 //! residual that no noise model describes. Input: positions in the order of time. A frame repeats if its position equals the
-//! one before while the marker moves: the step before or after exceeds [`COARSE_STEPS`] times the resolution of the
-//! positions. Output: counts; more than [`LEAST_REPEATED`] of all frames result in a warning of the report.
+//! one before while the marker moves: the step after it, or that before the equal pair, exceeds [`COARSE_STEPS`] times the
+//! resolution of the positions. Output: counts; more than [`LEAST_REPEATED`] of all frames result in a warning of the report.
 
 use crate::fit::measurement::dataset::DataKind;
 use crate::fit::measurement::experiment::{Experiment, all};
@@ -25,7 +25,8 @@ pub(crate) struct RepeatedFrames {
     pub frames: usize,
 }
 
-/// The observations whose repeated frames are those of a converted video, with their counts; planned ones are skipped.
+/// The recorded motions of all experiments whose repeated frames are those of a converted video, with label and counts.
+/// Planned ones are skipped.
 pub(crate) fn all_repeated_frames(experiments: &[Experiment]) -> Vec<RepeatedFrames> {
     let found =
         all(experiments).filter_map(|(experiment, measurement)| {
@@ -38,13 +39,14 @@ pub(crate) fn all_repeated_frames(experiments: &[Experiment]) -> Vec<RepeatedFra
     found.collect()
 }
 
-/// Whether `repeated` of all `frames` are more than chance: a video that was converted to a higher rate.
+/// Whether `repeated` is more than [`LEAST_REPEATED`] of all `frames`: a video that was converted to a higher rate.
 pub(crate) fn is_converted_video(repeated: usize, frames: usize) -> bool {
     repeated as f64 > LEAST_REPEATED * frames as f64
 }
 
-/// Number of frames that repeat the previous position while the marker moves: the step before or after is larger than the
-/// resolution of the positions.
+/// Number of frames whose position equals the previous one while the marker moves. It moves if the step after them, or that
+/// before the equal pair, is larger in a coordinate than [`COARSE_STEPS`] times its resolution (the step between neighboring
+/// distinct values). Frames without a position do not count.
 pub(crate) fn count_repeated_frames(positions: &[[Option<f64>; 3]]) -> usize {
     // The resolution of a coordinate: the step between neighboring distinct values.
     let resolution = [0, 1, 2].map(|axis| {

@@ -1,8 +1,9 @@
 //! Measured shapes of a rod at rest: positions of points with known arc lengths, or of the centerline without.
 //!
-//! Input: a CSV file with arc lengths `s` or node indices and coordinates, points in order along the centerline, or planned
-//! arc lengths. Output: [`RestShape`]. Its differences in a fit are simulated less observed coordinate of each point of the
-//! rod in equilibrium; without arc lengths, the offset of each position from the nearest point of the simulated centerline.
+//! Input: a CSV file with arc lengths `s` or node indices and coordinates, a CSV file of at least [`LEAST_OF_A_LINE`] points
+//! in order along the centerline, or planned arc lengths. Output: [`RestShape`], a data set. Its differences in a fit are
+//! simulated less observed coordinate, m, of each point of the rod in equilibrium; without arc lengths, the offset of each
+//! position from the nearest point of the simulated centerline.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
@@ -40,21 +41,21 @@ pub type RestShape = Dataset<EquilibriumShape>;
 /// Smallest number of points of a centerline without arc lengths. Fewer do not determine its shape.
 const LEAST_OF_A_LINE: usize = 3;
 
-/// Distance between two positions, m, by the coordinates that both have; zero without any.
+/// Euclidean distance between two positions, m, by the coordinates that both have; zero without any.
 fn chord(a: [Option<f64>; 3], b: [Option<f64>; 3]) -> f64 {
     let parts = a.iter().zip(b).filter_map(|(a, b)| Some(((*a)? - b?).powi(2)));
     parts.sum::<f64>().sqrt()
 }
 
 impl Sighting {
-    /// The arc length of the point from the wall, m; 0 of a node.
+    /// The arc length of the point from the wall, m; 0 for points that are given as a node or the tip.
     fn arc_length(&self) -> f64 {
         if let Point::ArcLength(s) = self.point { s } else { 0.0 }
     }
 }
 
 impl RestShape {
-    /// A shape given by the observed positions of points of the rod.
+    /// A shape given by the observed positions of points of the rod at rest, with unknown noise and squared loss.
     ///
     /// ```
     /// use rodfit::Point;
@@ -68,8 +69,8 @@ impl RestShape {
         Self { header: Header::in_meters(), data }
     }
 
-    /// Points of the centerline of a rod at rest in their order along the rod, x, y and z in m, with unknown arc lengths.
-    /// Chords between the points are the first approximation.
+    /// A shape of points of the centerline of a rod at rest in their order along the rod, x, y and z in m, with unknown arc
+    /// lengths, which are fitted. Chords between the points are their first approximation.
     pub fn center_line(positions: &[[Option<f64>; 3]]) -> Self {
         let mut along = 0.0;
         let mut before: Option<[Option<f64>; 3]> = None;
@@ -102,7 +103,8 @@ impl RestShape {
         Self::read_as(path, &Recording::default())
     }
 
-    /// Reads a CSV file like [`read`](Self::read), with the scale, origin and axes of `recording`.
+    /// Reads a CSV file of points of the rod with `s`, `node` or in order along the centerline, like [`read`](Self::read),
+    /// converted by the scale, origin and axes of `recording`.
     ///
     /// # Errors
     ///
@@ -111,8 +113,9 @@ impl RestShape {
         Ok(Self::read_file(path.as_ref(), recording)?)
     }
 
-    /// Reads a CSV file, with the scale, origin and axes of `recording`; the errors have the path and the line. Rows with too
-    /// few coordinates are dropped and counted.
+    /// Reads a CSV file, with the scale, origin and axes of `recording`; the errors have the path and the line. Rows without
+    /// coordinates (for centerlines: with fewer than two) are dropped and counted. An error without any row, or with fewer
+    /// than [`LEAST_OF_A_LINE`] points of a centerline.
     fn read_file(path: &Path, recording: &Recording) -> Result<Self, marker_files::Error> {
         // Columns are checked before the rows, so that a wrong header has one error.
         let table = Table::read(path)?;
@@ -179,8 +182,8 @@ enum PointColumn {
 }
 
 impl PointColumn {
-    /// The column with the points of a table; `None` for a centerline without arc lengths. An error for both columns, or node
-    /// indices with a unit.
+    /// The column that assigns the rows of a table to points: `s`, with its factor to meters, or `node`. `None` without both:
+    /// a centerline without arc lengths. An error for both columns, or node indices with a unit.
     fn find(table: &Table) -> Result<Option<Self>, marker_files::Error> {
         match (table.find("s"), table.find("node")) {
             (Some(column), None) => {
@@ -205,7 +208,8 @@ impl PointColumn {
         }
     }
 
-    /// The point of a row; an error for a blank cell, and for a node that is negative or fractional.
+    /// The point of a row of the table: a node, or an arc length in m. An error for a blank cell, and for a node that is
+    /// negative or fractional.
     fn point(&self, table: &Table, row: &TableRow) -> Result<Point, marker_files::Error> {
         let (Self::Node(column) | Self::ArcLength(column, _)) = self;
         let value = row.values[*column].ok_or_else(|| {
@@ -229,8 +233,9 @@ impl PointColumn {
 }
 
 impl EquilibriumShape {
-    /// The observed positions with points of the rod. Unknown arc lengths are approximated by the chords between the points,
-    /// from the end of the line that is nearer to the wall, at most the length of the rod.
+    /// The observed positions with points of the rod, in their order. Unknown arc lengths are approximated by the sum of the
+    /// chords from the wall, along the list from the end that is nearer to the wall, at most the length of the rod. Known
+    /// ones stay.
     pub(crate) fn with_approximate_points(&self, problem: &Problem) -> Vec<Sighting> {
         if !self.arc_lengths_fitted {
             return self.sightings.clone();
@@ -248,8 +253,10 @@ impl EquilibriumShape {
         self.sightings.iter().map(approximate).collect()
     }
 
-    /// For each point of a planar centerline its arc length and its signed offset along the normal of the line. `residuals`
-    /// are those of the coordinates, point by point, whose unit the offsets have. Empty in space, where offsets have no sign.
+    /// For each point of a centerline with exactly two observed coordinates per point: its approximate arc length, m, and its
+    /// signed distance from the simulated line. `residuals` are those of the coordinates, point by point, whose unit the
+    /// distances have. The sign is that of the side of the line, whose direction is that between the neighbors. Empty with
+    /// other numbers of coordinates, as in space, where offsets have no sign.
     pub(crate) fn normal_offsets(&self, problem: &Problem, residuals: &[f64]) -> Vec<[f64; 2]> {
         let in_plane = |s: &Sighting| -> Option<[f64; 2]> {
             let values: Vec<f64> = s.position.iter().flatten().copied().collect();
@@ -272,12 +279,12 @@ impl EquilibriumShape {
 }
 
 impl DataKind for EquilibriumShape {
-    /// Name of the table of shapes in a fit file.
+    /// Name of the table of this kind of data in a fit file: `shape`.
     fn table(&self) -> &'static str {
         "shape"
     }
 
-    /// The file, or `the shape at rest`.
+    /// The path of the file of the shape; without a file `the shape at rest`.
     fn label(&self, header: &Header) -> String {
         match &header.source {
             Some(path) => path.display().to_string(),
@@ -290,18 +297,19 @@ impl DataKind for EquilibriumShape {
         Abscissa::ArcLength
     }
 
-    /// Arc length of every point from the wall, m, approximate if it is fitted.
+    /// Arc length of every point from the wall, m, in their order; approximate if it is fitted, 0 for points that are not on
+    /// the rod.
     fn abscissas(&self, problem: &Problem) -> Vec<f64> {
         let arc_length = |s: Sighting| problem.arc_length(s.point).unwrap_or(0.0);
         self.with_approximate_points(problem).into_iter().map(arc_length).collect()
     }
 
-    /// The observed position of every point, m.
+    /// The observed position of every point, m, in their order, with `None` for coordinates that were not observed.
     fn positions(&self) -> Vec<[Option<f64>; 3]> {
         self.sightings.iter().map(|s| s.position).collect()
     }
 
-    /// Mutable references to the observed positions, m.
+    /// Mutable references to the observed position of every point, m, in their order.
     fn positions_mut(&mut self) -> Vec<&mut [Option<f64>; 3]> {
         self.sightings.iter_mut().map(|s| &mut s.position).collect()
     }
@@ -311,7 +319,8 @@ impl DataKind for EquilibriumShape {
         if self.arc_lengths_fitted { self.sightings.len() } else { 0 }
     }
 
-    /// Root mean square distance of the observed coordinates from those of the unloaded rod, m: the deflection.
+    /// Root mean square distance of the observed coordinates from those of the unloaded rod, m: the deflection. Points that
+    /// are not on the rod are skipped.
     fn size(&self, problem: &Problem) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0_f64);
         for sighting in self.with_approximate_points(problem) {
@@ -327,7 +336,8 @@ impl DataKind for EquilibriumShape {
         (sum / count.max(1.0)).sqrt()
     }
 
-    /// Rejects points that are not on the rod, and positions that are not finite.
+    /// Rejects points that are not on the rod (unless their arc lengths are fitted), and positions that are not finite.
+    /// Errors have the label.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, label, .. } = context;
         let given = self.sightings.iter().filter(|_| !self.arc_lengths_fitted);
@@ -341,12 +351,12 @@ impl DataKind for EquilibriumShape {
         ensure(are_finite, *label, "other positions", "finite positions")
     }
 
-    /// Approximates unknown arc lengths by chords. Shapes have no times to cut at a horizon.
+    /// Replaces unknown arc lengths by approximate ones from chords, in place. Shapes have no times to cut at a horizon.
     fn prepare(&mut self, problem: &Problem, _horizon: f64) {
         self.sightings = self.with_approximate_points(problem);
     }
 
-    /// Adds the points at rest, or all nodes if the arc lengths are unknown.
+    /// Adds the points at rest to the required `outputs`, or all nodes at rest if the arc lengths are unknown.
     fn require(&self, outputs: &mut Requirements) {
         match self.arc_lengths_fitted {
             true => outputs.whole_rest = true,
@@ -354,8 +364,9 @@ impl DataKind for EquilibriumShape {
         }
     }
 
-    /// Calls `each` with simulated less observed coordinate, m, point by point; for unknown arc lengths with the coordinates
-    /// of the offset from the nearest point of the polygon of nodes.
+    /// Calls `each` with simulated less observed coordinate, m, point by point, observed coordinates only. For unknown arc
+    /// lengths it is the coordinate of the offset from the nearest point of the polygon of nodes. Positions are those that
+    /// the camera records. Nothing without a simulated equilibrium.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

@@ -2,7 +2,7 @@
 //!
 //! [`Requirements`] lists the outputs that measurements require (points in motion and at rest, modes, last times), so that a
 //! simulation computes no others. [`SimulatedOutput`] has the computed ones over a scalar type with derivatives: motion,
-//! equilibrium, angular frequencies, and camera. Each kind of data subtracts its values from these.
+//! equilibrium, angular frequencies, camera, scene and mesh. Each kind of data subtracts its values from these.
 
 use crate::dynamics::record::RecordView;
 use crate::fit::misfit::camera::View;
@@ -31,7 +31,7 @@ pub struct Requirements {
 }
 
 impl Requirements {
-    /// Whether the equilibrium of the rod is required.
+    /// Whether the equilibrium of the rod is required: any point, or all nodes, at rest.
     pub fn is_at_rest(&self) -> bool {
         self.whole_rest || !self.resting.is_empty()
     }
@@ -53,8 +53,8 @@ pub struct SimulatedOutput<'a, D> {
 }
 
 impl<D: Scalar> SimulatedOutput<'_, D> {
-    /// Calls `each` with simulated less observed value, m, of every observed coordinate of a point at the simulated
-    /// `position`, m, as the camera records it.
+    /// Calls `each` with simulated less observed value, m, in the order x, y, z, of every observed coordinate. The simulated
+    /// one is that of the world `position`, m, as the camera records it.
     pub(crate) fn compare(
         &self,
         position: [D; 3],

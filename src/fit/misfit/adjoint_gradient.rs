@@ -4,8 +4,8 @@
 //! (reverse) equations, which yield the derivatives by all parameters of the motion. Parameters of camera, supports and arc
 //! lengths also act on the observations at a fixed motion; this part is added by dual numbers. The adjoint costs about as
 //! much as two runs for any number of unknowns (Cao, Li, Petzold and Serban 2003), forward sensitivities cost more with every
-//! unknown. So it is used above [`MOST_FORWARD_UNKNOWNS`] unknowns. Output: [`ExperimentGradient`] for argmin's gradient
-//! solvers.
+//! unknown. So it is used above [`MOST_FORWARD_UNKNOWNS`] unknowns, for recorded motions of the centerline only. Output:
+//! [`ExperimentGradient`] (residuals and gradient) for argmin's gradient solvers; the search itself uses Jacobians.
 
 use crate::dynamics::Reversible;
 use crate::error::Error;
@@ -32,8 +32,9 @@ pub(super) struct ExperimentGradient {
 }
 
 impl ObservedExperiment {
-    /// Whether the adjoint computes the gradient of this experiment at less cost: many unknowns, a reversible motion, and
-    /// only positions of points of the centerline as measurements.
+    /// Whether the adjoint computes the gradient of this experiment at less cost. There must be more than
+    /// [`MOST_FORWARD_UNKNOWNS`] unknowns, only recorded motions of points of the centerline as measurements, and a motion
+    /// for which reverse equations exist (`check_reversible`).
     pub fn has_adjoint_gradient(&self) -> bool {
         let are_motions =
             self.series.iter().all(|series| matches!(series.data, MeasuredData::PointMotion(_)));
@@ -43,8 +44,10 @@ impl ObservedExperiment {
             && self.problem.check_reversible().is_ok()
     }
 
-    /// The residuals of this experiment and the gradient of half the sum of its losses at `point`. `weights` has the leverage
-    /// weight of every residual. `count` receives the work, steps times segments. An error if the motion cannot be simulated.
+    /// The residuals `(simulated - measured)/sigma` of this experiment, and the gradient of half the sum of its losses at
+    /// `point` by all unknowns of the fit on their scales (zero for those of other experiments). `weights` has the leverage
+    /// weight of every residual, a factor before the loss. `count` receives the work, steps times segments, before the run.
+    /// An error if the motion cannot be simulated.
     pub(super) fn adjoint_gradient(
         &self,
         point: ParameterPoint,

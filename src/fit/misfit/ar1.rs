@@ -2,9 +2,10 @@
 //!
 //! An autoregressive process of first order in continuous time (an Ornstein-Uhlenbeck process): values `dt` apart have the
 //! correlation `correlation^(dt/spacing)`, so that gaps and uneven sampling need no special treatment. Its correlation matrix
-//! `R` and the root of its inverse are products of bidiagonal matrices: each product with a vector takes one pass over the
-//! values. [`Ar1Correlation`] applies `R`, makes white innovations of correlated noise and the reverse, and returns the
-//! effective sample size.
+//! `R` and the root of its inverse are products of bidiagonal matrices: products with a vector take one or two passes over
+//! the values. [`Ar1Correlation`] applies `R` (`apply`), makes white innovations of correlated noise (`whiten`) and the
+//! reverse (`color`), and returns the effective sample size. Tests of residuals and the assessment of autocorrelated noise
+//! use it.
 
 use crate::numerics::upper_median;
 
@@ -17,15 +18,15 @@ const MAX_FACTOR: f64 = 0.9999;
 pub(crate) struct Ar1Correlation(Vec<f64>);
 
 impl Ar1Correlation {
-    /// The correlation of values at ascending `times`, s. Values one `spacing`, s, apart have the `correlation`, 0 or more;
-    /// gaps have less.
+    /// The correlation of values at ascending `times`, s: each has `correlation^(dt/spacing)` with the one before, `dt`
+    /// earlier, at most [`MAX_FACTOR`]. Values one `spacing`, s, apart have the `correlation`; a negative one counts as 0.
     pub fn new(times: &[f64], spacing: f64, correlation: f64) -> Self {
         let factor = |pair: &[f64]| ar1_factor(correlation, (pair[1] - pair[0]) / spacing);
         let after = times.windows(2).map(factor);
         Self(std::iter::once(0.0).take(times.len()).chain(after).collect())
     }
 
-    /// The product `R values` with the correlation matrix `R`, by a forward and a backward pass.
+    /// The product of the correlation matrix `R` with `values`, by a forward and a backward pass.
     pub fn apply(&self, values: &[f64]) -> Vec<f64> {
         let mut sums = values.to_vec();
         for k in 1..sums.len() {
@@ -40,7 +41,8 @@ impl Ar1Correlation {
         sums
     }
 
-    /// `R^(-1/2) values`: innovations, by which correlated noise becomes white noise of the same standard deviation.
+    /// The product `R^(-1/2) values`: innovations, by which correlated noise becomes white noise of the same standard
+    /// deviation. The first value stays; value `k` becomes `(v_k - c_k v_(k-1))/sqrt(1 - c_k^2)`. At least one value.
     pub fn whiten(&self, values: &[f64]) -> Vec<f64> {
         let new = |k: usize| match k {
             0 => values[0],
@@ -49,7 +51,8 @@ impl Ar1Correlation {
         (0..values.len()).map(new).collect()
     }
 
-    /// Correlated noise of the same standard deviation from `white` noise: the inverse of [`whiten`](Self::whiten).
+    /// Correlated noise of the same standard deviation from `white` noise: the inverse of [`whiten`](Self::whiten), one value
+    /// per value of the series.
     pub fn color(&self, white: impl Iterator<Item = f64>) -> Vec<f64> {
         let mut last = 0.0;
         let next = |(new, kept): (f64, &f64)| {
@@ -59,14 +62,16 @@ impl Ar1Correlation {
         white.zip(&self.0).map(next).collect()
     }
 
-    /// Number of independent values whose mean has the same variance as that of these: `n^2/sum R`.
+    /// Number of independent values whose mean has the same variance as that of these: `n^2` over the sum of all entries of
+    /// `R`.
     pub fn effective_sample_size(&self) -> f64 {
         let n = self.0.len();
         (n * n) as f64 / self.apply(&vec![1.0; n]).iter().sum::<f64>()
     }
 }
 
-/// Correlation of two values that are this many usual spacings apart: `correlation^spacings`, at most [`MAX_FACTOR`].
+/// Correlation of two values that are this many usual spacings apart: `correlation^|spacings|`, at most [`MAX_FACTOR`]; 0 for
+/// a `correlation` that is not positive.
 pub(crate) fn ar1_factor(correlation: f64, spacings: f64) -> f64 {
     match correlation > 0.0 {
         true => correlation.powf(spacings.abs()).min(MAX_FACTOR),
@@ -74,8 +79,8 @@ pub(crate) fn ar1_factor(correlation: f64, spacings: f64) -> f64 {
     }
 }
 
-/// The median distance between consecutive ascending `times`, in their unit; `None` of fewer than two times or a median of
-/// zero.
+/// The median (the upper one of an even number) distance between consecutive ascending `times`, in their unit; `None` for
+/// fewer than two times or a median of zero.
 pub(crate) fn usual_spacing(times: &[f64]) -> Option<f64> {
     upper_median(times.windows(2).map(|pair| pair[1] - pair[0])).filter(|spacing| *spacing > 0.0)
 }

@@ -1,9 +1,9 @@
 //! The camera model: recorded time and recorded position of a point, from the time of the motion and its position.
 //!
-//! `recorded = wall + shift + scale * rotation(x - wall)` and `time of the motion = time of the recording - offset`. The wall
-//! is the clamp of the rod; shift (m), scale (ratio), rotation in the plane (rad) and offset (s) are parameters of the scene.
-//! [`View`] evaluates both over scalars with derivatives; every simulated position passes through it before it is compared
-//! with a recording.
+//! `recorded = wall + shift + scale * rotation(x - wall)` and `time of the motion = time of the recording - offset`, at least
+//! zero. The wall is the clamp of the rod; shift (m), scale (ratio), rotation in the plane (rad) and offset (s) are
+//! parameters of the scene. [`View`] evaluates both over scalars with derivatives. Every simulated position passes through it
+//! before it is compared with a recording or a shape; gauges and frequencies do not.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};
@@ -25,8 +25,8 @@ pub(crate) struct View<D> {
 }
 
 impl<D: Nestable> View<D> {
-    /// The camera of a problem. `seed` returns the scalar of a parameter from its value, with derivatives where the parameter
-    /// is an unknown.
+    /// The camera of a problem, with the wall of its rod as center and the normal of its plane as axis. `seed` returns the
+    /// scalar of a parameter from its value, with derivatives where the parameter is an unknown.
     pub fn new(problem: &Problem, seed: impl Fn(Parameter, f64) -> D) -> Self {
         let (wall, scene) = problem.wall_over(seed);
         let camera = scene.camera;
@@ -41,13 +41,14 @@ impl<D: Nestable> View<D> {
 }
 
 impl<D: Scalar> View<D> {
-    /// The time of the motion, s, at `time`, s, on the clock of the recording; zero before the motion starts.
+    /// The time of the motion, s, at `time`, s, on the clock of the recording: `time - offset`, at least zero, with
+    /// derivatives by the offset if above zero.
     pub fn time(&self, time: f64) -> D {
         let since = -self.time_offset + time;
         if since.value() > 0.0 { since } else { D::from(0.0) }
     }
 
-    /// The recorded position, m, of a point at the position `x` in the world, m.
+    /// The recorded position, m, of a point at the position `x` in the world, m: `wall + shift + scale rotation(x - wall)`.
     pub fn recorded(&self, x: Vector<D>) -> Vector<D> {
         let arm = sub(x, self.centre);
         let centre = add(self.centre, self.shift);

@@ -1,11 +1,11 @@
 //! Offset of an observed point of unknown arc length from the simulated rod: to the foot of its perpendicular.
 //!
 //! Input: recorded positions of the nodes with their arc lengths, an observed point `y`, and an approximate arc length. The
-//! arc length `s` of the foot satisfies `(x(s) - y).x'(s) = 0` in the observed coordinates; it is found by bisection between
-//! the neighbors of the nearest node. It follows the parameters: with `f(s, p)` for the left side, `ds/dp = -f_p/f_s`, which
-//! two Newton steps over a number with derivatives yield to second order. Output: the offset `x(s) - y`, m. It has no part
-//! along the rod: the data constrain the line of the rod, not the place of the observed point on it (orthogonal distance
-//! regression, Boggs and Rogers 1990).
+//! arc length `s` of the foot satisfies `(x(s) - y).x'(s) = 0` in the observed coordinates, with cubic polynomials through
+//! the nodes. It is found by bisection between the neighbors of the nearest node, or is an end of that range. It follows the
+//! parameters: with `f(s, p)` for the left side, `ds/dp = -f_p/f_s`, which two Newton steps over a number with derivatives
+//! yield to second order. Output: the offset `x(s) - y`, m. It has no part along the rod: the data constrain the line of the
+//! rod, not the place of the observed point on it (orthogonal distance regression, Boggs and Rogers 1990).
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::Stencil;
@@ -36,8 +36,9 @@ struct CurvePoint<D> {
 }
 
 impl<D: Scalar> NodeCurve<'_, D> {
-    /// The offset of the foot point from the `observed` point, m, searched about the arc length `near`, m. A coordinate
-    /// that was not observed is the coordinate of the foot point.
+    /// The vector from the `observed` point to the foot point, m, with derivatives, searched about the arc length `near`, m.
+    /// Its component along a coordinate that was not observed is the coordinate of the foot point. The arc length of a foot
+    /// at an end of the search range is fixed.
     pub fn offset(&self, observed: &[Option<f64>; 3], near: f64) -> [D; 3] {
         let plain_nodes: Vec<[f64; 3]> = self.nodes.iter().map(|x| x.map(|c| c.value())).collect();
         let plain_arcs: Vec<f64> = self.arc_length.iter().map(D::value).collect();
@@ -58,14 +59,16 @@ impl<D: Scalar> NodeCurve<'_, D> {
         std::array::from_fn(|c| position[c] - observed[c].unwrap_or(0.0))
     }
 
-    /// Half the derivative of the squared distance from the `observed` point by the arc length, m, at the arc length `s`, m.
+    /// Half the derivative of the squared distance from the `observed` point by the arc length, m, at the arc length `s`, m:
+    /// `(x - y).x'` over the observed coordinates.
     fn slope(&self, observed: &[Option<f64>; 3], s: D) -> D {
         let CurvePoint { position, tangent } = self.interpolate(s);
         let parts = (0..3).filter_map(|c| Some((position[c] - observed[c]?) * tangent[c]));
         parts.fold(D::from(0.0), |sum, part| sum + part)
     }
 
-    /// Position and tangent at an arc length `s`, m, by the cubic Lagrange polynomial through the four nearest nodes.
+    /// Position and tangent at an arc length `s`, m, by the cubic Lagrange polynomial through the four nodes around it (fewer
+    /// if the rod has fewer).
     fn interpolate(&self, s: D) -> CurvePoint<D> {
         let near = Stencil::around(self.arc_length, s.value());
         let zero = [D::from(0.0); 3];
@@ -91,8 +94,9 @@ impl<D: Scalar> NodeCurve<'_, D> {
 }
 
 impl NodeCurve<'_, f64> {
-    /// The arc length, m, of the point of the curve nearest to the `observed` one, searched about the arc length `near`, and
-    /// whether that point lies inside the curve.
+    /// The arc length, m, of the point of the curve nearest to the `observed` one, and whether that point is a foot of a
+    /// perpendicular. Nodes within [`SEARCH_RADIUS`] lengths of `near`, m, compete; bisection follows between the neighbors
+    /// of the nearest. `false`: the end of that range is nearest.
     fn foot(&self, observed: &[Option<f64>; 3], near: f64) -> (f64, bool) {
         let last = self.arc_length.len() - 1;
         let (start, end) = (self.arc_length[0].max(0.0), self.arc_length[last]);

@@ -2,9 +2,10 @@
 //!
 //! Half the sum of squares has the Hessian `J'J + sum_k r_k d2r_k`. The expected information of the Gauss-Newton method is
 //! the first term alone. The second term vanishes with the residuals, and on average over noise. Every pair of unknowns costs
-//! one simulation in hyper-dual numbers (Fike and Alonso 2011), about the recorded plain simulation at the same point.
-//! Output: a symmetric matrix on the unknowns' scales, for standard errors with the exact Hessian (`[analysis]`) and argmin's
-//! Newton solvers.
+//! one simulation in hyper-dual numbers (Fike and Alonso 2011) per experiment that depends on both, about the recorded
+//! simulation without derivatives at the same point. Robust losses, leverage weights and priors are included. Output: a
+//! symmetric matrix on the unknowns' scales, for standard errors with the exact Hessian (`[analysis]`) and argmin's Newton
+//! solvers.
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
@@ -17,8 +18,8 @@ use crate::scene::Parameter;
 use num_dual::HyperDual64;
 
 impl Residuals {
-    /// Second derivatives of half the sum of squares at `x`, on the scales of the unknowns, exact
-    /// to rounding.
+    /// Second derivatives of half the sum of squares of the residuals at `x`, robust losses and priors included, by the
+    /// unknowns on their scales; a symmetric matrix, exact to rounding (hyper-dual numbers).
     ///
     /// # Errors
     ///
@@ -49,8 +50,9 @@ impl Residuals {
         Ok(hessian)
     }
 
-    /// The second derivative, by the unknowns `i` and `j`, of half the sum of the losses of an experiment at `x`, about its
-    /// plain `run` there. `weights` are the leverage weights of its residuals.
+    /// The second derivative, by the unknowns `i` and `j` on their scales, of half the sum of the losses of an experiment at
+    /// `x`, by hyper-dual numbers about its `run` without derivatives there. `weights` are the leverage weights of its
+    /// residuals.
     fn second_derivative(
         &self,
         x: &[f64],
@@ -100,7 +102,8 @@ impl Residuals {
 impl argmin::core::Hessian for Residuals {
     type Param = Vec<f64>;
     type Hessian = Vec<Vec<f64>>;
-    /// The Hessian at `x` for argmin's solvers.
+    /// The Hessian of half the sum of squares at `x`, a symmetric matrix by the unknowns on their scales, exact by hyper-dual
+    /// numbers, for argmin's solvers.
     fn hessian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, argmin::core::Error> {
         Ok(self.hessian_at(x)?)
     }

@@ -2,7 +2,8 @@
 //!
 //! The given sigma, if there is one. Without it, and with squared losses, the length of the rod as a common scale of all.
 //! With a robust loss half of [`UNEXPLAINED`] of the observed motion (5 %), so that outliers are down-weighted from the
-//! start. A search replaces these by estimates from its residuals where [`weights_depend_on_the_fit`].
+//! start; the motion counts as at least [`LEAST_MOTION`] of the length. A search replaces those that are not given by
+//! estimates from its residuals where [`weights_depend_on_the_fit`].
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all};
@@ -15,8 +16,9 @@ pub(crate) const UNEXPLAINED: f64 = 0.1;
 /// residuals of the size of the camera's noise.
 const LEAST_MOTION: f64 = 1e-2;
 
-/// One sigma per measurement, in its unit: the given one, or else the length of the rod, a common scale. With a robust loss
-/// it is half of the residual that is acceptable, so that outliers are down-weighted from the start.
+/// One sigma per measurement of all experiments, in its unit: the given one, or else the length of the rod in m as a number.
+/// With a robust loss it is half of [`UNEXPLAINED`] times the size of the motion (at least [`LEAST_MOTION`] of the length),
+/// so that outliers are down-weighted from the start.
 pub(crate) fn first_sigmas(experiments: &[Experiment]) -> Vec<f64> {
     let first = |(experiment, measurement): (&Experiment, &Measurement)| {
         let problem = &experiment.problem;
@@ -31,8 +33,9 @@ pub(crate) fn first_sigmas(experiments: &[Experiment]) -> Vec<f64> {
     all(experiments).map(first).collect()
 }
 
-/// Whether estimating the sigmas that are not given from the residuals changes the optimum. A single measurement with squared
-/// residuals and no prior has one common factor, which does not.
+/// Whether estimating the sigmas that are not given from the residuals changes the optimum: at least one is not given, and it
+/// has a robust loss, or there are several measurements or a prior. A single squared measurement has one common factor, which
+/// changes nothing.
 pub(crate) fn weights_depend_on_the_fit(fitted: &[Experiment], unknowns: &[Unknown]) -> bool {
     let mut unknown = all(fitted).filter(|(_, m)| m.sigma().is_none());
     let robust = unknown.clone().any(|(_, m)| m.loss().is_robust());

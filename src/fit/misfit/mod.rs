@@ -3,7 +3,8 @@
 //! `residuals` assembles the residuals of all experiments and priors, `(simulated - measured)/sigma`, with exact Jacobian
 //! (dual numbers, forward sensitivities), gradient (`adjoint_gradient`) and Hessian (`hessian`). `observed_experiment`
 //! simulates one experiment. `camera`, `observation_row` and `foot_point` map simulated positions to recorded values.
-//! `residual_tests` and `ar1` test residuals for white or autocorrelated noise. `initial_sigmas` and `work` serve the search.
+//! `residual_tests` and `ar1` test residuals for white or autocorrelated noise. `initial_sigmas` (weights before the first
+//! fit) and `work` (counter of the cost) serve the search.
 
 mod adjoint_gradient;
 pub(crate) mod ar1;

@@ -1,8 +1,9 @@
 //! Rows of the observation operator: recorded coordinates of a point as linear functions of its position in the world.
 //!
-//! The residual of a row is `axis . x(t) + offset`, in units of the standard deviation, with the position `x`, m, at the time
-//! `t` of the motion. `axis` (1/m) and `offset` follow from the camera at fixed parameters. The adjoint gradient and the fit
-//! of lists along the rod need the residual in this form.
+//! Input: the camera, the samples of a point and the inverse standard deviations. Output: one [`ObservationRow`] per observed
+//! coordinate. Its residual (simulated less observed, in units of the standard deviation) is `axis . x(t) + offset`, with the
+//! position `x`, m, at the time `t` of the motion. `axis` (1/m) and `offset` follow from the camera at fixed parameters. The
+//! adjoint gradient and the fit of lists along the rod need the residual in this form.
 
 use crate::dynamics::record::Record;
 use crate::error::Error;
@@ -24,8 +25,8 @@ pub(crate) struct ObservationRow {
 }
 
 impl ObservationRow {
-    /// One row for every observed coordinate of the `samples` of a point, sample by sample. `weights` has the inverse of
-    /// the standard deviation of each coordinate, 1/m.
+    /// One row for every observed coordinate of the `samples` of a point, sample by sample and x, y, z in each, as the camera
+    /// `view` records them. `weights` has the inverse of the standard deviation of each coordinate, 1/m; rows end with it.
     pub fn from_samples(
         view: &View<f64>,
         point: Point,
@@ -52,8 +53,9 @@ impl ObservationRow {
         rows
     }
 
-    /// Simulated less observed coordinate, in units of the standard deviation, for the recorded motion of the nodes in
-    /// `record`.
+    /// Simulated less observed coordinate, in units of the standard deviation: `axis . x(t) + offset` with the position
+    /// interpolated in the recorded motion `record` of the nodes. An error for a point that is not on the rod and times after
+    /// the end of the record.
     pub fn residual(&self, problem: &Problem, record: &Record) -> Result<f64, Error> {
         let position = record.read().position(&problem.stencil(self.point)?, self.time)?;
         Ok(position.iter().zip(self.axis).map(|(x, a)| x * a).sum::<f64>() + self.offset)

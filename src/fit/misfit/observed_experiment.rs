@@ -1,4 +1,5 @@
-//! One experiment as a function of the unknowns: its simulation, its plain residuals and their exact derivatives.
+//! One experiment as a function of the unknowns: its simulation, its plain residuals (without robust loss and leverage
+//! weights) and their exact derivatives.
 //!
 //! Input: an experiment, cut to a horizon, the unknowns, and the standard deviations of its measurements. At a point of the
 //! unknowns it simulates the motion and the equilibrium, as far as its measurements require them. The simulation has forward
@@ -57,8 +58,8 @@ pub(crate) struct ExperimentRun {
 }
 
 impl ObservedExperiment {
-    /// `experiment` with its measurements up to the `horizon`, s. Each of its measurements takes the next of `sigmas`, in its
-    /// unit. An error for points that are not on the rod.
+    /// The `experiment` with its measurements up to the `horizon`, s, and the indices of the `unknowns` that belong to it.
+    /// Each of its measurements takes the next of `sigmas`, in its unit. An error for points that are not on the rod.
     pub fn new<'s>(
         experiment: &Experiment,
         unknowns: &[Unknown],
@@ -86,35 +87,36 @@ impl ObservedExperiment {
         Ok(observed)
     }
 
-    /// Number of residuals of each measurement, up to the horizon.
+    /// Number of residuals of each measurement up to the horizon, in their order.
     pub fn counts(&self) -> impl Iterator<Item = usize> {
         self.series.iter().map(|s| s.data.values())
     }
 
-    /// The loss of every residual, in the order of the residuals.
+    /// The loss of every residual, in the order of the residuals; without leverage weights.
     pub fn losses(&self) -> impl Iterator<Item = Loss> {
         self.series.iter().flat_map(|s| std::iter::repeat_n(s.loss, s.data.values()))
     }
 
-    /// The modes whose frequencies were measured.
+    /// The modes whose frequencies were measured, in the order of the measurements.
     pub fn modes(&self) -> &[ModeName] {
         &self.required.modes
     }
 
-    /// Whether its residuals depend on unknown `i`.
+    /// Whether the unknown with index `i` belongs to this experiment, so that its residuals depend on it.
     pub fn depends_on(&self, i: usize) -> bool {
         self.unknowns.contains(&i)
     }
 
-    /// The parameters of its unknowns that change the motion of the rod, not only its recording by the camera.
+    /// The parameters of the unknowns of this experiment other than those of the camera, which do not change the motion of
+    /// the rod.
     pub(super) fn motion_parameters(&self, unknowns: &[Unknown]) -> Vec<Parameter> {
         let own = self.unknowns.iter().map(|i| unknowns[*i].parameter);
         own.filter(|p| !p.is_of_the_camera()).collect()
     }
 
-    /// Its problem at `point`, and the number of time steps up to the last sample; zero without a measured motion. The motion
-    /// lasts longer than the scene where the offset of the camera's clock requires it; an error beyond
-    /// [`MAX_DURATION_RATIO`].
+    /// The problem with the parameters at `point`, and the number of time steps up to the last sample; zero without a
+    /// measured motion. The motion lasts longer than the scene where the offset of the camera's clock requires it. An error
+    /// beyond [`MAX_DURATION_RATIO`] times the duration of scene or recording.
     pub(super) fn problem_and_steps(
         &self,
         ParameterPoint { unknowns, x }: ParameterPoint,
@@ -144,9 +146,10 @@ impl ObservedExperiment {
         Ok((problem, steps))
     }
 
-    /// Simulates the experiment at `point`, with derivatives by the parameters of the unknowns if `derived`. The motion lasts
-    /// until its last sample on the camera's clock. `count` receives the work, also that of a run that fails. `after` is
-    /// called at the start of the motion and after every step.
+    /// Simulates the experiment at `point`: the motion up to its last sample on the camera's clock, and the equilibrium, each
+    /// if a measurement requires it. With `derived`, both carry derivatives by the parameters of the unknowns that change the
+    /// rod. `count` receives the work, steps times segments, also that of a run that fails. `after` is called at the start of
+    /// the motion and after every step.
     pub fn run(
         &self,
         point: ParameterPoint,
@@ -181,8 +184,9 @@ impl ObservedExperiment {
         Ok(ExperimentRun { problem, moving, resting })
     }
 
-    /// The plain residuals of a `run` at the point, in units of sigma, and, if `derived`, the rows of their Jacobian by all
-    /// unknowns on their scales; else no rows.
+    /// The plain residuals `(simulated - measured)/sigma` of a `run` at the point, in the order of measurements and values.
+    /// If `derived` also the rows of their Jacobian by all unknowns of the fit on their scales (zero for those of other
+    /// experiments); else no rows. Natural frequencies are computed here.
     pub fn residuals_and_jacobian(
         &self,
         run: &ExperimentRun,
@@ -242,7 +246,8 @@ impl ObservedExperiment {
         Ok((residuals, rows))
     }
 
-    /// Calls `each` with every plain residual, in units of sigma, and its loss, in the order of measurements and values.
+    /// Calls `each` with every plain residual `(simulated - measured)/sigma` and its loss, in the order of measurements and
+    /// values. An error for points that are not on the rod and times after the end of the simulation.
     pub fn for_each_residual<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,
@@ -264,14 +269,15 @@ impl ObservedExperiment {
     }
 }
 
-/// Whether any step of a motion was halved: more steps were taken than the scene has. The recorded times are the start and
-/// the ends of the scene's steps.
+/// Whether any time step of a motion was halved, as where it did not converge: at least as many steps were taken as there are
+/// recorded times. These are the start and the ends of the scene's steps.
 pub(super) fn has_halved_steps(motion: &Trajectory) -> bool {
     motion.record().taken.len() >= motion.times().len()
 }
 
-/// Indices of the nodes that the positions of `points` depend on, ascending. A point at a node depends on its neighbors too,
-/// because it moves between nodes when the length of the rod changes.
+/// Indices of the nodes that the positions of `points` depend on, ascending, each once. A point at a node depends on its
+/// neighbors too, because it moves between nodes when the length of the rod changes. An error for points that are not on the
+/// rod.
 pub(super) fn nodes(points: &[Point], problem: &Problem) -> Result<Vec<usize>, Error> {
     let mut nodes = BTreeSet::new();
     for point in points {
@@ -280,7 +286,8 @@ pub(super) fn nodes(points: &[Point], problem: &Problem) -> Result<Vec<usize>, E
     Ok(nodes.into_iter().collect())
 }
 
-/// Indices of the edges whose axes the markers beside `points` depend on, ascending.
+/// Indices of the edges whose axes the markers beside `points` depend on, ascending, each once. An error for points that are
+/// not on the rod.
 fn edges(points: &[Point], problem: &Problem) -> Result<Vec<usize>, Error> {
     let mut edges = BTreeSet::new();
     for point in points {

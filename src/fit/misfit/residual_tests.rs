@@ -2,10 +2,11 @@
 //!
 //! Intervals and standard errors assume independent normal residuals. A wrong model or a wrong minimum leaves residuals that
 //! are autocorrelated or grow with time. AR(1) noise is autocorrelated too; its innovations are white. Input: the residuals
-//! of one coordinate in order of time. Tests: Ljung-Box (autocorrelation), Anderson-Darling (normality), Student's t for a
-//! slope of the residuals or their size (trend), and for innovations also Fisher's test of the periodogram. Output:
-//! [`ResidualTests`] with a p-value each, compared with [`SIGNIFICANCE`], which Bonferroni's correction lowers for many
-//! coordinates.
+//! of one coordinate in order of time, at least [`FEWEST_VALUES`], and the correlation of their noise. Tests: Ljung-Box
+//! (autocorrelation), Anderson-Darling (normality), Student's t for a slope of the residuals or their size (trend), and for
+//! innovations also Fisher's test of the periodogram. With a robust loss the influences are tested instead of the residuals.
+//! Output: [`ResidualTests`] with a p-value each, compared with [`SIGNIFICANCE`], which Bonferroni's correction lowers for
+//! many coordinates.
 
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::ar1::{Ar1Correlation, usual_spacing};
@@ -72,12 +73,13 @@ pub struct ResidualTests {
     pub passed: bool,
 }
 
-/// Significance level of each coordinate, for a fit with this number of `coordinates` (Bonferroni's correction).
+/// Significance level of each coordinate, for a fit with this number of `coordinates`: [`FAMILY_SIGNIFICANCE`] over the
+/// number (Bonferroni's correction), at most [`SIGNIFICANCE`].
 pub(crate) fn significance_level(coordinates: usize) -> f64 {
     SIGNIFICANCE.min(FAMILY_SIGNIFICANCE / coordinates.max(1) as f64)
 }
 
-/// Significance level of stored reports without one.
+/// Significance level of stored reports without one: [`SIGNIFICANCE`].
 fn default_significance() -> f64 {
     SIGNIFICANCE
 }
@@ -95,8 +97,9 @@ pub(crate) struct ResidualSeries<'a> {
 }
 
 impl ResidualTests {
-    /// Tests the residuals of the coordinate `axis` of an `observation`; `None` for fewer than twelve. P-values below
-    /// `significance` are findings.
+    /// Tests the residuals of the coordinate `axis` of an `observation`; `None` for fewer than [`FEWEST_VALUES`]. P-values
+    /// below `significance` are findings. Autocorrelation passes if the series has a positive correlation and its innovations
+    /// have a p-value of at least [`LEAST_INNOVATION_P`]. The verdict is a text of the findings.
     pub(crate) fn new(
         observation: String,
         axis: &str,
@@ -162,7 +165,8 @@ impl ResidualTests {
         })
     }
 
-    /// Whether the residuals are white or AR(1) noise without a trend. Intervals depend little on normality.
+    /// Whether the residuals are white or AR(1) noise without a trend: no finding in whiteness (or white innovations) and
+    /// trend. Normality does not count, as intervals depend little on it.
     pub fn is_noise(&self) -> bool {
         let is_ar1 = self.autocorrelation > 0.0 && self.innovation_whiteness >= LEAST_INNOVATION_P;
         (self.whiteness >= self.significance_level || is_ar1)
@@ -170,13 +174,15 @@ impl ResidualTests {
     }
 }
 
-/// p-value of innovations for being white noise: the smaller one of the tests for autocorrelation and for periodicity.
+/// p-value of innovations for being white noise: the smaller one of the Ljung-Box test for autocorrelation and Fisher's for
+/// periodicity.
 pub(crate) fn innovation_p_value(innovations: &[f64]) -> f64 {
     whiteness(innovations).min(periodicity_p_value(innovations))
 }
 
-/// p-value of the Ljung-Box statistic of the residuals `r`, the weighted sum of squared autocorrelations, about zero: a fit
-/// has no mean to remove.
+/// p-value of the Ljung-Box statistic of the residuals `r`: the weighted sum of squared autocorrelations up to
+/// [`LARGEST_LAG`] (at most a quarter of the values). Autocorrelations are about zero, as a fit has no mean to remove. The
+/// p-value is 1 if all residuals are zero.
 ///
 /// The statistic of many values is chi-squared. That of few values has a longer tail, which is close to that of F with
 /// [`tail_freedom`] degrees of freedom in the denominator. Simulated noise of 16 to 400 values exceeds the quantile of one in
@@ -199,13 +205,13 @@ fn whiteness(r: &[f64]) -> f64 {
     FisherSnedecor::new(lags, freedom).map_or(1.0, |f| f.sf(ratio))
 }
 
-/// Degrees of freedom of the denominator of F for the whiteness statistic of `n` values, by [`TAIL_FREEDOM`].
+/// Degrees of freedom of the denominator of F for the whiteness statistic of `n` values: `15 + 0.4 n` by [`TAIL_FREEDOM`].
 fn tail_freedom(n: usize) -> f64 {
     TAIL_FREEDOM[0] + TAIL_FREEDOM[1] * n as f64
 }
 
 /// p-value of the Anderson-Darling test of the residuals `r` for a normal distribution with the mean and the variance of the
-/// sample.
+/// sample. It is 0 for statistics above [`LARGEST_STATISTIC`], and 1 where the test is not possible, as for equal values.
 fn normality(r: &[f64]) -> f64 {
     let n = r.len() as f64;
     let mean = r.iter().sum::<f64>() / n;
@@ -218,8 +224,9 @@ fn normality(r: &[f64]) -> f64 {
     }
 }
 
-/// p-value of Fisher's test for periodicity (1929) of the values `r`: the largest value of the periodogram over the sum at
-/// its lowest frequencies, at most [`MOST_FREQUENCIES`].
+/// p-value of Fisher's test for periodicity (1929) of the values `r`: for the largest share of one of the lowest `m`
+/// frequencies in the sum of their periodogram (at most [`MOST_FREQUENCIES`]). It is `m (1 - share)^(m - 1)`, at most 1; 1 if
+/// all are zero.
 fn periodicity_p_value(r: &[f64]) -> f64 {
     let n = r.len();
     let count = ((n - 1) / 2).min(MOST_FREQUENCIES);
@@ -243,7 +250,8 @@ fn periodicity_p_value(r: &[f64]) -> f64 {
     (count as f64 * (1.0 - share).powi(count as i32 - 1)).min(1.0)
 }
 
-/// p-value of the slope of `values` over `times` by Student's t, for an `effective` number of independent values.
+/// Two-sided p-value of the slope of `values` over `times` (linear regression) by Student's t. Degrees of freedom are the
+/// `effective` number of independent values less 2, at least 1. The p-value is 1 if all values or all times are equal.
 fn trend(times: &[f64], values: &[f64], effective: f64) -> f64 {
     let n = values.len() as f64;
     let mean = |x: &[f64]| x.iter().sum::<f64>() / n;

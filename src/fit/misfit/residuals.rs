@@ -3,8 +3,8 @@
 //! Input: experiments up to horizons, sigmas of their measurements, unknowns. At a point `x` on the unknowns' scales all
 //! experiments are simulated on several threads; the residuals are those of all measurements in order, then those of the
 //! priors. The last evaluation is kept, because solvers evaluate residuals, Jacobian and cost at the same point. Output:
-//! vectors and rows in units of sigma, either plain or transformed by robust loss and leverage weight so that half their sum
-//! of squares is the objective.
+//! vectors and rows in units of sigma. They are either plain (`(simulated - measured)/sigma`) or transformed by robust loss
+//! and leverage weight so that half their sum of squares is the objective.
 
 use crate::dynamics::Snapshot;
 use crate::error::{Error, ensure};
@@ -65,9 +65,9 @@ struct ExperimentResiduals {
 }
 
 impl Residuals {
-    /// The residuals of `experiments` up to `horizons`, s, one per experiment. `sigmas` has one per
-    /// measurement, in its unit. `full_work` is the work of one full simulation, steps times
-    /// segments.
+    /// The residuals of `experiments` up to `horizons`, s, one per experiment, without leverage weights. `sigmas` has one per
+    /// measurement, in its unit. `full_work` is the work of one full simulation, steps times segments. An error for points
+    /// that are not on the rod.
     pub(crate) fn new(
         experiments: &[Experiment],
         sigmas: &[f64],
@@ -90,17 +90,18 @@ impl Residuals {
         })
     }
 
-    /// The residuals with a shared counter, which receives the work of their simulations.
+    /// The residuals with a shared `work` counter, to which their simulations add steps times segments.
     pub(crate) fn with_work_counter(self, work: WorkCounter) -> Self {
         Self { work, ..self }
     }
 
-    /// The residuals with a factor on each: its noise is larger by the inverse. An empty list is 1 for all.
+    /// The residuals with a leverage weight for each, a factor before the loss: the noise counts as larger by the inverse.
+    /// Beyond the end of the list the factor is 1.
     pub(crate) fn with_leverage_weights(self, weights: &[f64]) -> Self {
         Self { leverage_weights: weights.to_vec(), ..self }
     }
 
-    /// The residuals with a known evaluation at one point, which is not simulated again.
+    /// The residuals with the `known` evaluation at one point as the last one, which is not simulated again.
     pub(crate) fn with_evaluation(self, known: Evaluation) -> Self {
         Self { last: Mutex::new(Some(known)), ..self }
     }
@@ -116,8 +117,8 @@ impl Residuals {
         pairs.map(|(unknown, x)| (unknown.parameter, unknown.from_scale(*x))).collect()
     }
 
-    /// Work so far in full simulations: steps times segments over those of one full run. A run
-    /// with derivatives counts once.
+    /// Work so far in full simulations: steps times segments over those of one full run. A run with derivatives counts once,
+    /// a failed run in part.
     pub fn simulations(&self) -> f64 {
         self.work.total() / self.full_work
     }
@@ -133,12 +134,12 @@ impl Residuals {
         self.len() == 0
     }
 
-    /// Number of residuals of each measurement. Those of the priors follow after them.
+    /// Number of residuals of each measurement, in their order. Those of the priors follow after them and are not counted.
     pub(crate) fn counts(&self) -> Vec<usize> {
         self.experiments.iter().flat_map(ObservedExperiment::counts).collect()
     }
 
-    /// The loss and the leverage weight of every residual; priors have squares and 1.
+    /// The loss and the leverage weight of every residual, in their order; residuals of priors have squares and 1.
     pub(crate) fn weighted_losses(&self) -> Vec<WeightedLoss> {
         let own = self.experiments.iter().flat_map(ObservedExperiment::losses);
         let losses = own.chain(std::iter::repeat(Loss::Squares)).take(self.len());
@@ -146,14 +147,14 @@ impl Residuals {
         pairs.map(|(loss, weight)| WeightedLoss { loss, weight }).collect()
     }
 
-    /// The leverage weight of every residual, 1 where none is set.
+    /// The leverage weight of every residual, those of priors included; 1 where none is set.
     pub(crate) fn leverage_weights(&self) -> Vec<f64> {
         let mut weights = self.leverage_weights.clone();
         weights.resize(self.len(), 1.0);
         weights
     }
 
-    /// Rejects a vector `x` whose length is not the number of unknowns.
+    /// An error if the length of the vector `x` is not the number of unknowns.
     pub(crate) fn check_length(&self, x: &[f64]) -> Result<(), Error> {
         let (n, found) = (self.unknowns.len(), format!("{} numbers", x.len()));
         ensure(x.len() == n, "x", found, format!("{n} numbers, one for each unknown"))
@@ -173,7 +174,8 @@ impl Residuals {
         })
     }
 
-    /// Rows of the Jacobian at `x`: the derivatives of each residual by the unknowns on their scales.
+    /// Rows of the Jacobian at `x`: the derivatives of each of the [`residuals`](Self::residuals), with robust loss and
+    /// leverage weights, by the unknowns on their scales. Exact, by forward sensitivities and dual numbers.
     ///
     /// # Errors
     ///
@@ -189,29 +191,32 @@ impl Residuals {
         Ok(rows)
     }
 
-    /// Residuals at `x` in units of sigma, without robust loss and leverage weights.
+    /// Residuals at `x`, on the unknowns' scales, in units of sigma, without robust loss and leverage weights: those of the
+    /// measurements in order, then those of the priors. An error if a simulation fails.
     pub(crate) fn plain_residuals(&self, x: &[f64]) -> Result<Vec<f64>, Error> {
         self.evaluate(x, false, |e| e.residuals.clone())
     }
 
-    /// Jacobian at `x` of the residuals without robust loss and leverage weights: a row per residual, those of the priors last.
+    /// Jacobian at `x` of the residuals without robust loss and leverage weights, by the unknowns on their scales: a row per
+    /// residual, those of the priors last. An error if a simulation fails.
     pub(crate) fn plain_jacobian(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
         self.evaluate(x, true, |e| e.jacobian.clone().unwrap_or_default())
     }
 
-    /// Whether the last simulation halved any time step. The set of halved steps depends on the unknowns, which makes the
-    /// misfit discontinuous.
+    /// Whether the simulations of the last kept evaluation halved any time step, as they do where a step does not converge;
+    /// `false` without one. The set of halved steps depends on the unknowns, which makes the misfit discontinuous.
     pub(crate) fn has_halved_steps(&self) -> bool {
         self.last().as_ref().is_some_and(|e| e.halved)
     }
 
-    /// The locked last evaluation. A thread that panicked leaves a valid one.
+    /// The locked last evaluation. The lock of a thread that panicked is taken over.
     fn last(&self) -> MutexGuard<'_, Option<Evaluation>> {
         self.last.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The value of `read` for the evaluation at `x`, which is computed unless the last evaluation was at `x` and has the
-    /// Jacobian if `with_jacobian`.
+    /// The value of `read` for the evaluation at `x`. The last evaluation is used if it was at `x` and has the Jacobian, if
+    /// `with_jacobian`; else all experiments are simulated. The evaluation becomes the last one. An error for a wrong length
+    /// or a simulation that fails.
     fn evaluate<T>(
         &self,
         x: &[f64],
@@ -230,18 +235,19 @@ impl Residuals {
         Ok(read(self.last().insert(evaluation)))
     }
 
-    /// The experiments as functions of the unknowns.
+    /// The experiments as functions of the unknowns, in their order.
     pub(crate) fn experiments(&self) -> &[ObservedExperiment] {
         &self.experiments
     }
 
-    /// Simulations of all experiments at `x`, with derivatives by the unknowns if `derived`.
+    /// Simulations of all experiments at `x`, in their order and on several threads, with derivatives by the unknowns if
+    /// `derived`. Their work is counted.
     pub(crate) fn runs(&self, x: &[f64], derived: bool) -> Result<Vec<ExperimentRun>, Error> {
         self.map_experiments(|k, _| self.run(k, x, derived, &mut |_, _| {}))
     }
 
-    /// Simulates experiment `k` at `x`, with derivatives if `derived`. `after` is called at the start of its motion and after
-    /// every step.
+    /// Simulates the experiment with index `k` at `x`, with derivatives by the unknowns if `derived`, and counts the work.
+    /// `after` is called at the start of its motion and after every step.
     pub(crate) fn run(
         &self,
         k: usize,
@@ -269,12 +275,13 @@ impl Residuals {
         }
     }
 
-    /// The point of the unknowns with the values `x`.
+    /// The unknowns paired with the values `x` on their scales.
     fn point<'a>(&'a self, x: &'a [f64]) -> ParameterPoint<'a> {
         ParameterPoint { unknowns: &self.unknowns, x }
     }
 
-    /// The residual of every prior at `x` with its derivative by its unknown, and the index of the unknown.
+    /// For every unknown with a prior: its index, and the residual of the prior at `x` with its derivative by this unknown on
+    /// its scale.
     fn prior_residuals(&self, x: &[f64]) -> impl Iterator<Item = (usize, Dual64)> {
         let seeded = self.unknowns.iter().zip(x).enumerate();
         seeded.filter_map(|(i, (unknown, x))| {
@@ -282,7 +289,8 @@ impl Residuals {
         })
     }
 
-    /// The evaluation at `x` by simulations of all experiments, with derivatives if `with_jacobian`.
+    /// The evaluation at `x` by simulations of all experiments: residuals without robust loss and leverage weights, whether
+    /// steps were halved, and the Jacobian if `with_jacobian`.
     fn simulate(&self, x: &[f64], with_jacobian: bool) -> Result<Evaluation, Error> {
         let parts = self.map_experiments(|k, _| {
             self.part(k, x, &self.run(k, x, with_jacobian, &mut |_, _| {})?, with_jacobian)
@@ -290,15 +298,16 @@ impl Residuals {
         Ok(self.assembled(x, parts, with_jacobian))
     }
 
-    /// The residuals with the evaluation at `x` that follows from `runs`, simulations with derivatives there, which are not
-    /// repeated.
+    /// The residuals with the evaluation at `x`, Jacobian included, as the last one. It follows from `runs`, simulations of
+    /// all experiments with derivatives there, which are not repeated.
     pub(crate) fn with_runs(self, x: &[f64], runs: &[ExperimentRun]) -> Result<Self, Error> {
         let parts = self.map_experiments(|k, _| self.part(k, x, &runs[k], true))?;
         let known = self.assembled(x, parts, true);
         Ok(self.with_evaluation(known))
     }
 
-    /// The residuals of experiment `k` from its simulation `run` at `x`, with derivatives if `with_jacobian`.
+    /// The residuals `(simulated - measured)/sigma` of experiment `k` from its simulation `run` at `x`, with their Jacobian
+    /// if `with_jacobian`, and whether time steps were halved.
     fn part(
         &self,
         k: usize,
@@ -312,8 +321,8 @@ impl Residuals {
         Ok(ExperimentResiduals { residuals, jacobian, halved })
     }
 
-    /// The evaluation at `x` from those of the experiments (`parts`): residuals and rows in the order of the experiments,
-    /// then those of the priors.
+    /// The evaluation at `x` from those of the experiments (`parts`): residuals, and rows of the Jacobian if `with_jacobian`,
+    /// in the order of the experiments, then those of the priors. Steps are halved if any part has halved ones.
     fn assembled(
         &self,
         x: &[f64],
@@ -340,8 +349,9 @@ impl Residuals {
         Evaluation { x: x.to_vec(), residuals, jacobian, halved }
     }
 
-    /// The gradient of half the sum of squares at `x`, on the unknowns' scales, by the adjoint of the motions; `None` where
-    /// the Jacobian is already known or costs less.
+    /// The gradient of half the sum of squares (losses, weights and priors included) at `x`, on the unknowns' scales, by the
+    /// adjoint of the motions. The residuals there become the last evaluation. `None` if the Jacobian at `x` is already
+    /// known, or an experiment has [no such gradient](ObservedExperiment::has_adjoint_gradient) at less cost.
     fn adjoint_gradient(&self, x: &[f64]) -> Result<Option<Vec<f64>>, Error> {
         self.check_length(x)?;
         let is_known = |e: &Evaluation| e.x == x && e.jacobian.is_some();
@@ -379,7 +389,7 @@ impl Residuals {
 impl Operator for Residuals {
     type Param = Vec<f64>;
     type Output = Vec<f64>;
-    /// The residuals at `x` for argmin's solvers.
+    /// The residuals at `x` with robust loss and leverage weights, for argmin's solvers.
     fn apply(&self, x: &Vec<f64>) -> Result<Vec<f64>, argmin::core::Error> {
         Ok(self.residuals(x)?)
     }
@@ -388,7 +398,7 @@ impl Operator for Residuals {
 impl Jacobian for Residuals {
     type Param = Vec<f64>;
     type Jacobian = Vec<Vec<f64>>;
-    /// The rows of the Jacobian at `x` for argmin's solvers.
+    /// The rows of the Jacobian at `x` of the residuals with robust loss and leverage weights, for argmin's solvers.
     fn jacobian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, argmin::core::Error> {
         Ok(self.jacobian_at(x)?)
     }
@@ -397,7 +407,8 @@ impl Jacobian for Residuals {
 impl CostFunction for Residuals {
     type Param = Vec<f64>;
     type Output = f64;
-    /// Half the sum of squares of the residuals at `x`, the objective of argmin's solvers.
+    /// Half the sum of squares of the residuals at `x`, with robust loss and leverage weights: the objective of argmin's
+    /// solvers.
     fn cost(&self, x: &Vec<f64>) -> Result<f64, argmin::core::Error> {
         Ok(half_sum_of_squares(&self.residuals(x)?))
     }
@@ -406,7 +417,8 @@ impl CostFunction for Residuals {
 impl Gradient for Residuals {
     type Param = Vec<f64>;
     type Gradient = Vec<f64>;
-    /// The gradient of the objective at `x` for argmin's solvers: by the adjoint, or else `J' r`.
+    /// The gradient of the objective at `x` for argmin's solvers, on the unknowns' scales: by the adjoint where that costs
+    /// less, or else `J' r`.
     fn gradient(&self, x: &Vec<f64>) -> Result<Vec<f64>, argmin::core::Error> {
         if let Some(gradient) = self.adjoint_gradient(x)? {
             return Ok(gradient);

@@ -1,7 +1,7 @@
 //! Counter of the work of a fit: time steps times segments, summed over all simulations.
 //!
-//! The search and all residuals of a fit share one [`WorkCounter`] across threads. Over the work of one full simulation it is
-//! the cost in simulations that reports and the progress display.
+//! The search and all residuals of a fit share one [`WorkCounter`] across threads. Its sum, divided by the work of one full
+//! simulation, is the cost in simulations of reports and of the progress display. Limits of the search use the same number.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -10,22 +10,22 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 pub(crate) struct WorkCounter(Arc<Mutex<f64>>);
 
 impl WorkCounter {
-    /// Adds `work`, steps times segments.
+    /// Adds the `work` of a simulation, steps times segments, to the sum.
     pub fn add(&self, work: f64) {
         *self.count() += work;
     }
 
-    /// The sum so far, steps times segments.
+    /// The sum of all work so far, steps times segments.
     pub fn total(&self) -> f64 {
         *self.count()
     }
 
-    /// The sum so far; resets the counter to zero.
+    /// Returns the sum so far, steps times segments, and resets the counter to zero.
     pub fn take(&self) -> f64 {
         std::mem::take(&mut *self.count())
     }
 
-    /// The locked counter. A thread that panicked leaves a valid sum.
+    /// The locked counter. The lock of a thread that panicked is taken over: the sum stays valid.
     fn count(&self) -> MutexGuard<'_, f64> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -1,10 +1,11 @@
 //! Text tables of the uncertainty budget of an estimate and of its sensitivities to inputs, for the summary of a fit or a
 //! design.
 //!
-//! Input: an [`Estimate`] with budget lines (source, standard uncertainty, sensitivity, contribution, share). The budget is
-//! listed only if an input has a stated uncertainty, with the combined standard uncertainty and the coverage factor (GUM),
-//! and a line of the Monte Carlo check. Sensitivities are the change of each estimate for +1 % of an input, the [`NAMED`]
-//! largest per parameter. Output: the summary with these tables.
+//! Input: an [`Estimate`] with budget lines (source, standard uncertainty, relative sensitivity, contribution, share). The
+//! budget is listed only if the quoted interval is expanded, by inputs with a stated uncertainty; its title has the combined
+//! standard uncertainty and the coverage factor (GUM). The Monte Carlo check is a fact. Sensitivities are the change of each
+//! estimate for +1 % of an input, the first [`NAMED`] per parameter, which are the largest. Output: the summary with these
+//! tables.
 
 use crate::fit::report::digits;
 use crate::fit::report::quoted::QuotedEstimate;
@@ -20,8 +21,8 @@ const DIGITS: usize = 2;
 /// Significant digits of the values of inputs.
 const VALUE_DIGITS: usize = 4;
 
-/// The `summary` with the budget of an estimate, if an input has a stated uncertainty, and with its Monte Carlo check, if
-/// there is one.
+/// The `summary` with the budget of the estimate `e` as a table, one row per source, if its quoted interval is expanded by
+/// stated input uncertainties. Its Monte Carlo check, if there is one, is added as a fact.
 pub(crate) fn add_budget(mut summary: Summary, e: &Estimate) -> Summary {
     let unit = e.name.unit();
     // Without a stated input uncertainty the budget has only the noise, which the table of estimates has already.
@@ -66,8 +67,8 @@ pub(crate) fn add_budget(mut summary: Summary, e: &Estimate) -> Summary {
     summary
 }
 
-/// The `summary` with a table of the changes of the estimates for +1 % of the inputs with the largest sensitivities;
-/// unchanged without any.
+/// The `summary` with a table of the changes of the estimates for +1 % of an input: the first [`NAMED`] inputs of each
+/// estimate, which are the largest. Unchanged without any.
 pub(crate) fn add_input_sensitivities(summary: Summary, estimates: &[Estimate]) -> Summary {
     let mut rows = estimates.iter().flat_map(|e| {
         let named = e.input_sensitivities.iter().take(NAMED);
@@ -97,7 +98,7 @@ pub(crate) fn add_input_sensitivities(summary: Summary, estimates: &[Estimate]) 
     summary.table(title, table)
 }
 
-/// A relative sensitivity as text with sign and two decimals; zero has no sign.
+/// A relative sensitivity as text with sign and two decimals; `0.00` if it is rounded to zero.
 fn two_decimals(sensitivity: f64) -> String {
     match format!("{sensitivity:+.2}") {
         text if ["+0.00", "-0.00"].contains(&&text[..]) => "0.00".into(),
@@ -105,7 +106,8 @@ fn two_decimals(sensitivity: f64) -> String {
     }
 }
 
-/// The change of an estimate for +1 % of an input as text: in per cent, or in the unit of the parameter if that may be zero.
+/// The change of the estimate `e` for +1 % of an input as signed text: in per cent, or without a relative change (parameters
+/// that may be zero) in the unit of the parameter.
 fn change(input: &InputSensitivity, e: &Estimate) -> String {
     match input.relative {
         Some(relative) => format!("{:+.2} %", 100.0 * relative),

@@ -20,14 +20,15 @@ const NAMED_RESOLUTIONS: usize = 3;
 const DIGITS: usize = 4;
 
 impl fmt::Display for FitReport {
-    /// Writes the fit report as text.
+    /// Writes the [summary](FitReport::summary) of the report as text.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         self.summary().fmt(f)
     }
 }
 
 impl Grade {
-    /// The severity of the grade, from which the color of the status follows.
+    /// The tone of the grade, from which the color of the status follows: good (trustworthy), bad (not identifiable,
+    /// interrupted, unusable), else doubtful.
     pub(crate) fn tone(self) -> Tone {
         match self {
             Self::Trustworthy => Tone::Good,
@@ -38,7 +39,8 @@ impl Grade {
 }
 
 impl FitReport {
-    /// The result as text for a terminal, in the order of the module header.
+    /// The result as text for a terminal: status with the grade's code, validation error, table of estimates, determined
+    /// combinations, interval content, warnings, uncertainty, omitted effects, data, residuals, search and cost.
     pub fn summary(&self) -> Summary {
         let status = match self.grade {
             Grade::Trustworthy => "converged, no problem detected".to_string(),
@@ -64,7 +66,8 @@ impl FitReport {
         self.add_cost(self.add_data(summary))
     }
 
-    /// Mesh, step and scheme that the program chose, each with the number of experiments that have it if there are several.
+    /// Mesh, step and scheme that the program chose, one text per distinct combination in the order of the experiments, with
+    /// the number of experiments if several have it.
     fn resolution_texts(&self) -> Vec<String> {
         let all: Vec<String> = self.resolution.iter().flatten().map(Resolution::words).collect();
         let mut texts = Vec::new();
@@ -77,7 +80,8 @@ impl FitReport {
         texts
     }
 
-    /// The `summary` with the numerics, left-out rows, robust losses, and errors of validation data and of recordings.
+    /// The `summary` with facts: the first [`NAMED_RESOLUTIONS`] combinations of mesh, step and scheme, left-out rows, robust
+    /// losses, errors of validation data (if there are several), and errors of recordings.
     fn add_data(&self, mut summary: Summary) -> Summary {
         let chosen = self.resolution_texts().into_iter().take(NAMED_RESOLUTIONS);
         summary = summary.facts("Numerics", chosen);
@@ -104,7 +108,8 @@ impl FitReport {
         }
     }
 
-    /// The `summary` with the RMS residual, the noise of each measurement, the search and the work in full simulations.
+    /// The `summary` with facts: RMS residual (of positions, if any) and noise of each measurement, noise estimate, summary
+    /// of the local minima, and work in full simulations with the wall time.
     fn add_cost(&self, mut summary: Summary) -> Summary {
         let pairs = self.sigma.iter().zip(&self.units);
         let sigma: Vec<String> =
@@ -133,14 +138,15 @@ impl FitReport {
         summary.fact("Cost", cost)
     }
 
-    /// A value as text with this number of significant `digits`, converted to the unit of the data files (Hz for rad/s).
+    /// A value and its `unit` as text with this number of significant `digits`, converted to the unit of the data files (Hz
+    /// for rad/s if they have Hz).
     pub(super) fn data_quantity(&self, value: f64, unit: &str, digits: usize) -> String {
         let (value, unit) = self.in_data_unit(value, unit);
         quantity(value, unit, digits)
     }
 
-    /// The noise estimated from differences of the samples: its range over all coordinates, or the reason why there is none.
-    /// `None` without recorded motions.
+    /// The noise estimated from differences of the samples, as text: its value or range over the coordinates that have an
+    /// estimate, with the reasons of the others. If none has one: the first reason. `None` without recorded motions.
     fn noise_scale_text(&self) -> Option<String> {
         let values: Vec<f64> = self.noise_scale.iter().filter_map(|scale| scale.value).collect();
         let first = self.noise_scale.first()?;

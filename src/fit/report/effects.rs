@@ -1,9 +1,9 @@
 //! Text of the effects that the model omits: those that the residuals suggest, and the biases of those that the data do not
 //! exclude.
 //!
-//! Input: score tests and undetected biases of a fit report (or a design). Output: the summary with a line for each likely
-//! omitted effect, and a table with a row per undetected effect: its plausible size, the bias of each parameter above a
-//! standard error, and a test that would reveal it.
+//! Input: score tests and undetected biases of a fit report (or biases of a design). Output: the summary with a line for each
+//! likely omitted effect, and a table of the effects with the largest biases above a standard error. Its rows are one per
+//! effect and biased parameter: plausible or estimated size, bias, and a test that would reveal the effect.
 
 use crate::code::Code;
 use crate::fit::report::FitReport;
@@ -16,7 +16,8 @@ use crate::summary::{Summary, SummaryTable, TextColumn};
 /// Significant digits of displayed sizes and biases.
 const DIGITS: usize = 2;
 
-/// The `summary` with the likely omitted effects by score tests, and the table of undetected biases of a fit.
+/// The `summary` with a line for each likely omitted effect by the score tests of the `report`, and the table of its
+/// undetected biases.
 pub(super) fn add_omitted_effects(summary: Summary, report: &FitReport) -> Summary {
     let likely = likely_omitted_effects(&report.score_tests).into_iter();
     let summary = summary
@@ -24,7 +25,9 @@ pub(super) fn add_omitted_effects(summary: Summary, report: &FitReport) -> Summa
     add_undetected_bias(summary, &report.undetected_bias)
 }
 
-/// The `summary` with the table of the effects with the largest biases above a standard error, each with its size and a test.
+/// The `summary` with a table of the effects in `all` with the largest biases above a standard error. One row per effect and
+/// parameter: effect with its size, parameter (if there are several), bias, test. The title has the warning's code. Without
+/// effects there are no rows.
 pub(crate) fn add_undetected_bias(summary: Summary, all: &[UndetectedBias]) -> Summary {
     let is_alone = all.windows(2).all(|pair| pair[0].parameter == pair[1].parameter);
     let mut table = SummaryTable::new([
@@ -54,8 +57,8 @@ pub(crate) fn add_undetected_bias(summary: Summary, all: &[UndetectedBias]) -> S
     summary.table(Code::UndetectedBias.behind(title), table)
 }
 
-/// The size `value` of an effect in its `unit` as text, or `+-` its magnitude if the data do not determine it. A size without
-/// unit is a relative change of an input, in per cent.
+/// The size `value` of an effect in its `unit` as text, or `+-` its magnitude if the data do not determine it (no estimate).
+/// A size without unit is a relative change of an input, in per cent.
 fn signed(value: f64, unit: &str, bias: &UndetectedBias) -> String {
     let size = |value: f64| match unit {
         "" => number(100.0 * value, DIGITS) + " %",
@@ -67,7 +70,8 @@ fn signed(value: f64, unit: &str, bias: &UndetectedBias) -> String {
     }
 }
 
-/// The bias in per cent, of both signs where they differ, or in the unit of the parameter if that may be zero.
+/// The bias as text: a range in per cent where both signs of the effect have different ones, else in per cent, or in the unit
+/// of a parameter that may be zero. The sign is `+-` if the data do not determine the size of the effect.
 fn size_of_bias(bias: &UndetectedBias) -> String {
     if let Some([low, high]) = bias.both_signs() {
         return format!("{:+.0} to {:+.0} %", 100.0 * low, 100.0 * high);

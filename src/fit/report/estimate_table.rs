@@ -2,8 +2,9 @@
 //!
 //! Input: rows from `quoted_estimates`, or a [`FitReport`]. Each row has the estimate with digits according to its error, the
 //! error in per cent (of a parameter that may be zero in its unit), and the 95 % interval. In place of the interval stands a
-//! one-sided bound or `not identifiable`. The sentence states the contained errors: noise, differences between experiments,
-//! discretization error, stated input uncertainties. The largest undetected biases, which are not contained, follow.
+//! one-sided bound, `no error`, or `not identifiable`. The sentence states the contained errors: noise, differences between
+//! experiments, discretization error, stated input uncertainties. The largest undetected biases, which are not contained,
+//! follow.
 
 use crate::fit::report::quoted::{QuotedEstimate, QuotedInterval, error_heading, interval_heading};
 use crate::fit::report::{FitReport, digits};
@@ -13,8 +14,8 @@ use crate::fit::uncertainty::warning_list::percent;
 use crate::summary::quantity::number;
 use crate::summary::{SummaryTable, TextColumn};
 
-/// The table of estimates, errors, intervals and units, one row per parameter or part of one. `value_heading` is the heading
-/// of the estimates.
+/// The table of parameter, estimate, error, interval and unit, one row per entry of `rows`; a statistical part is indented
+/// and has no estimate. `value_heading` is the heading of the estimates. Without numbers the unit is empty.
 pub(crate) fn estimate_table(rows: &[QuotedEstimate], value_heading: &str) -> SummaryTable {
     let mut table = SummaryTable::new([
         TextColumn::left("parameter"),
@@ -42,8 +43,8 @@ pub(crate) fn is_from_clusters(e: &Estimate) -> bool {
     e.cluster_jackknife.as_ref().is_some_and(|clusters| clusters.reported)
 }
 
-/// A sentence with the errors that the intervals contain, and the largest undetected biases, which they do not; `None`
-/// without intervals.
+/// A sentence with the errors that the intervals contain, and a second one with the largest undetected biases, which they do
+/// not. `None` if no parameter has a standard error and no combination an interval.
 pub(crate) fn interval_content(report: &FitReport) -> Option<String> {
     let is_expanded = report.parameters.iter().any(|e| QuotedEstimate::new(e).is_expanded);
     // Undetected biases may exceed the interval, and are reported beside it.
@@ -85,7 +86,8 @@ pub(crate) fn interval_content(report: &FitReport) -> Option<String> {
     })
 }
 
-/// The largest undetected bias of every parameter that exceeds its interval, as text; `None` without any.
+/// The largest undetected bias of every parameter that exceeds its interval, as one text with size and effect of each; `None`
+/// without any.
 fn largest_biases(report: &FitReport) -> Option<String> {
     let biases = biases_beyond_interval(&report.undetected_bias, &report.parameters);
     let text = |(relative, bias): &(f64, &UndetectedBias)| {
@@ -104,7 +106,8 @@ fn largest_biases(report: &FitReport) -> Option<String> {
     })
 }
 
-/// The table cells of estimate, standard error and interval of a row.
+/// The table cells of estimate, error and interval of a row: of an interval, of a one-sided bound (`at least`, `at most`), of
+/// a value without error, or `not identifiable`.
 fn cells(row: &QuotedEstimate) -> [String; 3] {
     match (row.interval, row.value, row.std) {
         (Some(QuotedInterval::AtLeast(bound)), ..) => {
@@ -123,7 +126,7 @@ fn cells(row: &QuotedEstimate) -> [String; 3] {
     }
 }
 
-/// A `relative` error in per cent with two digits, or else the `error` in its unit.
+/// The `relative` error in per cent with two digits as text, or without one the `error` in its `unit`.
 fn error_text(error: f64, relative: Option<f64>, unit: &str) -> String {
     match relative {
         Some(relative) => number(100.0 * relative, 2) + " %",
@@ -131,7 +134,8 @@ fn error_text(error: f64, relative: Option<f64>, unit: &str) -> String {
     }
 }
 
-/// The error of an estimate in per cent of a positive value, or else in the unit of the parameter.
+/// The `error` of an estimate as text: in per cent of the value if the parameter is positive, or else in the unit of the
+/// parameter.
 pub(crate) fn relative_error(e: &Estimate, error: f64) -> String {
     let positive = e.value.filter(|value| e.name.is_positive() && *value > 0.0);
     error_text(error, positive.map(|value| error / value), e.name.unit())

@@ -1,7 +1,8 @@
 //! Summaries of fits for the comparison of several fits (campaigns, several fit files on one page).
 //!
 //! [`FitSummary`] is made of a [`FitReport`], or of the error of a fit without a result. It has a name, the keys that differ
-//! from the fit file, the grade, the estimates, the codes of the warnings and the address of the fit's page.
+//! from the fit file, the grade, the status or error, the estimates, the codes of the warnings and the address of the fit's
+//! page.
 
 use crate::fit::report::FitReport;
 use crate::fit::uncertainty::estimate::Estimate;
@@ -28,7 +29,7 @@ pub struct FitSummary {
 }
 
 impl FitSummary {
-    /// The summary of a report under a `name`, without changed keys and page.
+    /// The summary of a report under a `name`: grade, status, estimates and warning codes; without changed keys and page.
     pub fn new(name: impl Into<String>, report: &FitReport) -> Self {
         let codes = report.warning_codes.iter().map(ToString::to_string).collect();
         Self {
@@ -44,12 +45,12 @@ impl FitSummary {
         Self { name: name.into(), ..self }
     }
 
-    /// The summary with the relative address of the page of the fit.
+    /// The summary with the address of the page of the fit, relative to the page of the comparison.
     pub fn with_page(self, page: String) -> Self {
         Self { page: Some(page), ..self }
     }
 
-    /// The summary of a fit without a result; its status is the error.
+    /// The summary of a fit without a result under a `name`: no grade, no estimates; its status is the `error`.
     pub fn without_result(name: impl Into<String>, error: impl Into<String>) -> Self {
         Self {
             name: name.into(),

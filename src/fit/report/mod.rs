@@ -1,9 +1,9 @@
 //! The report of a fit: its result as data, as JSON and as text.
 //!
 //! [`FitReport`] is assembled from the outcome of a fit (`outcome`), the search and the experiments. It serializes to the
-//! JSON of `rodfit fit --json`; `display` and the files beside it make the text for a terminal, `plot_data`, `replay` and
-//! `recorded_motion` the data of the page's plots, `fit_summary` the comparison of several fits. `renamed_keys` converts
-//! stored reports of version 0.1.
+//! JSON of `rodfit fit --json`. `display` and the files beside it make the text for a terminal. `plot_data`, `replay` and
+//! `recorded_motion` make the data of the page's plots, `fit_summary` the rows of a comparison of several fits.
+//! `renamed_keys` converts stored reports of version 0.1.
 
 pub(crate) mod budget;
 mod display;
@@ -151,8 +151,8 @@ pub struct FitReport {
 }
 
 impl FitReport {
-    /// The report of the `outcome` of a fit that began at `since`. `experiments` include the validation data, those of
-    /// `search` do not.
+    /// The report of the `outcome` of a fit that began at `since` (for the wall time). `experiments` include the validation
+    /// data, those of `search` do not; sigmas and units are those of the fitted measurements.
     pub(crate) fn new(
         outcome: FitOutcome,
         search: &Search,
@@ -202,7 +202,8 @@ impl FitReport {
         }
     }
 
-    /// A value and its unit, converted to the unit of the data files: from rad/s to Hz if all frequencies were given in Hz.
+    /// A value and its unit, converted to the unit of the data files: from rad/s to Hz if frequencies were given in Hz and
+    /// none in rad/s. Other units stay.
     pub(crate) fn in_data_unit<'a>(&self, value: f64, unit: &'a str) -> (f64, &'a str) {
         // Reports use Hz only if no measurement was given in rad/s.
         let is_frequency = unit == "rad/s";
@@ -213,12 +214,14 @@ impl FitReport {
         }
     }
 
-    /// The identified parameters with their values, in their units, for [`Problem::with`](crate::Problem::with).
+    /// The identified parameters with their values, in their units, for [`Problem::with`](crate::Problem::with). Those
+    /// without a value are left out.
     pub fn parameters(&self) -> Vec<(Parameter, f64)> {
         self.parameters.iter().filter_map(|e| Some((e.name, e.value?))).collect()
     }
 
-    /// The identified parameters of one experiment with their values, in their units.
+    /// The identified parameters that belong to one experiment with their values, in their units. Those without a value are
+    /// left out.
     pub fn parameters_of(&self, experiment: &Experiment) -> Vec<(Parameter, f64)> {
         let scene = experiment.problem.scene();
         let own = self.parameters.iter().filter(|e| match e.experiments.is_empty() {
@@ -228,12 +231,12 @@ impl FitReport {
         own.filter_map(|e| Some((e.name, e.value?))).collect()
     }
 
-    /// Descriptions of the likely omitted effects, by score tests of the residuals.
+    /// Descriptions of the likely omitted effects, by significant score tests of the residuals, in their order.
     pub fn likely_omitted_effects(&self) -> Vec<String> {
         likely_omitted_effects(&self.score_tests)
     }
 
-    /// Descriptions of the omitted effects with the largest biases above a standard error.
+    /// One description per omitted effect with the largest biases above a standard error, with all its biased parameters.
     pub fn undetected_bias_texts(&self) -> Vec<String> {
         largest_biases(&self.undetected_bias).iter().map(|all| all[0].with(all)).collect()
     }
@@ -250,12 +253,12 @@ impl FitReport {
         self.undetected_bias_texts()
     }
 
-    /// The estimate of a parameter; none if it was not identified.
+    /// The first estimate of a parameter; `None` if it was not identified.
     pub fn estimate(&self, parameter: Parameter) -> Option<&Estimate> {
         self.parameters.iter().find(|e| e.name == parameter)
     }
 
-    /// Code of the grade and estimates with errors in one line, for a list of several fits.
+    /// Code of the grade and all estimates with standard errors or one-sided bounds in one line, for a list of several fits.
     pub fn in_a_line(&self) -> String {
         let value = |e: &Estimate| {
             let unit = e.name.unit();
@@ -276,14 +279,15 @@ impl FitReport {
         format!("{:<22}  {}", self.grade.code(), values.join("; ")).trim_end().into()
     }
 
-    /// Whether the grade is usable: the fit converged, was not stopped, and every parameter is identified.
+    /// Whether the grade is usable, so that the exit code is 0: the fit converged, was not stopped, and every parameter is
+    /// identified. Warnings of the model or of the discretization do not count.
     pub fn is_success(&self) -> bool {
         self.grade.is_usable()
     }
 }
 
-/// Correlations, singular values and unidentifiable directions of a covariance of `n` parameters. Without one the
-/// correlations are `None`, the other lists empty.
+/// The parts of a covariance of `n` parameters for a report: correlations, singular values and unidentifiable directions.
+/// Without a covariance the `n` by `n` correlations are `None`, the other lists empty.
 pub(crate) fn covariance_parts(
     covariance: Option<Covariance>,
     n: usize,
@@ -294,14 +298,15 @@ pub(crate) fn covariance_parts(
     }
 }
 
-/// Mesh, step and scheme that the program chose, one per experiment; an empty list if it chose none.
+/// Mesh, step and scheme of each experiment for which the program chose any of them, `None` for others; an empty list if it
+/// chose none.
 pub(crate) fn resolutions(experiments: &[Experiment]) -> Vec<Option<Resolution>> {
     let chosen = |e: &Experiment| e.problem.resolution().copied().filter(|r| r.chosen.any());
     let all: Vec<_> = experiments.iter().map(chosen).collect();
     if all.iter().any(Option::is_some) { all } else { Vec::new() }
 }
 
-/// Numbers of left-out rows of each measurement that has any.
+/// Numbers of left-out rows of each measurement that has any, with its label.
 fn dropped(experiments: &[Experiment]) -> Vec<DroppedRows> {
     let all = all(experiments).filter(|(_, m)| m.dropped() != Dropped::default());
     all.map(|(e, m)| DroppedRows { observation: e.label(m), rows: m.dropped() }).collect()

@@ -1,5 +1,5 @@
-//! Outcomes of a fit, from which its report is made: an assessed optimum, a search stopped by the user, or data rejected
-//! without a search.
+//! Outcomes of a fit, from which its report is made: an assessed optimum ([`FitOutcome::assessed`]), a search stopped by the
+//! user (`unfinished`), or data rejected without a search (`unsearched`).
 //!
 //! [`FitOutcome`] has the assessment (estimates, noise, tests), the conclusion (grade, verdict, status, warnings), the local
 //! minima and, on demand, the data of plots. Estimates have errors only after an assessment: of a stopped search they are the
@@ -34,8 +34,9 @@ pub(crate) struct FitOutcome {
 }
 
 impl FitOutcome {
-    /// The outcome of an assessed optimum, with its grade and warnings. `experiments` include the validation data;
-    /// `keeps_plots`: with data of plots.
+    /// The outcome of an assessed optimum, with its grade, warnings and local minima. `experiments` include the validation
+    /// data; `keeps_plots`: with data of plots, which need one more simulation. If that fails, there is a warning and no
+    /// shapes. Local minima have no values if a parameter is not identifiable.
     pub fn assessed(
         Fitted { search, optimum }: Fitted,
         mut assessment: FitAssessment,
@@ -78,7 +79,8 @@ impl FitOutcome {
         }
     }
 
-    /// The outcome of a search that the user stopped: the best values so far, without errors. [`Error::Interrupted`] if
+    /// The outcome of a search that the user stopped: the best values so far, without errors, the noise estimated at them,
+    /// and the grade `interrupted`. Plots have series only if that point is of the whole records. [`Error::Interrupted`] if
     /// nothing was simulated yet.
     pub fn unfinished(search: &Search, keeps_plots: bool) -> Result<Self, Error> {
         let best = search.journal.best().ok_or(Error::Interrupted)?;
@@ -120,8 +122,8 @@ impl FitOutcome {
         })
     }
 
-    /// The outcome of recordings that cannot be fitted for a `reason`, as without motion. The residuals are the whole
-    /// observed motion.
+    /// The outcome of recordings that cannot be fitted for a `reason`, as without motion: the grade is unusable, parameters
+    /// have no values. The sigmas are the sizes of the observed motions, and the RMS residual is the largest of them.
     pub fn unsearched(search: &Search, reason: &str, keeps_plots: bool) -> Self {
         let sizes: Vec<f64> = all(search.experiments).map(|(e, m)| m.size(&e.problem)).collect();
         let estimates = search.unknowns.iter().map(|u| Estimate::without_error(u, None));

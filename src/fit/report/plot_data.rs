@@ -2,8 +2,9 @@
 //!
 //! [`PlotData`] has per coordinate the observed and simulated values ([`Series`]), and shapes of the rod ([`RodShape`]). Of
 //! the search it has the ranges, the convergence history, the scan and profile likelihoods. Comparisons with recordings that
-//! drive the ends and the settings of the simulations complete it. It is kept by
-//! [`Fit::keep_plot_data`](super::Fit::keep_plot_data), at the cost of one simulation; `report::replay` computes it.
+//! drive the ends and the settings of the simulations complete it. Nothing is computed here: `report::replay` and
+//! `report::recorded_motion` fill it, if [`Fit::keep_plot_data`](super::Fit::keep_plot_data) requests it, at the cost of one
+//! simulation.
 
 use crate::fit::measurement::dataset::Abscissa;
 use crate::fit::report::recorded_motion::RecordingPlots;
@@ -82,7 +83,7 @@ pub struct Series {
 }
 
 impl Series {
-    /// Simulated less observed values, in units of sigma.
+    /// Simulated less observed values, in units of the one sigma of the series, in their order.
     pub fn residuals(&self) -> Vec<f64> {
         let pairs = self.simulated.iter().zip(&self.observed);
         pairs.map(|(simulated, observed)| (simulated - observed) / self.sigma).collect()

@@ -1,8 +1,9 @@
 //! Rows of the table of estimates with their quoted intervals, for the terminal and the pages.
 //!
 //! Input: estimates, and combinations of parameters that the data determine. The quoted interval is the expanded one (GUM) if
-//! inputs have stated uncertainties, then followed by a row with the statistical one; else the statistical one; or a
-//! one-sided bound. Output: [`QuotedEstimate`] rows with value, standard error and interval in the unit of the parameter.
+//! inputs have stated uncertainties, then followed by a row with the statistical one; else the statistical one. A one-sided
+//! bound replaces it. Output: [`QuotedEstimate`] rows with value, standard error and interval in the unit of the parameter,
+//! and the headings of errors and intervals.
 
 use crate::fit::uncertainty::covariance::determined_groups::DeterminedGroup;
 use crate::fit::uncertainty::estimate::Estimate;
@@ -34,7 +35,8 @@ pub(crate) struct QuotedEstimate {
 }
 
 impl QuotedEstimate {
-    /// The estimate with its quoted interval: expanded if a budget line has a stated uncertainty, else statistical.
+    /// The row of an estimate with its quoted interval: expanded, with the combined standard uncertainty, if a budget line
+    /// has a stated uncertainty; else statistical, with the standard error.
     pub fn new(e: &Estimate) -> Self {
         let has_inputs = e.budget.iter().any(|line| line.std.is_some());
         match e.expanded95.zip(e.combined_std).filter(|_| has_inputs) {
@@ -45,8 +47,8 @@ impl QuotedEstimate {
         }
     }
 
-    /// The estimate with this standard error `std` and the `ends` of its interval; one-sided bounds of the estimate replace
-    /// the interval.
+    /// The row of the estimate `e` with this standard error `std` and the `ends` of its interval. One-sided bounds of the
+    /// estimate replace the interval, the lower one first; without ends there is none.
     fn with_interval(e: &Estimate, std: Option<f64>, ends: Option<[f64; 2]>) -> Self {
         let positive = e.value.filter(|value| e.name.is_positive() && *value > 0.0);
         // A bound replaces the interval of a parameter that the data bound from one side only.
@@ -67,8 +69,8 @@ impl QuotedEstimate {
         }
     }
 
-    /// The row of a combination of parameters that are not identifiable by themselves; `None` for ratios to the density,
-    /// which have no interval.
+    /// The row of a combination of parameters that are not identifiable by themselves, with its 95 % interval. `None` for
+    /// groups without an interval, the ratios to the density.
     fn from_combination(group: &DeterminedGroup) -> Option<Self> {
         Some(Self {
             label: group.name.clone(),
@@ -83,7 +85,7 @@ impl QuotedEstimate {
     }
 
     /// The number by which the page chooses the unit of the row: the lower bound, the estimate if it is not zero, or the
-    /// upper bound.
+    /// upper bound; else zero.
     #[cfg(feature = "page")]
     pub fn size(&self) -> f64 {
         match (self.interval, self.value.filter(|value| *value != 0.0)) {
@@ -95,8 +97,8 @@ impl QuotedEstimate {
     }
 }
 
-/// The rows of the table of estimates: parameters, each followed by the statistical part of an expanded interval, then
-/// combinations of parameters.
+/// The rows of the table of estimates: all `parameters` in order, each followed by the statistical part if its interval is
+/// expanded, then the combinations in `groups` that have an interval.
 pub(crate) fn quoted_estimates(
     parameters: &[Estimate],
     groups: &[DeterminedGroup],
@@ -118,7 +120,8 @@ pub(crate) fn quoted_estimates(
     rows
 }
 
-/// The column heading of the errors on a terminal: that of the guide to uncertainty (GUM) if any interval is expanded.
+/// The column heading of the errors on a terminal: `std. uncertainty`, the term of the GUM, if any interval is expanded, else
+/// `standard error`.
 pub(crate) fn error_heading(rows: &[QuotedEstimate]) -> &'static str {
     match rows.iter().any(|row| row.is_expanded) {
         true => "std. uncertainty",
@@ -126,7 +129,7 @@ pub(crate) fn error_heading(rows: &[QuotedEstimate]) -> &'static str {
     }
 }
 
-/// The column heading of the intervals, which states if any interval is expanded.
+/// The column heading of the intervals: `95 % interval`, followed by `(expanded)` if any is.
 pub(crate) fn interval_heading(rows: &[QuotedEstimate]) -> &'static str {
     match rows.iter().any(|row| row.is_expanded) {
         true => "95 % interval (expanded)",

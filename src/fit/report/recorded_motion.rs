@@ -1,9 +1,11 @@
 //! Comparison of simulations with the recordings that prescribe the ends, for [plots](super::PlotData).
 //!
-//! Input: experiments with recorded ends, at a point of the unknowns. Each is simulated from its first frames on without
-//! further data of the free markers (free run), over the whole recording and in windows of [`DURATIONS`]. Output:
-//! [`RecordingPlots`] with the mean error (distance per coordinate, m) by duration of the free run and by speed of the free
-//! markers. It also has the simulated and recorded rod at [`SNAPSHOTS`] times. Fitted and validation recordings are separate.
+//! Input: experiments with recorded ends, at a point of the unknowns. Each is simulated from its first frames
+//! ([`START_FRAMES`]) on, without further data of the free markers (free run). The runs are over the whole recording, and in
+//! at most [`WINDOWS`] windows of each of the [`DURATIONS`]. An error is the mean of the three absolute coordinate
+//! differences of a marker, m. Output: [`RecordingPlots`] with the mean error by duration of the free run and by speed of the
+//! free markers, which prescribe nothing. It also has the simulated and recorded rod at [`SNAPSHOTS`] times. Fitted and
+//! validation recordings are separate. Recordings that cannot be simulated are left out.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -140,8 +142,8 @@ struct SampleError {
     error: f64,
 }
 
-/// The comparison of all experiments whose ends are prescribed by a recording, at `x`, the unknowns on their scales; `None`
-/// without such experiments. Those that cannot be simulated are left out; the report has their errors.
+/// The comparison of all experiments whose ends are prescribed by a recording, at `x`, the unknowns on their scales; on
+/// several threads. Those that cannot be simulated are left out, as the report has their errors. `None` if none remains.
 pub(crate) fn recording_plots(
     experiments: &[Experiment],
     search: &Search,
@@ -157,7 +159,9 @@ pub(crate) fn recording_plots(
     Some(RecordingPlots { windows, speeds, motions: all.into_iter().map(|o| o.motion).collect() })
 }
 
-/// The comparison of one recording at `x`: over its whole duration, and in windows of shorter durations.
+/// The comparison of one recording at `x`, the unknowns on their scales: over its whole duration, and in windows of the
+/// shorter [`DURATIONS`], with errors of free markers and snapshots. Only nodes with markers are recorded beyond
+/// [`MOST_POSITIONS`].
 fn compare_recording(
     experiment: &Experiment,
     search: &Search,
@@ -188,8 +192,10 @@ fn compare_recording(
     Ok(RecordingComparison { motion, windows, speeds: sample_errors(&problem, &free_run) })
 }
 
-/// The mean errors, m, of free runs in windows of a `duration`, s; `None` for a failed run. Each run starts from the first
-/// frames of its window. Windows with a missing marker or a glitch in these frames are left out.
+/// The mean errors over markers and frames, m, of free runs in evenly spread windows of a `duration`, s; `None` for a failed
+/// run. There are as many windows as fit into the recording, at most [`WINDOWS`]. Each run starts from the first
+/// [`START_FRAMES`] frames of its window. Windows with a missing marker or a glitch in these frames, or with few frames, are
+/// left out.
 fn errors_in_windows(
     problem: &Problem,
     track: &Track,
@@ -226,7 +232,8 @@ fn errors_in_windows(
     errors
 }
 
-/// The rod, the markers and the mean error at [`SNAPSHOTS`] evenly spaced frames of a free run.
+/// The simulated nodes, the recorded markers and the mean error of all markers, m, at [`SNAPSHOTS`] evenly spaced frames of a
+/// free run after its start (fewer in short runs).
 fn snapshots(free_run: &FreeRun) -> Result<Vec<RecordedSnapshot>, Error> {
     let FreeRun { track, run, end, .. } = free_run;
     let frames = track.times().partition_point(|t| *t <= end * (1.0 + 1e-9));
@@ -253,7 +260,8 @@ fn snapshots(free_run: &FreeRun) -> Result<Vec<RecordedSnapshot>, Error> {
     chosen.iter().filter(|frame| **frame < frames).map(snapshot).collect()
 }
 
-/// Speed, m/s, from the frames before and after, and error, m, of every free marker in every frame without a glitch.
+/// Speed, m/s, from the recorded frames before and after, and error, m (mean of the absolute coordinate differences), of
+/// every free marker in every compared frame. Frames with a glitch of the marker or without these neighbors are left out.
 fn sample_errors(problem: &Problem, free_run: &FreeRun) -> Vec<SampleError> {
     let (track, supports) = (&free_run.track, &problem.scene().supports);
     let Some(path) = &supports.path else { return Vec::new() };
@@ -272,14 +280,14 @@ fn sample_errors(problem: &Problem, free_run: &FreeRun) -> Vec<SampleError> {
     compared.filter_map(with_speed).collect()
 }
 
-/// The mean of errors with their number; `None` for no errors.
+/// The mean of the errors, m, with their number; `None` without errors.
 fn mean(errors: impl Iterator<Item = f64>) -> Option<MeanError> {
     let (sum, count) = errors.fold((0.0, 0), |(sum, count), error| (sum + error, count + 1));
     (count > 0).then(|| MeanError { mean: sum / count as f64, count })
 }
 
-/// Mean errors of all free runs by their duration, of fitted and of validation recordings; durations without a run are left
-/// out.
+/// Mean errors of all free runs by their duration, ascending, of fitted and of validation recordings apart, with the number
+/// of failed runs. Durations without a run are left out.
 fn window_errors(all: &[RecordingComparison]) -> Vec<WindowError> {
     let of_duration = |length: f64| {
         let own = |held_out: bool| {
@@ -295,8 +303,9 @@ fn window_errors(all: &[RecordingComparison]) -> Vec<WindowError> {
     DURATIONS.map(of_duration).into_iter().filter(has_runs).collect()
 }
 
-/// Mean errors of the free markers in about [`SPEED_RANGES`] ranges of their speed, of fitted and of validation recordings;
-/// empty without motion.
+/// Mean errors of the free markers in about [`SPEED_RANGES`] ranges of their speed with round limits, of fitted and of
+/// validation recordings apart. The last range begins at about the [`SLOWER`] quantile and includes all faster ones. Empty
+/// without motion.
 fn speed_errors(all: &[RecordingComparison]) -> Vec<SpeedError> {
     let mut sorted: Vec<f64> = all.iter().flat_map(|one| &one.speeds).map(|s| s.speed).collect();
     sorted.sort_by(f64::total_cmp);

@@ -1,7 +1,8 @@
 //! Keys of reports that were renamed after version 0.1, and the conversion of stored reports.
 //!
-//! Campaigns and other programs keep reports as JSON. [`with_current_names`] replaces former keys and codes by the
-//! current ones; no number changes. It recognizes a former key by the key of the object or array that contains it.
+//! Campaigns and other programs keep reports as JSON. [`with_current_names`] replaces former keys and codes of warnings by
+//! the current ones, in place; no number changes. It recognizes a former key by the key of the object or array that contains
+//! it, by the table [`RENAMED_KEYS`].
 
 use crate::code::{Code, named};
 use serde_json::{Map, Value};
@@ -18,7 +19,7 @@ pub struct RenamedKey {
     pub current: &'static str,
 }
 
-/// A renamed key, for the table [`RENAMED_KEYS`].
+/// An entry of the table [`RENAMED_KEYS`]: the key `former` in the container `within` is now `current`.
 const fn key(within: &'static str, former: &'static str, current: &'static str) -> RenamedKey {
     RenamedKey { within, former, current }
 }
@@ -65,12 +66,13 @@ pub const RENAMED_KEYS: &[RenamedKey] = &[
     key("", "keeps_series", "has_series"),
 ];
 
-/// Replaces former keys and codes of a report. Current reports stay as they are.
+/// Replaces former keys and codes of warnings of a report, in place. Current reports stay as they are.
 pub fn with_current_names(report: &mut Value) {
     rename(report, "");
 }
 
-/// Replaces former keys and codes in a `value` whose key in its container is `within`, and in all values that it contains.
+/// Replaces former keys and codes in a `value`, in place, and in all values that it contains. `within` is its (current) key
+/// in its container; elements of an array have that of the array.
 fn rename(value: &mut Value, within: &str) {
     match value {
         Value::Object(object) => {
@@ -96,8 +98,8 @@ fn rename(value: &mut Value, within: &str) {
     }
 }
 
-/// A message that ends with a former code in brackets, or, if `is_code`, a former code alone, with the current code; `None`
-/// for other texts.
+/// The text with the current code in the place of a former one: of a message that ends with the code in brackets, or, if
+/// `is_code`, of a code alone. `None` for other texts.
 fn with_current_code(text: &str, is_code: bool) -> Option<String> {
     let (message, name) = match is_code {
         true => ("", text),

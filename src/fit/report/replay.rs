@@ -28,8 +28,8 @@ const SHAPES: usize = 12;
 /// Number of intervals of the curve of a simulated coordinate over time.
 const CURVE: usize = 400;
 
-/// The data of plots without a simulation: search ranges, history, settings, and the series at the `optimum`, if there is
-/// one. `sigma` is the reported noise of each measurement, in its unit.
+/// The data of plots without a simulation: search ranges, history, scan, settings, version, and the series at the `optimum`,
+/// if there is one. `sigma` is the reported noise of each measurement, in its unit.
 pub(crate) fn static_plots(search: &Search, optimum: Option<&Optimum>, sigma: &[f64]) -> PlotData {
     let range = |unknown: &Unknown| SearchRange {
         name: unknown.parameter,
@@ -47,7 +47,8 @@ pub(crate) fn static_plots(search: &Search, optimum: Option<&Optimum>, sigma: &[
     }
 }
 
-/// The settings of the simulation of an experiment: scene, model, scheme, step, mesh and measurements.
+/// The settings of the simulation of an experiment: scene, model, scheme, step and end (only with a measured motion), mesh
+/// and measurements.
 fn settings(experiment: &Experiment) -> SimulationSettings {
     // Settings are shown on the page with the number of values of each measurement.
     let measured = |measurement: &Measurement| Measured {
@@ -82,8 +83,8 @@ fn settings(experiment: &Experiment) -> SimulationSettings {
     }
 }
 
-/// Data and model of all measurements, coordinate by coordinate. `sigma` is the reported noise of each measurement, in its
-/// unit.
+/// Observed and simulated values of all measurements at an optimum, one series per coordinate, in the order of the
+/// measurements. `sigma` is the reported noise of each measurement, in its unit.
 fn series(fitted: Fitted, sigma: &[f64]) -> Vec<Series> {
     let mut all = Vec::new();
     for (own, sigma) in fitted.measured().zip(sigma) {
@@ -95,8 +96,9 @@ fn series(fitted: Fitted, sigma: &[f64]) -> Vec<Series> {
     all
 }
 
-/// Data and model of a measurement, coordinate by coordinate, in the unit of its file. The model is computed from the
-/// `residuals`, which are in units of `residual_sigma`; `sigma` is the reported noise.
+/// Observed and simulated values of a measurement, one series per coordinate, in the unit of its file, without curve and name
+/// of the experiment. A simulated value is the observed one plus its residual; `residuals` are in units of `residual_sigma`.
+/// `sigma` is the reported noise.
 pub(crate) fn measurement_series(
     problem: &Problem,
     measurement: &Measurement,
@@ -127,8 +129,9 @@ pub(crate) fn measurement_series(
     measurement.coordinates(problem).into_iter().map(series).collect()
 }
 
-/// Adds the results of a simulation at `x`, the unknowns on their scales: the curves of the model, and shapes of the rod
-/// at evenly spaced times, or at rest. Results before an error remain.
+/// Adds to `plots` the results of a simulation at `x`, the unknowns on their scales, in recorded coordinates. These are the
+/// curves of the model in their series, and about [`SHAPES`] shapes of the rod at evenly spaced times, or the one at rest.
+/// Results before an error remain.
 pub(crate) fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Result<(), Error> {
     let residuals = search.all_residuals()?;
     let mut all = plots.series.iter_mut();
@@ -177,8 +180,8 @@ pub(crate) fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Re
 /// Curves of x, y and z: pairs of abscissa (s or m) and value, m.
 type CoordinateCurves = [Vec<[f64; 2]>; 3];
 
-/// The simulated coordinates of a recorded point, m, over the clock of its recording, s, between its first and last sample;
-/// empty without a motion.
+/// The simulated x, y and z of a recorded point, m, as the camera records them, over the clock of its recording, s. There are
+/// [`CURVE`] intervals between its first and last sample; empty without a simulated motion.
 fn motion_curves(
     own: &PointMotion,
     run: &ExperimentRun,
@@ -199,7 +202,8 @@ fn motion_curves(
     Ok(curves)
 }
 
-/// The shape of the rod in equilibrium in recorded coordinates; `None` if no measurement requires it.
+/// The shape of the rod in equilibrium, all nodes in recorded coordinates, by a further static solution; `None` if no
+/// measurement requires it.
 fn equilibrium_shape(
     experiment: &Experiment,
     run: &ExperimentRun,

@@ -1,8 +1,9 @@
 //! Text of the uncertainty of the estimates, beyond the table of estimates.
 //!
 //! Input: a [`FitReport`]. Output: its summary with the discretization error of each parameter (correction and remaining
-//! error). Intervals by other methods follow: observed information, differences between experiments, profile likelihood,
-//! bootstrap. The strongest correlations, ratios to the density, uncertainty budgets and input sensitivities are last.
+//! error). Intervals by other methods follow, as far as they were computed: observed information, differences between
+//! experiments, profile likelihood, bootstrap. The strongest correlations (at most [`CORRELATIONS`]), ratios to the density,
+//! uncertainty budgets and input sensitivities are last.
 
 use crate::fit::report::estimate_table::is_from_clusters;
 use crate::fit::report::experiment_estimates::add_experiment_estimates;
@@ -20,7 +21,8 @@ const DIFFERENCE: f64 = 2.0;
 /// Number of listed correlations, the strongest first.
 const CORRELATIONS: usize = 6;
 
-/// The `summary` with discretization errors, intervals by other methods, correlations, budgets and input sensitivities.
+/// The `summary` with discretization errors, intervals by other methods, correlations, ratios to the density (with the source
+/// of their error), budgets and input sensitivities of the `report`; each only if there is one.
 pub(super) fn add_uncertainty(mut summary: Summary, report: &FitReport) -> Summary {
     summary = summary.facts("Discretization error", discretization(report));
     summary = report.parameters.iter().fold(summary, add_intervals);
@@ -36,7 +38,8 @@ pub(super) fn add_uncertainty(mut summary: Summary, report: &FitReport) -> Summa
     budget::add_input_sensitivities(summary, &report.parameters)
 }
 
-/// The discretization error of every parameter as text: its correction, and the remaining error in per cent or in the unit.
+/// The estimated discretization error of every parameter as text: its correction, if any, and the remaining error, in per
+/// cent or in the unit of a parameter that may be zero. Parameters without an estimate of it are left out.
 fn discretization(report: &FitReport) -> Vec<String> {
     let mut texts = Vec::new();
     for (e, error) in report.parameters.iter().zip(&report.discretization_error) {
@@ -63,7 +66,9 @@ fn discretization(report: &FitReport) -> Vec<String> {
     texts
 }
 
-/// The `summary` with the intervals of an estimate by other methods, as far as they were computed.
+/// The `summary` with one fact for each other interval of an estimate that was computed: observed information, differences
+/// between experiments, profile likelihood (an open end as `none`), bootstrap. That of the differences has the reason for the
+/// reported interval.
 fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
     let (unit, label) = (e.name.unit(), e.label());
     let error = e.std_error.unwrap_or(0.0);
@@ -109,7 +114,7 @@ fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
     summary
 }
 
-/// The strongest correlations between the estimates as text, at most [`CORRELATIONS`].
+/// The correlations between two estimates as text, the largest magnitudes first, at most [`CORRELATIONS`].
 fn correlations(report: &FitReport) -> Vec<String> {
     let n = report.parameters.len();
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();

@@ -1,9 +1,9 @@
 //! The errors of the validation data of a fit, as one line of its text.
 //!
-//! Input: a [`FitReport`]. For recordings with prescribed ends it is the mean error per coordinate of the held-out
-//! recordings: mean, median and worst. Otherwise it is the RMS error of the held-out observations in the first unit, the
-//! median and the worst; of a single one with its expected error. Output: the summary with this
-//! line; unchanged without validation data.
+//! Input: a [`FitReport`]. For recordings with prescribed ends it is the mean error per coordinate, m, of the held-out
+//! recordings: mean, median and worst. Otherwise it is the RMS error of the held-out observations in the unit of the first
+//! one: the median and the worst; of a single one with its expected error. Output: the summary with this line; unchanged
+//! without validation data.
 
 use crate::fit::report::FitReport;
 use crate::fit::uncertainty::discrepancy::prediction::Prediction;
@@ -14,13 +14,13 @@ use crate::summary::quantity::{counted, quantity};
 /// Significant digits of displayed errors.
 const DIGITS: usize = 3;
 
-/// The `summary` with a line of the errors of the validation data, if there are any.
+/// The `summary` with a line of the errors of the validation data of the `report`, if there are any.
 pub(crate) fn add_validation_error(summary: Summary, report: &FitReport) -> Summary {
     summary.facts("Validation error", validation_text(report))
 }
 
-/// The mean errors of held-out recordings as text, or else the RMS errors of held-out observations; `None` without validation
-/// data.
+/// The mean errors of held-out recordings as text, or else the RMS errors of held-out observations in the unit of the first
+/// one, the worst with its name. `None` without validation data.
 fn validation_text(report: &FitReport) -> Option<String> {
     if let Some(held_out) = report.recordings.as_ref().and_then(|r| r.held_out.as_ref()) {
         let [mean, median, worst] =

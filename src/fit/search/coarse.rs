@@ -2,8 +2,10 @@
 //!
 //! Input: a search with its experiments and the first period of each. The mesh has at least [`COARSE_SEGMENTS`] edges,
 //! [`COARSE_PER_MODE`] edges per measured mode, and a turning angle per edge of at most [`COARSE_TURN`]
-//! ([`COARSE_CORRECTED_TURN`] for corrected elements). The step is a fraction of the first period, with the numerical damping
-//! of the scene. Output: [`CoarseModel`], whose points are converted to the full model by the ratio of the free lengths.
+//! ([`COARSE_CORRECTED_TURN`] for corrected elements); a mesh that is coarser already stays. The step is a fraction of the
+//! first period, never below that of the scene, and keeps the numerical damping of the scene. Output: [`CoarseModel`]. Its
+//! points are converted to the full model by a shift of `ln E` only, by the ratio of the free lengths of the rod on both
+//! meshes.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -29,8 +31,8 @@ pub(crate) struct CoarseModel {
 }
 
 impl CoarseModel {
-    /// The coarse models of a search. `first` is the first period of each experiment, s, and `steps` the number of time steps
-    /// in it.
+    /// The coarse models of all experiments of a search. `first` is the first period of each experiment, s, and `steps` the
+    /// number of time steps in it: the step is about `first/steps`. An error if a coarse scene is invalid.
     pub fn new(search: &Search, first: &[f64], steps: f64) -> Result<Self, Error> {
         let coarse = |(experiment, first): (&Experiment, &f64)| {
             let unknowns: Vec<&Unknown> =
@@ -41,19 +43,22 @@ impl CoarseModel {
         Ok(Self { experiments: experiments.collect::<Result<_, _>>()? })
     }
 
-    /// The experiments of the search with their own meshes and steps, in the place of coarse models.
+    /// A `CoarseModel` with clones of the search's experiments on their own meshes and with their own steps. It is used where
+    /// coarse ones fail.
     pub fn from_full_model(search: &Search) -> Self {
         Self { experiments: search.experiments.to_vec() }
     }
 
-    /// A search of the coarse experiments with the settings of the `full` search, detached from its results.
+    /// A search over the coarse experiments, with unknowns, sigmas, weights and tolerance of the `full` search. Its counter
+    /// of the work and its journal are new, and it has no progress callback.
     pub fn search<'a>(&'a self, full: &Search<'a>) -> Search<'a> {
         Search { experiments: &self.experiments, ..full.detached() }
     }
 
-    /// The point of the full model at the same frequencies as the point `x` of the coarse one, both on the unknowns' scales.
-    /// Walls at nodes make a rod half an edge too short, which is more on the coarse mesh. Frequencies are proportional to
-    /// `sqrt(E)/length^2`: `ln E` changes by four times the logarithm of the length ratio.
+    /// The point of the full model with the same frequencies as the point `x` of the coarse one, both on the unknowns'
+    /// scales. Walls at nodes make a rod half an edge too short, which is more on the coarse mesh. Frequencies are
+    /// proportional to `sqrt(E)/length^2`. So `ln E` rises by `4 ln(full/coarse)`, with the free lengths of both meshes in
+    /// the first experiment of the modulus; other unknowns stay.
     pub fn to_full_model(&self, search: &Search, mut x: Vec<f64>) -> Vec<f64> {
         for (x, unknown) in x.iter_mut().zip(search.unknowns) {
             let mut both = search.experiments.iter().zip(&self.experiments);
@@ -68,16 +73,16 @@ impl CoarseModel {
         x
     }
 
-    /// The point of the coarse model whose [point of the full model](Self::to_full_model) is `x`: the inverse conversion, by
-    /// the opposite shift.
+    /// The point of the coarse model whose [point of the full model](Self::to_full_model) is `x`, both on the unknowns'
+    /// scales: `ln E` changes by the opposite shift, other unknowns stay.
     pub fn reduced_point(&self, search: &Search, x: Vec<f64>) -> Vec<f64> {
         let full = self.to_full_model(search, x.clone());
         x.iter().zip(full).map(|(x, full)| 2.0 * x - full).collect()
     }
 }
 
-/// Free length of a rod over its length: with clamps at nodes each wall takes half an edge, with clamps in the middle of an
-/// edge it is 1.
+/// Free length of a rod over its length: `1 - walls/(2 n)` with clamps at nodes, `n` edges and zero to two clamped ends; 1
+/// with clamps in the middle of an edge.
 fn free_length_ratio(problem: &Problem) -> f64 {
     let supports = &problem.scene().supports;
     let walls = [supports.start, supports.end].iter().filter(|s| **s == Support::Clamped).count();
@@ -87,9 +92,10 @@ fn free_length_ratio(problem: &Problem) -> f64 {
     }
 }
 
-/// The problem of an experiment on a coarse mesh with steps of about `step`, s. Explicit schemes become the default implicit
-/// one. The mesh stays where it is coarse already or has nodes at recorded markers; the step stays if Newmark's beta is among
-/// the `unknowns`.
+/// The problem of an experiment on a coarse mesh with steps of about `step`, s, at least the scene's own and at most those
+/// that resolve moving supports. The numerical damping `(beta - 1/2) h` stays. Schemes with a stability limit become the
+/// default one. The mesh stays where it is coarse already or a recording drives the rod, whose markers are at nodes. The step
+/// stays if Newmark's beta is among the `unknowns`.
 fn coarse(experiment: &Experiment, unknowns: &[&Unknown], step: f64) -> Result<Problem, Error> {
     let problem = &experiment.problem;
     let mut scene = problem.scene().clone();

@@ -1,9 +1,10 @@
-//! Damping parameters near zero. The search identifies their logarithm, which has no effect on the motion there: the
-//! objective is flat, and a descent stops.
+//! Larger starts for damping parameters near zero. The search identifies their logarithm, which has no effect on the motion
+//! there: the objective is flat, and a descent stops.
 //!
-//! [`Search::with_raised_damping`] minimizes the quadratic model of the objective over the damping itself at the optimum.
-//! Where this minimum is more than [`LEAST_RISE`] times the optimum's value, the search starts again from it. Output: the
-//! better of both optima.
+//! [`Search::with_raised_damping`] minimizes the quadratic model of the objective over each damping itself, at the optimum
+//! (Gauss-Newton, `d (1 - g/c)` with slope `g` and curvature `c` over `ln d`). Dampings whose minimum is more than
+//! [`LEAST_RISE`] times their value are raised to it, and the full model is fitted again from there. Output: the new optimum
+//! if its objective is lower, else the given one.
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;
@@ -14,15 +15,16 @@ use crate::fit::unknown::Unknown;
 /// threshold costs more descents.
 const LEAST_RISE: f64 = 10.0;
 
-/// Whether an unknown is a damping, a drag or another parameter that may be zero.
+/// Whether the parameter of an unknown is positive or zero (`may_vanish`): a damping, a drag or the like.
 pub(crate) fn is_damping(unknown: &Unknown) -> bool {
     unknown.parameter.quantity().may_vanish
 }
 
 impl Search<'_> {
-    /// The optimum from a start with larger damping, if that has a lower objective; else the same optimum. The start is the
-    /// minimum of the parabola of the objective over each damping itself, instead of its logarithm (Gauss-Newton curvature
-    /// with the weights of the loss).
+    /// The optimum of a further fit from larger dampings, if that has a lower objective; else the same optimum, also where no
+    /// damping is raised or the fit fails. The start of each damping is the minimum of the parabola of the objective over the
+    /// damping itself (Gauss-Newton curvature with the weights of the loss), if more than [`LEAST_RISE`] times its value. An
+    /// interruption is an error.
     pub fn with_raised_damping(&self, optimum: Optimum) -> Result<Optimum, Error> {
         let losses = self.all_residuals()?.weighted_losses();
         let mut start = optimum.x.clone();

@@ -1,14 +1,14 @@
 //! Plausibility checks of data and scene before the search, without a simulation.
 //!
-//! Input: the fitted experiments. Checked are: recordings without motion; the distance of the first samples from the point's
-//! position in the scene ([`START_DISTANCE`] of the length); rest after the release (onset of motion); and the time scale of
-//! the motion under gravity ([`TIME_SCALE`]). Output: [`DataPrecheck`] with a fatal reason (no motion), or suspicions with
-//! likely causes and corrections. The report has the suspicions if the fit does not explain the data. A start too far away is
-//! an error.
+//! Input: the fitted experiments and the unknowns. Recordings without motion are a fatal reason: the fit is not searched. For
+//! rods released at rest, three properties of each recorded motion are checked: the distance of the first samples from the
+//! point's position in the scene ([`START_DISTANCE`] of the length), rest after t = 0 (onset of motion), and the time scale
+//! under gravity ([`TIME_SCALE`]). Output: [`DataPrecheck`] with the fatal reason, or suspicions with likely causes and
+//! corrections. The report has the suspicions if the fit does not explain the data. A start too far away is an error.
 //!
 //! Time scale: consider a rod at rest that is released under its weight. The mean of a point's way down times the square of
-//! its circular frequency is about the acceleration of gravity, whatever the material of the rod: 1.55 of it at the tip of a
-//! cantilever, 1.30 in the middle between two walls. Wrong clocks and wrong scales change that number.
+//! its circular frequency is about the acceleration of gravity, whatever the material of the rod. It is 1.55 of it at the tip
+//! of a cantilever, 1.30 in the middle between two walls. Wrong clocks and wrong scales change that number.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -92,8 +92,10 @@ pub(crate) struct Suspicion {
 }
 
 impl DataPrecheck {
-    /// Checks the `fitted` experiments. Starts are not checked where an unknown of the camera or the clamp angle changes
-    /// them. An error for a recording that starts too far from the point in the scene to be of this rod.
+    /// Checks the `fitted` experiments. The last one without any motion gives the fatal reason. Experiments with an unknown
+    /// of the camera or the clamp angle, which change the recorded start, have no other checks. In the others each released
+    /// motion may add suspicions: a late release, a far start, and (without a late release) an implausible time scale. An
+    /// error for a start too far from the point in the scene.
     pub fn new(fitted: &[Experiment], unknowns: &[Unknown]) -> Result<Self, Error> {
         let mut precheck = Self::default();
         let mut add = |code: Code, text: Option<String>| {
@@ -126,7 +128,8 @@ impl DataPrecheck {
         Ok(precheck)
     }
 
-    /// The `error` of a failed search, with the suspicions that may be its cause before it.
+    /// The `error` of a failed search; with suspicions an [`Error::Fit`] whose text has all of them before that of the error,
+    /// separated by semicolons.
     pub fn explain(&self, error: Error) -> Error {
         if self.suspicions.is_empty() {
             return error;
@@ -137,8 +140,8 @@ impl DataPrecheck {
 }
 
 impl Experiment {
-    /// Whether all recordings show a rod at rest, while the scene releases the rod from rest and gravity, loads, flow or
-    /// moving ends drive it.
+    /// Whether the scene releases the rod from rest, gravity, loads, flow, moving ends or an initial velocity drive it, and
+    /// all measurements (at least one) are recorded motions [without motion](PointMotion::is_still).
     fn has_no_motion(&self) -> bool {
         let scene = self.problem.scene();
         // A rod that the scene keeps at rest, or starts with a velocity, may be recorded without motion.
@@ -154,7 +157,8 @@ impl Experiment {
         released && driven && !self.measurements.is_empty() && self.measurements.iter().all(still)
     }
 
-    /// The reason why recordings without motion cannot be fitted, with the largest spread of the positions, m.
+    /// The text why recordings without motion cannot be fitted, with the label of the first measurement, the largest spread
+    /// of the positions of all, m, and the rod's length, m.
     fn no_motion_message(&self) -> String {
         let spread = self.measurements.iter().map(|m| m.size(&self.problem)).fold(0.0, f64::max);
         let label = self.measurements.first().map(|m| self.label(m)).unwrap_or_default();
@@ -168,9 +172,10 @@ impl Experiment {
 }
 
 impl PointMotion {
-    /// Whether the positions are constant but for white noise: a spread up to [`STILL`] and [`STILL_SIGMAS`], and deviations
-    /// from the mean that pass the tests of white noise in every coordinate. `length` is that of the rod, m, and `sigma` the
-    /// given noise, m.
+    /// Whether the positions are constant but for white noise. Spreads (standard deviations) up to 1e-9 of the rod's
+    /// `length`, m, are. Those above [`STILL`] lengths, or [`STILL_SIGMAS`] times a given noise `sigma`, m, are not. Between,
+    /// the deviations from the mean of every observed coordinate must be white noise by all tests, with at least [`ENOUGH`]
+    /// samples.
     fn is_still(&self, length: f64, sigma: Option<f64>) -> bool {
         let spread = self.spread();
         // Exactly equal positions have no noise to test.
@@ -201,8 +206,9 @@ impl PointMotion {
         })
     }
 
-    /// Standard deviation of the noise of a coordinate, m: the median of the absolute second differences of the samples over
-    /// sqrt(6), times [`DEVIATION_OF_MEDIAN`]; zero with fewer than three samples.
+    /// Standard deviation of the noise of a coordinate, m: the median over samples and coordinates of the absolute second
+    /// differences `|a - 2 b + c|` over sqrt(6), times [`DEVIATION_OF_MEDIAN`]. Zero with fewer than three consecutive
+    /// observed samples.
     fn noise(&self) -> f64 {
         let differences = self.samples.windows(3).flat_map(|w| {
             (0..3).filter_map(|c| {
@@ -233,8 +239,9 @@ struct Release<'a> {
 }
 
 impl<'a> Release<'a> {
-    /// The release in a `measurement`; `None` if it is no motion from rest or has no samples. An error for a point that is
-    /// not on the rod.
+    /// The release in a `measurement`, with the position of the point at rest as the camera records it and the noise (given,
+    /// or [estimated](PointMotion::noise)). `None` if it is no motion, the scene does not start at rest, or there are no
+    /// samples. An error for a point that is not on the rod.
     fn new(
         experiment: &'a Experiment,
         measurement: &'a Measurement,
@@ -253,14 +260,15 @@ impl<'a> Release<'a> {
         Ok(Some(Self { experiment, observation, time_zero, view, start, noise }))
     }
 
-    /// The displacement from `position`, m, to a sample, m; zero along coordinates that were not observed.
+    /// The displacement from `position`, m, to the position of a sample, m; zero along coordinates that were not observed.
     fn displacement(position: Vector<f64>, sample: &Sample) -> Vector<f64> {
         std::array::from_fn(|c| sample.position[c].map_or(0.0, |x| x - position[c]))
     }
 
-    /// The warning that the recording began before the release of the rod: the point rests after the start of the motion. The
-    /// onset is the change point of the recorded motion; `None` if it is not after zero or ends move. `label` names the
-    /// measurement.
+    /// The warning text that the recording began before the release of the rod: the point rests until the onset of motion,
+    /// after the scene's t = 0. The onset is the sample nearest to the change point of the recorded positions. `None` if it
+    /// is not after zero, no change point is found, or ends move. `label` names the measurement. The text has the correction
+    /// of `time_zero`.
     fn check_release_time(&self, label: &str) -> Option<String> {
         let samples = &self.observation.samples;
         // Ends that move may leave the point at rest for a while.
@@ -283,9 +291,10 @@ impl<'a> Release<'a> {
         })
     }
 
-    /// The warning that the recording starts away from the position of the point in the scene; `None` if near. The distance
-    /// is that beyond the largest possible way since the release and [`START_NOISE`] standard deviations. An error if it is
-    /// too large for a recording of this rod.
+    /// The warning text that the recording starts away from the position of the point in the scene, with the likely cause. Of
+    /// the first three observed samples the nearest counts. Its distance is that less the largest speed times its time and
+    /// less [`START_NOISE`] standard deviations of the noise. `None` up to the first [`START_DISTANCE`] of the length; an
+    /// error above the second.
     fn check_start_position(&self, label: &str) -> Result<Option<String>, Error> {
         let samples = &self.observation.samples;
         let length = self.experiment.problem.length();
@@ -321,8 +330,9 @@ impl<'a> Release<'a> {
         Ok(Some(format!("{label}: {found}; {cause}")))
     }
 
-    /// The likely cause, as text, of a recorded start at `position`, m: the direction of y, another point, the scale, or the
-    /// origin.
+    /// The likely cause, as text, of a recorded start at `position`, m: the first that fits. The mirrored position is near
+    /// the expected one: y points down. Another node of the rod is within [`NODE_DISTANCE`]: another point. The direction
+    /// from the wall is the same ([`SAME_DIRECTION`]): the scale, with its factor. Else the origin, with the shift, m.
     fn likely_cause(&self, position: Vector<f64>) -> String {
         let problem = &self.experiment.problem;
         let (wall, length) = (problem.wall(), problem.length());
@@ -360,9 +370,11 @@ impl<'a> Release<'a> {
         )
     }
 
-    /// The warning that a straight rod under its weight moves up, or that its fall or its swings are too fast or too slow,
-    /// with consistent factors on time or length. `None` if plausible, or if other forces or the place of the point make the
-    /// time scale unpredictable.
+    /// The warning text for a straight rod under its weight whose point moves up, falls too slowly, or swings too slowly or
+    /// too fast. It has consistent factors on time or length. A point that still falls is compared with a free fall
+    /// ([`SLOWEST_FALL`]). With three or more passes of the mean position, `mean way down * (pi/half period)^2/g` must be in
+    /// [`TIME_SCALE`]. `None` if plausible, within noise, or not checked. Not checked are other shapes, no gravity, other
+    /// loads, driven ends, initial velocities, rods nearly along gravity, and points off the first mode's main motion.
     fn check_time_scale(&self, label: &str) -> Option<String> {
         let problem = &self.experiment.problem;
         let scene = problem.scene();

@@ -1,15 +1,15 @@
 //! Search of fits of rods whose ends are prescribed by a recording (displacement driven).
 //!
 //! Input: a search whose moving rods all have recorded ends. The recording forces the motion: no period can be missed, as in
-//! a free vibration. A fit whose unknowns all have a start therefore begins there with the whole recordings. Without a start,
-//! Young's modulus is scanned over decades, up to [`DESCENTS`] minima of the scan are refined, and all other unknowns start
-//! at their values in the scene. Output: the optimum with the lowest objective, and its leverage weights in the search.
+//! a free vibration. The fit therefore begins at one start over the whole recordings: given start, else prior mean, else the
+//! scene's value. Without a start of Young's modulus, the modulus is scanned, and up to [`DESCENTS`] minima of the scan are
+//! refined. Output: the optimum with the lowest objective, and its leverage weights in the search.
 //!
 //! Where such a rod whips, the motion depends extremely on the parameters and on effects that the model lacks: values there
-//! have derivatives far above all others, and would dominate the fit. The leverage of a value is the root of the sum over the
-//! unknowns of its part of each unknown's squared effect on all values. Values whose leverage exceeds [`MAX_LEVERAGE`]
-//! medians have their noise increased to that leverage. The sum over the unknowns keeps local effects: a curvature of the rod
-//! at one place moves the markers there far more than the others without a whip.
+//! have derivatives far above all others, and would dominate the fit. The leverage of a value is the root of a sum over the
+//! unknowns, of its share of the squared derivatives of all values by the unknown. Values whose leverage exceeds
+//! [`MAX_LEVERAGE`] medians get the weight limit over leverage. The sum over the unknowns keeps local effects: a curvature of
+//! the rod at one place moves the markers there far more than the others without a whip.
 
 use crate::error::Error;
 use crate::fit::misfit::residuals::Evaluation;
@@ -50,14 +50,16 @@ struct WeightedOptimum {
 }
 
 impl Search<'_> {
-    /// Whether there are rods with a measured motion and recordings prescribe the ends of all of them.
+    /// Whether any experiment has a recorded motion, and in all that have one, a recording (`supports.path`) prescribes the
+    /// ends.
     pub fn is_displacement_driven(&self) -> bool {
         let mut moving = self.experiments.iter().filter(|e| e.moves()).peekable();
         moving.peek().is_some() && moving.all(|e| e.problem.scene().supports.path.is_some())
     }
 
-    /// The best optimum of all starts on the whole recordings. Its leverage weights become those of the search. An error if
-    /// no start can be simulated.
+    /// The optimum with the lowest objective of all starts on the whole recordings. Two optima are compared with the smaller
+    /// of both leverage weights of each value. The weights of the best one become those of the search. An error if no start
+    /// leads to an optimum, or if the user stops the fit.
     pub fn driven_optimum(&mut self) -> Result<Optimum, Error> {
         // Each start has its own leverage weights, so that costs are compared with common ones.
         let mut best: Option<WeightedOptimum> = None;
@@ -89,8 +91,8 @@ impl Search<'_> {
         Ok(best.optimum)
     }
 
-    /// The objective at an optimum with the smaller of two weights of each value: those of this search and `weights`. Two
-    /// optima are comparable only with the same weights.
+    /// The objective (half the sum of the robust losses, priors included) at an optimum, where each value has the smaller one
+    /// of two weights: those of this search and `weights`. Beyond the end of `weights` it is 1.
     fn cost_with(&self, optimum: &Optimum, weights: &[f64]) -> f64 {
         let weight = |k: usize| weights.get(k).copied().unwrap_or(1.0).min(self.leverage_weight(k));
         // Residuals of the priors have no leverage weights.
@@ -103,8 +105,9 @@ impl Search<'_> {
         cost
     }
 
-    /// The start points, on the unknowns' scales: the given one if all unknowns have a start; else the lowest minima of a
-    /// scan over Young's modulus, at most [`DESCENTS`] within [`COMPETITIVE`] of the lowest.
+    /// The start points, on the unknowns' scales. If every unknown has a [start](Self::driven_start) this is the only point.
+    /// Else they are minima of a scan over the first period (not above both neighbors), the lowest first. At most
+    /// [`DESCENTS`] are taken, with a misfit of at most [`COMPETITIVE`] times the lowest.
     fn driven_starts(&self) -> Result<Vec<Vec<f64>>, Error> {
         // A start of all unknowns makes a scan unnecessary: the recording forces the motion.
         let given = |u: &Unknown| Some(u.to_scale(self.driven_start(u)?));
@@ -129,8 +132,8 @@ impl Search<'_> {
         Ok(competitive.take(DESCENTS).map(|c| c.x.clone()).collect())
     }
 
-    /// The start of an unknown, in its unit: the given one, the mean of the prior, or the value of the scene. `None` for
-    /// Young's modulus without a given start, which is scanned.
+    /// The start of an unknown, in its unit: the given one, else the mean of the prior, else the value of the scene. `None`
+    /// for Young's modulus without start and prior, which is scanned, and where the scene has no value to start from.
     pub(super) fn driven_start(&self, unknown: &Unknown) -> Option<f64> {
         let hint = unknown.start.or(unknown.prior.map(|prior| prior.mean));
         if hint.is_some() || unknown.is_stiffness() {
@@ -139,16 +142,17 @@ impl Search<'_> {
         self.scene_value(unknown)
     }
 
-    /// The value of an unknown in the first scene that has it, in its unit. `None` where a search cannot start there, as at
-    /// the logarithm of zero.
+    /// The value of an unknown in the first scene that it belongs to, in its unit. `None` if that has none, or if a positive
+    /// parameter is zero there, whose logarithm is no start.
     pub(super) fn scene_value(&self, unknown: &Unknown) -> Option<f64> {
         let own = self.experiments.iter().find(|e| unknown.is_of(e))?;
         let value = unknown.parameter.of(own.problem.scene())?;
         (value > 0.0 || !unknown.parameter.is_positive()).then_some(value)
     }
 
-    /// Fits the whole recordings from the start `x`, on the unknowns' scales, with the leverage weights of the optimum:
-    /// weights and optimum are computed in turn, [`WEIGHTINGS`] times at most.
+    /// Fits the whole recordings from the start `x`, on the unknowns' scales. Leverage weights at the start, loose fits and
+    /// weights at their ends alternate until no weight changes by [`SAME_WEIGHT`], with at most [`WEIGHTINGS`] weightings. A
+    /// final fit with full tolerances follows, and is recorded as a minimum. The weights become those of the search.
     fn fit_driven(&mut self, x: Vec<f64>) -> Result<Optimum, Error> {
         self.leverage_weights.clear();
         let residuals = self.all_residuals()?;
@@ -179,8 +183,9 @@ impl Search<'_> {
     }
 }
 
-/// The leverage weight of every residual, at most 1, from the rows of the Jacobian in units of the noise; empty where all are
-/// 1.
+/// The leverage weight of every residual, from the rows of the Jacobian in units of the noise. The leverage of row `i` is
+/// `sqrt(sum_j J_ij^2/sum_k J_kj^2)`, without columns below [`NO_EFFECT`]; above [`MAX_LEVERAGE`] medians of the nonzero
+/// leverages the weight is this limit over the leverage, else 1. Empty where all are 1.
 fn weights_by_leverage(rows: &[Vec<f64>]) -> Vec<f64> {
     // The leverage of a row: its part of the squared norm of each column, summed over the columns.
     let mut squares = vec![0.0; rows.len()];

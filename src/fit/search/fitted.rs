@@ -1,8 +1,9 @@
 //! A fitted optimum with the search that found it, as the input of all analyses of a fit.
 //!
 //! [`Fitted`] pairs both. Derived from them are every measurement with its rows of the residual vector
-//! ([`MeasuredResiduals`]), and the problem of an experiment with the fitted values. A further fit finds the optimum over the
-//! other unknowns with some held, for profile likelihoods and for directions that the data do not determine.
+//! ([`MeasuredResiduals`]), and the problem of an experiment with the fitted values. [`Search::optimum_with_held`] is a
+//! further fit over all other unknowns with one held, for profile likelihoods. [`Fitted::without_undetermined`] holds the
+//! unknowns that the data do not determine, and replaces the recorded minimum.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
@@ -35,19 +36,23 @@ pub(crate) struct MeasuredResiduals<'a> {
 }
 
 impl MeasuredResiduals<'_> {
-    /// Size of the observed motion, in the unit of the measurement (m or rad/s).
+    /// Size of the observed motion, in the unit of the measurement (m or rad/s), by `DataKind::size`: the spread of a motion,
+    /// the deflection of a shape, the mean frequency.
     pub fn size(&self) -> f64 {
         self.measurement.size(&self.experiment.problem)
     }
 }
 
 impl Search<'_> {
-    /// The leverage weight of a row of the residuals, 0 to 1; 1 where no weights are set.
+    /// The leverage weight of the residual with index `row`, 0 to 1; 1 where the search has no weights or none for this
+    /// index.
     pub fn leverage_weight(&self, row: usize) -> f64 {
         self.leverage_weights.get(row).copied().unwrap_or(1.0)
     }
 
-    /// Every measurement with its residuals at an optimum, in the order of experiments and measurements.
+    /// Every measurement of all experiments in their order, with its index, sigma, its part of the optimum's residuals (in
+    /// units of sigma, without robust loss and leverage weights) and the range of that part. Residuals of priors, at the end,
+    /// belong to none.
     pub fn measured<'b>(
         &'b self,
         optimum: &'b Optimum,
@@ -63,16 +68,17 @@ impl Search<'_> {
         })
     }
 
-    /// The optimum over the other unknowns with unknown `i` held at `held` on its scale. The others start at `from`, a point
-    /// of all unknowns on their scales.
+    /// The optimum over the other unknowns with unknown `i` held at `held` on its scale, by a fit of the full model to the
+    /// whole records. The others start at `from`, a point of all unknowns on their scales. The work is added to that of this
+    /// search; its journal does not change.
     pub fn optimum_with_held(&self, i: usize, held: f64, from: &[f64]) -> Result<Optimum, Error> {
         let mut start = from.to_vec();
         start[i] = held;
         self.optimum_with_all_held(&[i], &start)
     }
 
-    /// The optimum from the point `start` with the unknowns of these indices held at their values there; without free
-    /// unknowns the start itself.
+    /// The optimum of a fit of the full model from the point `start`, with the unknowns of the indices `held` fixed at their
+    /// values there by equal bounds. All columns of the Jacobian stay. The work is added to that of this search.
     fn optimum_with_all_held(&self, held: &[usize], start: &[f64]) -> Result<Optimum, Error> {
         // Equal bounds hold an unknown without changing the number of columns of the Jacobian.
         let mut unknowns = self.unknowns.to_vec();
@@ -86,7 +92,8 @@ impl Search<'_> {
         optimum
     }
 
-    /// The problem of an experiment with the values of the unknowns at `x`, on their scales. Mesh layout and numerics stay.
+    /// The problem of an experiment with the values of those unknowns that belong to it at `x`, on their scales. Mesh layout,
+    /// steps and scheme stay. An error if the scene is invalid with these values.
     pub fn problem_at(&self, x: &[f64], experiment: &Experiment) -> Result<Problem, Error> {
         let point = ParameterPoint { unknowns: self.unknowns, x };
         experiment.problem.with_fixed_layout(point.values_of(experiment))
@@ -94,21 +101,23 @@ impl Search<'_> {
 }
 
 impl<'a> Fitted<'a> {
-    /// Every measurement with its residuals at this optimum.
+    /// Every measurement of all experiments in their order, with its index, sigma, its residuals at this optimum (in units of
+    /// sigma, without robust loss and leverage weights) and the range of their rows.
     pub fn measured(self) -> impl Iterator<Item = MeasuredResiduals<'a>> {
         self.search.measured(self.optimum)
     }
 
-    /// The optimum with the unknowns of these indices held at their values, from the same point. A step along a direction
-    /// that the data do not determine may end at the limit of its length, so that the search stops short of the optimum along
-    /// the others.
+    /// The optimum of a fit from this one with the unknowns of the indices `held` fixed at their values. Its minimum replaces
+    /// this one in the journal. Reason: a step along a direction that the data do not determine may end at the limit of its
+    /// length, and then the search stops short of the optimum along the others.
     pub fn without_undetermined(self, held: &[usize]) -> Result<Optimum, Error> {
         let found = self.search.optimum_with_all_held(held, &self.optimum.x)?;
         self.search.follow(&self.optimum.x, &found.x, &found);
         Ok(found)
     }
 
-    /// The problem of an experiment with the fitted values of the unknowns.
+    /// The problem of an experiment with the fitted values of the unknowns that belong to it, on the same mesh layout. An
+    /// error if the scene is invalid with these values.
     pub fn problem(self, experiment: &Experiment) -> Result<Problem, Error> {
         self.search.problem_at(&self.optimum.x, experiment)
     }

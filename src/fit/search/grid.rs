@@ -1,9 +1,9 @@
 //! The misfit of the coarse model on a rectangular grid of values of the unknowns, as the scan computes it.
 //!
-//! [`ScanGrid`] has the misfit at all combinations of values. From it are computed: the misfit over one unknown, minimized
-//! over the others (`landscape`, for reports); the local minima, below all neighbors including diagonal ones (`minima`); and
-//! a lower bound of the misfit that a descent from a point can reach (`descent_bound`), by which the search omits hopeless
-//! starts. The bound is the point's misfit less the rises to its neighbors on both sides along every axis.
+//! [`ScanGrid`] has the misfit at all combinations of values. Three results are computed from it. `landscape` is the misfit
+//! over one unknown, minimized over the others, for reports. `minima` are the points below all neighbors, diagonal ones
+//! included. `descent_bound` is a lower bound of the misfit that a descent from a point can reach, by which the search omits
+//! hopeless starts: the point's misfit less the rises to its neighbors on both sides along every axis.
 
 use crate::fit::unknown::Unknown;
 use crate::numerics::total_order;
@@ -58,7 +58,8 @@ pub(crate) struct GridMinimum {
 const FEWEST_VALUES: usize = 3;
 
 impl ScanGrid {
-    /// For each unknown with at least three values: its values in its unit, and the smallest misfit of the grid at each.
+    /// One curve for each unknown with at least [`FEWEST_VALUES`] scanned values. It has the values in its unit, ascending,
+    /// and at each the smallest misfit over all values of the other unknowns (infinite where nothing could be simulated).
     pub fn landscape(&self, unknowns: &[Unknown]) -> Vec<Landscape> {
         // One curve per scanned unknown: the misfit minimized over the grid of all others.
         let over = |(i, _): (usize, &Vec<f64>)| {
@@ -74,8 +75,8 @@ impl ScanGrid {
         axes.filter(|(_, axis)| axis.len() >= FEWEST_VALUES).map(over).collect()
     }
 
-    /// The values of an unknown, given by its index, on its scale, each with the smallest misfit over all values of the
-    /// others.
+    /// The scanned values of the unknown with this index on its scale, ascending, each with the smallest misfit over all
+    /// values of the others (infinite where all simulations failed). Empty without such an axis.
     pub fn line(&self, unknown: usize) -> Vec<(f64, f64)> {
         let least = |x: &f64| {
             let slice = self.points.iter().filter(|point| point.x[unknown] == *x);
@@ -95,13 +96,14 @@ impl ScanGrid {
         indices
     }
 
-    /// The misfit of the point with these indices on the axes.
+    /// The misfit at the grid point that is given by its index on every axis.
     fn misfit(&self, indices: &[usize]) -> f64 {
         let pairs = indices.iter().zip(&self.axes);
         self.points[pairs.fold(0, |point, (i, axis)| point * axis.len() + i)].misfit
     }
 
-    /// Whether the point with this number is below all its neighbors, diagonal ones included. Of equal ones it is the first.
+    /// Whether the misfit of the point with this number is below those of all its neighbors, diagonal ones included. Of equal
+    /// ones the first in the order of the indices is lowest.
     fn is_lowest(&self, point: usize) -> bool {
         let (own, misfit) = (self.indices(point), self.points[point].misfit);
         self.neighbors(&own).iter().all(|other| {
@@ -110,7 +112,8 @@ impl ScanGrid {
         })
     }
 
-    /// Indices on the axes of all points that differ by at most one step on each axis from the point with the indices `own`.
+    /// Indices on the axes of all other points that differ by at most one step on each axis from the point with the indices
+    /// `own`.
     fn neighbors(&self, own: &[usize]) -> Vec<Vec<usize>> {
         let mut all = vec![Vec::new()];
         for (i, axis) in own.iter().zip(&self.axes) {
@@ -126,10 +129,11 @@ impl ScanGrid {
         all
     }
 
-    /// A lower bound of the misfit at which a descent from a point may end. It is infinite on a slope, from which a descent
-    /// leads into the basin of a better point. In a basin it is below the point by the sum of the rises to both sides: eight
-    /// times the largest drop of parabolas through the neighbors, because basins are sharper. It is minus infinity where an
-    /// unknown has too few values for a basin.
+    /// A lower bound of the misfit at which a descent from the point with this number may end. It is infinite for a point
+    /// that is not below all its neighbors: a descent from it leads into the basin of a better point. Else it is the misfit
+    /// less the sum, over all axes, of the rises to both neighbors: eight times the largest drop of parabolas, because basins
+    /// are sharper. At an end of an axis the other side's rise counts twice. Minus infinity if any axis has fewer than
+    /// [`FEWEST_VALUES`] values.
     pub fn descent_bound(&self, point: usize) -> f64 {
         if self.axes.iter().any(|axis| axis.len() < FEWEST_VALUES) {
             return f64::NEG_INFINITY;
@@ -152,8 +156,8 @@ impl ScanGrid {
         misfit - self.axes.iter().enumerate().map(rise).sum::<f64>()
     }
 
-    /// Inner points below all their neighbors, diagonal ones included, the lowest first. A point at the edge of an axis is on
-    /// a slope, unless the axis has fewer than three values.
+    /// The points with a finite misfit below those of all neighbors, diagonal ones included, the lowest first. A point at an
+    /// end of an axis is none, unless the axis has fewer than [`FEWEST_VALUES`] values.
     pub fn minima(&self) -> Vec<GridMinimum> {
         let is_minimum = |point: usize| {
             let is_inner = |(i, axis): (&usize, &Vec<f64>)| {

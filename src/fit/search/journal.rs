@@ -3,8 +3,8 @@
 //!
 //! Each evaluated point enters with its stage, residuals and work. The journal stores sums of squares by measurement
 //! ([`Squares`]), so that [`Journal::history`] returns all misfits in units of the final sigmas, though sigmas change during
-//! a search. The best point is the lowest of the last stage, on the largest part of the records. The convergence history, the
-//! scan and the local minima of the fit report come from here.
+//! a search. The best point, returned after an interruption, is that of the latest stage, in it of the most residuals, and of
+//! these the one of the lowest cost. The convergence history, the scan and the local minima of the fit report come from here.
 
 use crate::fit::search::grid::{Landscape, ScanGrid};
 use crate::fit::search::local_minima::{LocalMinima, SAME, distance, local_minima};
@@ -33,7 +33,7 @@ pub struct Iterate {
 }
 
 impl Iterate {
-    /// Root mean square residual, in units of the sigmas that the fit ended with (no unit).
+    /// Root mean square residual `sqrt(2 misfit/residuals)`, in units of the sigmas that the fit ended with (no unit).
     pub fn rms(&self) -> f64 {
         (2.0 * self.misfit / self.residuals as f64).sqrt()
     }
@@ -53,7 +53,7 @@ pub(crate) enum SearchStage {
 }
 
 impl SearchStage {
-    /// The name of the stage in reports.
+    /// The name of the stage in reports: `scan`, `coarse model`, `growing horizon` or `full model`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Scan => "scan",
@@ -111,13 +111,13 @@ struct JournalRecords {
 }
 
 impl Journal {
-    /// The locked content. A thread that panicked leaves a valid one.
+    /// The locked content. The lock of a thread that panicked is taken over: every change leaves a valid content.
     fn records(&self) -> MutexGuard<'_, JournalRecords> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Records an evaluated point and the `work` so far, steps times segments. The point becomes the best one if it is of a
-    /// later stage, uses more residuals in the same stage, or has a lower cost on the same residuals.
+    /// Adds an evaluated point to the history, with the `work` so far, steps times segments. It becomes the best one if it is
+    /// of a later stage, has more residuals in the same stage, or has no higher cost on the same number of residuals.
     pub fn visit(&self, visit: Visit, work: f64) {
         let mut records = self.records();
         let Visit { stage, x, cost, residuals, counts } = &visit;
@@ -139,65 +139,67 @@ impl Journal {
         }
     }
 
-    /// Records a scan; it replaces the last one.
+    /// Records the grid of a scan with its misfits; it replaces the last one.
     pub fn set_scan(&self, grid: ScanGrid) {
         self.records().grid = Some(grid);
     }
 
-    /// Counts a change of mesh and steps, and returns its number from 1 on.
+    /// Counts a change of mesh and steps, and returns its number from 1 on (0 is the first mesh). Minima of different meshes
+    /// are distinguished by it.
     pub fn add_numerics(&self) -> usize {
         let mut records = self.records();
         records.numerics += 1;
         records.numerics
     }
 
-    /// Records the minimum where a fit of the full model ended.
+    /// Adds a minimum, the end of a fit of the full model to the whole records, to the list; equal ones are not merged.
     pub fn add_minimum(&self, minimum: Minimum) {
         self.records().minima.push(minimum);
     }
 
-    /// Replaces the minimum at `before` (a point on the unknowns' scales) by the `minimum` to which it moved on another mesh
-    /// or with other weights.
+    /// Removes the minima within [`SAME`] of the point `before` (on the unknowns' scales), and adds the `minimum` to which
+    /// they moved on another mesh or with other weights.
     pub fn move_minimum(&self, before: &[f64], minimum: Minimum) {
         let mut records = self.records();
         records.minima.retain(|other| distance(&other.x, before) > SAME);
         records.minima.push(minimum);
     }
 
-    /// The minima of the full model found so far.
+    /// Copies of the recorded minima of the full model, in the order of recording.
     pub fn minima(&self) -> Vec<Minimum> {
         self.records().minima.clone()
     }
 
-    /// The values of an unknown, given by its index, in the scan, on its scale, each with the smallest misfit over all values
-    /// of the others; empty without a scan.
+    /// The values in the last scan of the unknown with this index, on its scale, each with the smallest misfit over all
+    /// values of the others; empty without a scan.
     pub fn scanned_line(&self, unknown: usize) -> Vec<(f64, f64)> {
         let records = self.records();
         records.grid.as_ref().map_or(Vec::new(), |grid| grid.line(unknown))
     }
 
-    /// The values of an unknown, given by its index, in the scan, on its scale; empty without a scan.
+    /// The values in the last scan of the unknown with this index, on its scale, ascending; empty without a scan.
     pub fn scanned_values(&self, unknown: usize) -> Vec<f64> {
         let records = self.records();
         let axis = records.grid.as_ref().and_then(|grid| grid.axes.get(unknown));
         axis.cloned().unwrap_or_default()
     }
 
-    /// Sets the sigmas in whose units later residuals are. The best point is dropped: costs with other sigmas are not
-    /// comparable.
+    /// Sets the `sigmas` in whose units later residuals are, one per measurement. The best point is dropped, as costs with
+    /// other sigmas are not comparable; history and minima stay.
     pub fn reweight(&self, sigmas: &[f64]) {
         let mut records = self.records();
         records.best = None;
         records.sigmas = sigmas.to_vec();
     }
 
-    /// The best point of the last stage; `None` before the first evaluation, and after a change of the sigmas.
+    /// The best point: of the latest stage, in it of the most residuals, and of these of the lowest cost. `None` before the
+    /// first evaluation, and after a change of the sigmas.
     pub fn best(&self) -> Option<Visit> {
         self.records().best.clone()
     }
 
-    /// The history in the order of the work, with values in the units of the parameters and misfits with the weights of
-    /// `sigmas`. `full_work` is the work of one full simulation on the final mesh: with one unit for all, work ascends.
+    /// One [`Iterate`] per evaluated point, in ascending order of the work, with values in the units of the parameters and
+    /// misfits in units of `sigmas`. `full_work` is the work of one full simulation on the final mesh, the unit of all costs.
     pub fn history(&self, unknowns: &[Unknown], sigmas: &[f64], full_work: f64) -> Vec<Iterate> {
         let iterate = |entry: &JournalEntry| Iterate {
             stage: entry.stage.name().into(),
@@ -212,13 +214,14 @@ impl Journal {
         history
     }
 
-    /// The scan as misfit over each unknown that has at least three values in it, minimized over the others.
+    /// The last scan as one curve for each unknown with at least three values in it: its values in its unit, and the misfit
+    /// minimized over the others. Empty without a scan.
     pub fn landscape(&self, unknowns: &[Unknown]) -> Vec<Landscape> {
         self.records().grid.as_ref().map_or(Vec::new(), |grid| grid.landscape(unknowns))
     }
 
-    /// The report of the local minima, of which `chosen` is the result. All objectives have the weights of `sigmas`, one per
-    /// measurement.
+    /// The report of the recorded minima of the full model and those of the last scan, of which `chosen` is the result
+    /// (`None` if the search was interrupted). All misfits are in units of `sigmas`, one per measurement.
     pub fn local_minima(
         &self,
         unknowns: &[Unknown],

@@ -1,10 +1,11 @@
 //! The report of the local minima that a search found.
 //!
 //! Input: the minima of the full model (ends of complete fits), the grid of the scan, and the chosen minimum. Minima within
-//! [`SAME`] of each other on the unknowns' scales are one; a minimum of the scan within [`SAME_BASIN`] grid spacings of a
-//! fitted one was refined to it. Output: [`LocalMinima`] with the chosen minimum, other minima of the full model by misfit,
-//! and unrefined minima of the scan (at most [`LISTED`]). Each has its values, its misfit and the ratio of that to the lowest
-//! one of the same model. A summary is text.
+//! [`SAME`] of each other on the unknowns' scales are one. Minima of other meshes that are lower than the chosen one are left
+//! out, as their misfits are not comparable. A minimum of the scan within [`SAME_BASIN`] grid spacings of a fitted one was
+//! refined to it. Output: [`LocalMinima`] with the chosen minimum first, other minima of the full model by misfit, and
+//! unrefined minima of the scan (at most [`LISTED`]; the count has all). Each has its values, its misfit and the ratio of
+//! that to the lowest one of the same model. A summary is text.
 
 use crate::fit::search::grid::{GridMinimum, ScanGrid};
 use crate::fit::search::minimum::Minimum;
@@ -68,8 +69,9 @@ pub enum MinimumSource {
 }
 
 impl LocalMinima {
-    /// The list for parameters that are not all identifiable: the summary has no values, as these are arbitrary along the
-    /// combinations that the data do not determine.
+    /// The report for parameters that are not all identifiable. The summary keeps its text up to the first semicolon, and a
+    /// standard text replaces the values, which are arbitrary along the combinations that the data do not determine. Counts
+    /// and list stay.
     pub(crate) fn without_values(mut self) -> Self {
         if let Some((first, _)) = self.summary.split_once("; ") {
             self.summary = format!(
@@ -80,9 +82,10 @@ impl LocalMinima {
     }
 }
 
-/// The report of the `minima` of the full model and those of the scan's `grid`, of which `chosen` is the result. All
-/// objectives have the weights of `sigmas`, one per measurement. Lower minima on other meshes than the chosen one's are left
-/// out.
+/// The report of the `minima` of the full model and those of the scan's `grid`, of which `chosen` is the result. All misfits
+/// are half sums of squares in units of `sigmas`, one per measurement. Lower minima on other meshes than the chosen one's are
+/// left out. The list has the chosen minimum, the other fitted ones by misfit, and at most [`LISTED`] unrefined ones of the
+/// scan.
 pub(crate) fn local_minima(
     unknowns: &[Unknown],
     minima: &[Minimum],
@@ -146,9 +149,10 @@ pub(crate) fn local_minima(
     LocalMinima { count, list, summary }
 }
 
-/// The selection as text: the number of minima, the next one after the chosen one, and the best unrefined minimum of a scan
-/// of this number of `points`. `next_is_comparable`: the next one has the mesh of the chosen one. Empty without a chosen
-/// minimum.
+/// The selection as text: the number of scanned `points` (0: from the given start), the number of minima, and the next
+/// `fitted` one after the chosen one with the ratio of the misfits. The best unrefined minimum of the scan (`scanned`)
+/// follows, with the number of worse ones. `next_is_comparable`: the next one has the mesh of the chosen one. Empty without a
+/// chosen minimum.
 fn summary(
     unknowns: &[Unknown],
     fitted: &[LocalMinimum],
@@ -211,12 +215,12 @@ fn times(ratio: f64) -> String {
     if ratio < 100.0 { format!("{ratio:.2}") } else { format!("{ratio:.0e}") }
 }
 
-/// The largest difference between two points on the unknowns' scales.
+/// The largest absolute difference of two coordinates of two points on the unknowns' scales (maximum norm).
 pub(crate) fn distance(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// The ratio of two misfits; 1 of two zeros.
+/// The ratio `misfit/least`; 1 if both are equal, also if both are zero.
 fn ratio(misfit: f64, least: f64) -> f64 {
     if misfit == least { 1.0 } else { misfit / least }
 }

@@ -2,8 +2,8 @@
 //!
 //! Two objectives are comparable only on the same mesh, with the same steps and the same weights. Each [`Minimum`] therefore
 //! has the number of its mesh and steps ("numerics"), and [`Squares`]: the sum of squared residuals of each measurement in
-//! its own unit. `Squares::misfit` returns half the sum of squares in units of any sigmas, times the ratio of robust losses
-//! to squares of the fit.
+//! its own unit, and that of the priors. `Squares::misfit` returns half the sum of squares in units of any sigmas, times the
+//! ratio of the robust losses to the squares at the recorded sigmas.
 
 /// Sums of squared residuals of one point, without the weights of the measurements.
 #[derive(Clone, Debug)]
@@ -17,8 +17,9 @@ pub(crate) struct Squares {
 }
 
 impl Squares {
-    /// The sums for the plain `residuals` of one point, in units of `sigmas`: `counts` values of each measurement in order,
-    /// then those of the priors. `cost` is half the sum of their losses.
+    /// The sums of squares of the `residuals` of one point, in units of `sigmas` and without robust loss and leverage
+    /// weights. They are `counts` values of each measurement in order, then those of the priors. `cost` is half the sum of
+    /// their losses; `2 cost/squares` is kept as the ratio of losses to squares (1 if all residuals are zero).
     pub fn new(residuals: &[f64], counts: &[usize], sigmas: &[f64], cost: f64) -> Self {
         let square = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
         let mut rest = residuals;
@@ -33,8 +34,8 @@ impl Squares {
         Self { measurements, priors: square(rest), robust }
     }
 
-    /// Half the sum of the losses, in units of `sigmas`, one per measurement. The ratio of robust losses to squares is that
-    /// of the fit.
+    /// The objective in units of other `sigmas`, one per measurement: half the sum of squares, priors included, times the
+    /// kept ratio of robust losses to squares.
     pub fn misfit(&self, sigmas: &[f64]) -> f64 {
         let pairs = self.measurements.iter().zip(sigmas);
         let squares: f64 = pairs.map(|(square, sigma)| square / (sigma * sigma)).sum();
@@ -61,7 +62,7 @@ impl Minimum {
         Self { x: x.to_vec(), squares, converged: true, numerics: 0 }
     }
 
-    /// The minimum with its objective multiplied by a factor.
+    /// The minimum with its objective multiplied by a `factor` for any weights.
     pub fn scaled(mut self, factor: f64) -> Self {
         self.squares.robust *= factor;
         self

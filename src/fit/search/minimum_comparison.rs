@@ -2,9 +2,9 @@
 //!
 //! A search begins on a coarse mesh and with preliminary weights. The order of two minima may change with the mesh and the
 //! weights. So the recorded minima whose objective is below that of the chosen one (on other meshes: below [`NEAR_OBJECTIVE`]
-//! times) are fitted again, on the final mesh and with the final weights, at most [`MOST_FOLLOWED`]. Output:
-//! [`MinimumComparison`] with a lower converged minimum, or a point with a clearly lower objective where the optimizer did
-//! not converge (a warning).
+//! times) are fitted again, on the final mesh and with the final weights, at most [`MOST_FOLLOWED`]. Their records are
+//! replaced by the ends of these fits. Output: [`MinimumComparison`] with a lower converged minimum, and a point with a
+//! clearly lower objective ([`EXPLAINED_BY_NOISE`]) where the optimizer did not converge (a warning).
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;
@@ -39,15 +39,19 @@ impl<'a> Search<'a> {
         self.journal.add_minimum(self.minimum(optimum));
     }
 
-    /// The record of an optimum for the journal, with sums of squares and the number of the mesh.
+    /// The record of an optimum for the journal: point, sums of squares by measurement, convergence, and number of mesh and
+    /// steps.
     pub fn minimum(&self, optimum: &Optimum) -> Minimum {
         let Optimum { x, cost, residuals, counts, converged, .. } = optimum;
         let squares = Squares::new(residuals, counts, &self.sigmas, *cost);
         Minimum { x: x.clone(), squares, converged: *converged, numerics: self.numerics }
     }
 
-    /// Fits the recorded minima again that may be lower than `optimum`. `variance` is that of the noise of the residuals, in
-    /// units of the sigmas squared. The lowest converged one is returned, if it is lower.
+    /// Fits at most [`MOST_FOLLOWED`] recorded minima again that may be lower than `optimum`, and replaces their records.
+    /// `variance` is that of the noise of the residuals, in units of the sigmas squared. `lower` is the lowest of their ends,
+    /// if lower than `optimum` and more than [`SAME`] away; it must have converged if `optimum` has. `unreached` is an end
+    /// without convergence whose doubled objective is lower by more than [`EXPLAINED_BY_NOISE`] variances. Failed fits are
+    /// skipped; an interruption is an error.
     pub fn compare_minima(
         &self,
         optimum: &Optimum,
@@ -80,9 +84,9 @@ impl<'a> Search<'a> {
         Ok(comparison)
     }
 
-    /// Records the optimum `found` from the minimum at `before`, which is expected at `expected` on the mesh of this search.
-    /// Within half of the expected shift (or [`SAME`]) of the expected point it replaces that minimum; elsewhere it is
-    /// another one.
+    /// Records the optimum `found` by a fit that began from the minimum at `before`; on the mesh of this search that is
+    /// expected at `expected`. Within half of the expected shift (at least [`SAME`]) of `expected` it replaces the minimum at
+    /// `before`; elsewhere it is added as another one. All points are on the unknowns' scales.
     pub fn follow(&self, before: &[f64], expected: &[f64], found: &Optimum) {
         let moved = SAME.max(0.5 * distance(before, expected));
         match distance(&found.x, expected) <= moved {
@@ -91,8 +95,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The recorded minima, other than `optimum`, whose objective is near or below its own, the lowest first, at most
-    /// [`MOST_FOLLOWED`].
+    /// The recorded minima more than [`SAME`] away from `optimum` whose objective, with the present sigmas, is below its own;
+    /// on other meshes below [`NEAR_OBJECTIVE`] times it. Of several within [`SAME`] of each other the lowest stays. The
+    /// lowest come first, at most [`MOST_FOLLOWED`].
     fn competing_minima(&self, optimum: &Optimum) -> Vec<Minimum> {
         let misfit = |minimum: &Minimum| minimum.squares.misfit(&self.sigmas);
         let mut minima = self.journal.minima();
@@ -113,8 +118,8 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The warning text that the objective is lower at the point `x`, on the unknowns' scales, where the optimizer did not
-/// converge.
+/// The warning text that the misfit is lower at the point `x`, on the unknowns' scales, where the optimizer did not converge.
+/// It has the values in their units, and recommends a start, bounds or a shorter record.
 pub(crate) fn unreached_minimum_warning(unknowns: &[Unknown], x: &[f64]) -> String {
     let value = |(unknown, value): (&Unknown, f64)| {
         format!("{unknown} = {value:.3e} {}", unknown.parameter.unit()).trim_end().to_string()

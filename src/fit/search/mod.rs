@@ -1,11 +1,16 @@
 //! The search for the optimum of a fit.
 //!
 //! [`Search`] is the state that all stages share: the experiments with the standard deviations (sigmas) of their
-//! measurements, the unknowns, the counter of the work and the journal of evaluated points. Stages: a scan of a coarse model
-//! over a grid of values (`scan`, `grid`, `coarse`); descents from its best points over growing parts of the records
-//! (`starts`); Levenberg-Marquardt fits of the full model to the whole records (`optimum`); estimation of sigmas that are not
-//! given (`weighted_search`); comparison with other minima on the final mesh (`minimum_comparison`). Rods with recorded ends
-//! have their own search (`displacement_driven`). Output: an optimum on the unknowns' scales.
+//! measurements, the unknowns, the counter of the work and the journal of evaluated points. The stages are:
+//!
+//! - a scan of a coarse model over a grid of values (`scan`, `grid`, `coarse`);
+//! - descents from its best points over growing parts of the records (`starts`);
+//! - Levenberg-Marquardt fits of the full model to the whole records (`optimum`);
+//! - estimation of sigmas that are not given (`weighted_search`, the entry point);
+//! - comparison with other minima on the final mesh (`minimum_comparison`).
+//!
+//! Rods with recorded ends have their own search (`displacement_driven`). Output: an optimum on the unknowns' scales, which
+//! are natural logarithms of positive parameters and values of others.
 
 pub(crate) mod coarse;
 pub(crate) mod damping;
@@ -75,8 +80,9 @@ pub(crate) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// A search before its first evaluation, with the given sigmas or preliminary ones. `tolerance` is that of the minimum,
-    /// in standard errors.
+    /// A search before its first evaluation, with the given sigmas, or preliminary ones by [`first_sigmas`], and no leverage
+    /// weights. `tolerance` is that of the minimum, in standard errors. An error if the size of a simulation cannot be
+    /// determined.
     pub fn new(
         experiments: &'a [Experiment],
         unknowns: &'a [Unknown],
@@ -101,8 +107,9 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// A search of the same problem with its own counter of the work and its own journal, without progress reports. Threads
-    /// run such searches side by side.
+    /// A copy of the search with experiments, unknowns, sigmas, weights and tolerance. Its counter of the work and its
+    /// journal are new; progress reports, the suspicion and the special stops are off. Threads run such searches side by
+    /// side.
     pub fn detached(&self) -> Self {
         Self {
             work: WorkCounter::default(),
@@ -116,8 +123,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The search continued with the same experiments on other meshes or with other steps, under a new number of mesh and steps.
-    /// Journal, work and weights stay.
+    /// The search continued with the same experiments on other meshes or with other steps, under a new number of mesh and
+    /// steps. Journal, work, sigmas and weights stay. It does not stop at the first fit.
     pub fn with_experiments<'b>(&self, experiments: &'b [Experiment]) -> Result<Search<'b>, Error>
     where
         'a: 'b,
@@ -132,18 +139,20 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Work so far, in full simulations of all experiments on the present mesh.
+    /// Work so far (steps times segments of all simulations) over that of one full simulation of all experiments on the
+    /// present mesh.
     pub fn simulations(&self) -> f64 {
         self.work.total() / self.full_work
     }
 
-    /// The end of the records of each experiment, s.
+    /// The time of the last sample of each experiment, s, by [`Experiment::duration`].
     pub fn durations(&self) -> Vec<f64> {
         self.experiments.iter().map(Experiment::duration).collect()
     }
 
-    /// About the first period of every experiment times `stretch`, s: twice the shortest rise time of its records. At least
-    /// the time of enough samples to determine the unknowns, at most the duration; zero without motion.
+    /// About the first period of every experiment times `stretch`, s: twice the shortest rise time of its recorded motions
+    /// times `stretch`. It is at least the time of [`FIRST_SAMPLES`] samples and [`FIRST_SAMPLES_PER_UNKNOWN`] per unknown,
+    /// at most the duration; zero without recorded motions.
     pub fn first_periods(&self, stretch: f64) -> Vec<f64> {
         let enough = FIRST_SAMPLES + FIRST_SAMPLES_PER_UNKNOWN * self.unknowns.len();
         let wait = |o: &PointMotion| o.samples.get(enough).map_or(f64::MAX, |s| s.time);
@@ -158,7 +167,7 @@ impl<'a> Search<'a> {
         self.experiments.iter().map(first).collect()
     }
 
-    /// Reports the `stage` and the work so far, in full simulations, to the progress callback.
+    /// Calls the progress callback, if there is one, with the name of the `stage` and the work so far, in full simulations.
     pub fn report(&self, stage: &str) {
         if let Some(progress) = &self.progress {
             progress(stage, self.simulations());
@@ -170,18 +179,19 @@ impl<'a> Search<'a> {
         self.experiments.iter().any(|e| e.problem.is_stopped())
     }
 
-    /// Records an evaluated point in the journal, with the work so far.
+    /// Adds an evaluated point (stage, values, residuals) to the journal, with the work so far.
     pub fn record_visit(&self, visit: Visit) {
         self.journal.visit(visit, self.work.total());
     }
 
-    /// The residuals of the whole records, as functions of the unknowns, with the leverage weights.
+    /// The residuals of the whole records, as functions of the unknowns on their scales, with the leverage weights. Their
+    /// evaluations add to the work of this search.
     pub fn all_residuals(&self) -> Result<Residuals, Error> {
         Ok(self.residuals(&self.durations())?.with_leverage_weights(&self.leverage_weights))
     }
 
-    /// The residuals of the records up to `horizons`, s, one per experiment, as functions of the unknowns, without leverage
-    /// weights.
+    /// The residuals of the records up to `horizons`, s, one per experiment, as functions of the unknowns on their scales,
+    /// without leverage weights. Their evaluations add to the work of this search.
     pub fn residuals(&self, horizons: &[f64]) -> Result<Residuals, Error> {
         let (sigmas, unknowns) = (&self.sigmas, self.unknowns);
         let residuals =

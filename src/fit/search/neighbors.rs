@@ -1,10 +1,11 @@
 //! Starts near a minimum whose residuals are more than white noise.
 //!
-//! Where the stiffness hardly changes the motion, as that of a pendulum's arm, every value explains most of it, and the grid
-//! of the scan is too coarse for the minima. A fit then ends in a wrong minimum with residuals of about 1 % of the motion,
-//! which are correlated. So the objective of a coarse model over [`PERIODS`] first periods is evaluated on lines through the
-//! optimum along each scanned unknown, with [`SPACING`], more finely than by the scan. Output: the minima on these lines
-//! other than the optimum's own, with at most [`HIGHEST`] times its objective, as starts, at most [`MOST_STARTS`].
+//! Where the stiffness hardly changes the motion, as that of a pendulum's arm, every value explains most of it. The grid of
+//! the scan is then too coarse for the minima. A fit ends in a wrong minimum with residuals of about 1 % of the motion, which
+//! are correlated. So the objective of a coarse model over [`PERIODS`] first periods is evaluated on lines through the
+//! optimum with [`SPACING`], more finely than by the scan. There are at most [`MOST_LINES`] lines, along scanned positive
+//! parameters other than dampings. Output: the minima on these lines other than the optimum's own, below [`HIGHEST`] times
+//! its objective, as starts, at most [`MOST_STARTS`].
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;
@@ -40,8 +41,10 @@ struct LinePoint {
 }
 
 impl Search<'_> {
-    /// Starts near an optimum, on the unknowns' scales: minima of the coarse objective along the scanned unknowns, the lowest
-    /// first.
+    /// Starts near an optimum, on the unknowns' scales: minima of the coarse objective along at most [`MOST_LINES`] scanned
+    /// unknowns, all others as at the optimum. They are more than half a [`SPACING`] from it and below [`HIGHEST`] times its
+    /// objective, the lowest first, at most [`MOST_STARTS`]. If the coarse model fails at the optimum the full one is
+    /// evaluated.
     pub fn neighboring_starts(&self, optimum: &Optimum) -> Result<Vec<Vec<f64>>, Error> {
         let first = self.first_periods(1.0);
         let horizons: Vec<f64> =
@@ -78,8 +81,8 @@ impl Search<'_> {
         Ok(starts.into_iter().map(|point| point.x).collect())
     }
 
-    /// Whether the scan had several values of unknown `j`, and the objective may have several minima along it: along a
-    /// damping it has one.
+    /// Whether the scan had at least three values of the unknown with index `j`, and it is positive and no damping. Along a
+    /// damping the objective has one minimum.
     fn is_scanned(&self, j: usize) -> bool {
         let unknown = &self.unknowns[j];
         unknown.parameter.is_positive()
@@ -87,8 +90,8 @@ impl Search<'_> {
             && self.journal.scanned_values(j).len() > 2
     }
 
-    /// Points within the bounds on the line through an optimum along unknown `j`, in ascending order: up to [`POINTS`] to
-    /// each side.
+    /// The points of all unknowns, on their scales, on the line through an optimum along unknown `j`. They are [`SPACING`]
+    /// apart, up to [`POINTS`] to each side, strictly within the bounds, ascending, the optimum included.
     fn line(&self, optimum: &Optimum, j: usize) -> Vec<Vec<f64>> {
         let [low, high] = self.unknowns[j].scaled_bounds();
         let values = (-POINTS..=POINTS).map(|k| optimum.x[j] + SPACING * f64::from(k));
@@ -101,8 +104,8 @@ impl Search<'_> {
         values.map(point).collect()
     }
 
-    /// The objective (half the sum of squares) of a coarse model up to `horizons`, s, at `points` of the full one; infinite
-    /// where the simulation fails.
+    /// The objective (half the sum of squares) of a coarse model up to `horizons`, s, at `points` of the full one, in their
+    /// order, by several threads; infinite where the simulation fails. The work is added to that of this search.
     fn coarse_objectives(
         &self,
         coarse: &CoarseModel,

@@ -1,10 +1,11 @@
 //! Runs of the Levenberg-Marquardt optimizer, and the optimum at which a run ends.
 //!
 //! Input: residuals as functions of the unknowns, and a start on the unknowns' scales. A run ends by [`Tolerances`]: a small
-//! Gauss-Newton step, or a change of the model below a fraction of the residuals' standard deviation. Bounds and the length
-//! of logarithmic steps ([`LONGEST_LOG_STEP`]) limit each step. Output: [`Optimum`] with the point, the cost, plain residuals
-//! and Jacobian (robust loss and leverage weights inverted), and the reason of the end. Each iterate enters the journal of
-//! the search.
+//! Gauss-Newton step, a change of the model below a fraction of the residuals' standard deviation, or the number of
+//! iterations. Runs of rods with recorded ends also end after [`PATIENCE`] steps that hardly lower the objective. Bounds and
+//! the length of logarithmic steps ([`LONGEST_LOG_STEP`]) limit each step. Output: [`Optimum`] with the point, the cost,
+//! residuals and Jacobian (robust loss and leverage weights inverted), and the reason of the end. Each iterate enters the
+//! journal of the search.
 
 use crate::error::Error;
 use crate::fit::measurement::loss::WeightedLoss;
@@ -69,7 +70,7 @@ pub(crate) struct Optimum {
 }
 
 impl Optimum {
-    /// The residuals and the Jacobian at this point, as the start of another run.
+    /// The point with its residuals and its Jacobian, as the start of another run, which does not simulate it again.
     pub fn into_evaluation(self) -> Evaluation {
         let Self { x, residuals, jacobian, halved, .. } = self;
         Evaluation { x, residuals, jacobian: Some(jacobian), halved }
@@ -77,13 +78,14 @@ impl Optimum {
 }
 
 impl Search<'_> {
-    /// Fits the full model to the whole records from the point `start`, on the unknowns' scales.
+    /// Fits the full model to the whole records by the Levenberg-Marquardt method, with sigmas and leverage weights of the
+    /// search, from the point `start` on the unknowns' scales. An error if the start cannot be simulated.
     pub fn polish(&self, start: &[f64]) -> Result<Optimum, Error> {
         self.finish(self.all_residuals()?, start)
     }
 
-    /// Fits the full model to the whole records from the point `start`, at which `runs` are the simulations of all
-    /// experiments with derivatives.
+    /// Fits the full model to the whole records by the Levenberg-Marquardt method from the point `start`, on the unknowns'
+    /// scales. `runs` are the simulations of all experiments with derivatives there, so that it is not simulated again.
     pub fn polish_from_runs(
         &self,
         start: &[f64],
@@ -92,8 +94,9 @@ impl Search<'_> {
         self.finish(self.all_residuals()?.with_runs(start, runs)?, start)
     }
 
-    /// Fits the full model from an optimum with the sigmas `before`. Its residuals and Jacobian are converted to the units of
-    /// the present sigmas instead of being simulated again.
+    /// Fits the full model to the whole records from the optimum `known`, found with the sigmas `before`. Its residuals and
+    /// Jacobian are converted to the present sigmas by the factor old over new sigma, instead of being simulated again; those
+    /// of priors stay.
     pub fn polish_reweighted(&self, known: &Optimum, before: &[f64]) -> Result<Optimum, Error> {
         // Residuals and derivatives are proportional to the inverse of their sigma; those of priors stay.
         let units = before.iter().zip(&self.sigmas).zip(&known.counts);
@@ -106,14 +109,17 @@ impl Search<'_> {
         self.polish_from(start.into_evaluation())
     }
 
-    /// Fits the full model to the whole records from the evaluation `start` (point, residuals, Jacobian), without simulating
-    /// it again.
+    /// Fits the full model to the whole records by the Levenberg-Marquardt method from the evaluation `start`, which is not
+    /// simulated again. It is a point on the unknowns' scales, with residuals and Jacobian without robust loss and leverage
+    /// weights.
     pub fn polish_from(&self, start: Evaluation) -> Result<Optimum, Error> {
         let x = start.x.clone();
         self.finish(self.all_residuals()?.with_evaluation(start), &x)
     }
 
-    /// Fits the `residuals` of the whole records from a start. An optimum without residuals above rounding has converged.
+    /// Fits the `residuals` of the whole records from `start`, with the tolerances [`FULL_STEP`], [`FULL_ITERATIONS`] and the
+    /// search's own. Iterates enter the journal as of the full model. An optimum with residuals at rounding level counts as
+    /// converged.
     fn finish(&self, residuals: Residuals, start: &[f64]) -> Result<Optimum, Error> {
         let tolerances =
             Tolerances { step: FULL_STEP, noise: self.tolerance, iterations: FULL_ITERATIONS };
@@ -123,8 +129,10 @@ impl Search<'_> {
         Ok(optimum)
     }
 
-    /// Minimizes half the sum of squares of `residuals` from the point `start`, within the unknowns' bounds. Iterates enter
-    /// the journal as of `stage`, or not at all without one. An error if the start cannot be simulated.
+    /// Minimizes half the sum of squares of `residuals` (robust losses and weights applied) from the point `start`, within
+    /// the unknowns' bounds, by the Levenberg-Marquardt method. Iterates enter the journal as of `stage`, or not at all
+    /// without one. The optimum has residuals and Jacobian without losses and weights, and `converged` only if a tolerance
+    /// ended the run. An error if the start cannot be simulated or the user stops.
     pub fn optimize(
         &self,
         residuals: Residuals,
@@ -195,7 +203,8 @@ impl Search<'_> {
         })
     }
 
-    /// The report of the local minima that the search found, of which `chosen` is the result.
+    /// The report of the local minima in the journal, with misfits in units of the present sigmas. `chosen` is the result;
+    /// `None` after an interruption, and then no minimum is marked as chosen.
     pub fn local_minima(&self, chosen: Option<&Optimum>) -> LocalMinima {
         let chosen = chosen.map(|optimum| self.minimum(optimum));
         self.journal.local_minima(self.unknowns, &self.sigmas, chosen.as_ref())
@@ -215,7 +224,8 @@ struct Observer {
 }
 
 impl Observer {
-    /// Records an iterate in the journal, with the robust loss of its residuals inverted.
+    /// Adds the iterate of an optimizer `state` to the journal, with the robust loss of its residuals inverted; nothing
+    /// without a stage.
     fn record(&self, state: &LeastSquaresState) {
         if let (Some(stage), Some(x), Some(robust)) =
             (self.stage, state.get_param(), state.get_residuals())
@@ -234,7 +244,7 @@ impl Observer {
 }
 
 impl Observe<LeastSquaresState> for Observer {
-    /// Records the start of the run.
+    /// Records the start point of the run in the journal, as of the observer's stage.
     fn observe_init(
         &mut self,
         _: &str,
@@ -245,7 +255,8 @@ impl Observe<LeastSquaresState> for Observer {
         Ok(())
     }
 
-    /// Records an iterate, and reports iteration number, misfit and work so far (in full simulations).
+    /// Records an iterate in the journal, and calls the progress callback with iteration number and misfit (as text) and the
+    /// work so far in full simulations.
     fn observe_iter(
         &mut self,
         state: &LeastSquaresState,

@@ -1,10 +1,10 @@
 //! Classification of the residuals at an optimum: rounding errors, noise, or motion that the model does not explain.
 //!
 //! Input: an optimum with the residuals of all measurements. Acceptable are an RMS residual of at most [`UNEXPLAINED`] of the
-//! motion or [`ACCEPTABLE_SIGMAS`] given sigmas, or white noise by the tests of `misfit::residual_tests`. Plausible is at
-//! most [`WRONG_MINIMUM`] of the motion; rounding is at most [`ROUNDING`] of the rod's length. The search uses these
-//! predicates to stop or to continue with other starts. [`residual_tests()`] and [`is_noisy`] serve the warnings and the grade,
-//! also for AR(1) noise.
+//! motion or [`ACCEPTABLE_SIGMAS`] given sigmas, or white noise of at most [`WRONG_MINIMUM`] of the motion, by the tests of
+//! `misfit::residual_tests`. Plausible is at most [`WRONG_MINIMUM`] of the motion; rounding is at most [`ROUNDING`] of the
+//! rod's length. Every measurement must satisfy a criterion. The search uses these predicates to stop or to continue with
+//! other starts. [`residual_tests()`] and [`is_noisy`] serve the warnings and the grade, also for AR(1) noise.
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all};
@@ -30,8 +30,8 @@ const ENOUGH: usize = 30;
 pub(crate) const NORMAL: &str = "normal";
 
 impl Search<'_> {
-    /// Whether the RMS residual of every measurement is at most a tenth of its motion or three given sigmas, or its residuals
-    /// are white noise.
+    /// Whether each measurement has an RMS residual of at most [`UNEXPLAINED`] (a tenth) of its motion or
+    /// [`ACCEPTABLE_SIGMAS`] (three) given sigmas, has no motion at all, or has [white noise](is_noisy) as residuals.
     pub fn has_acceptable_residuals(&self, optimum: &Optimum) -> bool {
         let spreads = self.spreads(optimum);
         self.measured(optimum).zip(spreads).all(|(own, rms)| {
@@ -43,8 +43,8 @@ impl Search<'_> {
         })
     }
 
-    /// Whether the residuals of every measurement are at most half of its motion: not a wrong minimum, while mesh and step may
-    /// still be too coarse.
+    /// Whether the RMS residual of every measurement with a motion is at most [`WRONG_MINIMUM`] (half) of that: not a wrong
+    /// minimum, while mesh and step may still be too coarse.
     pub fn has_plausible_residuals(&self, optimum: &Optimum) -> bool {
         let spreads = self.spreads(optimum);
         self.measured(optimum).zip(spreads).all(|(own, rms)| {
@@ -53,8 +53,8 @@ impl Search<'_> {
         })
     }
 
-    /// RMS residual over the RMS of the motion, both in sigmas, for the objective `cost` of the first `counts` values of each
-    /// measurement.
+    /// RMS residual over the RMS size of the motion, both in sigmas: `sqrt(2 cost/sum(count (size/sigma)^2))`. `cost` is the
+    /// objective of the first `counts` values of each measurement.
     pub fn unexplained_fraction(&self, cost: f64, counts: &[usize]) -> f64 {
         let own = all(self.experiments).zip(&self.sigmas).zip(counts);
         let square = |(((e, m), sigma), count): (((&Experiment, &Measurement), &f64), &usize)| {
@@ -63,7 +63,7 @@ impl Search<'_> {
         (2.0 * cost / own.map(square).sum::<f64>()).sqrt()
     }
 
-    /// Whether the RMS residuals of all measurements are at the level of rounding errors.
+    /// Whether the RMS residual of every measurement is at most [`ROUNDING`] times its scale (the length of the rod).
     pub fn is_rounding(&self, optimum: &Optimum) -> bool {
         let spreads = self.spreads(optimum);
         let mut measured = self.measured(optimum).zip(spreads);
@@ -72,7 +72,8 @@ impl Search<'_> {
         })
     }
 
-    /// Whether the residuals of all coordinates are white noise by all tests, or all are rounding errors.
+    /// Whether the residuals of every coordinate are white noise by all tests, or those of all measurements are [rounding
+    /// errors](Self::is_rounding). Coordinates without tests, as frequencies, do not count.
     pub fn is_noise(&self, optimum: &Optimum) -> bool {
         let significance = self.significance_level();
         let mut tests =
@@ -80,15 +81,17 @@ impl Search<'_> {
         self.is_rounding(optimum) || tests.all(|tests| tests.is_noise())
     }
 
-    /// Significance level of the tests of each coordinate, by the number of all measured coordinates (correction for multiple
-    /// tests).
+    /// Significance level of the tests of one coordinate, from the number of measured coordinates of all measurements
+    /// (correction for multiple tests).
     pub fn significance_level(&self) -> f64 {
         let coordinates = all(self.experiments).map(|(e, m)| m.coordinates(&e.problem).len());
         residual_tests::significance_level(coordinates.sum())
     }
 
-    /// Root mean square residual of each measurement, in its unit, with the weights of growing sensitivities. That of a
-    /// robust loss hardly depends on outliers.
+    /// Root mean square residual of each measurement, in its unit, by
+    /// [`Loss::spread`](crate::fit::measurement::loss::Loss::spread), which hardly depends on outliers with a robust loss.
+    /// With leverage weights of growing sensitivities the residuals are weighted, and the result is divided by the root mean
+    /// square weight.
     pub fn spreads(&self, optimum: &Optimum) -> Vec<f64> {
         let weights = self.growth_weights();
         let spread = |MeasuredResiduals { measurement, sigma, residuals, rows, .. }| {
@@ -116,7 +119,7 @@ struct SortedValues {
 }
 
 impl SortedValues {
-    /// Sorts pairs of abscissa and value.
+    /// Sorts pairs of abscissa and value by the abscissa, ascending.
     fn new(mut pairs: Vec<[f64; 2]>) -> Self {
         pairs.sort_by_cached_key(|pair| total_order(pair[0]));
         let (abscissas, values) = pairs.into_iter().map(|[x, y]| (x, y)).unzip();
@@ -124,8 +127,10 @@ impl SortedValues {
     }
 }
 
-/// Tests of the residuals of every coordinate of a measurement, at this level of `significance`. `correlation` returns the
-/// lag-1 correlation of the noise of an axis (0: white). Empty for frequencies, which have no order.
+/// Tests of the residuals of every coordinate of a measurement, in ascending order of time or arc length, at this level of
+/// `significance`. `correlation` returns the lag-1 correlation of the noise of an axis (0: white). A shape with fitted arc
+/// lengths has one test, of the offsets along the normal of the line. Empty for frequencies, which have no order; coordinates
+/// with too few values have none.
 pub(crate) fn residual_tests(
     MeasuredResiduals { experiment, measurement, residuals, .. }: &MeasuredResiduals,
     correlation: impl Fn(&str) -> f64,
@@ -160,8 +165,9 @@ pub(crate) fn residual_tests(
     tests.collect()
 }
 
-/// Whether the residuals of a measurement are white or AR(1) noise by tests with enough values. Their root mean square `rms`,
-/// in its unit, must be at most half of the motion. `correlation` returns the lag-1 correlation of the noise of an axis.
+/// Whether the residuals of the measurement `own` are white or AR(1) noise by all tests at this level of `significance`.
+/// Their root mean square `rms`, in its unit, must be at most [`WRONG_MINIMUM`] of the motion, with at least [`ENOUGH`]
+/// values per tested coordinate. `correlation` returns the lag-1 correlation of the noise of an axis.
 pub(crate) fn is_noisy(
     own: &MeasuredResiduals,
     rms: f64,

@@ -1,11 +1,11 @@
 //! The scan: the misfit of the coarse model over the first period at every point of a grid of values of the unknowns. Over
 //! the first period the misfit has few minima, with wide basins, and the grid is fine enough for all of them.
 //!
-//! The values of an unknown are a range about its start or prior ([`MODULUS_RANGE`], [`HINT_RANGE`]), or the range of its
-//! kind of parameter, within the bounds. The grid has at most [`MOST_POINTS`] points. Output: [`Candidate`]s, all simulated
-//! points with misfit and a lower bound for a descent from them, and the grid in the journal. Threads share the points. The
-//! results are processed in the order of the grid, so that neither the results nor the history depend on the number of
-//! threads.
+//! The values of an unknown are a range about its start or prior ([`MODULUS_RANGE`], [`HINT_RANGE`]), or else the range of
+//! its kind of parameter, within the bounds. With driven ends all but Young's modulus have one value. The grid has at most
+//! [`MOST_POINTS`] points: longer lists are halved. Output: [`Candidate`]s, all simulated points with misfit and a lower
+//! bound for a descent from them, and the grid in the journal. Threads share the points. The results are processed in the
+//! order of the grid, so that neither the results nor the history depend on the number of threads.
 
 use crate::error::Error;
 use crate::fit::misfit::residuals::Residuals;
@@ -66,8 +66,9 @@ struct ScannedPoint {
     is_full: bool,
 }
 
-/// Evaluates the model of the `coarse` search at `points` up to the horizons `first`, s. Where this fails at the given start,
-/// the `full` model is evaluated instead. One result per point.
+/// Evaluates the model of the `coarse` search at `points` up to the horizons `first`, s, one per experiment. Where this fails
+/// at the given start, the `full` model is evaluated instead. Returns for each point the misfit with the residuals without
+/// robust loss (or the error), the work, and which model was evaluated.
 fn evaluate_points(
     coarse: &Search,
     full: &Search,
@@ -91,21 +92,24 @@ fn evaluate_points(
     Ok(points.iter().map(evaluate).collect())
 }
 
-/// Half the sum of squares of the residuals at `x`, and the plain residuals.
+/// Half the sum of squares of the residuals at `x`, with robust losses, and the residuals without robust loss. An error if
+/// the simulation fails.
 fn misfit(residuals: &Residuals, x: &[f64]) -> Result<(f64, Vec<f64>), Error> {
     Ok((half_sum_of_squares(&residuals.residuals(x)?), residuals.plain_residuals(x)?))
 }
 
-/// Whether the point `x`, on the unknowns' scales, is at all given starts, and there is one.
+/// Whether at least one unknown has a given start, and the point `x`, on the unknowns' scales, is within 1e-9 of all given
+/// ones.
 fn is_start(unknowns: &[Unknown], x: &[f64]) -> bool {
     let starts = || unknowns.iter().zip(x).filter_map(|(u, x)| Some((u.to_scale(u.start?), x)));
     starts().next().is_some() && starts().all(|(start, x)| (start - x).abs() < 1e-9)
 }
 
 impl Search<'_> {
-    /// Evaluates the coarse model over the first periods `first`, s, at every combination of scanned values. With a
-    /// `refinement` above 1 there are additional values half-way. Returns all points that could be simulated; an error if
-    /// there is none.
+    /// Evaluates the coarse model over the first periods `first`, s, at every combination of scanned values; `refinement`
+    /// above 1 adds values half-way. Returns all points with a finite misfit, in the order of the grid and in coordinates of
+    /// the coarse model; an error if there is none. The grid replaces that of the journal, and new lowest points enter its
+    /// history. Reports progress.
     pub fn scan(
         &self,
         coarse: &CoarseModel,
@@ -187,7 +191,9 @@ impl Search<'_> {
     }
 
     /// Scanned values of each unknown on its scale, and all their combinations, of which the values of the last unknown vary
-    /// fastest. `first` are the first periods, s; a `refinement` above 1 adds values half-way.
+    /// fastest. `first` are the first periods, s; a `refinement` above 1 adds values half-way on the scale. At most
+    /// [`MOST_POINTS`] combinations. In these a shear modulus without start and prior is replaced by [`SHEAR_OF_YOUNGS`]
+    /// times the unknown Young's modulus of the same rod.
     fn grid(&self, first: &[f64], refinement: usize) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
         let candidates = |unknown: &Unknown| {
             let mut values = self.candidates(unknown, first);
@@ -233,8 +239,9 @@ impl Search<'_> {
         (axes, points)
     }
 
-    /// Values of an unknown in the scan, in its unit: a range in the first experiment that has it, or one value for an
-    /// unknown of driven rods other than Young's modulus. `first` are the first periods, s.
+    /// Values of an unknown in the scan, in its unit: a range in the first experiment with measurements that has it. `first`
+    /// are the first periods, s. For rods with recorded ends an unknown other than Young's modulus has one value: its start,
+    /// prior mean or scene value, or else the middle of the range.
     fn candidates(&self, unknown: &Unknown, first: &[f64]) -> Vec<f64> {
         let is_single = self.is_displacement_driven() && !unknown.is_stiffness();
         if let Some(start) = self.driven_start(unknown).filter(|_| is_single) {
@@ -255,7 +262,7 @@ impl Search<'_> {
         }
     }
 
-    /// The index of the unknown Young's modulus of the same rod as another unknown; `None` if it is not identified.
+    /// The index of the unknown Young's modulus that shares an experiment with the given unknown; `None` if there is none.
     fn youngs_modulus_of_rod(&self, unknown: &Unknown) -> Option<usize> {
         self.unknowns.iter().position(|u| {
             u.parameter == Parameter::YoungsModulus
@@ -265,14 +272,17 @@ impl Search<'_> {
 }
 
 impl Unknown {
-    /// Whether the unknown is Young's modulus, which determines the period of the motion and is scanned over decades.
+    /// Whether the unknown's parameter is Young's modulus, which determines the period of the motion and is scanned over
+    /// decades.
     pub(super) fn is_stiffness(&self) -> bool {
         self.parameter == Parameter::YoungsModulus
     }
 
-    /// Values in the scan, in the unit of the parameter: a range about the start or the mean of the prior, which may be far
-    /// from the optimum, or else the range of the parameter's kind. `duration` and `rise` are the length of the record and
-    /// the time of its first swing, s. Beside an unknown Young's modulus a modulus has one value, which follows it.
+    /// Values in the scan, in the unit of the parameter, within the bounds (else the nearest bound). About the start or the
+    /// prior mean: factors [`MODULUS_RANGE`] for Young's modulus, [`HINT_RANGE`] for other positive parameters, the value
+    /// itself for others. Without one: the range of the parameter's kind, relative to the rod's length, its modulus, or
+    /// `duration` and `rise`, the length of the record and the time of its first swing, s. A modulus `beside_youngs_modulus`
+    /// that is unknown has one value.
     fn candidates(
         &self,
         problem: &Problem,
@@ -329,8 +339,8 @@ impl Unknown {
     }
 }
 
-/// Halves the longest lists of values until they have at most [`MOST_POINTS`] combinations. Young's modulus keeps its values
-/// longest.
+/// Keeps every second value of the longest list, in place, until all lists have at most [`MOST_POINTS`] combinations. The
+/// list of Young's modulus counts as [`MODULUS_SHARE`] times shorter.
 fn thin(lists: &mut [Vec<f64>], unknowns: &[Unknown]) {
     let points = |lists: &[Vec<f64>]| lists.iter().map(|l| l.len() as f64).product::<f64>();
     while points(lists) > MOST_POINTS as f64 {

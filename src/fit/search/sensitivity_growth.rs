@@ -1,20 +1,22 @@
 //! Sensitivities that grow exponentially along a motion, and the leverage weights of the values there.
 //!
-//! In a vibration a parameter changes phases, and the change of a position by one unit of the logarithm of a parameter
-//! is at most of the order of `v t`, the largest speed times the time: for Young's modulus of a free vibration of amplitude
-//! `a` it is `a omega t/2`. A limp rod that whips about without enough damping is chaotic: neighboring motions diverge
+//! In a vibration a parameter changes phases, and the change of a position by one unit of the logarithm of a parameter is at
+//! most of the order of `v t`, the largest speed times the time: for Young's modulus of a free vibration of amplitude `a` it
+//! is `a omega t/2`. A limp rod that whips about without enough damping is chaotic: neighboring motions diverge
 //! exponentially, and `dx/dp` with them. Errors of the model, of mesh and step diverge likewise, by the same factor. So a
-//! value there has an error that is as many times larger than its noise as the sensitivities are larger than
-//! a vibration has them: the linear model of the fit, in which only the noise counts, does not hold.
+//! value there has an error that is as many times larger than its noise as the sensitivities are larger than a vibration has
+//! them: the linear model of the fit, in which only the noise counts, does not hold.
 //!
-//! The growth is found where both of these hold for a parameter, `M(t)` being the largest `|dx/dp|` up to `t`:
+//! The growth is found where both of these hold for a parameter, `M(t)` being the largest `|dx/dp|` up to `t`, and on the
+//! right `M(T)/T` the largest `|dx/dp|` within the first period, over its length:
 //!
 //! ```text
 //! M(t) > MAX_PHASE_SENSITIVITY (L + v t)        M(t)/t > MAX_LINEAR_GROWTH M(T)/T
 //! ```
 //!
-//! with the length `L` of the rod and about the first period `T`. Values after the second has begun to hold get the weight
-//! `MAX_LINEAR_GROWTH (M(T)/T)/(M(t)/t)`.
+//! with the length `L` of the rod and about the first period `T`. Derivatives are multiplied by the typical size of the
+//! parameter. Values after the second has begun to hold get the weight `MAX_LINEAR_GROWTH (M(T)/T)/(M(t)/t)`. Output:
+//! [`SensitivityGrowth`] per experiment, for warnings, and weights for the search; rods with recorded ends have none.
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::measurement::experiment::Experiment;
@@ -71,8 +73,9 @@ struct SampleSensitivity {
 }
 
 impl SensitivityGrowth {
-    /// The growth in an experiment; none if its sensitivities grow as those of a vibration. `rows` are the derivatives of its
-    /// residuals by the unknowns on their scales; `sigmas` has the standard deviation of each of its measurements.
+    /// The growth in an experiment; `None` if its sensitivities grow as those of a vibration, or without recorded motions.
+    /// `rows` are the derivatives of its residuals by the unknowns on their scales, plain and in units of `sigmas`, the
+    /// standard deviation of each of its measurements.
     pub fn new(
         experiment: &Experiment,
         unknowns: &[Unknown],
@@ -131,7 +134,8 @@ impl SensitivityGrowth {
         Some(Self { experiment, onset, excess, later, values, weights })
     }
 
-    /// The text of a warning: the growth with its onset, the `consequence` for later values, and the recommended action.
+    /// The text of a warning: experiment, onset and largest excess of the growth, the `consequence` for later values, and the
+    /// recommended action (shorter record or damping).
     pub fn describe(&self, consequence: &str) -> String {
         let Self { experiment, onset, excess, .. } = self;
         let of = if experiment.is_empty() { String::new() } else { format!("{experiment}: ") };
@@ -142,15 +146,16 @@ impl SensitivityGrowth {
         )
     }
 
-    /// The weight, 0 to 1, of a value at `time`, s.
+    /// The weight, 0 to 1, of a value at `time`, s: that of the last entry up to this time; 1 before the onset.
     fn weight(&self, time: f64) -> f64 {
         let after = self.weights.partition_point(|w| w.time <= time);
         self.weights[after.saturating_sub(1)].weight
     }
 }
 
-/// The sensitivities of all recorded positions of an experiment, in the order of their times. `rows` are the derivatives of
-/// its residuals in units of `sigmas`, one per measurement.
+/// The sensitivities of all recorded positions of an experiment, in ascending order of their times: per unknown the Euclidean
+/// norm of the derivatives of the observed coordinates, m, times the typical size of the unknown. `rows` are the derivatives
+/// of its residuals in units of `sigmas`, one per measurement. Rows of other measurements than motions are skipped.
 fn samples(
     experiment: &Experiment,
     unknowns: &[Unknown],
@@ -186,8 +191,8 @@ fn samples(
     samples
 }
 
-/// The growth of sensitivities in every experiment; `None` where there is none. `rows` are the derivatives of all residuals
-/// by the unknowns on their scales, in units of `sigmas`, one per measurement.
+/// The growth of sensitivities of every experiment, in their order; `None` where there is none. `rows` are the derivatives of
+/// all residuals by the unknowns on their scales, in units of `sigmas`, one per measurement.
 pub(crate) fn growths(
     experiments: &[Experiment],
     unknowns: &[Unknown],
@@ -205,7 +210,8 @@ pub(crate) fn growths(
     experiments.iter().map(of).collect()
 }
 
-/// The leverage weight of every value of the experiments, in the order of the residuals; empty where no sensitivities grow.
+/// The weight of every value of the experiments, in the order of the residuals: that of its time by the experiment's growth,
+/// 1 for values without a time or growth. Empty where no experiment has growth.
 pub(crate) fn growth_weights(
     experiments: &[Experiment],
     growths: &[Option<SensitivityGrowth>],
@@ -229,24 +235,26 @@ pub(crate) fn growth_weights(
 }
 
 impl Search<'_> {
-    /// The leverage weights of growing sensitivities; empty where there are none, and for driven rods, whose weights are
-    /// those of leverages.
+    /// The leverage weights of growing sensitivities, in the order of the residuals. Empty where there are none, and for rods
+    /// with recorded ends, whose weights are by the size of derivatives instead.
     pub fn growth_weights(&self) -> &[f64] {
         if self.is_displacement_driven() { &[] } else { &self.leverage_weights }
     }
 
-    /// The weight of the residual with index `k` by growing sensitivities; 1 without growth.
+    /// The weight by growing sensitivities of the residual with index `k`; 1 without growth.
     pub fn growth_weight(&self, k: usize) -> f64 {
         self.growth_weights().get(k).copied().unwrap_or(1.0)
     }
 
-    /// For every experiment, the growth in time of its sensitivities at an optimum; `None` where there is none.
+    /// For every experiment, the growth in time of its sensitivities at an optimum, by the optimum's Jacobian; `None` where
+    /// there is none.
     pub fn growths(&self, optimum: &Optimum) -> Vec<Option<SensitivityGrowth>> {
         growths(self.experiments, self.unknowns, &self.sigmas, &optimum.jacobian)
     }
 
-    /// The optimum with the leverage weights of the growing sensitivities at it; the same optimum without growth. The weights
-    /// become those of the search.
+    /// The optimum with the leverage weights of the growing sensitivities at it. Weights and fits alternate, at most
+    /// [`MOST_WEIGHTINGS`] times, until no weight changes by a factor of [`SAME_WEIGHT`]. The weights become those of the
+    /// search. Without growth, for rods with recorded ends, or if the first fit fails, it is the same optimum.
     pub fn with_growth_weights(&mut self, mut optimum: Optimum) -> Result<Optimum, Error> {
         // Motions between recorded ends have leverage weights by the size of their derivatives.
         if self.is_displacement_driven() {
@@ -268,8 +276,8 @@ impl Search<'_> {
     }
 }
 
-/// Whether no logarithms of two weights at the same place differ by as much as `tolerance`. Beyond the end of a list weights
-/// are 1.
+/// Whether at every index the logarithms of the weights in `a` and `b` differ by less than `tolerance`. Beyond the end of a
+/// list weights are 1.
 pub(crate) fn are_alike(a: &[f64], b: &[f64], tolerance: f64) -> bool {
     let at = |weights: &[f64], i: usize| weights.get(i).copied().unwrap_or(1.0);
     (0..a.len().max(b.len())).all(|i| (at(a, i) / at(b, i)).ln().abs() < tolerance)

@@ -2,10 +2,11 @@
 //!
 //! The misfit over Young's modulus has many minima: a wrong stiffness can match a long vibration every few periods. Over the
 //! first period there is only one. So a coarse model is scanned over the first period. It descends from the best candidate
-//! and from those that may end lower, over a growing horizon. The full model follows, from the horizon at which the bias of
-//! the coarse model is still inside the basin. The remaining candidates descend only if the residuals of the optimum are more
-//! than noise; then finer scans follow ([`LEVELS`]), the given start, and starts near the minimum (`neighbors`). Output: the
-//! optimum with the lowest objective of all starts, or the last error.
+//! and from those that may end lower, over a growing horizon. The full model follows from the best two, over growing parts of
+//! the records, from the horizon up to which the coarse model is trusted. The remaining candidates descend only if the
+//! residuals of the optimum are more than noise. Then the given start is tried, finer scans follow ([`LEVELS`]) while the
+//! optimum is not acceptable, and starts near an acceptable minimum (`neighbors`). Output: the optimum with the lowest
+//! objective of all starts, or the last error.
 
 use crate::error::Error;
 use crate::fit::search::Search;
@@ -120,16 +121,18 @@ struct StartResults {
 }
 
 impl StartResults {
-    /// Whether there is a best optimum, and it satisfies the condition.
+    /// Whether there is a best optimum so far, and it satisfies the condition.
     fn has(&self, condition: impl Fn(&Optimum) -> bool) -> bool {
         self.best.as_ref().is_some_and(condition)
     }
 }
 
 impl Search<'_> {
-    /// The best optimum of all starts. Finer scans follow as long as its residuals are not acceptable, or the optimizer did
-    /// not converge, as where halved steps make the misfit discontinuous. A search that stops at the first fit needs only
-    /// plausible residuals.
+    /// The optimum with the lowest objective of all starts. The search ends at a converged optimum with acceptable residuals
+    /// that are white noise; one that stops at the first fit needs only plausible residuals. Finer scans follow as long as
+    /// the best optimum is not acceptable or not converged, up to [`MOST_WORK`] or a suspicion. An acceptable one without
+    /// white noise is compared with minima near it. An error if no start leads to an optimum, a scan has no point, or the
+    /// user stops.
     pub fn global_optimum(&self) -> Result<Optimum, Error> {
         let is_acceptable = |b: &Optimum| {
             b.converged
@@ -200,8 +203,9 @@ impl Search<'_> {
         best.ok_or_else(|| failure.unwrap_or_else(|| Error::Fit(NO_START.into())))
     }
 
-    /// Fits the full model from the point `start`, and adds the optimum, if it is the best one, or the failure to `results`.
-    /// An error only if the user stopped the fit.
+    /// Fits the full model from the point `start` over the growing horizons of the `level`. The optimum becomes the best one
+    /// in `results` if its objective is lower; a failure becomes the last one there. An error only if the user stopped the
+    /// fit.
     fn try_start(
         &self,
         start: &[f64],
@@ -217,9 +221,10 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// The given starts, with the values of the `best` optimum for the other unknowns. Without any given start it is the
-    /// point of the scene, if that has a lower cost than the best optimum. `None` if the best optimum is in the same basin or
-    /// a value is missing.
+    /// The start point of the full model, on the unknowns' scales: given starts within the bounds, else the values of the
+    /// `best` optimum, else those of the scene. If no unknown has a start it is the point of the scene, and only if its cost
+    /// is below that of `best`. `None` if `best` is within [`BASIN`] of it, or a value is missing. Without `best` it is
+    /// always returned.
     pub fn given_start(&self, best: Option<&Optimum>) -> Option<Vec<f64>> {
         let has_start = self.unknowns.iter().any(|unknown| unknown.start.is_some());
         let at = |(i, unknown): (usize, &Unknown)| {
@@ -240,7 +245,9 @@ impl Search<'_> {
         is_other.then_some(start)
     }
 
-    /// Scans the coarse model at this level; the full one where the coarse one cannot be simulated anywhere.
+    /// Scans the coarse model over the first periods of this `level` on its grid; the full model where no point of the coarse
+    /// one can be simulated. Returns the scan with at most [`CANDIDATES`] times the refinement distinct candidates, none
+    /// descended yet.
     fn coarse_scan(&self, level: &ScanLevel) -> Result<CoarseScan, Error> {
         let ScanLevel { stretch, grid, .. } = *level;
         let first = self.first_periods(stretch);
@@ -254,8 +261,10 @@ impl Search<'_> {
         Ok(CoarseScan { stretch, grid, coarse, first, descended: Vec::new(), others })
     }
 
-    /// Starts of the full model, on the unknowns' scales: the best candidates of a `scan` after descents of the coarse model
-    /// over horizons that grow to the first one of the `level`. `descents` selects the candidates.
+    /// Starts of the full model, on the unknowns' scales, at most [`FULL_STARTS`], the best first. Candidates of a `scan`
+    /// descend over the first periods: all, or (`Competitive`) the best one and those whose bound is not above the best end.
+    /// Then the horizon grows to the trusted one of the `level`; candidates above [`COMPETITIVE`] times the best misfit are
+    /// dropped, equal ones merged. The ends over the first periods are kept in the `scan`.
     fn starts(
         &self,
         scan: &mut CoarseScan,
@@ -306,8 +315,9 @@ impl Search<'_> {
         Ok(starts.map(|c| coarse.to_full_model(self, c.x)).collect())
     }
 
-    /// Fits the coarse model up to `horizons`, s, from every candidate on several threads, and replaces each candidate by the
-    /// end of its fit. A candidate whose fit fails stays.
+    /// Fits the coarse model up to `horizons`, s, from every candidate on several threads, and replaces point and misfit of
+    /// each by the end of its fit. A candidate whose fit fails stays. The ends enter the journal, the work is counted; an
+    /// interruption is an error.
     fn descend(
         &self,
         coarse: &CoarseModel,
@@ -348,7 +358,8 @@ impl Search<'_> {
     }
 
     /// Fits the full model from the point `start`: over growing parts of the records, from the first horizon of the `level`
-    /// on, then over the whole records. The end is recorded as a minimum.
+    /// on, then over the whole records, and with raised dampings. The end is recorded as a minimum. An error if any of the
+    /// fits fails.
     fn refine(&self, start: &[f64], level: &ScanLevel) -> Result<Optimum, Error> {
         let durations = self.durations();
         let first = self.first_periods(level.stretch);
@@ -368,7 +379,8 @@ impl Search<'_> {
     }
 }
 
-/// The best scanned points that are no nearer than [`CANDIDATE_DISTANCE`] to a better one, at most `most`.
+/// The scanned points with the lowest misfits that are farther than [`CANDIDATE_DISTANCE`] from every better one kept, at
+/// most `most`, the lowest first.
 fn distinct_candidates(mut scanned: Vec<Candidate>, most: usize) -> Vec<Candidate> {
     scanned.sort_by_cached_key(|x| total_order(x.cost));
     let mut candidates: Vec<Candidate> = Vec::new();
@@ -381,7 +393,7 @@ fn distinct_candidates(mut scanned: Vec<Candidate>, most: usize) -> Vec<Candidat
     candidates
 }
 
-/// Whether two points on the unknowns' scales are the same to the coarse model.
+/// Whether two points on the unknowns' scales are closer than [`SAME_COARSE`]: the same to the coarse model.
 fn is_near(x: &[f64], y: &[f64]) -> bool {
     distance(x, y) < SAME_COARSE
 }

@@ -1,8 +1,10 @@
 //! Options of a fit for computations in addition to the estimate: the table `[analysis]` of a fit file, or `Fit::analyse`.
 //!
-//! [`Analysis`] has one field per computation: profile likelihood, bootstrap, observed information, discretization error,
-//! Monte Carlo, and sensitivity analysis. It also has the seed of the random numbers and the convergence criterion. By
-//! default only the linearized discretization error is on, and the sensitivity analysis where it is cheap.
+//! [`Analysis`] turns on profile likelihood, bootstrap, observed information, Monte Carlo and the sensitivity analysis
+//! (inputs, score tests, undetected bias). It selects the method of the discretization error ([`Refinement`]), and has
+//! plausible sizes of omitted effects, the seed of the random numbers and the convergence criterion. By default only the
+//! linearized discretization error is on, and the sensitivity analysis where it is cheap. The functions of `assessment` read
+//! it.
 
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -44,7 +46,8 @@ pub struct Analysis {
 pub(crate) const TOLERANCE: f64 = 1e-3;
 
 impl Default for Analysis {
-    /// The linearized discretization error only, and sensitivities where they are cheap.
+    /// Only the linearized discretization error, and sensitivities where they are cheap. The seed is 0, the convergence
+    /// criterion 1e-3 standard errors, and no plausible size is given.
     fn default() -> Self {
         Self {
             profile: false,

@@ -1,10 +1,11 @@
 //! Assessment of an optimum: all analyses of a fit in their order, with their warnings.
 //!
 //! [`assess`] receives a converged or unconverged optimum (unknowns, residuals, Jacobian) with its local analysis, and
-//! returns a [`FitAssessment`] for the report. The order: sensitivities to inputs; residuals without the probable errors of
-//! known inputs and without discretization errors; estimates and intervals; discretization error, score tests and input
-//! sensitivities in parallel; tests of the residuals; requested intervals; uncertainty budgets; validity of the model;
-//! predictions of validation data. [`expected`] is the shorter assessment of a planned experiment, which has no data.
+//! returns a [`FitAssessment`] for the report of a fit. The order: sensitivities to known inputs; residuals without the
+//! probable errors of known inputs and, unless they are then noise, without discretization errors; estimates and intervals;
+//! discretization error, score tests and other input sensitivities in parallel; tests of the residuals; requested intervals;
+//! uncertainty budgets; validity of the model; predictions of validation data. [`expected`] is the shorter assessment of a
+//! planned experiment, which has no data.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -108,8 +109,11 @@ pub(crate) struct AssessmentInputs<'a> {
 }
 
 /// Assesses an optimum: estimates with intervals and budgets, tests of residuals and model, and all warnings. `chosen` is the
-/// bias by numerics of the program, `knowns` are the inputs with a standard uncertainty. An analysis whose run fails is left
-/// out with a warning. Errors: a covariance that cannot be computed, and an interruption.
+/// bias by a mesh and a step that the program chose; without one it is computed here for given mesh and step. `knowns` are
+/// the inputs with a standard uncertainty. The residuals that are tested lack the probable errors of these inputs; unless
+/// they are then noise, they also lack the discretization errors. If discretization explains a misfit, its warnings become
+/// one note. Profiles, bootstrap and observed information need convergence and no unidentifiable direction. A failed analysis
+/// is left out, with a warning. Errors: failure of the local analysis or of the discretization error, and an interruption.
 pub(crate) fn assess(
     fitted: Fitted,
     AssessmentInputs { local, bias: chosen, warnings, suspicions, experiments }: AssessmentInputs,
@@ -304,9 +308,10 @@ pub(crate) fn assess(
     })
 }
 
-/// Responses of the estimates to one standard uncertainty of the known inputs, and to +1 % of the unstated ones if
-/// `with_unstated`, from one run. None after an interruption, where no unknown is identified, or where the run fails. A
-/// failed run is a warning; it is repeated without the unstated inputs.
+/// Responses of the unknowns to one standard uncertainty of each of the `knowns`, from one run with derivatives. If
+/// `with_unstated`, they include those to +1 % of every other input. If that run fails, a note is added and it is repeated
+/// for the `knowns` alone; if that fails, another note. None after a failure, after an interruption, or where `fit` has no
+/// identified unknown. Also returns the notes.
 fn sensitivities(
     fitted: Fitted,
     fit: &LinearFit,
@@ -341,8 +346,10 @@ fn sensitivities(
     (found.ok(), warnings)
 }
 
-/// Expected assessment of planned data: estimates, covariance, budget, undetected biases and warnings of an exact fit. Tests
-/// of the residuals and discretization errors are omitted, because planned data have no residuals.
+/// Expected assessment of planned data, at an optimum without residuals: estimates, covariance, budget, sensitivities, score
+/// tests with undetected biases, and warnings. Sensitivities to unstated inputs are computed unless the analysis excludes
+/// them. Monte Carlo, requested intervals, tests of the residuals and discretization errors are omitted. Other fields of the
+/// result keep their defaults. Error: failure of the local analysis.
 pub(crate) fn expected(
     fitted: Fitted,
     analysis: &Analysis,
@@ -379,8 +386,10 @@ pub(crate) fn expected(
     Ok(FitAssessment { estimates, covariance, discrepancy, warnings, ..FitAssessment::default() })
 }
 
-/// Adds the requested intervals of other methods to the estimates: observed information, profile likelihood and bootstrap.
-/// `sigma` is the noise of each measurement, in its unit. Returns the profiles.
+/// Sets the results of other methods in the `estimates`, each only if the analysis requests it: standard errors by the
+/// observed information (`observed_std_error`), intervals of the profile likelihood (`profile95`) and the bootstrap with
+/// resampled residuals (`bootstrap`). `sigma` is the noise of each measurement, in its unit. Failures add warnings. Returns
+/// the profiles of the unknowns that have one; empty unless requested.
 fn add_requested_intervals(
     estimates: &mut [Estimate],
     fitted: Fitted,

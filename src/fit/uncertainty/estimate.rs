@@ -2,9 +2,10 @@
 //!
 //! [`local_estimates`] creates one [`Estimate`] per unknown from the optimum and its local analysis. The value is corrected
 //! for the discretization bias of a mesh and step that the program chose. The 95 % interval is `x +- sqrt((k sd)^2 + e^2)` on
-//! the scale of the unknown, with the coverage factor `k`, the standard deviation `sd` and the remaining discretization error
-//! `e`. Later analyses (cluster jackknife, budget, bootstrap) add their fields. [`ParameterBias`] converts a shift of an
-//! unknown to a bias in its unit.
+//! the scale of the unknown, the logarithm of a positive parameter. Here `k` is the coverage factor, `sd` the standard
+//! deviation and `e` the remaining discretization error. A one-sided bound replaces it; without convergence there is none.
+//! Later analyses (cluster jackknife, budget, bootstrap) add their fields. [`ParameterBias`] converts a shift of an unknown
+//! to a bias in its unit.
 
 use crate::fit::measurement::experiment::named;
 use crate::fit::search::fitted::Fitted;
@@ -124,7 +125,8 @@ impl Estimate {
         named(&self.name, &self.experiments)
     }
 
-    /// Estimate of an unknown with this value in its unit, without any uncertainty and marked as not identifiable.
+    /// Estimate of an unknown with this value in its unit, and with its name, experiments, unit and prior. It is marked as
+    /// not identifiable; all other fields are none or empty.
     pub(crate) fn without_error(unknown: &Unknown, value: Option<f64>) -> Self {
         Self {
             name: unknown.parameter,
@@ -161,8 +163,9 @@ pub(crate) struct ParameterBias {
 }
 
 impl ParameterBias {
-    /// Bias of an estimate `value`, in its unit, that is `shift` too large on the unknown's scale (logarithm of a positive
-    /// parameter).
+    /// Bias of an estimate `value`, in its unit, that is `shift` too large on the unknown's scale. For a positive parameter
+    /// (logarithm) the change is `value (1 - exp(-shift))` and the relative bias `exp(shift) - 1`. Otherwise the change is
+    /// `shift` times the derivative of the value by the scale, without a relative bias.
     pub fn new(unknown: &Unknown, value: f64, shift: f64) -> Self {
         match unknown.parameter.is_positive() {
             true => Self { change: -value * (-shift).exp_m1(), relative: Some(shift.exp_m1()) },
@@ -171,9 +174,11 @@ impl ParameterBias {
     }
 }
 
-/// Estimates of all unknowns, in their order, from an optimum and its local analysis. Values are corrected by the `bias` of
-/// chosen numerics, and 95 % intervals contain the remaining discretization error. Without convergence there is no error or
-/// interval. A one-sided bound replaces the interval; an unidentifiable unknown has no value.
+/// Estimates of all unknowns, in their order, from an optimum and its local analysis. Values are corrected by the `bias` of a
+/// mesh and step that the program chose. The 95 % intervals contain the remaining discretization error, within the limits of
+/// the parameter. Without convergence there is no standard error and no two-sided interval. An upper bound gives the interval
+/// from 0 to the bound, a lower bound none. A damping near zero without a bound has an interval that is symmetric in its
+/// unit. An unidentifiable unknown has no value.
 pub(crate) fn local_estimates(
     Fitted { search, optimum }: Fitted,
     LocalAnalysis { covariance, correlations, bounds, .. }: &LocalAnalysis,

@@ -1,9 +1,10 @@
 //! Grade of a fit, and the status and verdict that explain it.
 //!
 //! [`Conclusion::new`] receives the end of the fit ([`FitEnd`]), the unidentifiable directions and all warnings. The grade is
-//! decided in this order: not converged, estimates without meaning, not identifiable, interrupted, else the severity of the
-//! worst warning ([`Grade::from_warnings`]). The status is one line on the end of the fit. The verdict is the reason of the
-//! grade, from the texts of the warnings, with the action against it. The report shows all of them.
+//! decided in this order: not converged (unusable), not identifiable unless the estimates have no meaning, interrupted, else
+//! the severity of the worst warning (`Grade::from_warnings`). The status is one line on the end of the fit. The verdict is
+//! the reason of the grade, from the texts of the warnings, with the action against it. The report of a fit shows grade,
+//! status, verdict and the sorted warnings.
 
 use crate::code::Code;
 use crate::fit::uncertainty::covariance::identifiability::{UnidentifiableDirection, summarize};
@@ -39,7 +40,7 @@ pub enum Grade {
 }
 
 impl Grade {
-    /// The code of the grade in reports; `docs/codes.md` explains it.
+    /// The code of the grade in reports, such as `refine-numerics`; `docs/codes.md` explains it.
     pub fn code(self) -> Code {
         match self {
             Self::Trustworthy => Code::Trustworthy,
@@ -57,8 +58,10 @@ impl Grade {
         self <= Self::ModelDoesNotExplain
     }
 
-    /// Grade of a minimum that determines all parameters, by the severity of its worst warning. Without warnings, or with
-    /// notes only, it is [`Grade::Trustworthy`].
+    /// Grade of a minimum that determines all parameters, by the severity of its worst warning. `Worthless` is
+    /// [`Grade::NotUsable`], `Mesh` and `Numerics` are [`Grade::RefineNumerics`], and `Ambiguous` is
+    /// [`Grade::CorrelatedOrMissing`]. All other severities above a note are [`Grade::ModelDoesNotExplain`]. Without
+    /// warnings, or with notes only, it is [`Grade::Trustworthy`].
     fn from_warnings(warnings: &Warnings) -> Self {
         match warnings.worst() {
             Some(Severity::Worthless) => Self::NotUsable,
@@ -77,7 +80,7 @@ impl Grade {
 }
 
 impl fmt::Display for Grade {
-    /// Writes the grade as text, such as `model inadequate`.
+    /// Writes the grade as text, such as `model inadequate`, padded as the format requests.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Trustworthy => "no problem detected",
@@ -118,8 +121,10 @@ pub(crate) struct Conclusion {
 }
 
 impl Conclusion {
-    /// Grades a result by its end, its unidentifiable directions (`findings`) and its warnings, and composes status and
-    /// verdict. The directions become notes where the result is unusable.
+    /// Grades a result by its end, its unidentifiable directions (`findings`) and its `warnings`, and composes status and
+    /// verdict. In this order: unusable without convergence; not identifiable, unless a warning is worthless; interrupted;
+    /// else the grade of `Grade::from_warnings`. The first suspicion of the check before the search is named as the probable
+    /// cause. For an unusable result the directions are added as notes. The warnings are returned sorted and summarized.
     pub fn new(end: FitEnd, findings: &[UnidentifiableDirection], mut warnings: Warnings) -> Self {
         let unidentifiable = summarize(findings);
         // A likely error of the set-up is named as the cause of a bad result.
@@ -171,7 +176,8 @@ impl Conclusion {
     }
 }
 
-/// Verdict on discretization errors beyond the intervals, with the misfit beside them if there is any.
+/// Verdict on discretization errors beyond the intervals, with the action. It begins with large residuals, or else with
+/// residuals that are no noise, if a warning has that severity.
 fn coarse_discretization(warnings: &Warnings) -> String {
     let misfit = match [Severity::Unexplained, Severity::Misfit].map(|s| warnings.first(s)) {
         [Some(_), _] => "large residuals. Also ",
@@ -184,7 +190,8 @@ fn coarse_discretization(warnings: &Warnings) -> String {
     )
 }
 
-/// Verdict on residuals that are autocorrelated noise or a missing effect: minor effects, outliers, or either of the two.
+/// Verdict on residuals that are autocorrelated noise or a missing effect: [`MINOR`] if all misfits are minor, on outliers if
+/// the first ambiguity is one, else on both causes.
 fn correlated_or_missing(warnings: &Warnings) -> &'static str {
     if warnings.has_only_minor_misfits() {
         MINOR
@@ -198,9 +205,10 @@ fn correlated_or_missing(warnings: &Warnings) -> &'static str {
     }
 }
 
-/// Verdict on an inadequate model or set-up, by the most severe warning: set-up error, bound or prior, large residuals,
-/// validity of the model, minor misfit, contradiction, or misfit. `compares_experiments` is whether intervals already contain
-/// the differences between experiments; otherwise the verdict on a misfit calls them too narrow.
+/// Verdict on an inadequate model or set-up, by the first of these that has a warning: error of the set-up, bound or prior,
+/// large residuals, validity of the model, misfits that are all minor ([`MINOR`]), contradiction without misfit, or misfit. A
+/// verdict on a misfit names the outlying experiments. It calls intervals too narrow unless `compares_experiments`: they then
+/// contain the differences between experiments.
 fn inadequate_model(warnings: &Warnings, compares_experiments: bool) -> String {
     // A likely error of the set-up explains all else.
     if let Some(text) = warnings.first(Severity::Suspicion) {

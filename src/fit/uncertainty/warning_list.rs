@@ -1,9 +1,10 @@
 //! List of the warnings of a result, by severity, with summaries of warnings that many experiments share.
 //!
-//! [`Warnings`] collects findings, each with a [`Severity`], a code and a text. Later findings may downgrade earlier ones:
-//! discretization errors explain a misfit. [`Warnings::into_report`] sorts them, the most severe first and minor ones last,
-//! and appends the code to each text. From [`SUMMARIZED`] warnings of one kind on, only the first is listed, with the number
-//! of the others by experiment.
+//! [`Warnings`] collects findings, each with a [`Severity`], a code and a text. Later findings may replace earlier ones by a
+//! note: if discretization errors explain a misfit, its warnings are removed. [`Warnings::into_report`] sorts them, the most
+//! severe first and minor ones last, and appends the code to each text. From [`SUMMARIZED`] warnings of one kind (severity
+//! and plural noun) on, only the first is listed, with the number of the others by experiment. The grade of a fit follows
+//! from the worst severity.
 
 use crate::code::Code;
 use std::cmp::Reverse;
@@ -66,7 +67,8 @@ struct Warning {
 }
 
 impl Warning {
-    /// Whether both are of one kind that a summary can count: each with an experiment, same severity and same plural text.
+    /// Whether both are of one kind that a summary can count: both were added for an experiment, with the same severity and
+    /// the same plural text.
     fn is_like(&self, other: &Self) -> bool {
         self.experiment.is_some()
             && other.experiment.is_some()
@@ -75,7 +77,8 @@ impl Warning {
     }
 }
 
-/// Plural noun phrase for a summary, such as `coordinates with outliers`, by severity and code of a kind of warning.
+/// Plural noun phrase for a summary, such as `coordinates with outliers`, by severity and code of a kind of warning. Codes
+/// without one of their own are `warnings of simulations`.
 fn plural(severity: Severity, code: Code) -> &'static str {
     match code {
         Code::OutlyingExperiment => "that stand out",
@@ -99,26 +102,26 @@ fn plural(severity: Severity, code: Code) -> &'static str {
 }
 
 impl Warnings {
-    /// Adds a warning that is listed by itself.
+    /// Adds a warning that is listed by itself, and never summarized with others.
     pub fn add(&mut self, severity: Severity, code: Code, text: impl Into<String>) {
         let (text, experiment, is_minor) = (text.into(), None, false);
         self.0.push(Warning { severity, code, text, experiment, is_minor });
     }
 
-    /// Adds a warning of a finding that changes the estimates by less than their standard errors. It is listed after all
-    /// others.
+    /// Adds a warning of a finding that changes the estimates by less than their standard errors. The report lists it after
+    /// all others, whatever its severity.
     pub fn add_minor(&mut self, severity: Severity, code: Code, text: String) {
         self.0.push(Warning { severity, code, text, experiment: None, is_minor: true });
     }
 
-    /// Adds a warning of an `experiment` (empty: none) of a kind that other observations may have as well; many of these are
-    /// summarized.
+    /// Adds a warning of an `experiment` (empty: none) of a kind that other observations may have as well. [`SUMMARIZED`] or
+    /// more of one kind are one line of the report.
     pub fn add_for(&mut self, experiment: &str, severity: Severity, code: Code, text: String) {
         let experiment = Some(experiment.into());
         self.0.push(Warning { severity, code, text, experiment, is_minor: false });
     }
 
-    /// Adds all warnings of another list at the end.
+    /// Adds all warnings of another list at the end, in their order.
     pub fn append(&mut self, mut others: Self) {
         self.0.append(&mut others.0);
     }
@@ -128,29 +131,30 @@ impl Warnings {
         self.0.iter().map(|w| w.severity).min()
     }
 
-    /// Text of the first added warning of exactly this severity.
+    /// Text of the first added warning of exactly this severity; none without one.
     pub fn first(&self, severity: Severity) -> Option<&str> {
         self.0.iter().find(|w| w.severity == severity).map(|w| &w.text[..])
     }
 
-    /// Code of the first added warning of exactly this severity.
+    /// Code of the first added warning of exactly this severity; none without one.
     pub fn first_code(&self, severity: Severity) -> Option<Code> {
         self.0.iter().find(|w| w.severity == severity).map(|w| w.code)
     }
 
-    /// Text of the first added warning with one of these codes.
+    /// Text of the first added warning with any of these codes; none without one.
     pub fn first_of(&self, codes: &[Code]) -> Option<&str> {
         self.0.iter().find(|w| codes.contains(&w.code)).map(|w| &w.text[..])
     }
 
-    /// Whether the residuals are no noise, or may not be: warnings of unexplained motion, misfit or ambiguity.
+    /// Whether the residuals are no noise, or may not be: any warning of the severity `Unexplained`, `Misfit` or `Ambiguous`.
     pub fn has_misfit(&self) -> bool {
         let misfits = [Severity::Unexplained, Severity::Misfit, Severity::Ambiguous];
         self.0.iter().any(|w| misfits.contains(&w.severity))
     }
 
-    /// Replaces all warnings of misfit and ambiguity by one note with this code and text on another cause of the residuals.
-    /// Warnings of large residuals stay. Without any misfit nothing changes.
+    /// Replaces all warnings of the severities `Misfit` and `Ambiguous` by one note with this code and text on another cause
+    /// of the residuals. Warnings of large residuals (`Unexplained`) stay, and also lead to the note. Without any of the
+    /// three nothing changes.
     pub fn downgrade_misfit(&mut self, code: Code, text: &str) {
         if self.has_misfit() {
             self.0.retain(|w| ![Severity::Misfit, Severity::Ambiguous].contains(&w.severity));
@@ -158,8 +162,8 @@ impl Warnings {
         }
     }
 
-    /// Replaces the warnings of autocorrelated noise or a missing effect by one note with this code and text, if there are
-    /// any.
+    /// Replaces all warnings of the severity `Ambiguous` (autocorrelated noise or a missing effect) by one note with this
+    /// code and text, if there are any; else nothing changes.
     pub fn downgrade_ambiguity(&mut self, code: Code, text: &str) {
         if self.first(Severity::Ambiguous).is_some() {
             self.0.retain(|w| w.severity != Severity::Ambiguous);
@@ -167,14 +171,14 @@ impl Warnings {
         }
     }
 
-    /// Whether there are warnings of misfit or ambiguity, all of them minor.
+    /// Whether there are warnings of the severity `Misfit` or `Ambiguous`, and all of them are minor.
     pub fn has_only_minor_misfits(&self) -> bool {
         let severities = [Severity::Misfit, Severity::Ambiguous];
         let mut own = self.0.iter().filter(|w| severities.contains(&w.severity)).peekable();
         own.peek().is_some() && own.all(|w| w.is_minor)
     }
 
-    /// Names of the outlying experiments, those in succession once.
+    /// Names of the experiments with a warning `OutlyingExperiment`, in the order of addition; equal neighbors are merged.
     pub fn outlying_experiments(&self) -> Vec<&str> {
         let own = self.0.iter().filter(|w| w.code == Code::OutlyingExperiment);
         let mut names: Vec<&str> = own.filter_map(|w| w.experiment.as_deref()).collect();
@@ -182,8 +186,9 @@ impl Warnings {
         names
     }
 
-    /// Texts with codes: sorted by severity, minor ones last. Of [`SUMMARIZED`] or more warnings of one kind only the first
-    /// is listed, with the number of the others and their experiments.
+    /// Texts, each followed by its code, and codes: sorted by severity, minor ones last, else in the order of addition. Of
+    /// [`SUMMARIZED`] or more warnings of one kind only the first is listed, with the number of the others and their
+    /// experiments.
     pub fn into_report(mut self) -> ReportedWarnings {
         self.0.sort_by_key(|w| (w.is_minor, w.severity));
         let mut report = ReportedWarnings::default();
@@ -207,7 +212,8 @@ impl Warnings {
 }
 
 /// Text on the further warnings of one kind, such as `4 more coordinates with outliers: 3 in a, 1 in b`. Up to [`NAMED`]
-/// experiments are named; without names of experiments only the number remains.
+/// experiments are named, those with the most warnings first, and the rest is counted. Without names of experiments only the
+/// number remains.
 fn summary(others: &[&Warning]) -> String {
     let mut experiments: Vec<(&str, usize)> = Vec::new();
     for name in others.iter().filter_map(|w| w.experiment.as_deref()).filter(|e| !e.is_empty()) {
@@ -232,8 +238,8 @@ fn summary(others: &[&Warning]) -> String {
     }
 }
 
-/// Text of a fraction in per cent: one significant digit below 0.01 %, two decimals up to 9.5 %, whole numbers above, and
-/// `more than 1000 %` for larger ones and NaN.
+/// Text of a fraction (0.01 is 1 %) in per cent: one significant digit below 0.01 %, two decimals up to 9.5 %, whole numbers
+/// above. Values above 1000 % and NaN are `more than 1000 %`.
 pub(crate) fn percent(fraction: f64) -> String {
     match 100.0 * fraction {
         p if p.is_nan() || p > 1000.0 => "more than 1000 %".into(),

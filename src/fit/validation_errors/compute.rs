@@ -2,10 +2,10 @@
 //! measurements, without a fit.
 //!
 //! Input: experiments. Mesh and step, where the scenes leave them open, are chosen by the accuracy of a simulation of the
-//! scene. For each measurement (all markers of a recording are one) the mean, median, largest and RMS absolute difference are
-//! computed, and the RMS over the measured change. Output: [`ValidationReport`] with these errors, a summary per unit, the
-//! errors of recordings with prescribed ends, the experiments that could not be simulated, warnings, and on demand data of
-//! plots.
+//! scene. The mean, median, largest and RMS absolute difference of each measurement are computed, and the RMS over the
+//! measured change. All markers of a recording are one measurement. Output: [`ValidationReport`] with these errors, a summary
+//! per unit, and the errors of recordings with prescribed ends. It also has the experiments that could not be simulated,
+//! warnings, and on demand data of plots.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -36,8 +36,9 @@ struct ExperimentComparison {
     codes: Vec<Code>,
 }
 
-/// Compares every experiment with its measurements, on several threads. `keeps_plots`: the report has data of plots. If no
-/// experiment can be simulated, the error of the first one; a part of failures is in the report.
+/// Compares every experiment with its measurements, in parallel; results are in the order of the experiments. With
+/// `keeps_plots` the report has data of plots. Experiments that cannot be simulated are listed with the reason. The wall time
+/// is 0, to be set by the caller. Error: the first failure if no experiment can be simulated, and an interruption.
 pub(super) fn compare_all(
     experiments: &[Experiment],
     keeps_plots: bool,
@@ -102,8 +103,8 @@ pub(super) fn compare_all(
     })
 }
 
-/// The experiment without constant coordinates. Where its scene leaves mesh and step open, they are chosen for the accuracy
-/// of the measured motion, modes or equilibrium.
+/// A copy of the experiment without constant coordinates. Where its scene leaves mesh or step open, they are chosen for the
+/// accuracy of the measured motion, modes or equilibrium. Error: that choice fails.
 fn with_resolved_mesh(experiment: &Experiment) -> Result<Experiment, Error> {
     let experiment = without_constant_axes(experiment);
     let problem = &experiment.problem;
@@ -114,8 +115,9 @@ fn with_resolved_mesh(experiment: &Experiment) -> Result<Experiment, Error> {
     Ok(experiment.with_problem(problem.with_scene(accurate.scene().clone())?))
 }
 
-/// The comparison of one experiment on its mesh, from the residuals of a fit without unknowns. `keeps_plots`: with data of
-/// plots.
+/// The comparison of one experiment on its mesh, by the residuals of a simulation with the values of its scene. With
+/// `keeps_plots` it has data of plots; if shapes of the rod cannot be computed, that is a warning. Error: the simulation
+/// fails.
 fn compare(experiment: Experiment, keeps_plots: bool) -> Result<ExperimentComparison, Error> {
     let search = Search::new(std::slice::from_ref(&experiment), &[], None, TOLERANCE)?;
     let residuals = search.all_residuals()?;
@@ -162,8 +164,8 @@ struct DifferenceGroup {
     size: f64,
 }
 
-/// The errors of all measurements of an experiment, converted to the units of the data files; the markers of a recording are
-/// one measurement.
+/// The errors of all measurements of the one experiment of `search`, in their order and in the units of the data files.
+/// Consecutive markers of a recording are one measurement.
 fn measurement_errors(search: &Search, found: &Optimum) -> Vec<MeasurementError> {
     // Consecutive markers of a recording form one group.
     let mut groups: Vec<DifferenceGroup> = Vec::new();
@@ -200,8 +202,8 @@ fn measurement_errors(search: &Search, found: &Optimum) -> Vec<MeasurementError>
 }
 
 impl DifferenceGroup {
-    /// Mean, median, largest and RMS absolute difference, and the RMS over the size of the measured effect. `experiment` is
-    /// the name of the experiment.
+    /// Mean, median, largest and RMS absolute difference, all 0 without values, and the RMS over the size of the measured
+    /// effect, none if that is 0. `experiment` is the name of the experiment.
     fn error(self, experiment: String) -> MeasurementError {
         let mut absolute: Vec<f64> = self.differences.iter().map(|d| d.abs()).collect();
         absolute.sort_by(f64::total_cmp);
@@ -231,7 +233,8 @@ fn median(ascending: &[f64]) -> f64 {
     }
 }
 
-/// The summary of the mean errors of all measurements in each unit: their mean, median and largest one.
+/// One summary per unit, in the order of first appearance: mean, median and largest of the mean errors of all measurements in
+/// this unit, each measurement counting once.
 fn summaries(errors: &[MeasurementError]) -> Vec<ValidationSummary> {
     // Errors in different units have summaries of their own.
     let mut units: Vec<&str> = Vec::new();

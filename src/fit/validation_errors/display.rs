@@ -13,14 +13,16 @@ use std::fmt::{self, Formatter};
 const DIGITS: usize = 3;
 
 impl fmt::Display for ValidationReport {
-    /// Writes the validation report as text.
+    /// Writes [`ValidationReport::to_summary`] as text.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         self.to_summary().fmt(f)
     }
 }
 
 impl ValidationReport {
-    /// The result as text for a terminal.
+    /// The result as text for a terminal, in this order: experiments that could not be simulated, summaries of units with
+    /// several measurements, and the table of measurements. Warnings, errors of recordings with prescribed ends, and the wall
+    /// time follow.
     pub fn to_summary(&self) -> Summary {
         // Failures come first: the errors below do not contain them.
         let status = "prediction with the values of the scene; no parameter was fitted";
@@ -58,8 +60,8 @@ impl ValidationReport {
         summary.fact("Cost", duration(self.wall_seconds))
     }
 
-    /// The table of all measurements: mean, median, largest and RMS error with unit, and the RMS over noise and measured
-    /// change.
+    /// The table of all measurements, a row each: mean, median, largest and RMS error with unit, and the RMS over noise and
+    /// measured change.
     fn error_table(&self) -> SummaryTable {
         let mut table = SummaryTable::new([
             TextColumn::wrapped("measurement"),
@@ -85,7 +87,8 @@ impl ValidationReport {
 }
 
 impl MeasurementError {
-    /// The RMS error over the given noise and over the measured change, as text; empty if neither is available.
+    /// The RMS error over the given noise, as `1.20 sigma`, and in per cent of the measured change, separated by a comma;
+    /// empty if neither is available.
     pub fn remarks(&self) -> String {
         let noise = self.sigma.map(|sigma| format!("{:.2} sigma", self.rms / sigma));
         let motion =

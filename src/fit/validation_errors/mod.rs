@@ -1,9 +1,9 @@
 //! Validation errors without a fit: the scenes are simulated with their own values and compared with all measurements
 //! (`rodfit predict`).
 //!
-//! [`Fit::predict`] checks the data, compares every experiment (`compute`), and adds a warning if the file has parameters
-//! that are not fitted because all data are validation data. Output: a [`ValidationReport`] (`report`), whose text is in
-//! `display`.
+//! [`Fit::predict`] checks the data and compares every experiment with its measurements (`compute`), fitted or held out
+//! alike. It adds a warning if the file has parameters that are not fitted because all data are validation data. Output: a
+//! [`ValidationReport`] (`report`) with the errors of each measurement, whose text for a terminal is in `display`.
 
 mod compute;
 mod display;
@@ -19,12 +19,13 @@ use crate::fit::validation_errors::report::ValidationReport;
 use std::time::Instant;
 
 impl Fit {
-    /// Whether every measurement is validation data, so that no parameter can be fitted.
+    /// Whether there are measurements, and every one is validation data, so that no parameter can be fitted.
     pub fn is_validation_only(&self) -> bool {
         is_validation_only(&self.experiments)
     }
 
-    /// Compares the scenes, with their own values, with all measurements. No parameter is fitted.
+    /// Compares the scenes, with their own values, with all measurements. No parameter is fitted; parameters of the fit are a
+    /// warning, which comes first. Experiments that cannot be simulated are listed in the report.
     ///
     /// # Errors
     ///

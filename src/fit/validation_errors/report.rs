@@ -105,7 +105,8 @@ impl ValidationReport {
         self.failed.is_empty()
     }
 
-    /// The mean errors in all units, as one line of text.
+    /// The mean errors in all units, as one line of text, such as `mean error 1.234e-3 m`, separated by semicolons; empty
+    /// without errors.
     pub fn in_a_line(&self) -> String {
         let one = |s: &ValidationSummary| format!("mean error {:.3e} {}", s.mean, s.unit);
         self.summary.iter().map(one).collect::<Vec<_>>().join("; ")

@@ -20,13 +20,14 @@ pub(super) struct WeightedSum<'a, D, const W: usize> {
 }
 
 impl<'a, D: Scalar, const W: usize> WeightedSum<'a, D, W> {
-    /// The diagonal entry of row and column `j`.
+    /// The diagonal entry of row and column `j`, `scale masses[j] + factor A_jj`.
     #[inline(always)]
     pub fn diagonal(&self, j: usize) -> D {
         self.masses[j] * self.scale + self.matrix.diagonal[j] * self.factor
     }
 
-    /// The first `n` columns from the top and the last `n` from the bottom.
+    /// The first `n` columns from the top and the last `n` from the bottom, by reference, as a source of columns of two
+    /// bands.
     #[inline(always)]
     pub fn end_columns(&self, n: usize) -> EndColumns<'a, D, W> {
         let BandMatrix { diagonal, below } = self.matrix;
@@ -56,7 +57,8 @@ pub(super) struct EndColumns<'a, D, const W: usize> {
 }
 
 impl<D: Scalar, const W: usize> ColumnSource<D, W, 2> for EndColumns<'_, D, W> {
-    /// Column `k` from the top and column `k` from the bottom, which is a row left of the diagonal, as two bands.
+    /// Two bands: column `k` from the top with the entries below its diagonal, and row `k` from the bottom with the
+    /// entries left of its diagonal.
     #[inline(always)]
     fn column(&self, k: usize) -> BandColumn<D, W, 2> {
         let up = self.down.len() - 1 - k;
@@ -76,7 +78,7 @@ impl<D: Scalar, const W: usize> ColumnSource<D, W, 2> for EndColumns<'_, D, W> {
 }
 
 impl<D: Scalar, const W: usize> ColumnSource<D, W, 1> for BandMatrix<D, W> {
-    /// Column `k` of the matrix as one band.
+    /// Column `k` of the matrix as one band: its diagonal entry and the entries below it.
     #[inline(always)]
     fn column(&self, k: usize) -> BandColumn<D, W, 1> {
         let mut below = [[D::from(0.0)]; W];

@@ -48,7 +48,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
     /// Whether a window and a column fit into 16 vector registers.
     pub const NARROW: bool = W <= 5;
 
-    /// Allocates `n` columns of zeros, with padding.
+    /// Allocates the factors of `S` bands with up to `n` columns, as zeros with padding.
     pub fn with_order(n: usize) -> Self {
         let zero = [D::from(0.0); S];
         Self {
@@ -58,10 +58,11 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         }
     }
 
-    /// Eliminates the first `n` columns of `matrix` into these factors; `level` is the instruction set.
+    /// Eliminates the first `n` columns of the `S` bands of `matrix` and stores pivots and columns of `L` here. `level`
+    /// has the vector instructions. Numbers after column `n` are left as they were.
     ///
     /// # Errors
-    /// The first pivot that is zero or not finite.
+    /// The first pivot that is zero or not finite; the factors are then not usable.
     #[inline(always)]
     pub fn eliminate<V: PairLevel>(
         &mut self,
@@ -109,7 +110,8 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         if ones.iter().all(|sum| sum.is_finite()) { Ok(()) } else { Err(self.first_singular(n)) }
     }
 
-    /// Position of the first of `n` pivots that is zero or not finite.
+    /// Column and band of the first of `n` pivots whose inverse is zero or not finite. The last column of the first band
+    /// if there is none.
     #[cold]
     fn first_singular(&self, n: usize) -> SingularColumn {
         let singular = |inverse: &D| inverse.value() == 0.0 || !inverse.value().is_finite();
@@ -122,7 +124,8 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
             .unwrap_or(SingularColumn { column: n - 1, band: 0 })
     }
 
-    /// The contribution of the first `n` columns to column `n + C` of the Schur complement, `C < W`: to be added to the matrix.
+    /// The update of column `n + C` of the matrix, `C < W`, by the elimination of the first `n` columns: to be added to
+    /// the matrix, it yields the Schur complement. Entries are those of the diagonal and the `W` rows below it.
     #[inline(always)]
     pub fn schur_update<V: PairLevel, const C: usize>(
         &self,
@@ -136,8 +139,8 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         sum
     }
 
-    /// Subtracts from `column` number `k` the products with those of the `W` columns before it (of `L` and `D`) whose
-    /// `distances` from the nearest one are given.
+    /// Subtracts from `column` the products of the columns before it, whose `L` and `D` are given for the `W` nearest
+    /// ones in ascending order. Of these only columns at the `distances` are used, 0 being the nearest one.
     #[inline(always)]
     fn subtract<V: PairLevel>(
         level: V,

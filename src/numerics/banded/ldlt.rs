@@ -36,7 +36,7 @@ struct Factor<'a, V, D, const W: usize> {
 impl<V: PairLevel, D: Scalar, const W: usize> pulp::NullaryFnOnce for Factor<'_, V, D, W> {
     type Output = Result<(), Singular>;
 
-    /// Runs the computation, compiled for the instruction set of the caller.
+    /// Factors the matrix, compiled for the instruction set of the caller. An error has the row of a singular pivot.
     #[inline(always)]
     fn call(self) -> Self::Output {
         self.factors.eliminate_inlined(self.level, self.sum)
@@ -58,7 +58,7 @@ where
 {
     type Output = ();
 
-    /// Runs the computation, compiled for the instruction set of the caller.
+    /// Solves the systems in place, compiled for the instruction set of the caller.
     #[inline(always)]
     fn call(self) {
         self.factors.solve_blocks(self.level, self.x);
@@ -66,7 +66,7 @@ where
 }
 
 impl<D: Scalar, const W: usize> Ldlt<D, W> {
-    /// Allocates the factors of matrices of order `n`.
+    /// Allocates the factors of matrices of order `n`, over an empty range; they are not yet computed.
     pub fn with_order(n: usize) -> Self {
         Self {
             ends: Elimination::with_order(n / 2),
@@ -80,13 +80,15 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
 impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
     type Matrix = BandMatrix<D, W>;
 
-    /// Factors the rows and columns of `range`; allocates nothing. An error has the row of a pivot that is zero or not finite.
+    /// Factors the rows and columns of `range` of the matrix and replaces earlier factors; allocates nothing. An error
+    /// has the row of a pivot that is zero or not finite.
     fn factor(&mut self, matrix: &BandMatrix<D, W>, range: Range<usize>) -> Result<(), Singular> {
         let diagonal = &matrix.diagonal;
         self.factor_sum(diagonal, D::from(0.0), matrix, D::from(1.0), range)
     }
 
-    /// Factors `scale diag(diagonal) + factor matrix` over `range` without forming it; an error has the row of a singular pivot.
+    /// Factors `scale diag(diagonal) + factor matrix` over `range` without forming it, and replaces earlier factors. An
+    /// error has the row of a pivot that is zero or not finite.
     fn factor_sum(
         &mut self,
         diagonal: &[D],
@@ -99,13 +101,15 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
         self.eliminate(WeightedSum { masses: &diagonal[..end], scale, matrix, factor, start, end })
     }
 
-    /// Number of negative eigenvalues of the factored matrix (Sylvester's law of inertia).
+    /// Number of negative pivots, which is that of negative eigenvalues of the factored matrix (Sylvester's law of
+    /// inertia).
     fn negative_pivots(&self) -> usize {
         let m = self.end_rows();
         self.ends.negative_pivots(m) + self.middle.negative_pivots(self.range.len() - 2 * m)
     }
 
-    /// Solves `A x = b` in place for `R` right-hand sides, over the factored range; other rows become zero.
+    /// Solves `A x = b` in place for `R` right-hand sides (`x[i][r]` is row `i` of number `r`), over the factored range.
+    /// Rows outside of it become zero.
     fn solve_many<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
         let Range { start, end } = self.range;
         x[..start].fill([E::from(0.0); R]);
@@ -122,7 +126,8 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
 }
 
 impl<D: Scalar, const W: usize> Ldlt<D, W> {
-    /// Factors a matrix, with vector instructions for numbers without derivatives if the processor has them.
+    /// Factors a matrix over its range, with AVX2 instructions for numbers without derivatives if the processor has them.
+    /// An error has the row of a pivot that is zero or not finite.
     fn eliminate(&mut self, sum: WeightedSum<'_, D, W>) -> Result<(), Singular> {
         #[cfg(target_arch = "x86_64")]
         if let Some(level) = pulp::x86::V3::try_new()
@@ -178,12 +183,13 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
             .map_err(|singular| Singular { row: first + singular.column })
     }
 
-    /// Number of rows that are eliminated from either end. At least `W` rows remain, so that the ends are not coupled.
+    /// Number of rows that are eliminated from either end: half of those of the range, rounded down, after `W` are set
+    /// aside. At least `W` rows remain in the middle (all in a shorter range), so that the ends are not coupled.
     fn end_rows(&self) -> usize {
         self.range.len().saturating_sub(W) / 2
     }
 
-    /// Solves for all right-hand sides, in blocks of 4, 2 or 1, as many as the registers hold.
+    /// Solves in place for all `R` right-hand sides, in blocks of 4, 2 or 1, as many as the registers of `level` hold.
     #[inline(always)]
     fn solve_blocks<V: PairLevel, E: RightHandSide<D>, const R: usize>(
         &self,

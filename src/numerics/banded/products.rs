@@ -1,6 +1,8 @@
-//! The innermost loops of band matrices: `a - x y` for numbers of `S` bands, by vector instructions for two bands.
+//! The innermost loops of band matrices: `a - x y` for numbers of `S` bands, by vector instructions for two bands of
+//! numbers without derivatives.
 //!
-//! [`subtract_products`] serves the elimination and the substitution; `unrolled!` repeats a statement for constant indices.
+//! [`subtract_products`] serves the elimination and the substitution; `unrolled!` repeats a statement for each constant
+//! index below a number.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::simd::PairLevel;
@@ -26,8 +28,8 @@ fn pair<D: Scalar, const S: usize>(x: &[D; S]) -> [f64; 2] {
     [x[0].value(), x[S - 1].value()]
 }
 
-/// Subtracts `x[k][s] y[s]` from `a[k][s]` for each `k` and each of `S` bands. Two bands of plain numbers use the vector
-/// instructions of `level`.
+/// Subtracts `x[k][s] y[s]` from `a[k][s]` for each `k` and each band `s` of `S`. Two bands of numbers without
+/// derivatives use the vector instructions of `level`.
 #[inline(always)]
 pub(super) fn subtract_products<V: PairLevel, D: Scalar, E: RightHandSide<D>, const S: usize>(
     level: V,

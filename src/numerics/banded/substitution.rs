@@ -25,8 +25,9 @@ const PARTS: usize = 2;
 pub(super) type Row<E, const S: usize, const C: usize> = [[E; S]; C];
 
 impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
-    /// Solves `L y = x` in place, for `C` right-hand sides from index `first` on. Returns the contribution to the `W` rows
-    /// after the last. The rows of the second band are in reverse order.
+    /// Solves `L y = x` in place, for the `C` right-hand sides from index `first` on. Returns the contribution to the `W`
+    /// rows after the last, to be added to their right-hand sides. The rows of a second band (`x.bottom`) are in reverse
+    /// order.
     #[inline(always)]
     pub fn forward<V: PairLevel, E: RightHandSide<D>, const R: usize, const C: usize>(
         &self,
@@ -47,8 +48,8 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         contribution
     }
 
-    /// Solves `D L^T x = y` in place, for `C` right-hand sides from index `first` on. `after` has the solution in the `W` rows
-    /// after the last.
+    /// Solves `D L^T x = y` in place, for the `C` right-hand sides from index `first` on, from the last row to the first.
+    /// `after` has the solution in the `W` rows after the last, the nearest one first.
     #[inline(always)]
     pub fn backward<V: PairLevel, E: RightHandSide<D>, const R: usize, const C: usize>(
         &self,
@@ -64,8 +65,9 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         self.substitute::<V, E, R, C, false>(level, x, first, window);
     }
 
-    /// Solves `L y = x` from the first row to the last, or `D L^T x = y` from the last to the first. `window` has the `W`
-    /// rows of the solution before these, the nearest one last; the result has the last `W` rows.
+    /// Solves `L y = x` from the first row to the last (`FORWARD`), or `D L^T x = y` from the last to the first, in
+    /// place. `window` has the `W` rows of the solution before these, the nearest one last. Returned are the last `W`
+    /// rows of the solution.
     #[inline(always)]
     fn substitute<V, E, const R: usize, const C: usize, const FORWARD: bool>(
         &self,
@@ -87,8 +89,9 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         self.substitute_rows::<V, E, R, C, FORWARD, W>(level, &mut x, all, first, window)
     }
 
-    /// Solves for some rows, which are counted in the order of their solution, in blocks of `B`. In a block of `W` rows,
-    /// each takes the place in the window of the one `W` rows before it, so that no row is moved.
+    /// [`substitute`](Self::substitute) for the given `rows`, which are counted in the order of their solution, in blocks
+    /// of `B` rows (1 or `W`). In a block of `W` rows, each takes the place in the window of the one `W` rows before it,
+    /// so that no row is moved.
     #[inline(always)]
     fn substitute_rows<V, E, const R: usize, const C: usize, const FORWARD: bool, const B: usize>(
         &self,

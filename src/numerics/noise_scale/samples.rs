@@ -1,8 +1,9 @@
-//! Preparation of a series for the noise estimate of [`noise_scale`](super): removal of excluded samples, repeated frames and
-//! outliers, and the normalized divided differences of the samples that remain.
+//! Preparation of a series for the noise estimate of [`noise_scale`](super), and its normalized divided differences.
 //!
-//! Outliers are peaks of the second differences above `OUTLYING` robust standard deviations (median absolute deviation), removed
-//! in up to `ROUNDS` rounds. Differences across a gap of the sampling times or an outlier are not used.
+//! Excluded samples and repeated frames are removed. Outliers are marked: samples in the middle of second differences
+//! that are peaks above [`OUTLYING`] robust standard deviations (from the median of absolute values), in up to [`ROUNDS`]
+//! rounds. A difference has weights of length one, so that white noise has the same standard deviation in it as in the
+//! samples. Differences across a gap of the sampling times ([`GAP`]) or an outlier do not exist.
 
 use crate::numerics::noise_scale::{HIGHEST_ORDER, NoisySeries};
 
@@ -31,8 +32,9 @@ pub(super) struct NoiseSamples {
 }
 
 impl NoiseSamples {
-    /// The samples of a series without excluded ones and without repeated values; these stay in a series that is coarsely
-    /// quantized ([`DISTINCT`]). A step above [`GAP`] median steps is a gap.
+    /// The samples of a series without excluded ones and without values that repeat the one before (repeated frames).
+    /// Repeated values stay in a series with fewer distinct values than [`DISTINCT`] of the samples, which is coarsely
+    /// quantized. A step of time above [`GAP`] median steps is a gap. No sample is marked as an outlier yet.
     pub fn new(series: &NoisySeries) -> Self {
         let total = series.values.len();
         let is_excluded = |k: usize| series.excluded.get(k).copied().unwrap_or(false);
@@ -64,8 +66,9 @@ impl NoiseSamples {
         samples
     }
 
-    /// Marks samples as outliers: those in the middle of second differences that are peaks above [`OUTLYING`] robust standard
-    /// deviations. Repeats up to [`ROUNDS`] times; returns the number of outliers.
+    /// Marks samples as outliers: those in the middle of second differences that exceed [`OUTLYING`] robust standard
+    /// deviations and both neighboring differences. Repeats without the differences across marked samples until none is
+    /// found, up to [`ROUNDS`] times. Returns the number of outliers.
     pub fn mark_outliers(&mut self) -> usize {
         let mut count = 0;
         for _ in 0..ROUNDS {
@@ -99,8 +102,9 @@ impl NoiseSamples {
         count
     }
 
-    /// The normalized divided difference of `order` over every `stride`-th sample from number `first` on, with its weights times
-    /// the factors of the samples. None if it crosses a gap or an outlier, or exceeds the series.
+    /// The normalized divided difference of `order` over every `stride`-th sample from number `first` on, divided by the
+    /// norm of its weights times the factors. Also these normalized products; entries above `order` are zero. `None` if
+    /// it crosses a gap or an outlier, exceeds the series, or has no finite weights.
     pub fn difference(
         &self,
         first: usize,

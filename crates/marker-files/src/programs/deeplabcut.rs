@@ -11,7 +11,9 @@ use crate::marker_file::{
 };
 use std::path::Path;
 
-/// Reads the bytes of a file of DeepLabCut; `path` is for messages. Markers of several animals are named `animal:part`.
+/// Reads the bytes of a file of DeepLabCut into frames by number and positions with likelihoods; `path` is for messages.
+/// Markers of several animals are named `animal:part`. An error for missing header rows, other coordinates, or an image
+/// name without a frame number.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::DeepLabCut, bytes, b',')?;
     let header: Vec<&FieldLine> = lines.list.iter().take(4).collect();
@@ -84,8 +86,8 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     Ok(lines.file(clock, lengths, table))
 }
 
-/// The frame number in a cell: the cell itself, or the group of digits with the index `group` from the end in the name of an
-/// image, `img0012_cam1.png`. None without digits.
+/// The frame number in a cell: the cell itself, or the group of digits with the index `group` from the end in the name of
+/// an image, `img0012_cam1.png`. `None` without such digits, and for a negative number.
 fn frame(name: &str, group: usize) -> Option<f64> {
     if let Ok(number) = name.parse::<f64>() {
         return (number.is_finite() && number >= 0.0).then_some(number);
@@ -93,14 +95,14 @@ fn frame(name: &str, group: usize) -> Option<f64> {
     digits(name).nth(group)?.parse().ok()
 }
 
-/// The groups of digits in the name of an image without its extension, from the end.
+/// The groups of digits in the name of an image without its extension, the last one first.
 fn digits(name: &str) -> impl Iterator<Item = &str> {
     let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
     stem.rsplit(|c: char| !c.is_ascii_digit()).filter(|digits| !digits.is_empty())
 }
 
-/// Index, from the end, of the last group of digits that increases from name to name; 0 if none does. Other groups are the
-/// number of a camera or a date.
+/// Index, from the end, of the last group of digits that increases from each name to the next; 0 if none does. Other
+/// groups are the number of a camera or a date.
 fn counting_group(names: &[&str]) -> usize {
     let groups = names.first().map_or(0, |name| digits(name).count());
     let number = |name: &str, group: usize| digits(name).nth(group)?.parse::<f64>().ok();

@@ -1,12 +1,16 @@
-//! Reader of CSV files of DLTdv: points `pt1_cam1_X, pt1_cam1_Y` of each camera in pixels, or `pt1_X, pt1_Y, pt1_Z` in the unit
-//! of the calibration, but not both. There is no clock: row k, counted from 1, is frame k. Missing positions are NaN.
+//! Reader of CSV files of DLTdv.
+//!
+//! Columns are points `pt1_cam1_X, pt1_cam1_Y` of each camera in pixels, or `pt1_X, pt1_Y, pt1_Z` in the unit of the
+//! calibration, but not both. There is no clock: row k, counted from 1, is frame k. Missing positions are NaN.
 
 use crate::error::Error;
 use crate::format::Format;
 use crate::marker_file::{Clock, ColumnKind, ColumnLayout, FieldLines, LengthUnit, MarkerFile};
 use std::path::Path;
 
-/// Reads the bytes of a file of DLTdv; `path` is for messages. A point of each camera is a marker of its own.
+/// Reads the bytes of a file of DLTdv into frames by number and points as markers; `path` is for messages. A point of
+/// each camera is a marker of its own. An error for other columns, and for a mixture of columns with and without a
+/// camera.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Dltdv, bytes, b',')?;
     let [names, rows @ ..] = &lines.list[..] else {

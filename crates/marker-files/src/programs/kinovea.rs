@@ -14,7 +14,8 @@ use crate::marker_file::{
 use crate::table::{LENGTHS, TIMES, delimiter, split_unit};
 use std::path::Path;
 
-/// Reads the bytes of a file of Kinovea; `path` is for messages. A file that begins with `#` is a text.
+/// Reads the bytes of a file of Kinovea into frames by time and trajectories as markers; `path` is for messages. A file
+/// that begins with `#` is a text, others are a spreadsheet. An error for time codes, other columns and several units.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     if bytes.starts_with(b"#") {
         return read_text(path, bytes);
@@ -99,7 +100,8 @@ fn time_code(lines: &FieldLines, line: &FieldLine) -> Error {
     lines.error(line.number, format!("found the time `{}`, {words}", line.field(0)))
 }
 
-/// Reads a text of lines `T X Y` in seconds and the unit of the calibration. Trajectories without a name are numbered from 1.
+/// Reads a text of lines `T X Y`, which may have decimal commas, in seconds and the unit of the calibration. Trajectories
+/// without a name are numbered from 1.
 fn read_text(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     // A comma is a decimal point here.
     let text: Vec<u8> = bytes.iter().map(|b| if *b == b',' { b'.' } else { *b }).collect();

@@ -1,5 +1,6 @@
-//! One reader for the files of every tracking program; each returns a [`MarkerFile`] in the units of the program. [`open`]
-//! reads the bytes and determines the format, [`parse`] calls the reader of the format.
+//! One reader for the files of every tracking program; each returns a [`MarkerFile`] in the units of the program.
+//!
+//! [`open`] reads the bytes and determines the format, [`parse`] calls the reader of the format.
 
 mod deeplabcut;
 mod dltdv;
@@ -19,7 +20,7 @@ use crate::format::Format;
 use crate::marker_file::MarkerFile;
 use std::path::Path;
 
-/// The bytes of a file without a byte-order mark, and its format: the `stated` one, or that of its first bytes.
+/// The format of a file, the `stated` one or that of its first bytes, and its bytes without a byte-order mark.
 ///
 /// # Errors
 ///
@@ -32,7 +33,7 @@ pub fn open(path: &Path, stated: Option<Format>) -> Result<(Format, Vec<u8>), Er
     Ok((stated.unwrap_or_else(|| Format::detect(&bytes)), bytes))
 }
 
-/// The markers of a file that was [opened](open).
+/// The frames and markers of a file that was [opened](open), by the reader of its format; `path` is for messages.
 ///
 /// # Errors
 ///

@@ -12,7 +12,8 @@ use crate::marker_file::{
 use crate::table::delimiter;
 use std::path::Path;
 
-/// Reads the bytes of a file of Motive; `path` is for messages. A file without markers is an error.
+/// Reads the bytes of a file of Motive into frames by time, s, and markers; `path` is for messages. The unit of length is
+/// that of its first line. A file without markers, settings or rows of names is an error.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Motive, bytes, delimiter(bytes))?;
     let Some(settings) = lines.list.first().filter(|l| l.field(0) == "Format Version") else {

@@ -12,14 +12,15 @@ use crate::unknown_file::describe_position_table;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-/// Reads the bytes of a table; `path` is for messages. A file that is no table has an error with a description of its kind.
+/// Reads the bytes of a table into frames and named markers; `path` is for messages. A file that is no table, or has
+/// accelerations, has an error with a description of its kind.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let table = Table::of(path, bytes)?;
     of_table(path, &table).map_err(|error| describe_position_table(path, bytes, error))
 }
 
-/// The markers of a table, with positions in m or pixels. Errors, with the line: no clock, an unknown column, two columns of one
-/// coordinate, a marker without x or y, times that do not increase.
+/// The markers of a table, with names as in the file and positions in m or pixels. Errors, with the line: no clock, an
+/// unknown column, two columns of one coordinate, a marker without x or y, times that do not increase, no row.
 fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
     let clocks = ["t", "time", "frame"];
     let Some(column) = clocks.into_iter().find_map(|name| table.find(name)) else {
@@ -118,14 +119,15 @@ fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
 /// Names of the axes, in columns.
 const AXES: [char; 3] = ['x', 'y', 'z'];
 
-/// Index of the axis and name of the marker of a column `xA`; none if the name does not begin with an axis.
+/// Index of the axis and name of the marker of a column `xA` (the name may be empty); `None` if the column does not begin
+/// with an axis.
 fn axis_before(name: &str) -> Option<(usize, &str)> {
     let axis = AXES.iter().position(|axis| name.starts_with(*axis))?;
     Some((axis, &name[1..]))
 }
 
-/// Index of the axis and name of the marker of a column `A_x`, `A.x` or `A x`; none without an axis at the end or without a
-/// name.
+/// Index of the axis and name of the marker of a column `A_x`, `A.x`, `A x`, `A-x` or `A/x`; `None` without an axis at
+/// the end, a separator or a name.
 fn axis_behind(name: &str) -> Option<(usize, &str)> {
     let axis = AXES.iter().position(|axis| name.ends_with(*axis))?;
     let marker = &name[..name.len() - 1];

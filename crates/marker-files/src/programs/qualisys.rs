@@ -11,7 +11,9 @@ use crate::marker_file::{
 };
 use std::path::Path;
 
-/// Reads the bytes of a file of Qualisys; `path` is for messages. Frames without a number are counted from 1.
+/// Reads the bytes of a file of Qualisys into frames by number, with their rate, and positions in mm; `path` is for
+/// messages. Frames without a number are counted from 1. An error without `MARKER_NAMES` or `FREQUENCY`, and for another
+/// number of columns.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Qualisys, bytes, b'\t')?;
     let named = lines.list.iter().position(|l| l.field(0) == "MARKER_NAMES");

@@ -1,5 +1,7 @@
-//! Reader of the analysis of SLEAP in CSV: a line for every animal in every frame, with x, y and score of every node, in
-//! pixels with y down. Markers are named after the node; of several tracks, `track:node`.
+//! Reader of the analysis of SLEAP in CSV: a line for every animal in every frame.
+//!
+//! A line has x, y and score of every node, in pixels with y down. Markers are named after the node; of several tracks,
+//! `track:node`. The clock is the frame number, without a rate.
 
 use crate::detections::Detections;
 use crate::error::Error;
@@ -11,7 +13,8 @@ use std::path::Path;
 /// Columns that do not belong to a node.
 const OTHERS: [&str; 4] = ["track", "frame_idx", "instance.score", "tracking_score"];
 
-/// Reads the bytes of a file of SLEAP; `path` is for messages. The score of a node is the likelihood of its position.
+/// Reads the bytes of a file of SLEAP into frames by number and nodes as markers, in pixels; `path` is for messages. The
+/// score of a node is the likelihood of its position. An error for other columns and for a node without x or y.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Sleap, bytes, b',')?;
     let Some((header, rows)) = lines.list.split_first() else {

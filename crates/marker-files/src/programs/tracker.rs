@@ -10,7 +10,8 @@ use crate::marker_file::{
 };
 use std::path::Path;
 
-/// Reads the bytes of a file of Tracker; `path` is for messages. Columns other than x, y and z are skipped.
+/// Reads the bytes of a file of Tracker into frames by time, s, and tracks as markers, in the unit of the calibration;
+/// `path` is for messages. Columns other than x, y and z are skipped. An error without `t` and without x and y.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     // The first line may be a single name without a separator: the second one shows it.
     let text = bytes.split(|b| *b == b'\n').filter(|line| !line.trim_ascii().is_empty()).nth(1);

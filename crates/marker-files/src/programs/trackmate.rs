@@ -12,7 +12,8 @@ use crate::marker_file::{
 use crate::table::TIMES;
 use std::path::Path;
 
-/// Reads the bytes of a file of TrackMate; `path` is for messages. If z is 0 in all spots, it is missing in the result.
+/// Reads the bytes of a file of TrackMate into frames and tracks as markers, named by their number; `path` is for
+/// messages. If z is 0 in all spots, it is missing in the result. An error for a missing column and an unknown unit.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::TrackMate, bytes, b',')?;
     let Some((header, below)) = lines.list.split_first() else {

@@ -14,7 +14,8 @@ use std::path::Path;
 /// Number of columns in front of the first marker: the frame number and the time.
 const BEFORE: usize = 2;
 
-/// Reads the bytes of a TRC file; `path` is for messages. The unit of length is that of the key `Units`.
+/// Reads the bytes of a TRC file into frames by time, s, and markers; `path` is for messages. The unit of length is that
+/// of the key `Units`. An error without that, without `Frame#` and `Time`, or without a marker.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Trc, bytes, delimiter(bytes))?;
     let starts = |l: &FieldLine, word: &str| l.field(0).to_lowercase().starts_with(word);

@@ -18,9 +18,10 @@ use crate::numerics::tangent::Factors;
 use crate::rod::{Rod, State};
 use crate::scene::{Scheme, StepTolerance};
 
-/// The accelerations, m/s^2 (rad/s^2), of the free unknowns of a rod in `state`, as a step of `h`, s, resolves them,
-/// and zero for all others. Strain rates are those of the finite `change` of all unknowns in two such steps: an edge of
-/// constant length has a velocity that would stretch it. They are stored in `state` if it has internal variables.
+/// The accelerations, m/s^2 (rad/s^2), of the free unknowns of a rod in `state`, as a step of implicit Euler of size
+/// `h`, s, resolves them. All others and prescribed ones have zero. Strain rates are those of the finite `change` of
+/// all unknowns in two such steps, as an edge of constant length has a velocity that would stretch it. They are
+/// stored in `state` if it has internal variables. A singular matrix is an error.
 pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
     h: f64,
     system: &System<D, R>,
@@ -69,7 +70,8 @@ pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
 }
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// Sets the accelerations at the start to `a`, and the forces there to `-m a`. Averaging schemes have neither.
+    /// Sets the forces at the start to `-m a` for the free unknowns, and for generalised-alpha the accelerations to
+    /// `a`. Averaging schemes have neither, and nothing changes.
     pub fn know_acceleration(
         &self,
         a: Vec<D>,

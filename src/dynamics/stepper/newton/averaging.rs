@@ -1,8 +1,10 @@
 //! Forces and tangents of averaging schemes: the mean over the step by Gauss quadrature.
 //!
-//! Input: unknowns before the step and at the iterate. At each stage on the straight line between them gradient and
-//! tangent are evaluated, and summed with the weights of the quadrature. The viscous stress acts at the end of the step
-//! only.
+//! Input: unknowns before the step and at the iterate. At each stage on the straight line between them the elastic
+//! gradient, N, and tangent, N/m, are evaluated, and summed with the weights of the quadrature. A stage's tangent is
+//! also multiplied by its fraction of the way, as a stage moves by that part of a change of the end. The viscous
+//! stress is added as one more stage at the end of the step. Output: gradient and tangent of the Newton solver; the
+//! stages are kept for derivatives.
 
 use crate::dynamics::coefficients::END;
 use crate::dynamics::linearization::StageForces;
@@ -13,8 +15,9 @@ use crate::numerics::tangent::Tangent;
 use crate::rod::{Rod, State};
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// Overwrites gradient and, if `with_tangent`, tangent of the solver: the mean gradient over the straight line from
-    /// the start of the step to the iterate `state`, plus the viscous forces at the end.
+    /// Overwrites the solver's gradient and, if `with_tangent`, its tangent by the unknowns at the end. They are the
+    /// mean over the straight line from `before` to the iterate `state`, plus the viscous forces at the end, if any.
+    /// The values at the stages are stored in `stages`.
     pub(super) fn average(
         &mut self,
         step: &Step<'_, D, R>,

@@ -1,18 +1,22 @@
 //! Error estimate of Newton's method from its corrections, and the choice of the next iteration.
 //!
-//! A correction `d` with the tangent at its own start has the error `C d^2`. `C` belongs to the curvature of the step's
-//! equations and changes little from step to step. A chord, with the tangent of another place, has the error `B b d`,
-//! where `b` is the distance of that place from the solution. Along one direction `B` is `2 C`. The corrections of a rod
-//! bend it first and stretch it then, so that `B` is ten times that (measured: the mean on the shipped scenes). The errors
-//! after this correction, and after another one with old or new factors, follow without a new residual.
+//! A correction `d` with the tangent at its own start has the error `C d^2`. `C` belongs to the curvature of the
+//! step's equations and changes little from step to step. A chord, with the tangent of another place, has the error
+//! `B b d`, where `b` is the distance of that place from the solution. Along one direction `B` is `2 C`. The
+//! corrections of a rod bend it first and stretch it then, so that `B` is ten times that (measured: the mean on the
+//! shipped scenes). The errors after this correction, and after another one with old or new factors, follow without a
+//! new residual.
 //!
-//! A tangent under expected [tensions](super::tensions) has a further error, of the tensions' error times `d`. Both shrink
-//! together: the relative error is at most a tenth of that of the correction before (a hundredth where it was measured).
-//! A chord with such factors may diverge.
+//! A tangent under expected [tensions](super::tensions) has a further error, of the tensions' error times `d`. Both
+//! shrink together: the relative error is at most a tenth of that of the correction before (a hundredth where it was
+//! measured). A chord with such factors may diverge.
 //!
 //! A quick rotation of a rod about its axis hides the curvature of the other equations: it may be a radian in one
-//! correction without any error, since twist is linear. Therefore the relative error of a correction has a lower bound:
-//! that by the stretching of edges which rotate as their ends move, or as their directors turn.
+//! correction without any error, since twist is linear. Therefore the relative error of a correction has a lower
+//! bound: that by the stretching of edges which rotate as their ends move, or as their directors turn.
+//!
+//! Input: the size of each correction and the origin of its tangent. Output: whether the iteration ends, continues with
+//! the same factors, or needs a new tangent ([`NextIteration`]).
 
 use crate::numerics::scalar::Scalar;
 use crate::rod::Rod;
@@ -85,7 +89,7 @@ pub struct Convergence {
 
 impl Convergence {
     /// The estimate before the first step of a rod of this `length`, m, with edges of the length `edge`, m, for a
-    /// `tolerance`, m.
+    /// `tolerance` of the error, m. The curvature is infinite until it is observed.
     pub fn new(tolerance: f64, length: f64, edge: f64) -> Self {
         let least = [LEAST[0] / edge, LEAST[1] / length];
         Self {
@@ -98,14 +102,16 @@ impl Convergence {
         }
     }
 
-    /// Begins a step: no correction yet, and the curvature of the last step.
+    /// Begins a step: no correction yet; the curvature of earlier steps is kept.
     pub fn begin(&mut self) {
         self.last = None;
     }
 
-    /// Records a correction and returns the next iteration: none if the estimated error is below the tolerance, else
-    /// the less expensive of chords and a new tangent. Input: displacement of nodes, m, rotation of directors times the
-    /// rod's length, m, and the origin of the tangent.
+    /// Records a correction and returns the next iteration. `Done` if the correction, or from the second one on its
+    /// estimated error, is below the tolerance. Else another chord, if its error ratio is below [`SLOWEST`], chords
+    /// cost no more than a new tangent, and the tangent was not under expected tensions. Else a new tangent. Input:
+    /// largest displacement of nodes, m, largest rotation of directors times the rod's length, m, and the origin of
+    /// the tangent.
     pub fn corrected(&mut self, [moved, turned]: [f64; 2], formed: TangentOrigin) -> NextIteration {
         let fresh = formed != TangentOrigin::Previous;
         let size = moved.max(turned);
@@ -151,8 +157,8 @@ impl Convergence {
         }
     }
 
-    /// The number of corrections, at most [`MOST`], with the relative error `chord` that reduce an error `left`, m, to
-    /// the tolerance.
+    /// The number of corrections, at most [`MOST`], that reduce an error `left`, m, to the tolerance, if each
+    /// multiplies it by `chord`.
     fn corrections(&self, mut left: f64, chord: f64) -> f64 {
         let mut corrections = 0;
         while left > self.tolerance && corrections < MOST {
@@ -163,8 +169,8 @@ impl Convergence {
     }
 }
 
-/// Of a `correction` of the unknowns from index `first` on: the largest displacement of a node, m, and the largest
-/// rotation of a director times `length`, m.
+/// Sizes of a `correction` of the unknowns from index `first` on: the largest displacement of a node along an axis,
+/// m, and the largest rotation of a director times `length`, m.
 #[inline(always)]
 pub fn sizes<D: Scalar, R: Rod<D>>(
     rod: &R,

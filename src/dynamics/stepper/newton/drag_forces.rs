@@ -1,7 +1,9 @@
-//! Drag in the equations of a step.
+//! Drag in the equations of a step: forces (N) added to the elastic gradient, and their derivatives (N/m) added to
+//! the tangent.
 //!
-//! Drag acts at the velocities at the end of the step. The rod's tangents are those at the places that the nodes would
-//! reach with the velocities at its start: second order in the step size, and constant over the iteration.
+//! Drag acts at the velocities of the step that mass damping acts on: those at its end, or the mean velocity of an
+//! averaging scheme. The rod's tangents are those at the places that the nodes would reach with the velocities at its
+//! start: second order in the step size, and constant over the iteration.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::Step;
@@ -24,13 +26,14 @@ pub(super) struct DragForces<D, T> {
 }
 
 impl<D: Nestable, T: Tangent<D>> DragForces<D, T> {
-    /// Work arrays without drag, for a rod with `n` unknowns; `matrix` is a matrix with the pattern of its tangent.
+    /// Work arrays without drag, for a rod with `n` unknowns. `matrix` is any matrix with the pattern of its tangent.
     pub fn new(n: usize, matrix: T) -> Self {
         let zero = vec![D::from(0.0); n];
         Self { tangents: Vec::new(), room: zero.clone(), total: zero, matrix }
     }
 
-    /// Begins a step of size `h`, s: tangents of the rod at the predicted places `q0 + h v0`.
+    /// Begins a step of size `h`, s: computes the unit tangents of the rod at the predicted places `q0 + h v0` of the
+    /// state `before`.
     pub fn begin<F>(&mut self, drag: &NodalDrag<D>, before: &State<D, F>, h: f64) {
         for (x, (q, v)) in self.room.iter_mut().zip(before.q.iter().zip(&before.v)) {
             *x = *q + *v * h;
@@ -38,8 +41,9 @@ impl<D: Nestable, T: Tangent<D>> DragForces<D, T> {
         drag.tangents(&self.room, &mut self.tangents);
     }
 
-    /// Computes the forces of an iterate `now`, N: the elastic `gradient` plus the drag at the velocities that follow
-    /// from the change since `before`.
+    /// Overwrites `total` with the forces of the iterate `now`, N: the elastic `gradient` less the drag forces at the
+    /// [damped velocities](StepCoefficients::damped_velocity). These follow from the change since `before`. Unknowns
+    /// that are not free keep their velocities in `now`.
     pub fn find<R, F>(
         &mut self,
         step: &Step<'_, D, R>,
@@ -57,14 +61,15 @@ impl<D: Nestable, T: Tangent<D>> DragForces<D, T> {
         drag.add_forces(&self.tangents, &self.room, &mut self.total);
     }
 
-    /// Computes `matrix` from the elastic `tangent` and that of the drag at the last forces. `slope` is the derivative
-    /// of the velocity by the unknown, 1/s.
+    /// Overwrites `matrix` with the elastic `tangent` plus that of the drag at the velocities of the last
+    /// [`find`](Self::find), N/m. `slope` is the derivative of the velocity by the unknown, 1/s.
     pub fn set_matrix(&mut self, drag: &NodalDrag<D>, slope: D, tangent: &T) {
         self.matrix.clone_from(tangent);
         drag.add_slopes(&self.tangents, &self.room, slope, &mut self.matrix);
     }
 
-    /// Adds to `forces` the drag on a rod with the unknowns `q` and velocities `v`, N.
+    /// Adds minus the drag on a rod with the unknowns `q` and velocities `v`, N, to `forces`. Overwrites the stored
+    /// tangents with those at `q`.
     pub fn add_now(&mut self, drag: &NodalDrag<D>, [q, v]: [&[D]; 2], forces: &mut [D]) {
         drag.tangents(q, &mut self.tangents);
         drag.add_forces(&self.tangents, v, forces);

@@ -67,14 +67,15 @@ struct Solution<'a, 'b, D: Nestable, R: Rod<D>> {
 impl<D: Nestable, R: Rod<D>> pulp::NullaryFnOnce for Solution<'_, '_, D, R> {
     type Output = Result<(), Error>;
 
-    /// Solves the step, compiled for the instruction set of the caller.
+    /// Solves the step with the arguments of this struct, compiled for the instruction set of the caller.
     #[inline(always)]
     fn call(self) -> Self::Output {
         self.newton.step_inlined(self.step, self.before, self.state, self.work)
     }
 }
 
-/// The accelerations of the unknowns in `range` at the start of a step; `None` for schemes that do not use them.
+/// The accelerations of the unknowns in `range` at the start of a step; `None` if the step's equations do not contain
+/// them.
 #[inline(always)]
 fn accelerations<'a, D: Nestable>(
     coefficients: &StepCoefficients<D>,
@@ -139,8 +140,9 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
 }
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// The solver for a rod with the initial `state`, in which the internal variables are initialized: strains of that
-    /// state, springs without stretch.
+    /// The solver of a scheme for a rod with the initial `state`. With viscous damping or internal friction the
+    /// internal variables of `state` are initialized: strains of that state, zero rates and spring stretches.
+    /// Tangents are not kept.
     pub fn new(
         settings: StepperSettings<D>,
         system: &System<D, R>,
@@ -199,13 +201,13 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Keeps the tangent at the solution and its factors in every later step.
+    /// Requests that every later step computes tangent, factors and geometry at its solution, for derivatives.
     pub fn keep_tangent(&mut self) {
         self.keeps_tangent = true;
     }
 
-    /// Keeps the tangent of a viscous rod's forces that the next step takes as those of its start, too: the transposed
-    /// derivative of a step needs it.
+    /// Requests, for a viscous rod, the gradient and tangent of the forces that the next step takes as those of its
+    /// start. The transposed derivative of a step needs them.
     pub fn keep_next_tangent(&mut self) {
         self.keeps_next = true;
         if self.viscous.is_some() {
@@ -213,17 +215,19 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Whether the forces of a step are a mean over several stages.
+    /// Whether the forces of a step are a mean over several stages: the average vector field.
     pub fn averages(&self) -> bool {
         StepCoefficients::new(self.scheme, self.parameter, false, 1.0).averages()
     }
 
-    /// The scheme's parameter: beta of Newmark-beta, the spectral radius of generalised-alpha.
+    /// The scheme's parameter: beta of Newmark-beta, the spectral radius rho of generalised-alpha; without meaning
+    /// for the average vector field.
     pub fn parameter(&self) -> D {
         self.parameter
     }
 
-    /// The linearization of the last step, from `before` to `after`; `None` if its tangent was not kept.
+    /// References to states, tangent, factors and settings of the last step, from `before` to `after`, for its
+    /// derivatives; `None` unless tangents are kept.
     pub fn linearization<'a>(
         &'a self,
         system: &'a System<D, R>,
@@ -256,13 +260,14 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         })
     }
 
-    /// The derivatives of all forces except mass damping by the unknowns at the end, N/m.
+    /// The derivatives of all forces except mass damping, drag included, by the unknowns at the end, N/m.
     fn matrix(&self) -> &R::Tangent {
         self.drag_forces.as_ref().map_or(&self.tangent, |drag_forces| &drag_forces.matrix)
     }
 
-    /// Overwrites `state` with the unknowns and forces at the end of the step that begins in `before`. Velocities
-    /// follow in [`finish`](Self::finish).
+    /// Overwrites `state` with the unknowns and forces at the end of the step that begins in `before`, and adds
+    /// counts to `work`. Plain numbers are compiled for the vector unit of the processor. Velocities follow in
+    /// [`finish`](Self::finish).
     pub fn step(
         &mut self,
         step: &Step<'_, D, R>,
@@ -276,8 +281,9 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// [`step`](Self::step), inlined. If the iteration from extrapolated velocities fails, it is repeated from constant
-    /// velocities to the rounding level.
+    /// [`step`](Self::step), inlined: predictor, then iteration to the estimated error or, for dual numbers,
+    /// averaging schemes and the tolerance `rounding`, to the rounding level. If the iteration from extrapolated
+    /// velocities fails, it is repeated from constant velocities to the rounding level.
     #[inline(always)]
     fn step_inlined(
         &mut self,
@@ -304,7 +310,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         solved
     }
 
-    /// Sets coefficients, viscous stress and drag tangents for a step that begins in `before`.
+    /// Sets coefficients, viscous stress and drag tangents for a step that begins in `before`. Without accelerations
+    /// in `before`, generalised-alpha takes a step of implicit Euler.
     fn begin(&mut self, step: &Step<'_, D, R>, before: &State<D, R::Frames>) {
         let knows_acceleration = !before.acceleration.is_empty();
         self.coefficients =
@@ -315,8 +322,9 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Sets the laws of the viscous rod to the stress at the end of a step that begins in `before`: factors and shifts
-    /// by Kelvin-Voigt and Maxwell stress, and active friction springs. Nothing happens without a history.
+    /// Sets the laws of the viscous rod to the stress at the end of a step that begins in `before`. They get factors
+    /// and shifts by Kelvin-Voigt and Maxwell stress, and active friction springs. Without viscous damping and
+    /// internal friction nothing happens.
     fn set_viscous(&mut self, step: &Step<'_, D, R>, before: &State<D, R::Frames>) {
         if let Some(viscous) = &mut self.viscous {
             let (damping, viscosity) = (&step.system.damping, &mut self.viscosity);
@@ -329,8 +337,9 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Evaluates the forces at the end of the step, at the iterate `state`, and their tangent by the unknowns there if
-    /// `with_tangent`.
+    /// Overwrites the solver's gradient of the forces at the end of the step, at the iterate `state`. If
+    /// `with_tangent`, the tangent by the unknowns there is overwritten too, under predicted tensions if these are in
+    /// use. Drag is added, prescribed unknowns are decoupled, and `work` counts one tangent or one gradient.
     fn evaluate(
         &mut self,
         step: &Step<'_, D, R>,
@@ -357,7 +366,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         work.gradients += usize::from(!with_tangent);
     }
 
-    /// Adds drag to the evaluated forces and tangent, and decouples prescribed unknowns. `states`: before and now.
+    /// Computes the sums of the evaluated forces and, if `with_tangent`, of the tangent with those of drag. Then
+    /// prescribed unknowns are decoupled in the tangents. `states`: before the step and at the iterate.
     fn drag(
         &mut self,
         step: &Step<'_, D, R>,
@@ -377,8 +387,10 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Corrects until the estimated error is below the tolerance, or the residual is at its rounding level. After at
-    /// most [`MAX_ITERATIONS`] corrections the step fails.
+    /// Corrects the unknowns of `state` until the estimated error is below the tolerance, or the residual is at its
+    /// rounding level. The forces at the end follow from the linear system. With kept tangents, the step is
+    /// linearized at the solution. [`Error::Newton`] after [`MAX_ITERATIONS`] corrections, or if the residual is not
+    /// finite.
     #[inline(always)]
     fn solve_to_estimated_error(
         &mut self,
@@ -468,7 +480,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Computes tangent, factors and geometry at the solution `state` of a step from `before`, for derivatives.
+    /// Overwrites gradient, tangent, factors and geometry of the solver with those at the solution `state` of a step
+    /// from `before`, for derivatives.
     fn linearize_at(
         &mut self,
         step: &Step<'_, D, R>,
@@ -487,7 +500,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     }
 
     /// Whether the last correction, of `size` in m, cannot have made a spring of internal friction begin to slip or
-    /// stick.
+    /// stick. True without internal friction, and for corrections within the tolerance. Updates the strains and
+    /// stretches of the springs.
     fn slip_state_is_unchanged(
         &mut self,
         step: &Step<'_, D, R>,
@@ -503,8 +517,9 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         part <= self.tolerance.part() || slip_state.is_unchanged(elastic, part)
     }
 
-    /// Solves for the correction and adds it to the unknowns. Returns the largest displacement of a node, m, and the
-    /// largest rotation of a director times the rod's length, m.
+    /// Solves for the correction from minus the residual and adds it to the free unknowns of `state`. Returns the
+    /// largest displacement of a node, m, and the largest rotation of a director times the rod's length, m. Counts
+    /// one Newton iteration.
     #[inline(always)]
     fn correct(
         &mut self,
@@ -525,7 +540,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         sizes(&step.system.rod, correction, free.start, self.length)
     }
 
-    /// Factors the matrix of the step, `M (1 + h beta damping) + h^2 beta^2 K`, of the free unknowns.
+    /// Factors the matrix of the step, `M (1 + end slope c) + end K`, of the free unknowns, with the mass damping
+    /// `c`; for Newmark-beta `M (1 + h beta c) + h^2 beta^2 K`. A zero pivot is [`Error::SingularTangent`].
     fn factor(&mut self, step: &Step<'_, D, R>, work: &mut Work) -> Result<(), Error> {
         work.factorizations += 1;
         let StepCoefficients { end, .. } = self.coefficients;
@@ -539,7 +555,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             .map_err(|singular| Error::SingularTangent { time: step.time, row: singular.row })
     }
 
-    /// Overwrites `correction` with minus the residual, and `now.unbalanced` with all forces at the end.
+    /// Overwrites `correction` with minus the residual, kg m, of the free unknowns; prescribed ones get zero.
+    /// Overwrites `now.unbalanced` with all forces at the end, N: the evaluated forces plus mass damping.
     #[inline(always)]
     fn residual(
         &mut self,
@@ -583,8 +600,9 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         step.system.prescribed.fill(&mut self.correction, D::from(0.0));
     }
 
-    /// Completes an accepted step: velocities, accelerations, strain rates, internal variables, forces at the start of
-    /// the next step, and frames moved to the solution.
+    /// Completes an accepted step in `state`: velocities, accelerations (generalised-alpha only), strain rates and
+    /// internal variables, forces at the start of the next step, and frames moved to the solution. Stores the
+    /// velocities of `before` for the predictor.
     pub fn finish(
         &mut self,
         step: &Step<'_, D, R>,

@@ -1,8 +1,9 @@
 //! Predictor of an implicit step: unknowns at its end from extrapolated velocities, from which Newton's iteration
 //! starts.
 //!
-//! Velocities at the starts of past steps are stored. Extrapolation is linear, or by a parabola for dissipative schemes
-//! with equal steps. Prescribed unknowns and supports are set to their values at the end of the step.
+//! Velocities at the starts of the last two steps are stored. The velocity at the end is extrapolated linearly, or by
+//! a parabola for dissipative schemes with equal steps. Without stored velocities, and for averaging schemes, it is
+//! constant. Prescribed unknowns and supports are set to their values at the end of the step.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::Step;
@@ -41,7 +42,7 @@ impl<D: Nestable> Predictor<D> {
         Self { earlier: Vec::new(), prescribed: Vec::new() }
     }
 
-    /// Stores time and velocities at the start of an accepted step; at most two are kept.
+    /// Stores time and velocities at the start of an accepted step, `before`; at most the last two are kept.
     pub fn store<F>(&mut self, before: &State<D, F>) {
         if self.earlier.len() < 2 {
             self.earlier.push(TimedVelocity { time: before.time, v: before.v.clone() });
@@ -53,10 +54,11 @@ impl<D: Nestable> Predictor<D> {
         v.copy_from_slice(&before.v);
     }
 
-    /// Overwrites `state` with the prediction, with the supports at the end of the step. Free unknowns move by
-    /// `h (beta v1 + (1 - beta) v0)`. `v1` is extrapolated linearly, or for dissipative schemes by a parabola through
-    /// three velocities. At beta = 1/2 unresolved motion changes its sign with every step, so that the last change of
-    /// velocity is the best extrapolation. `steady` keeps velocities constant. Returns whether they were extrapolated.
+    /// Overwrites `state.q` and frames with the prediction, with the supports at the end of the step. Free unknowns
+    /// move by `h (beta v1 + (1 - beta) v0)`. `v1` is extrapolated linearly, or for dissipative schemes with equal
+    /// steps by a parabola through three velocities. At beta = 1/2 unresolved motion changes its sign with every
+    /// step, so that the last change of velocity is the best extrapolation. `steady`, or no stored velocity, keeps
+    /// velocities constant. Returns whether they were extrapolated. Stored velocities of rejected steps are dropped.
     #[inline(always)]
     pub fn predict<R: Rod<D>>(
         &mut self,
@@ -112,7 +114,8 @@ impl<D: Nestable> Predictor<D> {
         true
     }
 
-    /// Overwrites `state` with the prediction `q0 + h v0`, with the supports at the end of the step.
+    /// Overwrites `state.q` with `q0 + h v0` and the frames with those of `before`. If supports move, held unknowns
+    /// and their velocities are set to those at the end of the step.
     #[inline(always)]
     pub fn predict_steadily<R: Rod<D>>(
         &self,

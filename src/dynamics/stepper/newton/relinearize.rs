@@ -1,7 +1,8 @@
 //! Linearization of an earlier step from the states before and after it, without solving the step again.
 //!
-//! Tangent and factors are computed at the known solution. The adjoint and the asynchronous derivatives store states
-//! only, and linearize each step with this.
+//! Tangent, factors and geometry of the Newton solver are computed at the known solution. On request the tangent of a
+//! viscous rod's forces at the start of the next step is computed too. The adjoint and the derivatives on a second
+//! thread store states only, and linearize each step with this. Averaging schemes are excluded.
 
 use crate::dynamics::step::{Step, System, Work};
 use crate::dynamics::stepper::newton::Newton;
@@ -10,8 +11,9 @@ use crate::numerics::scalar::Nestable;
 use crate::rod::{Rod, State};
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// Computes tangents and factors of a step from `before` to `after`, as a step with
-    /// [kept tangents](Self::keep_tangent) does. Averaging schemes are excluded: their stages are not evaluated.
+    /// Overwrites coefficients, tangents and factors of the solver with those of a step from `before` to `after`, as
+    /// a step with [kept tangents](Self::keep_tangent) does, and adds counts to `work`. Averaging schemes are
+    /// excluded: their stages are not evaluated. A zero pivot is [`Error::SingularTangent`].
     pub fn linearize(
         &mut self,
         system: &System<D, R>,

@@ -23,8 +23,10 @@ const SMALLEST_STEP: f64 = 1e-12;
 const LAST_STEP: f64 = 1e-8;
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// Corrects until the residual is a rounding error or the correction vanishes. Numbers that carry derivatives get
-    /// one more correction per order.
+    /// Corrects the unknowns of `state`, with a new tangent in each iteration. It ends when all residuals are at
+    /// their rounding levels, or after a correction below [`SMALLEST_STEP`] lengths of the rod. Numbers that carry
+    /// derivatives get one more correction per order. With kept tangents the step is linearized at the solution.
+    /// [`Error::Newton`] after [`MAX_ITERATIONS`] corrections, or if the residual is not finite.
     pub(super) fn solve_to_rounding(
         &mut self,
         step: &Step<'_, D, R>,
@@ -91,7 +93,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         unreachable!("the last iteration returns")
     }
 
-    /// Overwrites the rounding level of each residual, kg m, from the last tangent and the unknowns of `state`.
+    /// Overwrites the rounding level of each residual, kg m: [`ROUNDING`] times `eps` times `end (|K| |q|)_i + m_i
+    /// |q_i|`, from the last tangent and the unknowns of `state`.
     pub(super) fn set_rounding(&mut self, step: &Step<'_, D, R>, state: &State<D, R::Frames>) {
         let matrix =
             self.drag_forces.as_ref().map_or(&self.tangent, |drag_forces| &drag_forces.matrix);
@@ -104,8 +107,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// The largest residual of the unknowns in `free`, kg m, its rounding level, and whether all residuals are at or
-    /// below theirs.
+    /// The largest absolute residual of the unknowns in `free`, kg m, the rounding level of that unknown, and whether
+    /// all residuals are at or below theirs. A residual that is NaN counts as the largest.
     pub(super) fn largest_residual(&self, free: Range<usize>) -> (f64, f64, bool) {
         let (mut largest, mut level, mut at_rounding) = (0.0_f64, 0.0, true);
         for (residual, rounding) in self.correction[free.clone()].iter().zip(&self.rounding[free]) {

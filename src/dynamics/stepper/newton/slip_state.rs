@@ -2,7 +2,8 @@
 //!
 //! A friction spring stretches with the strain of its joint until its limit, and slips there. If a correction of
 //! Newton's method makes a spring begin to slip or stick, the error estimate does not hold. Therefore the distance to
-//! the limit is compared with the correction.
+//! the limit is compared with the correction. Output: strains, stretches with slip, and whether the slip state is
+//! certainly unchanged.
 
 use crate::numerics::scalar::Nestable;
 use crate::rod::{InternalVariables, Rod};
@@ -25,12 +26,13 @@ pub(super) struct SlipState<D> {
 }
 
 impl<D: Nestable> SlipState<D> {
-    /// Empty lists, before the first step.
+    /// Empty lists of strains and stretches, before the first step; they are not current.
     pub fn new() -> Self {
         Self { strains: Vec::new(), z: Vec::new(), slid: Vec::new(), is_current: false }
     }
 
-    /// Computes strains and stretches at the unknowns `q` of a step that began with these internal variables.
+    /// Overwrites strains and spring stretches (without and with slip) by those at the unknowns `q` of a step that
+    /// began with the internal variables `before`. Limits follow from the laws of the `elastic` rod.
     pub fn update<R: Rod<D>>(
         &mut self,
         elastic: &R,
@@ -46,15 +48,16 @@ impl<D: Nestable> SlipState<D> {
     }
 
     /// Whether the last correction, of up to `size` over the rod's length, cannot have made a spring begin to slip or
-    /// stick.
+    /// stick. The distance of all springs from their limits must exceed [`MAX_STRAIN_CHANGE`] times `size` times the
+    /// number of edges.
     pub fn is_unchanged<R: Rod<D>>(&self, elastic: &R, size: f64) -> bool {
         let edges = (self.strains.len() - self.z.len()) as f64;
         elastic.distance_to_slipping(&self.z) > MAX_STRAIN_CHANGE * size * edges
     }
 }
 
-/// Overwrites `z` with the stretches, without slip, of `count` friction springs: those `before` plus the change of
-/// their strains.
+/// Overwrites `z` with the stretches, without slip, of the `count` friction springs: those in `before` plus the
+/// change of their strains since then. The strains of the springs are the last `count` of `strains`.
 pub fn stretch_springs<D: Nestable>(
     count: usize,
     before: &InternalVariables<D>,

@@ -1,8 +1,10 @@
-//! Forces and accelerations at the start of a step, which follow from the state alone.
+//! Forces (N) and accelerations (m/s^2) at the start of a step, which follow from the state alone; both are written
+//! to the state.
 //!
 //! Needed at the start of a run, after a change of velocities or supports, and after every step of a viscous rod.
-//! Without viscosity the forces at the end of the last step are used. Accelerations are those of the forces,
-//! `a = -n/m`.
+//! Without viscosity the forces at the end of the last step are used. Accelerations, for generalised-alpha only, are
+//! those of the forces, `a = -n/m`. For a viscous rod the tangent of the forces can be stored, for transposed
+//! derivatives.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::StartForces;
@@ -18,8 +20,9 @@ use crate::rod::{InternalVariables, Rod, State};
 use crate::scene::Scheme;
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// Overwrites `state.unbalanced` with the forces at the start of the next step, N: elastic gradient less loads,
-    /// viscous stress, mass damping and drag.
+    /// Overwrites `state.unbalanced` with the forces at the start of the next step, N: elastic gradient less loads
+    /// with viscous stress, plus mass damping, less drag forces. Averaging schemes have only half of the viscous
+    /// stress, and the drag.
     pub fn find_forces(&mut self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         let System { rod, derivatives, free, damping, .. } = system;
         let State { q, frames, v, internal, unbalanced, .. } = state;
@@ -44,8 +47,9 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Overwrites `forces` with those of a viscous rod at the start of a step, N, without mass damping and drag. With
-    /// kept tangents their gradient and tangent are stored.
+    /// Overwrites `forces` with those of a viscous rod at the start of a step, N, without mass damping and drag. They
+    /// are the gradient with viscous, Maxwell and friction stress of the `internal` variables. If the next tangent is
+    /// to be kept, gradient and tangent are stored. Nothing happens without viscosity and friction.
     pub(super) fn find_viscous(
         &mut self,
         System { rod, derivatives, damping, .. }: &System<D, R>,
@@ -70,8 +74,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Overwrites the accelerations of `state` with `-n/m`, m/s^2, for generalised-alpha only; prescribed unknowns have
-    /// zero.
+    /// Overwrites the accelerations of `state` with `-n/m`, m/s^2, from its forces `n`, for generalised-alpha only;
+    /// prescribed and held unknowns have zero.
     pub fn find_acceleration(&self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         if self.scheme != Scheme::GeneralisedAlpha {
             return;

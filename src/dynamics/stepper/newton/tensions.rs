@@ -49,7 +49,7 @@ pub(super) struct TangentCount {
 }
 
 impl<D: Nestable> Tensions<D> {
-    /// No prediction, for a rod with edges of the length `edge`, m.
+    /// No prediction, for a rod with edges of the mean length `edge`, m.
     pub fn unknown(edge: f64) -> Self {
         Self { expected: Vec::new(), known: false, begun: false, usual: 0, edge }
     }
@@ -59,13 +59,15 @@ impl<D: Nestable> Tensions<D> {
         self.begun = self.known;
     }
 
-    /// The predicted tensions of all edges, N; `None` if the usual tangent is used.
+    /// The predicted tensions of all edges, N; `None` if the next tangent takes those of the strains.
     pub fn expected(&self) -> Option<&[D]> {
         self.known.then_some(&self.expected)
     }
 
     /// Decides whether the next tangent uses predicted tensions, after a `correction` to the unknowns `q` with their frames, that moved
-    /// nodes by up to `moved`, m. If so, the tensions are predicted to first order in the correction.
+    /// nodes by up to `moved`, m. It does if they save tangents by the counts of the
+    /// header, after at most [`MOST`] tangents. No node may have moved by more than [`SMALL`] edge lengths. The tensions are
+    /// then predicted to first order in the correction.
     pub fn corrected<R: Rod<D>>(
         &mut self,
         rod: &R,
@@ -90,7 +92,7 @@ impl<D: Nestable> Tensions<D> {
         }
     }
 
-    /// Ends the use of predicted tensions until [`corrected`](Self::corrected) decides for others.
+    /// Ends the use of predicted tensions until [`corrected`](Self::corrected) decides again.
     pub fn forget(&mut self) {
         self.known = false;
     }

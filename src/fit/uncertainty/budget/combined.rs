@@ -5,8 +5,8 @@
 //! with `c` from the [sensitivities](crate::fit::uncertainty::budget::input_sensitivities) of the estimates. Other sources
 //! are the noise, mesh and step (rectangular distributions: the half-width over the root of 3), and the differences between
 //! experiments beyond the noise and their own inputs. [`add_budgets`] adds to every estimate its lines, the combined standard
-//! uncertainty, the coverage factor (Student's t with the effective degrees of freedom of Welch and Satterthwaite) and the
-//! expanded 95 % interval. On request a Monte Carlo of fits verifies them.
+//! uncertainty, the coverage factor and the expanded 95 % interval. The factor is Student's t with the effective degrees of
+//! freedom of Welch and Satterthwaite. On request a Monte Carlo of fits verifies them.
 
 use crate::code::Code;
 use crate::fit::search::Search;
@@ -45,8 +45,9 @@ pub(crate) struct BudgetInputs<'a> {
     pub correlations: &'a NoiseCorrelations,
 }
 
-/// Adds the budgets to the estimates, and their spread over Monte Carlo fits if requested. Nothing is added after an
-/// interruption, without the responses to known inputs, or where no estimate has a standard error.
+/// Sets the budget of every estimate, and the spread over Monte Carlo fits with random inputs and noise if the analysis
+/// requests them. A spread unlike the budget adds a note. Nothing changes after an interruption, without the responses to
+/// known inputs, or where no estimate has a standard error.
 pub(crate) fn add_budgets(
     estimates: &mut [Estimate],
     fitted: Fitted,
@@ -81,8 +82,10 @@ pub(crate) fn add_budgets(
     }
 }
 
-/// Adds the spread of the estimates over this number of Monte Carlo `fits`. A spread that differs from the budget by more
-/// than [`NOT_LINEAR`] and by more than chance is a note.
+/// Sets the spread of the estimates over this number of Monte Carlo `fits`, beside the standard deviation that noise and
+/// inputs predict. A spread that differs from the prediction by more than [`NOT_LINEAR`], and by more than
+/// [`SIGNIFICANT_SPREAD`] of its standard errors, adds a note. Estimates without a value, a standard error or a spread are
+/// skipped.
 fn add_monte_carlo(
     estimates: &mut [Estimate],
     search: &Search,
@@ -118,8 +121,10 @@ fn add_monte_carlo(
     }
 }
 
-/// Adds the budget of unknown `j` with its combined and expanded uncertainty. `noise_freedom` are the degrees of freedom of
-/// its noise; none: a known noise. Nothing is added without a value or a standard error.
+/// Sets the budget of unknown `j`, its combined standard uncertainty, coverage factor and expanded interval. Lines: each
+/// known input, the noise, differences between experiments if the jackknife is reported, then mesh and step. Shares are
+/// fractions of the combined variance. `noise_freedom` are the degrees of freedom of the noise; none: a known noise. The
+/// expanded interval is cut at the limits of the parameter. Nothing is set without a value or a standard error.
 fn add_budget(
     estimate: &mut Estimate,
     search: &Search,
@@ -192,7 +197,8 @@ fn add_budget(
 }
 
 /// Coverage factor of a `combined` standard uncertainty, of which the part `scatter` has `freedom` degrees of freedom (none:
-/// known) and the rest infinitely many: Student's t at `freedom (combined/scatter)^4`.
+/// known) and the rest infinitely many: the two-sided 95 % quantile of Student's t at `freedom (combined/scatter)^4`. From
+/// [`MANY`] on, and without `freedom`, it is that of the normal distribution.
 fn effective_coverage_factor(combined: f64, scatter: f64, freedom: Option<f64>) -> f64 {
     let effective = freedom.map(|freedom| freedom * (combined / scatter).powi(4));
     quantile95(effective.filter(|effective| *effective < MANY))

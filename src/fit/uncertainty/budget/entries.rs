@@ -1,6 +1,8 @@
-//! Entries of the uncertainty budget of a report, as they are stored: one source of uncertainty ([`BudgetLine`]), the spread
-//! of Monte Carlo fits ([`MonteCarlo`]), and the response to +1 % of an input ([`InputSensitivity`]). Their fields are
-//! described in the schema.
+//! Entries of the uncertainty budget of a report, as they are stored, all in the unit of the parameter.
+//!
+//! Every estimate of a report has one [`BudgetLine`] per source of uncertainty, and one [`InputSensitivity`], the response to
+//! +1 %, per input without a stated uncertainty. [`MonteCarlo`] is the spread of its Monte Carlo fits, if requested.
+//! `combined` creates the lines and the spread, `input_sensitivities` the responses.
 
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
@@ -36,8 +38,9 @@ pub struct BudgetLine {
 }
 
 impl BudgetLine {
-    /// A line of a `source` without a unit. `contribution` is the standard uncertainty of the parameter by it, in its unit.
-    /// The share is the squared contribution until it is divided by the combined variance.
+    /// A line of a `source`, without unit, standard uncertainty and sensitivity. `contribution` is the standard uncertainty
+    /// of the parameter by the source, in the parameter's unit. The share is the squared contribution until it is divided by
+    /// the combined variance.
     pub(crate) fn new(
         parameter: Parameter,
         source: impl Into<String>,

@@ -1,9 +1,10 @@
 //! Changes of inputs: numbers of the scenes that are not identified.
 //!
 //! An [`InputChange`] has the number, its value and its change in each group of experiments with the same value. A known
-//! input changes by one standard uncertainty, an omitted effect by its plausible size. [`unstated_inputs`] returns 1 % of
-//! every other number of geometry, material, loads, camera and motion. Derivatives of the residuals by these numbers yield
-//! the [input directions](crate::fit::uncertainty::budget::input_directions).
+//! input changes by one standard uncertainty, an omitted effect by its plausible size. [`unstated_inputs`] returns changes by
+//! 1 % of every other nonzero number of geometry, material, loads, camera and motion (`INPUT_PATHS`), up to [`MOST_NUMBERS`]
+//! numbers. Derivatives of the residuals by these numbers yield the [input
+//! directions](crate::fit::uncertainty::budget::input_directions).
 
 use crate::fit::known::Known;
 use crate::fit::measurement::experiment::Experiment;
@@ -53,7 +54,8 @@ pub(crate) struct ValueChange {
 }
 
 impl InputChange {
-    /// Change of a `number` in all its experiments by `change`, a function of its value. Empty where no scene has the number.
+    /// Change of a `number` in all its experiments by `change`, a function of its value, both in its unit. It has one part
+    /// for each distinct value, with the names of the experiments that have it. No parts where no scene has the number.
     fn new(experiments: &[Experiment], number: &Unknown, change: impl Fn(f64) -> f64) -> Self {
         let mut parts: Vec<ValueChange> = Vec::new();
         for experiment in experiments.iter().filter(|e| number.is_of(e)) {
@@ -72,7 +74,7 @@ impl InputChange {
         Self { source: number.to_string(), parts }
     }
 
-    /// Change, named `source`, of a `number` in all its experiments by a `size` in its unit.
+    /// Change, named `source`, of a `number` in all its experiments by the same `size` in its unit.
     pub fn with_size(
         experiments: &[Experiment],
         source: &str,
@@ -82,12 +84,14 @@ impl InputChange {
         Self { source: source.into(), ..Self::new(experiments, number, |_| size) }
     }
 
-    /// Change of a known input by its standard uncertainty in all its experiments.
+    /// Change of a known input by its standard uncertainty, in its unit, in all its experiments; a part for each distinct
+    /// value.
     pub fn of_known(experiments: &[Experiment], known: &Known) -> Self {
         Self::new(experiments, &known.as_unknown(), |_| known.sigma)
     }
 
-    /// The same change about values that already differ by this many `times` of it.
+    /// The same change about shifted values: each part's value plus this many `times` its change. The changes themselves
+    /// stay.
     pub fn shifted(&self, times: f64) -> Self {
         // The change itself stays, so that derivatives refer to the same unit.
         let mut parts = self.parts.clone();
@@ -95,7 +99,8 @@ impl InputChange {
         Self { source: self.source.clone(), parts }
     }
 
-    /// Relative change of the density, if this is an equal relative change of the density of all experiments; else none.
+    /// Relative change of the density, if this is an equal relative change (within [`EQUAL`]) of the density of all
+    /// experiments; else none.
     pub fn relative_density_change(&self, experiments: &[Experiment]) -> Option<f64> {
         let relative = |part: &ValueChange| part.change / part.value;
         let first = relative(self.parts.first()?);
@@ -107,12 +112,12 @@ impl InputChange {
         (is_density && experiments.iter().all(is_changed)).then_some(first)
     }
 
-    /// The unit of the number; that of the first component of a vector.
+    /// The unit of the number; that of the first component of a vector, and empty without parts.
     pub fn unit(&self) -> &'static str {
         self.parts.first().map_or("", |part| part.number.parameter.unit())
     }
 
-    /// The value of the number, if all its experiments have the same one.
+    /// The value of the number, in its unit, if there is one part only; none for a vector, or where experiments differ.
     pub fn value(&self) -> Option<f64> {
         match &self.parts[..] {
             [alone] => Some(alone.value),
@@ -121,8 +126,9 @@ impl InputChange {
     }
 }
 
-/// A change by 1 % of every input of [`INPUT_PATHS`] that is neither identified nor known, nor zero, up to [`MOST_NUMBERS`]
-/// numbers. The components of a vector are one change.
+/// A change by +1 % of every input of the scenes in [`INPUT_PATHS`], without direction vectors. Left out are numbers that are
+/// identified or among `knowns`, zeros, and those that the model cannot differentiate by. The list ends after
+/// [`MOST_NUMBERS`] numbers. The components of a vector are parts of one change, named like the vector.
 pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputChange> {
     let is_stated = |p: Parameter, e: &Experiment| {
         search.unknowns.iter().any(|u| u.parameter == p && u.is_of(e))

@@ -30,7 +30,9 @@ pub(crate) struct InputDirections {
 
 impl InputDirections {
     /// Computes the derivatives at an optimum by one run of the `experiments`, those of the search or a coarse model of them.
-    /// The linear fit has the identified unknowns and the weights of the residuals. Error: the simulation fails.
+    /// The column of each of the `changes` is the sum, over its parts, of change times derivative of the weighted residuals.
+    /// The linear fit has the identified unknowns and the weights of the rows. The work is added to that of the search.
+    /// Error: the simulation fails.
     pub fn new(
         Fitted { search, optimum }: Fitted,
         experiments: &[Experiment],
@@ -69,13 +71,15 @@ impl InputDirections {
         Ok(Self { free, norms, factors: columns.qr(), changes: by_changes, residuals })
     }
 
-    /// Responses to every change (outer index) of every unknown on its scale; none for unknowns that are not identified.
+    /// Responses to every change (outer index) of every unknown (inner index), on its scale (logarithm of a positive
+    /// parameter). None for unknowns that are not identified, or that other unknowns replace entirely.
     pub fn responses(&self) -> Vec<Vec<Option<f64>>> {
         self.responses_to(&self.changes)
     }
 
-    /// Responses to other `changes` of the weighted residuals, a column each, of every unknown on its scale: `-R^-1 Q'
-    /// change`. None for unknowns that are not identified, or that other unknowns replace entirely.
+    /// Responses to other `changes` of the weighted residuals, a column each, of every unknown on its scale (logarithm of a
+    /// positive parameter): `-R^-1 Q' change`. The outer index is the column, the inner one the unknown. None for unknowns
+    /// that are not identified, or that other unknowns replace entirely.
     pub fn responses_to(&self, changes: &DMatrix<f64>) -> Vec<Vec<Option<f64>>> {
         let Self { free, norms, factors, .. } = self;
         let solved = factors.r().solve_upper_triangular(&(factors.q().tr_mul(changes)));

@@ -1,15 +1,16 @@
 //! Effect of the errors of known inputs on a fit that takes them for exact: on the estimates, and on the residuals.
 //!
 //! An error `dk` of an input leaves `u dk` in the residuals, `u` being the part of `dr/dk` that the unknowns cannot follow.
-//! The most probable errors of all known inputs, with their correlations `R` in units of their standard uncertainties, the
-//! columns `u` of `U` and the variance `v` of the noise, are
+//! The columns of `U` are these `u` for all known inputs. `R` are the correlations of their errors, in units of their
+//! standard uncertainties, and `v` is the variance of the noise. The most probable errors are
 //!
 //! ```text
 //! dk = -(U'U/v + R^-1)^-1 U'r/v
 //! ```
 //!
 //! The estimates do not change, as `U` is orthogonal to the Jacobian. [`InputErrors::without_explained`] removes these errors
-//! from the residuals before they are tested. The variance of each estimate by the inputs is a part of its budget.
+//! from the residuals before they are tested. The variance of each estimate by the inputs ([`InputErrors::variance`]) is a
+//! part of its budget.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -45,7 +46,7 @@ pub(crate) struct InputErrors<'a> {
 
 impl<'a> InputErrors<'a> {
     /// Known inputs with the responses to them, from the `sensitivities` that were computed for the same inputs. Error:
-    /// correlations that contradict each other.
+    /// stated correlations that contradict each other.
     pub fn new(knowns: &'a [Known], sensitivities: &InputSensitivities) -> Result<Self, Error> {
         let count = knowns.len();
         Ok(Self {
@@ -57,19 +58,23 @@ impl<'a> InputErrors<'a> {
         })
     }
 
-    /// Responses of unknown `j`, on its scale, to one standard uncertainty of each known input; 0 where there is none.
+    /// Changes of unknown `j`, on its scale (logarithm of a positive parameter), by one standard uncertainty of each known
+    /// input; 0 where the unknown does not respond.
     pub fn responses_of(&self, j: usize) -> DVector<f64> {
         let own = self.responses.iter().map(|responses| responses[j].unwrap_or(0.0));
         DVector::from_iterator(self.knowns.len(), own)
     }
 
-    /// Variance of unknown `j`, on its scale, by the errors of all known inputs with their correlations.
+    /// Variance `c'Rc` of unknown `j`, on its scale (logarithm of a positive parameter), by the errors of all known inputs.
+    /// Here `c` are the changes by one standard uncertainty of each, and `R` their correlations; at least 0.
     pub fn variance(&self, j: usize) -> f64 {
         let own = self.responses_of(j);
         own.dot(&(&self.correlations * &own)).max(0.0)
     }
 
-    /// Most probable errors of the known inputs, in standard uncertainties, for weighted `residuals`.
+    /// Most probable errors of the known inputs, in standard uncertainties, for weighted `residuals`, by the equation of the
+    /// module. Where the variance of the noise is estimated, it is that of the residuals without these errors, and both are
+    /// computed alternately for [`ROUNDS`]. A singular system ends the rounds with the last errors, at first zeros.
     fn probable_errors(&self, residuals: &DVector<f64>, noise: &ResidualNoise) -> DVector<f64> {
         let k = self.knowns.len();
         let square = self.orthogonal.tr_mul(&self.orthogonal);
@@ -89,9 +94,9 @@ impl<'a> InputErrors<'a> {
         errors
     }
 
-    /// The optimum with the residuals that remain without the most probable errors of the known inputs; none without known
-    /// inputs, or where the residuals are rounding errors. An error above [`IMPROBABLE`] is a warning, and explains no
-    /// residuals.
+    /// The optimum with the residuals that remain without the most probable errors of the known inputs; its unknowns and cost
+    /// do not change. None without known inputs, without a variance, or where the residuals are rounding errors. If the
+    /// largest error exceeds [`IMPROBABLE`], it adds a warning of a misfit, and the result is none too.
     pub fn without_explained(
         &self,
         fitted: Fitted,

@@ -10,7 +10,8 @@
 //! at the optimum, with the weights, mesh and step of the fit. A coarse mesh is not accurate enough: where a long record
 //! determines the phase of a vibration, the errors of coarse derivatives are as large as the sensitivities themselves.
 //! [`InputSensitivities`] has the response of each unknown to one standard uncertainty of the known inputs, and to +1 % of
-//! the others. The latter are computed where they are cheap ([`are_unstated_wanted`]).
+//! the others. The latter are computed on request, or else where they are cheap ([`are_unstated_wanted`]), and added to the
+//! estimates.
 
 use crate::error::Error;
 use crate::fit::known::Known;
@@ -48,8 +49,9 @@ pub(crate) struct InputSensitivities {
 }
 
 impl InputSensitivities {
-    /// Computes the responses by one run of the full model with derivatives by the unknowns and the inputs. Unstated inputs
-    /// are included if `with_unstated`. Without any input there is no run. Error: the simulation fails.
+    /// Computes the responses by one run of the full model with derivatives by the unknowns and the inputs: first all
+    /// `knowns`, then unstated inputs if `with_unstated`. Without any input there is no run, and the lists are empty. Error:
+    /// the simulation fails.
     pub fn new(
         fitted: Fitted,
         fit: &LinearFit,
@@ -73,8 +75,9 @@ impl InputSensitivities {
         Ok(Self { known, unstated, responses, orthogonal })
     }
 
-    /// Derivatives of the unknowns, on their scales, by the logarithm of the density of all experiments; none where the
-    /// density is no input, or its sensitivities were not computed.
+    /// Derivatives of the unknowns, on their scales (logarithms of positive parameters), by the logarithm of the density of
+    /// all experiments. There is one entry per unknown. None where the density of some experiment is identified or its
+    /// sensitivity was not computed.
     pub fn responses_to_density(&self, search: &Search) -> Option<Vec<Option<f64>>> {
         // The density may be a known input or an unstated one.
         let mut changes = self.known.iter().chain(&self.unstated).zip(&self.responses);
@@ -84,8 +87,9 @@ impl InputSensitivities {
         Some(responses.iter().map(|response| Some((*response)? / change)).collect())
     }
 
-    /// Adds the sensitivities to +1 % of each unstated input to the estimates with a standard error, the largest first.
-    /// Changes below [`NEGLIGIBLE`] are left out.
+    /// Sets the sensitivities to +1 % of each unstated input in the estimates with a standard error, the largest absolute
+    /// change first. Changes up to [`NEGLIGIBLE`] of 1 % of a positive estimate, or of the absolute value of another one, are
+    /// left out.
     pub fn add_to(&self, search: &Search, estimates: &mut [Estimate]) {
         for (j, (unknown, estimate)) in search.unknowns.iter().zip(estimates).enumerate() {
             let Some(value) = estimate.value.filter(|_| estimate.std_error.is_some()) else {
@@ -115,7 +119,8 @@ impl InputSensitivities {
 }
 
 /// Whether the sensitivities to unstated inputs are computed: as the analysis requests, else if their cost in simulations is
-/// at most [`MAX_RELATIVE_COST`] times `spent`, the cost of the search. False after an interruption.
+/// at most [`MAX_RELATIVE_COST`] times `spent`, the cost of the search. One run costs 1, and [`COST_OF_DERIVATIVE`] for each
+/// unknown and input. False after an interruption.
 pub(crate) fn are_unstated_wanted(
     search: &Search,
     analysis: &Analysis,

@@ -1,9 +1,10 @@
 //! Identifiable combinations of two parameters that are not identifiable separately, such as `youngs_modulus/density`.
 //!
 //! Along a direction `(a, b)` of two logarithms no observed value changes. The product of powers `p1^b p2^-a` is constant
-//! along it, and the data determine it where it is constant along all other such directions as well. Its logarithm `v.x` has
-//! the variance `v'Cv`. It is an estimable function: any generalized inverse `C` of the normal matrix yields the same.
-//! [`constant_combinations`] returns the exponents `v` for the covariance; [`Combination`] has name and unit for the report.
+//! along it. The data determine the product where it is constant along all other such directions as well. Its logarithm `v.x`
+//! has the variance `v'Cv`. It is an estimable function: any generalized inverse `C` of the normal matrix yields the same.
+//! [`constant_combinations`] returns the exponents `v`, one per unknown, for the covariance. [`Combination`] adds the
+//! standard deviation, and composes name and unit for the report.
 
 use crate::fit::unknown::Unknown;
 
@@ -21,8 +22,9 @@ pub(crate) struct Combination {
 }
 
 /// Exponents, one per unknown, of the product of powers that is constant along `direction`, a change of the unknowns on their
-/// scales. None unless exactly two components are not zero, both of positive parameters. The smaller exponent is 1 in
-/// absolute value, the first one positive; both are rounded to two decimals, the accuracy of singular vectors.
+/// scales. With components `a` and `b` they are `b` and `-a`, scaled, and 0 for all others. The smaller exponent is 1 in
+/// absolute value, the first one positive; both are rounded to two decimals, the accuracy of singular vectors. None unless
+/// exactly two components are not zero, both of positive parameters.
 pub(crate) fn constant_exponents(unknowns: &[Unknown], direction: &[f64]) -> Option<Vec<f64>> {
     let involved: Vec<usize> = (0..unknowns.len()).filter(|j| direction[*j] != 0.0).collect();
     let [one, two] = involved[..] else { return None };
@@ -38,8 +40,9 @@ pub(crate) fn constant_exponents(unknowns: &[Unknown], direction: &[f64]) -> Opt
     Some(exponents)
 }
 
-/// Exponents of the products that are constant along all `directions`: from each direction the product of its two parameters,
-/// if the other directions leave it constant too, by [`ORTHOGONAL`].
+/// Exponents, one list per product and one number per unknown, of the products that are constant along all `directions`. Each
+/// direction of two positive parameters proposes its product. It is kept if the cosine of its exponents with every direction
+/// is at most [`ORTHOGONAL`]. Equal products of several directions are not merged.
 pub(crate) fn constant_combinations(
     unknowns: &[Unknown],
     directions: &[&Vec<f64>],
@@ -56,12 +59,13 @@ pub(crate) fn constant_combinations(
 }
 
 impl Combination {
-    /// Name, such as `youngs_modulus/density`, from the names of the unknowns.
+    /// Name, such as `youngs_modulus/density`, from the names of the unknowns with their exponents.
     pub fn name(&self, unknowns: &[Unknown]) -> String {
         product(&self.exponents, |j| unknowns[j].to_string())
     }
 
-    /// Unit, such as `m^2/s^2`, from the SI units of the unknowns.
+    /// Unit, such as `Pa*m^2`, from the SI units of the unknowns; composite units in a power are in parentheses. The unit of
+    /// modulus over density is `m^2/s^2`.
     pub fn unit(&self, unknowns: &[Unknown]) -> String {
         // Composite units in a power are in brackets.
         let unit = product(&self.exponents, |j| {
@@ -72,14 +76,14 @@ impl Combination {
         if unit == "Pa/(kg/m^3)" { "m^2/s^2".into() } else { unit }
     }
 
-    /// Indices of the unknowns with their exponents, ascending, without those of zero.
+    /// Pairs of the index of an unknown and its exponent, ascending by index, without exponents of zero.
     pub fn powers(&self) -> impl Iterator<Item = (usize, f64)> {
         self.exponents.iter().copied().enumerate().filter(|(_, power)| *power != 0.0)
     }
 }
 
-/// Text `a^p*b/(c^q)` of a product with these `exponents`, where `symbol` returns the text of each factor. Negative powers
-/// are in the denominator; empty symbols are left out.
+/// Text `a^p*b/c^q` of a product with these `exponents`, where `symbol` returns the text of each factor. Negative powers are
+/// in the denominator, after `1` without a numerator. Exponents of 1 are not written; empty symbols are left out.
 fn product(exponents: &[f64], symbol: impl Fn(usize) -> String) -> String {
     let join = |sign: f64| {
         let own = exponents.iter().enumerate().filter(|(_, power)| sign * **power > 0.0);
@@ -102,8 +106,8 @@ mod tests {
     use super::*;
     use crate::scene::Parameter;
 
-    /// Along equal logarithms of modulus and density `E/rho` is constant, along (-2, 1) of modulus and radius `E r^2`; no product is
-    /// along both.
+    /// Along equal logarithms of modulus and density `E/rho` is constant, along (-2, 1) of modulus and radius `E r^2`; no product
+    /// is along both.
     #[test]
     fn exponents_follow_the_direction_and_other_directions_exclude_combinations() {
         let unknowns =

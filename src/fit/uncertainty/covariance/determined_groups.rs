@@ -2,9 +2,10 @@
 //!
 //! A motion under gravity, or between recorded ends, without a measured force has no scale of forces: with moduli and density
 //! multiplied by one factor it stays the same. The data determine `EI/(rho A)` and `GJ/(rho A)`, and a modulus is
-//! proportional to the density of the scene. The criterion are the sensitivities to the inputs: the logarithmic derivative by
-//! the density is 1 for the estimates of moduli, and 0 for all others, within [`DERIVATIVE_TOLERANCE`]. The report lists the
-//! groups with standard errors.
+//! proportional to the density of the scene. The criterion is the sensitivities to the inputs: the logarithmic derivative by
+//! the density is 1 for the estimates of moduli, and 0 for all others, within [`DERIVATIVE_TOLERANCE`].
+//! [`determined_combinations`] returns the combinations with 95 % intervals, [`determined_groups`] the ratios with standard
+//! errors; the report of the fit lists both.
 
 use crate::fit::measurement::experiment::{Experiment, named};
 use crate::fit::search::Search;
@@ -57,8 +58,11 @@ impl fmt::Display for DeterminedGroup {
     }
 }
 
-/// Groups for the identifiable combinations of the covariance, corrected by the `bias` of chosen numerics. Intervals contain
-/// the remaining discretization error. Empty without convergence.
+/// One group per identifiable combination of the covariance, such as `youngs_modulus/density`, with value and 95 % interval
+/// in its unit. The logarithm of the value is the sum of exponents times logarithms of the unknowns. It is corrected by the
+/// `bias` of a mesh and step that the program chose. The interval is `log +- sqrt((k sd)^2 + e^2)`: the largest coverage
+/// factor `k` of its unknowns, the standard deviation of the logarithm, and the remaining discretization error `e`. Empty
+/// without convergence.
 pub(crate) fn determined_combinations(
     Fitted { search, optimum }: Fitted,
     LocalAnalysis { covariance, correlations, .. }: &LocalAnalysis,
@@ -92,8 +96,8 @@ struct GroupFactor {
     value: f64,
 }
 
-/// Factors of the groups of `modulus` in an experiment: `GJ` of a shear modulus, else `EI`, or `EI1` and `EI2` of a rod in
-/// space.
+/// Factors of the groups of `modulus` in an experiment, from the section and density of its scene: `GJ` (torsion constant) of
+/// a shear modulus, else `EI`, or `EI1` and `EI2` of a rod that bends in two planes.
 fn group_factors(problem: &Problem, modulus: Parameter) -> Vec<GroupFactor> {
     let moments = problem.scene().rod.section.moments();
     let density = problem.scene().material.density;
@@ -109,7 +113,8 @@ fn group_factors(problem: &Problem, modulus: Parameter) -> Vec<GroupFactor> {
     }
 }
 
-/// Factors of the groups of `modulus` that all these experiments share; empty where they differ, or without experiments.
+/// Factors of the groups of `modulus` that all these experiments share, those of the first one. Empty where number, symbol or
+/// value differ by more than [`SAME_SECTION`], or without experiments.
 fn shared_factors<'a>(
     mut experiments: impl Iterator<Item = &'a Experiment>,
     modulus: Parameter,
@@ -127,8 +132,10 @@ fn shared_factors<'a>(
     if is_shared { first } else { Vec::new() }
 }
 
-/// Ratios of stiffness to mass per length, m^4/s^2, one or two for each identified modulus. Empty where the data determine
-/// the mass, or the sensitivities to the density of all experiments are unknown.
+/// Ratios of stiffness to mass per length, m^4/s^2, for each estimated Young's or shear modulus: `EI/(rho A)`, or two of a
+/// rod that bends in two planes, or `GJ/(rho A)`. Values and relative standard errors are those of the modulus. Empty unless
+/// the logarithmic derivatives of all estimates by the density are 1 (moduli) or 0 (others). Empty also where these
+/// derivatives were not computed; experiments with different sections or densities have no common group.
 pub(crate) fn determined_groups(
     search: &Search,
     estimates: &[Estimate],

@@ -1,11 +1,12 @@
 //! Covariance of the estimates by the Gauss-Newton approximation, with an analysis of identifiability.
 //!
-//! Input are the rows of the Jacobian by the unknowns on their scales, in units of the noise. Zero singular values of the
-//! Jacobian with unit columns belong to directions of the unknowns without effect (structural). The inverse `(J'J)^-1` of the
-//! normal matrix is formed without them. The covariance is `v (J'J)^-1` for white noise of the variance `v`, and `v (J'J)^-1
-//! M (J'J)^-1` for a gradient with the covariance `v M`. Directions with a standard deviation beyond [`PRACTICAL_LOG`] and
-//! similar limits are practically not identifiable. [`Covariance`] also returns the linear response of a fit to changes of
-//! its residuals.
+//! Input are the rows of the Jacobian by the unknowns on their scales (logarithms of positive parameters), in units of the
+//! noise. Singular values of the Jacobian with unit columns below [`STRUCTURAL`] of the largest belong to directions of the
+//! unknowns without effect. The inverse `(J'J)^-1` of the normal matrix is formed without them. The covariance is `v
+//! (J'J)^-1` for white noise of the variance `v`, and `v (J'J)^-1 M (J'J)^-1` for a gradient with the covariance `v M`.
+//! Directions along which an unknown has a standard deviation beyond `practical_limit` are practically not identifiable.
+//! Output is a [`Covariance`]: standard deviations, correlations and the unidentifiable directions with their texts. It also
+//! returns the linear response of a fit to changes of its residuals.
 
 use crate::error::Error;
 use crate::fit::uncertainty::covariance::combinations::{Combination, constant_combinations};
@@ -21,7 +22,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 /// Singular values of the column-scaled Jacobian below this part of the largest are zero: its elements are accurate to
 /// about 1e-9.
 const STRUCTURAL: f64 = 1e-7;
-/// Part of the observed motion below which the effect of an unknown is a rounding error.
+/// Part of the norm of the scales of all measured values up to which the effect of an unknown is a rounding error.
 const SMALLEST_EFFECT: f64 = 1e-9;
 /// Limit of the standard deviation of an unknown with a bound, over that of its logarithm: no direction is unidentifiable
 /// because of it.
@@ -68,13 +69,18 @@ pub(crate) struct Covariance {
 }
 
 impl Covariance {
-    /// Covariance of the `unknowns` from the `rows` of the Jacobian by the unknowns on their scales, in units of the noise,
-    /// whose `variance` is 1 with a stated sigma. `bounds` are the one-sided bounds, in the order of the unknowns; empty:
-    /// none.
+    /// Covariance of the `unknowns` from the `rows` of the Jacobian by the unknowns on their scales (logarithms of positive
+    /// parameters). Rows are in units of the noise, whose `variance` is 1 with a stated sigma. `bounds` are the one-sided
+    /// bounds, in the order of the unknowns; empty: none. `motion` is the norm of the scales of all measured values, as rod
+    /// lengths, in the same units. `score_covariance` is the covariance of the gradient over the variance, where it is not
+    /// `J'J`. `rise` returns the rise of twice the misfit by a step from the optimum, over the one at the end of a 95 %
+    /// interval. Error: the singular value decomposition fails.
     ///
-    /// `motion` is the norm of the observed motion in the same units, and `score_covariance` the covariance of the gradient
-    /// over the variance, where it is not `J'J`. `rise` returns the rise of twice the misfit by a step from the optimum, over
-    /// the one at the end of a 95 % interval. Error: the singular value decomposition fails.
+    /// A column of at most [`SMALLEST_EFFECT`] times `motion` is a finding by itself. A principal axis of the covariance is
+    /// practically unidentifiable if its deviation exceeds the limit. It is so too from [`SUSPICIOUS`] of the limit on, if
+    /// `rise` at the limit is below 1 on either side. Unknowns in such directions, and those with a one-sided bound, have no
+    /// deviation. Products that are constant along all of these directions become combinations, if the standard deviation of
+    /// their logarithm is below [`PRACTICAL_LOG`].
     pub fn new(
         unknowns: &[Unknown],
         bounds: &[Option<OneSidedBound>],
@@ -196,7 +202,8 @@ impl Covariance {
         Ok(found)
     }
 
-    /// Index of the last unknown of each identifiable combination, ascending: with these held, the others are determined.
+    /// Index of the last unknown of each identifiable combination, ascending and without repetition: with these held, the
+    /// others are determined.
     pub fn held_unknowns(&self) -> Vec<usize> {
         let last = |c: &Combination| c.powers().map(|(j, _)| j).last();
         let mut held: Vec<usize> = self.combinations.iter().filter_map(last).collect();
@@ -205,20 +212,23 @@ impl Covariance {
         held
     }
 
-    /// Variance of the sum of the unknowns, on their scales, times these `factors`.
+    /// Variance `v f'Cf` of the sum of the unknowns, on their scales (logarithms of positive parameters), times these
+    /// `factors`, one per unknown.
     fn variance_of(&self, factors: DVector<f64>) -> f64 {
         self.variance * factors.dot(&(&self.unit_covariance * &factors))
     }
 
-    /// Variance, by the errors of the identifiable unknowns, of a quantity whose derivatives by the unknowns on their scales
-    /// are `row`.
+    /// Variance of a quantity by the errors of the identifiable unknowns; all others count as exact. `row` are the
+    /// derivatives of the quantity by the unknowns on their scales (logarithms of positive parameters).
     pub fn variance_along(&self, row: &[f64]) -> f64 {
         let factor = |j: usize| if self.deviation[j].is_some() { row[j] } else { 0.0 };
         self.variance_of(DVector::from_fn(row.len(), |j, _| factor(j)))
     }
 
-    /// Response to a `change` of the residuals: `-(J'WJ)^-1 J'W change` with the squared `weights` and the `rows` of the
-    /// unweighted Jacobian. Unknowns respond that are identifiable, have a bound, or are part of an identifiable combination.
+    /// Response to a `change` of the unweighted residuals: the unknowns move by `-(J'WJ)^-1 J'W change`, with the squared
+    /// `weights` and the `rows` of the unweighted Jacobian `J`. Unknowns respond that are identifiable, have an upper bound
+    /// away from zero, or are part of an identifiable combination; the others have none. Also returns the change of the
+    /// residuals after the response.
     pub fn response(&self, change: &[f64], weights: &[f64], rows: &[Vec<f64>]) -> LinearResponse {
         let n = self.deviation.len();
         let weighted: Vec<f64> = change.iter().zip(weights).map(|(c, w)| w * w * c).collect();

@@ -3,8 +3,8 @@
 //! The right singular vectors of the scaled Jacobian with small singular values are the combinations of unknowns that do not
 //! change the observed values: structurally, if they would not change exact data either, or practically, if the noise hides
 //! the change. [`sparsest`] rewrites these vectors with few unknowns each. [`describe_directions`] turns them into
-//! [`UnidentifiableDirection`]s with a text for the report. The limits of practical identifiability are [`PRACTICAL_LOG`] and
-//! [`PRACTICAL_LINEAR`], standard deviations of an unknown on its scale.
+//! [`UnidentifiableDirection`]s with a text for the report, and [`summarize`] into the status of the fit. The limits of
+//! practical identifiability are [`PRACTICAL_LOG`] and [`PRACTICAL_LINEAR`], standard deviations of an unknown on its scale.
 
 use crate::code::Code;
 use crate::fit::search::damping::is_damping;
@@ -44,7 +44,7 @@ pub enum NonIdentifiability {
 }
 
 impl NonIdentifiability {
-    /// The code of the kind in reports; `docs/codes.md` explains it.
+    /// The code of the kind in reports (`structural` or `practical`); `docs/codes.md` explains it.
     pub fn code(self) -> Code {
         match self {
             Self::Structural => Code::Structural,
@@ -66,14 +66,14 @@ pub struct UnidentifiableDirection {
     pub description: String,
 }
 
-/// Largest standard deviation with which an unknown is identifiable, on its scale: [`PRACTICAL_LOG`] of a logarithm, else
-/// [`PRACTICAL_LINEAR`].
+/// Largest standard deviation with which an unknown is identifiable: [`PRACTICAL_LOG`] of the logarithm of a positive
+/// parameter, else [`PRACTICAL_LINEAR`] in its unit.
 pub(crate) fn practical_limit(unknown: &Unknown) -> f64 {
     if unknown.parameter.is_positive() { PRACTICAL_LOG } else { PRACTICAL_LINEAR }
 }
 
-/// Finding on a parameter without effect on the observed values. It is structural, except for a damping among other unknowns
-/// that have an effect (`is_only_one` is false): that is zero at the optimum, by these data.
+/// Finding on a parameter without effect on the observed values. It is structural. For a damping while other unknowns have an
+/// effect (`is_only_one` is false) it is practical: the damping is zero at the optimum, by these data.
 pub(crate) fn without_effect(unknown: &Unknown, is_only_one: bool) -> UnidentifiableDirection {
     let (kind, description) = match is_damping(unknown) && !is_only_one {
         true => (
@@ -85,13 +85,15 @@ pub(crate) fn without_effect(unknown: &Unknown, is_only_one: bool) -> Unidentifi
     UnidentifiableDirection { kind, parameters: vec![unknown.parameter], description }
 }
 
-/// Text on an unknown without effect.
+/// Text that an unknown has no effect on the observed quantities.
 fn no_effect(unknown: &Unknown) -> String {
     format!("{unknown} has no effect on the observed quantities")
 }
 
-/// Findings of one `kind` on `directions`, changes of the unknowns on their scales with zeros for those not involved.
-/// `deviations` are the standard deviations of all unknowns on their scales.
+/// One finding of this `kind` per direction, in their order, with the parameters of its nonzero components and a text.
+/// `directions` are changes of the unknowns on their scales, with zeros for those not involved; `deviations` are the standard
+/// deviations of all unknowns on their scales. Two positive parameters are described by the product that stays constant,
+/// others by a weighted sum. Practical findings add the standard deviations, or that the misfit is flat.
 pub(crate) fn describe_directions(
     unknowns: &[Unknown],
     directions: Vec<Vec<f64>>,
@@ -140,10 +142,10 @@ pub(crate) fn describe_directions(
     directions.into_iter().map(describe).collect()
 }
 
-/// Directions that span the same space with few unknowns each, by Gauss-Jordan elimination of the structural ones: singular
-/// vectors of equal singular values are arbitrary combinations. The structural ones are eliminated from the practical ones
-/// too. Components up to [`SMALLEST_COMPONENT`] of the largest become zero. Returns the structural and the practical
-/// directions.
+/// Directions that span the same space with few unknowns each, by Gauss-Jordan elimination: singular vectors of equal
+/// singular values are arbitrary combinations. Each structural direction is eliminated at its largest component, from all
+/// other structural and from all practical ones. Components up to [`SMALLEST_COMPONENT`] of the largest become zero. Returns
+/// the structural and the practical directions, in their order and not normalized.
 pub(crate) fn sparsest(
     mut structural: Vec<Vec<f64>>,
     mut practical: Vec<Vec<f64>>,
@@ -179,8 +181,9 @@ fn largest_component(direction: &[f64]) -> f64 {
     direction.iter().fold(0.0, |most, d| most.max(d.abs()))
 }
 
-/// Reason of practical non-identifiability: the standard deviations of the `listed` unknowns, or, where all of the `involved`
-/// ones are determined at the optimum, the flat misfit far from it.
+/// Reason of practical non-identifiability, as text: the standard deviations of the `listed` unknowns, as factors for
+/// logarithms. Where all `involved` unknowns are within their limits, it is that the misfit is no larger far from the
+/// estimate.
 fn practical_reason(
     unknowns: &[Unknown],
     deviations: &[f64],
@@ -200,7 +203,8 @@ fn practical_reason(
 }
 
 /// Text of a direction as a sum of its unknowns with components over the largest, such as `+1.000 density -0.500 radius`. Of
-/// many `involved` unknowns the smallest components are counted only.
+/// more than [`MOST_LISTED`] `involved` unknowns the [`LISTED`] with the largest components are written, and the others
+/// counted.
 fn weighted_sum(unknowns: &[Unknown], direction: &[f64], involved: &[usize]) -> String {
     let most = largest_component(direction);
     let listed = listed_unknowns(direction, involved);
@@ -212,8 +216,8 @@ fn weighted_sum(unknowns: &[Unknown], direction: &[f64], involved: &[usize]) -> 
     terms.join(" ")
 }
 
-/// Indices of the unknowns that a description lists: all `involved` ones, of more than [`MOST_LISTED`] the [`LISTED`] with
-/// the largest components.
+/// Indices of the unknowns that a description lists: all `involved` ones in their order. Of more than [`MOST_LISTED`] the
+/// [`LISTED`] with the largest absolute components, the largest first.
 fn listed_unknowns(direction: &[f64], involved: &[usize]) -> Vec<usize> {
     let mut listed = involved.to_vec();
     if listed.len() > MOST_LISTED {
@@ -223,8 +227,8 @@ fn listed_unknowns(direction: &[f64], involved: &[usize]) -> Vec<usize> {
     listed
 }
 
-/// Text on all directions that the data do not determine: the descriptions of up to [`SUMMARIZED`], and the number of the
-/// others.
+/// Text on all directions that the data do not determine: the descriptions of the first [`SUMMARIZED`], separated by
+/// semicolons, and the number of the others. Empty without directions.
 pub(crate) fn summarize(findings: &[UnidentifiableDirection]) -> String {
     let described = findings.iter().take(SUMMARIZED).map(|f| f.description.clone());
     let mut parts: Vec<String> = described.collect();

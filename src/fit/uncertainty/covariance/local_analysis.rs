@@ -3,7 +3,9 @@
 //!
 //! [`LocalAnalysis::new`] computes in this order: the variance of the residuals and weights of the rows; the AR(1)
 //! correlations; the noise scales of the samples; bounds of dampings near zero; the covariance; one-sided bounds by profile
-//! likelihoods, and then the covariance again. All later assessments use these results.
+//! likelihoods. If these add bounds, the covariance is computed again, as bounded unknowns are no longer unidentifiable. All
+//! later assessments of a fit or a plan use the results. [`LocalAnalysis::linear_fit`] is the linear model for responses to
+//! inputs.
 
 use crate::error::Error;
 use crate::fit::search::fitted::Fitted;
@@ -30,9 +32,9 @@ pub(crate) struct LocalAnalysis {
 }
 
 impl LocalAnalysis {
-    /// Analyzes an optimum. After a correction of the residuals the one-sided bounds are those `known` from the data before
-    /// it; with None they are searched for. Errors: failed decomposition or simulation, and [`Error::Interrupted`] after a
-    /// stop.
+    /// Analyzes an optimum. `known` are the one-sided bounds that were found before a correction of the residuals, one per
+    /// unknown; only these are then added to the bounds of dampings. With None they are searched for, by fits with one
+    /// unknown held. Errors: failed decomposition or simulation, and [`Error::Interrupted`] after a stop.
     pub fn new(fitted: Fitted, known: Option<&[Option<OneSidedBound>]>) -> Result<Self, Error> {
         let Fitted { search, optimum } = fitted;
         // Noise first: its weights scale the rows of the Jacobian for everything after.
@@ -75,8 +77,9 @@ impl LocalAnalysis {
         Ok(Self { noise, correlations, adequacy, covariance, bounds })
     }
 
-    /// The linear model of the fit at its optimum. Unknowns with a standard deviation or a one-sided bound respond, and the
-    /// first one of each identifiable combination, which represents it.
+    /// The linear model of the fit at its optimum: which unknowns respond to changes of the residuals, and the weights of the
+    /// rows. Those with a standard deviation or a one-sided bound respond. Of each identifiable combination the first unknown
+    /// responds, and represents it.
     pub fn linear_fit(&self) -> LinearFit {
         let is_bounded = |bound: &Option<OneSidedBound>| bound.is_some_and(|b| b.is_one_sided());
         let all = self.covariance.deviation.iter().zip(&self.bounds);
@@ -89,8 +92,9 @@ impl LocalAnalysis {
     }
 }
 
-/// Norm of the observed motion of all measurements, in units of the noise: the root of the sum of `(scale/sigma)^2` over all
-/// values.
+/// Norm of the scales of all measured values, in units of the noise: the root of the sum of `(scale/sigma)^2` over them. The
+/// scale of positions is the larger of rod length and size of the motion, that of other values their size. The covariance
+/// compares effects with it.
 fn motion_norm(fitted: Fitted) -> f64 {
     let squares = fitted.measured().map(|own| {
         let scale = own.measurement.scale(&own.experiment.problem);

@@ -1,8 +1,9 @@
 //! Observed information: standard errors from the exact Hessian `H` of the misfit, on request, beside the Gauss-Newton ones.
 //!
-//! The covariance is `v H^-1` for white noise of the variance `v`. Under autocorrelated noise or robust losses it is `H^-1 M
-//! H^-1`, with the covariance `M` of the gradient of the misfit. The Hessian takes second derivatives of the simulation. A
-//! Hessian that is not positive definite is a warning: the optimum is no isolated minimum.
+//! The Hessian contains the second derivatives of the simulation. The covariance is `v H^-1` for white noise of the variance
+//! `v`. Under autocorrelated noise or robust losses it is `H^-1 M H^-1`, with the covariance `M` of the gradient of the
+//! misfit. [`std_errors`] returns a standard error per estimate, in its unit. A Hessian that is not positive definite is a
+//! warning: the optimum is no isolated minimum. A failed simulation is a note.
 
 use crate::code::Code;
 use crate::fit::search::fitted::Fitted;
@@ -12,9 +13,10 @@ use crate::fit::uncertainty::noise::residual_noise::score_covariance;
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use nalgebra::DMatrix;
 
-/// Standard errors of the `estimates`, in their units, from the Hessian at the optimum. None for estimates with an upper
-/// bound, as their logarithm has no standard deviation. All are none, with a warning, where the Hessian fails or is not
-/// positive definite.
+/// Standard errors of the `estimates`, one each, in their units, from the Hessian of the misfit at the optimum. None for
+/// estimates with an upper bound, as their logarithm has no standard deviation, and for those without a value. If the
+/// simulation of the Hessian fails, all are none, and a note is added. If it is not positive definite, all are none, with a
+/// warning of the severity `Worthless`.
 pub(crate) fn std_errors(
     fitted: Fitted,
     LocalAnalysis { noise, correlations, .. }: &LocalAnalysis,

@@ -1,10 +1,12 @@
 //! One-sided bounds of parameters that the data do not bound on the other side, from the profile likelihood.
 //!
 //! Above some modulus a rod no longer bends by a detectable amount: the misfit is flat, and an interval around the optimum
-//! has no meaning. The profile likelihood shows it: the parameter is held, all others are fitted, at factors of 2, 16 and
-//! 65536 from the optimum. A side is open where twice the misfit, in units of the variance of the noise, rises by less than 4
-//! at all distances. The other side ends where the profile has risen by the square of the one-sided 95 % quantile above its
-//! least value. [`add_one_sided_bounds`] adds the bounds of all unknowns; exactly one open side is a bound.
+//! has no meaning. Candidates are positive parameters without a prior that are not identifiable by themselves, or (except
+//! dampings) whose scan is flat on a side. The parameter is held, all others are fitted, at factors of 2, 16 and 65536 from
+//! the optimum; farther off if both sides are open. Rises are those of twice the misfit over the least of the profile, in
+//! units of the variance of the noise. A side is open if its farthest point has risen by less than [`OPEN_BELOW`]. One open
+//! side is a bound if the other has risen by at least that; it ends at the square of the one-sided 95 % quantile.
+//! [`add_one_sided_bounds`] adds the bounds of all candidates.
 
 use crate::error::Error;
 use crate::fit::search::damping::is_damping;
@@ -70,9 +72,11 @@ struct OneSidedProfile<'a> {
     points: Vec<ProfilePoint>,
 }
 
-/// Adds one-sided bounds to `bounds`, one entry per unknown. Candidates are positive parameters without a prior that are
-/// unidentifiable by themselves, not in a combination, and those other than dampings whose scan is flat on a side. Nothing is
-/// added without convergence, or where the residuals are rounding errors. Error: the fit is stopped.
+/// Adds one-sided bounds to the empty entries of `bounds`, one entry per unknown, or replaces entries without a bound.
+/// Candidates are positive parameters without a prior that are unidentifiable by themselves, not in a combination. Others
+/// except dampings are candidates if their scan is flat on a side. Unknowns without an effect on the residuals are none.
+/// Nothing is added without convergence, or where the residuals are rounding errors. Lower minima that the profiles find are
+/// recorded in the search. Error: the fit is stopped, or the fit at such a minimum fails.
 pub(crate) fn add_one_sided_bounds(
     fitted: Fitted,
     noise: &ResidualNoise,
@@ -112,8 +116,9 @@ pub(crate) fn add_one_sided_bounds(
     Ok(())
 }
 
-/// Whether the misfit of the scan at an end of the values of unknown `j`, more than a factor of two from the optimum, is
-/// below [`FLAT`] times the least one. False without a scan of three values.
+/// Whether the scan of the search is flat at the least or the largest of its values of unknown `j`: the misfit is below
+/// [`FLAT`] times the least one of the scan, more than a factor of two from the optimum. False with fewer than three scanned
+/// values.
 fn is_scan_flat(Fitted { search, optimum }: Fitted, j: usize) -> bool {
     let scanned = search.journal.scanned_line(j);
     let least = scanned.iter().map(|(_, misfit)| *misfit).fold(f64::INFINITY, f64::min);
@@ -124,7 +129,10 @@ fn is_scan_flat(Fitted { search, optimum }: Fitted, j: usize) -> bool {
 }
 
 impl<'a> OneSidedProfile<'a> {
-    /// The profile with the optimum as its only point. `variance` is that of the noise for this unknown.
+    /// The profile with the optimum as its only point. `variance` is that of the noise for this unknown. Let `last` be the
+    /// largest scanned value, or the largest usual value of the parameter if that is smaller. The range is that of the bounds
+    /// of the unknown, but ends [`BEYOND_SCAN`] above `last`. Distances are counted from the optimum, or from `last` if the
+    /// optimum is larger.
     fn new(fitted: Fitted<'a>, unknown: usize, variance: f64) -> Self {
         let Fitted { search, optimum } = fitted;
         let [low, high] = search.unknowns[unknown].scaled_bounds();
@@ -143,8 +151,10 @@ impl<'a> OneSidedProfile<'a> {
         Self { fitted, unknown, here, range, variance, points: vec![first] }
     }
 
-    /// The bound, if exactly one side is open; else none. `quantile` is the distance of a one-sided 95 % limit in standard
-    /// deviations. The value is the accepted point nearest to the optimum, as the profile is flat toward the open side.
+    /// The bound, in the parameter's unit, if exactly one side is open and the other is closed; else none. `quantile` is the
+    /// distance of a one-sided 95 % limit in standard deviations: the bound is where the rise over the least point is its
+    /// square. The value is the accepted point nearest to the optimum, as the profile is flat toward the open side. A lower
+    /// minimum than the optimum is recorded in the search. Error: the fit is stopped, or fails at that minimum.
     fn bound(mut self, quantile: f64) -> Result<Option<OneSidedBound>, Error> {
         let here = self.here;
         if here != self.fitted.optimum.x[self.unknown] {
@@ -183,32 +193,33 @@ impl<'a> OneSidedProfile<'a> {
         }))
     }
 
-    /// The least rise of the points, negative where a point is better than the optimum.
+    /// The least rise of the points, 0 at most; negative where a point is better than the optimum.
     fn least(&self) -> f64 {
         self.points.iter().map(|p| p.rise).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether the lower and the upper side are open: their farthest points are at least [`LEAST_DISTANCE`] from the optimum
-    /// and have risen by less than [`OPEN_BELOW`].
+    /// Whether the lower and the upper side are open: their farthest points are at least [`LEAST_DISTANCE`] from the origin
+    /// of the distances (`here`) and have risen by less than [`OPEN_BELOW`] over the least point.
     fn is_open(&self) -> [bool; 2] {
         let (least, here) = (self.least(), self.here);
         self.test_ends(|p| p.rise - least < OPEN_BELOW && (p.held - here).abs() >= LEAST_DISTANCE)
     }
 
-    /// Whether the profile has risen by [`OPEN_BELOW`] on the lower and the upper side. At a bound of the parameter a side
-    /// may be neither open nor closed.
+    /// Whether the farthest points of the lower and the upper side have risen by [`OPEN_BELOW`] over the least point. At a
+    /// bound of the parameter a side may be neither open nor closed.
     fn is_closed(&self) -> [bool; 2] {
         let least = self.least();
         self.test_ends(|p| p.rise - least >= OPEN_BELOW)
     }
 
-    /// Result of a `test` of the least and the largest point of the profile.
+    /// Result of a `test` of the point with the least and of that with the largest held value.
     fn test_ends(&self, test: impl Fn(&ProfilePoint) -> bool) -> [bool; 2] {
         [self.points.first(), self.points.last()].map(|end| end.is_some_and(&test))
     }
 
-    /// Evaluates the profile on a `side` (-1 or 1) at these ascending `distances` from the optimum, until it has risen above
-    /// [`CLOSED_ABOVE`], cannot be simulated, or the range ends.
+    /// Evaluates the profile on a `side` (-1 or 1) at these ascending `distances` from `here` and adds the points. It ends
+    /// after a point that has risen above [`CLOSED_ABOVE`], after the end of the range, and before a point that cannot be
+    /// simulated. Distances within the explored range end it without a point. Error: the fit is stopped.
     fn explore(&mut self, side: f64, distances: &[f64]) -> Result<(), Error> {
         let ([low, high], here) = (self.range, self.here);
         let limit = if side > 0.0 { high - here } else { here - low };
@@ -235,8 +246,8 @@ impl<'a> OneSidedProfile<'a> {
         Ok(())
     }
 
-    /// The profile at the value `held` of the unknown, on its scale, by a fit of the other unknowns from `from`. The rise is
-    /// infinite where the simulation fails.
+    /// The profile at the value `held` of the unknown, on its scale (logarithm), by a fit of the other unknowns from `from`.
+    /// Where that fit fails the rise is infinite, and the others stay at `from`. Error: the fit is stopped.
     fn evaluate(&self, held: f64, from: &[f64]) -> Result<ProfilePoint, Error> {
         let mut x = from.to_vec();
         x[self.unknown] = held;
@@ -256,8 +267,8 @@ impl<'a> OneSidedProfile<'a> {
         self.points.sort_by_cached_key(|x| total_order(x.held));
     }
 
-    /// Records the lowest point, with the rise `least`, as a local minimum of the search, if it is lower than the optimum by
-    /// more than [`OPEN_BELOW`].
+    /// Adds the lowest point, with the rise `least`, to the local minima of the search, if it is lower than the optimum by
+    /// more than [`OPEN_BELOW`]. Error: the repeated fit at that point fails.
     fn record_lower_minimum(&self, least: f64) -> Result<(), Error> {
         let lowest = self.points.iter().find(|p| p.rise == least && least < -OPEN_BELOW);
         if let Some(point) = lowest {
@@ -267,8 +278,10 @@ impl<'a> OneSidedProfile<'a> {
         Ok(())
     }
 
-    /// Value, on the scale of the unknown, at which the profile rises above `level` on the given `side` (-1 or 1), to
-    /// [`TOLERANCE`]. The points are those of parabolas through the last accepted point and the one outside of it.
+    /// Value of the unknown, on its scale (logarithm), at which the profile rises above `level` on the given `side` (-1 or
+    /// 1), to [`TOLERANCE`]. Each new point is that of a parabola between the outermost accepted point (rise up to `level`)
+    /// and its neighbor outside. If no point is outside, or after [`MOST_STEPS`], it is the outermost accepted point. Error:
+    /// the fit is stopped.
     fn end(&mut self, side: f64, level: f64) -> Result<f64, Error> {
         for _ in 0..MOST_STEPS {
             // From the closed end inwards, the first accepted point, and the one outside of it.

@@ -3,8 +3,8 @@
 //! One unknown is held and all others are fitted: the misfit as a function of the held one is its profile. The 95 % interval
 //! ends where twice the misfit, in units of the variance of the noise, has risen by the squared coverage factor. Each end is
 //! found by Newton's method within brackets, on the signed root of the rise. The derivative of the profile is the partial one
-//! (envelope theorem). Results are the intervals and the profiles for plots. A point below the optimum is a warning of a
-//! wrong minimum.
+//! (envelope theorem). [`profile_intervals`] returns the intervals and the evaluated points for plots, for all unknowns with
+//! a standard deviation, on request of the fit. A point below the optimum is a warning of a wrong minimum.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -80,8 +80,9 @@ struct RootedProfile {
     slope: f64,
 }
 
-/// Profile intervals of all unknowns with a standard deviation, in their order; none for others, and for those that are not
-/// complete when the fit is stopped. Points with a lower misfit than the optimum are a warning.
+/// Profile intervals of all unknowns with a positive standard deviation, one entry per unknown in their order; none for
+/// others. After a stop of the fit the unfinished one and all later ones are none. A point with a lower misfit than the
+/// optimum adds a warning of the severity `Worthless`.
 pub(crate) fn profile_intervals(
     fitted: Fitted,
     LocalAnalysis { covariance, noise, correlations, .. }: &LocalAnalysis,
@@ -110,9 +111,12 @@ pub(crate) fn profile_intervals(
     intervals
 }
 
-/// The interval of unknown `i`, whose standard deviation is `deviation`: its ends are where the signed root of the rise is
-/// the `coverage_factor`. `noise` is the standard deviation of the residuals for this unknown. The end is the bound of the
-/// unknown where the profile has not risen there, and none beyond [`FARTHEST`].
+/// The interval of unknown `i` on its scale (logarithm of a positive parameter), where its standard deviation is `deviation`.
+/// At both ends the root of the rise, which is negative where the misfit is lower than at the optimum, is the
+/// `coverage_factor`. `noise` is the standard deviation of the residuals for this unknown. An end is the bound of the unknown
+/// where the profile has not risen there. It is none beyond [`FARTHEST`], after [`MOST_POINTS`], where simulations fail
+/// before the end, and on a side with a point better than the optimum. That point, and all evaluated ones for plots, are part
+/// of the result.
 fn profile_interval(
     fitted: Fitted,
     i: usize,
@@ -188,8 +192,9 @@ fn profile_interval(
     ProfileInterval { ends, better, points }
 }
 
-/// The profile of unknown `i` at the value `held` on its scale, with start values `from` of the others. `noise` is the
-/// standard deviation of the residuals. Error: the constrained fit fails.
+/// The profile of unknown `i` at the value `held` on its scale, by a fit of the others from the start `from`. Returns all
+/// unknowns there, the signed root `sqrt(2 |rise|)/noise` of the rise of the misfit over the optimum, and its derivative by
+/// the held value. `noise` is the standard deviation of the residuals. Error: the constrained fit fails.
 fn rooted_profile(
     Fitted { search, optimum }: Fitted,
     i: usize,
@@ -209,7 +214,7 @@ fn rooted_profile(
 }
 
 impl ProfileInterval {
-    /// The ends in the parameter's unit, within its limits.
+    /// The lower and the upper end in the parameter's unit, within its limits; none where there is no end.
     pub fn values(&self, unknown: &Unknown) -> [Option<f64>; 2] {
         let [low, high] = unknown.parameter.limits();
         self.ends.map(|end| end.map(|x| unknown.from_scale(x).clamp(low, high)))

@@ -1,10 +1,16 @@
 //! One-sided bounds of dampings that are zero at the optimum, or not distinguishable from it.
 //!
 //! The search works on the logarithm, which has no effect near zero. On the scale of the parameter itself the misfit is a
-//! parabola about an estimate `p` that may be negative, with the standard error `s`. The upper bound is where the misfit has
-//! risen, from its least value for a non-negative damping, by the square of the one-sided 95 % quantile `q`: `p + sqrt(min(p,
-//! 0)^2 + (q s)^2)`. One simulation there confirms the rise. Estimates above [`DETECTED`] standard errors keep an interval
-//! instead.
+//! parabola about an estimate `p` that may be negative, with the standard error `s`. With the one-sided 95 % quantile `q` the
+//! upper bound is
+//!
+//! ```text
+//! p + sqrt(min(p, 0)^2 + (q s)^2)
+//! ```
+//!
+//! where the misfit has risen by `q^2` from its least value for a non-negative damping. One simulation there must show a rise
+//! of at least [`CONFIRMED`] of the predicted one, or there is no bound. Estimates above [`DETECTED`] standard errors keep a
+//! two-sided interval. [`zero_bounds`] returns one entry per unknown for the covariance.
 
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::search::damping::is_damping;
@@ -40,7 +46,7 @@ pub(crate) struct OneSidedBound {
 }
 
 impl OneSidedBound {
-    /// Whether the data bound the parameter from one side only.
+    /// Whether the data bound the parameter from one side only: there is a lower or an upper bound.
     pub fn is_one_sided(&self) -> bool {
         self.lower95.is_some() || self.upper95.is_some()
     }
@@ -52,9 +58,11 @@ impl OneSidedBound {
     }
 }
 
-/// Bounds of all dampings whose logarithm has a standard deviation above [`SUSPICIOUS`], one entry per unknown, from the
-/// `rows` of the Jacobian in units of the noise. `residuals` simulates the confirmation. None for other unknowns, and all
-/// none without convergence or with a singular normal matrix.
+/// Bounds of all dampings whose logarithm has a standard deviation above [`SUSPICIOUS`], one entry per unknown. `rows` are
+/// those of the Jacobian, in units of the noise. One Gauss-Newton step gives the vertex of the parabola, that is the
+/// estimate. `residuals` simulates the misfit at the upper bound once. From [`DETECTED`] standard errors on an entry has no
+/// upper bound; an estimate up to [`ZERO`] of the bound is 0. None for other unknowns and unconfirmed bounds; all none
+/// without convergence or with a singular normal matrix.
 pub(crate) fn zero_bounds(
     Fitted { search, optimum }: Fitted,
     rows: &[Vec<f64>],

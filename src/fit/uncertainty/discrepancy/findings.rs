@@ -1,8 +1,9 @@
-//! Findings on omitted effects in a report, with their texts.
+//! Score tests and undetected biases of a report, with their texts.
 //!
-//! A [`ScoreTest`] is the significance of one effect that the model omits, an [`UndetectedBias`] the bias of one parameter by
-//! an effect of a size that the data do not exclude. Both are computed in `score_tests` and `undetected_bias`. The functions
-//! here select the largest ones and describe them for summary and warnings.
+//! A [`ScoreTest`] is the significance of one effect that the model omits. An [`UndetectedBias`] is the bias of one parameter
+//! by an effect of a size that the data do not exclude. They are computed in `score_tests` and `undetected_bias`. The
+//! functions here select the significant effects (p-value below [`SIGNIFICANT`]), and up to [`DESCRIBED`] biases above
+//! [`DESCRIBED_BIAS`] standard errors. They describe them for the summary of a fit and its warnings.
 
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::warning_list::percent;
@@ -57,7 +58,8 @@ pub struct ScoreTest {
     pub relative_bias: Option<f64>,
 }
 
-/// Text of the `size` of an effect with its unit; of a pure number, a factor of a number of the scene, in per cent.
+/// Text of the `size` of an effect with its unit and two digits. Without a unit (a pure number, or a factor of a number of
+/// the scene) it is in per cent.
 pub(crate) fn size_text(size: f64, unit: &str) -> String {
     match unit {
         "" if size < 0.0 => format!("-{}", percent(-size)),
@@ -74,7 +76,8 @@ impl ScoreTest {
 }
 
 impl fmt::Display for ScoreTest {
-    /// Writes effect, path of its number, estimated size, z-score and p-value.
+    /// Writes effect, path of its number, signed estimated size, absolute z-score and p-value, as `effect (path: +size, 3.1
+    /// sigma, p)`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { source, effect, estimate, unit, z_score, p_value, .. } = self;
         let size = size_text(*estimate, unit);
@@ -84,8 +87,9 @@ impl fmt::Display for ScoreTest {
     }
 }
 
-/// Descriptions of the significant effects of `tests`, which are sorted by rank: one text for each rank, with the best
-/// effect, and others that the data do not separate from it.
+/// Descriptions of the significant effects of `tests`, which are sorted by rank: one text for each rank whose best effect is
+/// significant. It has the best effect with its size and p-value, and the names of others that the data do not separate from
+/// it. At most [`NAMED`] of these are named (one more if that is all), and the rest is counted.
 pub(crate) fn likely_omitted_effects(tests: &[ScoreTest]) -> Vec<String> {
     // Effects of one rank cannot be separated: a text names all of them.
     let ranks = tests.chunk_by(|a, b| a.rank == b.rank);
@@ -147,8 +151,9 @@ pub struct UndetectedBias {
 const ASYMMETRIC_BIAS: f64 = 0.2;
 
 impl UndetectedBias {
-    /// Relative biases by the effect of either sign, the negative one first, if the data do not determine the sign and the two
-    /// differ visibly in size; the estimate is then too large or too small by the same factor.
+    /// Relative biases `b` and `1/(1 + b) - 1` by the effect of either sign, the smaller one first: the estimate is too large
+    /// or too small by the same factor. None where the data determine the sign (there is an `estimate`), or without a
+    /// relative bias. None also where both are at most [`ASYMMETRIC_BIAS`].
     pub(crate) fn both_signs(&self) -> Option<[f64; 2]> {
         let relative = self.relative.filter(|_| self.estimate.is_none())?;
         let opposite = (1.0 + relative).recip() - 1.0;
@@ -156,7 +161,8 @@ impl UndetectedBias {
             .then_some([relative.min(opposite), relative.max(opposite)])
     }
 
-    /// Text of the parameter and its bias, of either sign where the data do not determine the sign of the effect.
+    /// Text of the parameter and its bias, in per cent or, without a relative bias, in its unit. Where the data do not
+    /// determine the sign of the effect it is a range, or has the sign `+-`.
     fn signed_bias(&self) -> String {
         if let Some([low, high]) = self.both_signs() {
             return format!("{} {:+.0} to {:+.0} %", self.parameter, 100.0 * low, 100.0 * high);
@@ -171,8 +177,8 @@ impl UndetectedBias {
         }
     }
 
-    /// Text of the effect, its size, its biases of the parameters, and the experiment that reveals it. `others` are all
-    /// biases by it.
+    /// Text of the effect, its size, the biases of the parameters by it, and the experiment that reveals it. `others` are all
+    /// biases by it that are listed, this one included. The size has the sign `+-` where the data do not determine it.
     pub(crate) fn with(&self, others: &[&Self]) -> String {
         let Self { effect, size, unit, test, .. } = self;
         let size = match self.estimate {
@@ -184,8 +190,9 @@ impl UndetectedBias {
     }
 }
 
-/// The largest relative bias of each parameter, in absolute value and with its entry, where it exceeds a standard error. Only
-/// the first [`DESCRIBED`] of these parameters are included.
+/// For each of the `parameters` the entry with its largest absolute relative bias, with that number as a fraction. Only
+/// entries above [`DESCRIBED_BIAS`] standard errors count; parameters without one are left out. The order is that of the
+/// parameters, and the list ends after [`DESCRIBED`].
 pub(crate) fn biases_beyond_interval<'a>(
     all: &'a [UndetectedBias],
     parameters: &[Estimate],
@@ -200,9 +207,9 @@ pub(crate) fn biases_beyond_interval<'a>(
     parameters.iter().filter_map(largest).take(DESCRIBED).collect()
 }
 
-/// Up to [`DESCRIBED`] effects with a bias above a standard error, each with all its biases above one. Effects with the
-/// largest bias of any parameter come first, as the estimates quote them, then by their largest bias. `all` is sorted by
-/// bias, the largest first.
+/// Up to [`DESCRIBED`] effects with a bias above [`DESCRIBED_BIAS`] standard errors, each with all its biases above it.
+/// Effects with the largest bias of any parameter, in standard errors, come first, as the estimates quote them. Within both
+/// groups the order is by their largest bias. `all` is sorted by bias, the largest first.
 pub(crate) fn largest_biases(all: &[UndetectedBias]) -> Vec<Vec<&UndetectedBias>> {
     let mut effects: Vec<Vec<&UndetectedBias>> = Vec::new();
     // Entries are sorted by their bias: effects appear in the order of their largest one.

@@ -1,9 +1,10 @@
-//! Statistics of omitted effects at an optimum, from the change `u` of the residuals by an effect of plausible size,
+//! Statistics of omitted effects at an optimum, from the change `u` of the weighted residuals by an effect of plausible size,
 //! orthogonal to the Jacobian.
 //!
-//! For residuals `r` with the covariance `V`, [`FitStatistics`] returns the variance `u'Vu` and the normal likelihood of the
-//! size of the effect, `-u.r/|u|^2 +- sqrt(u'Vu)/|u|^2`. It also returns the largest bias of an estimate by the effect, and
-//! the linearization about another size. Score tests and undetected biases use them.
+//! For weighted residuals `r` with the covariance `V` of their noise, [`FitStatistics`] returns the variance `u'Vu`. It also
+//! returns the normal likelihood of the size of the effect: the mean `-u.r/|u|^2` and the standard deviation
+//! `sqrt(u'Vu)/|u|^2`, in plausible sizes. Further results are the largest bias of an estimate by the effect, and the
+//! linearization about another size by one run. Score tests and undetected biases use them.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -41,22 +42,24 @@ pub(crate) struct StandardizedBias {
 }
 
 impl FitStatistics<'_> {
-    /// Variance of the noise along a `direction` of the weighted residuals, one number per row.
+    /// Variance `d'Vd` of the noise along a `direction` `d` of the weighted residuals (one number per row), with its degrees
+    /// of freedom.
     pub fn variance_along(&self, direction: &DVector<f64>) -> VarianceAlong {
         let LocalAnalysis { noise, correlations, adequacy, .. } = self.local;
         adequacy.variance_along(direction.as_slice(), noise, correlations)
     }
 
-    /// Likelihood of the size of an effect, in plausible sizes, by the weighted `residuals`. The plausible size changes them
-    /// by `direction`, which is orthogonal to the Jacobian.
+    /// Likelihood of the size of an effect, in plausible sizes, by the weighted `residuals`: estimate `-u.r/|u|^2` and
+    /// standard error. The plausible size changes the residuals by `direction`, `u`, which is orthogonal to the Jacobian.
     pub fn likelihood(&self, direction: &DVector<f64>, residuals: &DVector<f64>) -> Likelihood {
         let square = direction.norm_squared();
         let deviation = self.variance_along(direction).variance.sqrt();
         Likelihood { estimate: -direction.dot(residuals) / square, std_error: deviation / square }
     }
 
-    /// The largest bias of an estimate, in standard errors, by an effect of `sizes` plausible sizes. `responses` are those of
-    /// the unknowns, on their scales, to the plausible size.
+    /// The bias of the estimate that is biased most, in standard errors, by an effect of `sizes` plausible sizes. `responses`
+    /// are those of the unknowns, on their scales, to the plausible size; the bias is the opposite. Estimates without a value
+    /// or a standard error, or without a response, are left out; without any the bias is 0 and has no name.
     pub fn largest_bias(&self, responses: &[Option<f64>], sizes: f64) -> StandardizedBias {
         let unknowns = self.fitted.search.unknowns;
         let bias = |((e, response), unknown): ((&Estimate, &Option<f64>), &Unknown)| {
@@ -70,9 +73,10 @@ impl FitStatistics<'_> {
         all.max_by(|a, b| a.std_errors.total_cmp(&b.std_errors)).unwrap_or_default()
     }
 
-    /// Linearizes an effect again about `mode` plausible sizes, where its first response `slope` predicts the unknowns. One
-    /// run of the `experiments` has the derivatives by the `change` of plausible size; the unknowns then take a Gauss-Newton
-    /// step with the effect held. Error: the run fails.
+    /// Linearizes an effect again about `mode` plausible sizes. The start is the optimum moved by `mode` times its first
+    /// response `slope`, within the bounds. One run of the `experiments` there yields residuals and derivatives by the
+    /// unknowns and by the `change` of plausible size. A Gauss-Newton step, with the effect held, corrects the unknowns.
+    /// Returns likelihood and response about that size. Error: the run fails.
     pub fn relinearize(
         self,
         experiments: &[Experiment],

@@ -67,8 +67,9 @@ pub struct RecordingErrors {
 }
 
 impl RecordingErrors {
-    /// Errors of all experiments with a motion whose ends are driven by a recording, at an optimum; none without such
-    /// experiments.
+    /// Errors of all experiments with a motion whose ends are driven by a recording, one simulation each with the values of
+    /// the optimum, in parallel. One whose simulation fails has no error. An experiment is validation data if all its
+    /// measurements are. None without such experiments.
     pub(crate) fn new(experiments: &[Experiment], fitted: Fitted) -> Option<Self> {
         let driven = driven_experiments(experiments);
         let error = |experiment: &&Experiment| RecordingError {
@@ -83,13 +84,14 @@ impl RecordingErrors {
     }
 }
 
-/// The experiments with a measured motion whose ends are driven by a recording of markers.
+/// The experiments with a measured motion whose scene has recorded markers as supports (`supports.path`), in their order.
 pub(crate) fn driven_experiments(experiments: &[Experiment]) -> Vec<&Experiment> {
     let is_driven = |e: &&Experiment| e.moves() && e.problem.scene().supports.path.is_some();
     experiments.iter().filter(is_driven).collect()
 }
 
-/// Mean error of the free run of an experiment with the fitted values, m per coordinate. Error: the simulation fails.
+/// Mean error of the free run of an experiment with the fitted values, m per coordinate, over all markers and frames after
+/// the start. Error: the simulation fails.
 fn mean_error(experiment: &Experiment, fitted: Fitted) -> Result<f64, Error> {
     let problem = fitted.problem(experiment)?;
     Ok(FreeRun::new(&problem, false, fitted.search)?.mean_error())
@@ -120,8 +122,9 @@ pub(crate) struct MarkerError {
 }
 
 impl FreeRun {
-    /// Simulates a problem to its end, and stores the motion of all nodes if `all`, else of those with markers. The work is
-    /// added to that of the search. Error: a scene without a recording, or a simulation that fails.
+    /// Simulates a problem to its end, and stores the motion of all nodes if `all`, else of those with markers. The work
+    /// (steps times segments) is added to that of the search. Error: a scene without `supports.path` or its recording, or a
+    /// simulation that fails.
     pub fn new(problem: &Problem, all: bool, search: &Search) -> Result<Self, Error> {
         let none = || Error::invalid("supports.path", "no such table", "one");
         let path = problem.scene().supports.path.as_ref().ok_or_else(none)?;
@@ -136,7 +139,8 @@ impl FreeRun {
         Ok(Self { track, nodes, tracked, run, end: time.end })
     }
 
-    /// Errors of all recorded markers in all frames after the start, up to the end of the simulation. Lost markers have none.
+    /// Errors of all recorded markers, frame by frame, in all frames after the first [`START_FRAMES`], up to the end of the
+    /// simulation. Each is the mean of the three absolute coordinate differences, m. Lost markers have none.
     pub fn errors(&self) -> impl Iterator<Item = MarkerError> {
         let frames = self.track.times().iter().enumerate().skip(START_FRAMES);
         // Frames after the end of the simulation have no prediction.
@@ -152,7 +156,7 @@ impl FreeRun {
         })
     }
 
-    /// Mean error over all markers and frames, m per coordinate; 0 without any.
+    /// Mean of [`errors`](Self::errors) over all markers and frames, m per coordinate; 0 without any.
     pub fn mean_error(&self) -> f64 {
         let errors: Vec<f64> = self.errors().map(|e| e.error).collect();
         errors.iter().sum::<f64>() / errors.len().max(1) as f64
@@ -160,7 +164,8 @@ impl FreeRun {
 }
 
 impl ErrorSummary {
-    /// Summary of the simulated experiments that are (`held_out`), or are not, validation data; none without any.
+    /// Number, mean, median, largest error and its experiment, over the validation experiments if `held_out`, else over the
+    /// others. Failed simulations are left out; none without any error.
     fn new(list: &[RecordingError], held_out: bool) -> Option<Self> {
         let own = list.iter().filter(|e| e.held_out == held_out);
         let mut own: Vec<(f64, &String)> =
@@ -179,8 +184,8 @@ impl ErrorSummary {
 }
 
 impl RecordingErrors {
-    /// Adds the mean, median and worst error, and of several recordings a table of all, to the summary of a fit or a
-    /// prediction.
+    /// Adds a line on the fitted experiments to the summary of a fit or a prediction: their number, and mean, median and
+    /// largest error. A second line is for the validation experiments. With several recordings it also adds a table of all.
     pub(crate) fn add_to(&self, mut summary: Summary) -> Summary {
         let shown = |x: f64| quantity(x, "m", 3);
         // One line for the fitted and one for the validation experiments.

@@ -1,16 +1,17 @@
 //! Test whether measured frequencies fit other mode numbers as well.
 //!
 //! Frequencies alone determine a stiffness only with the numbers of their modes: those of a simply supported rod are `n^2`
-//! times the first, so that any common factor of the numbers fits them, with another modulus. Where one scale of all
-//! frequencies is fitted and nothing else was measured, other numberings ([`NUMBERINGS`]) are compared without another fit:
-//! their frequencies at the optimum times the factor `c` that fits best,
+//! times the first. So any common factor of the numbers fits them, with another modulus. Where one scale of all frequencies
+//! is fitted and nothing else was measured, other numberings ([`NUMBERINGS`]) are compared without another fit: their
+//! frequencies at the optimum times the factor `c` that fits best,
 //!
 //! ```text
 //! c = sum(f g/s^2)/sum(g^2/s^2),   chi^2 = sum((c g - f)^2/s^2)
 //! ```
 //!
-//! of measured frequencies `f` with their noise `s` and computed ones `g`. A numbering whose chi^2 exceeds that of the fit by
-//! at most [`EXCESS`] is a note, with the parameter value that it gives.
+//! of measured frequencies `f` with their noise `s` and computed ones `g`. A numbering fits as well if its chi^2 exceeds that
+//! of the fit by at most [`EXCESS`], with a parameter value within bounds and prior. All such numberings are one note of the
+//! fit, with these values.
 
 use crate::code::Code;
 use crate::fit::search::Search;
@@ -54,7 +55,8 @@ const NUMBERINGS: [Numbering; 6] = [
 ];
 
 impl Numbering {
-    /// The other number of mode `number`; none if that is no whole number from 1 to [`HIGHEST_MODE`].
+    /// The other number of mode `number`, `number factor/divisor + offset`; none if that is no whole number from 1 to
+    /// [`HIGHEST_MODE`].
     fn renumber(self, number: usize) -> Option<usize> {
         let multiple = number * self.factor;
         let is_whole = multiple.is_multiple_of(self.divisor);
@@ -88,8 +90,8 @@ struct ScaledFit {
     chi_squared: f64,
 }
 
-/// Adds a note on other numberings that fit the measured frequencies as well, with the value of the parameter that each
-/// gives.
+/// Adds one note that lists all other numberings that fit the measured frequencies as well, with the value of the parameter
+/// that each gives. Without any it adds nothing.
 pub(crate) fn check_mode_numbers(fitted: Fitted, estimates: &[Estimate], warnings: &mut Warnings) {
     let Some(found) = other_numberings(fitted, estimates).filter(|found| !found.is_empty()) else {
         return;
@@ -102,8 +104,10 @@ pub(crate) fn check_mode_numbers(fitted: Fitted, estimates: &[Estimate], warning
     warnings.add(Severity::Note, Code::ModeNumbers, text);
 }
 
-/// Texts of all other numberings that fit as well, within the bounds and the prior of the parameter. None where other
-/// measurements or experiments decide between numberings, or no identified parameter is a common scale of the frequencies.
+/// Texts of all other numberings that fit as well by [`EXCESS`], within the bounds of the parameter and [`EXCLUDED_BY_PRIOR`]
+/// of its prior. None where another experiment or another kind of measurement decides between numberings, or with fewer than
+/// [`FEWEST`] frequencies. None also where no unknown with a standard error is a common scale of the frequencies, or these
+/// cannot be computed.
 fn other_numberings(fitted: Fitted, estimates: &[Estimate]) -> Option<Vec<String>> {
     let search = fitted.search;
     // Another experiment or another kind of measurement decides between numberings.
@@ -144,8 +148,9 @@ fn other_numberings(fitted: Fitted, estimates: &[Estimate]) -> Option<Vec<String
     Some(NUMBERINGS.into_iter().filter_map(describe).collect())
 }
 
-/// The first positive unknown that is a common scale of the frequencies of all named modes, by [`ONE_SCALE`] and
-/// [`SMALLEST_POWER`]; none without one.
+/// The first positive unknown that is a common scale of the frequencies of all named modes: their derivatives `d ln f/d ln p`
+/// differ from the mean by at most [`ONE_SCALE`] of it, and the mean is at least [`SMALLEST_POWER`]. Its power is the mean.
+/// None without one; unknowns whose derivatives fail are skipped.
 fn frequency_scale(
     search: &Search,
     problem: &Problem,
@@ -164,8 +169,9 @@ fn frequency_scale(
     })
 }
 
-/// The best fit of the frequencies of the named modes, times a factor, to `measured` ones, on a mesh with `mesh_factor` times
-/// the edges; none where they cannot be computed.
+/// The factor of least squares on the computed frequencies of the named modes that fits the `measured` ones, in the same
+/// order, and its chi^2. The mesh has `mesh_factor` times the edges of the problem. None where the frequencies cannot be
+/// computed.
 fn scaled_fit(
     problem: &Problem,
     names: &[ModeName],

@@ -1,9 +1,10 @@
 //! Effects that a scene may omit: terms of size zero, and numbers that may have errors.
 //!
 //! [`OMITTED_EFFECTS`] is the table of all effects that score tests examine. Each effect is a number of the scene, or of the
-//! scene with a term of size zero added, and its derivative is that of any number. Its plausible size, from the sizes of the
-//! rod, is an error that is common in laboratories, not the largest possible one. [`OmittedEffect::added`] returns the
-//! problem with the term.
+//! scene with a term added. The term has the size zero, or a small one where zero is not possible. Residuals are
+//! differentiated by the number like by any parameter. Its plausible size, from the sizes of the rod, is an error that is
+//! common in laboratories, not the largest possible one. [`OmittedEffect::added`] returns the problem with the term, or none
+//! where the scene states the effect or cannot have it.
 
 use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
 use crate::problem::Problem;
@@ -289,7 +290,8 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 20] = [
     },
 ];
 
-/// Adds a table of drag forces, all zero, to a scene of an oscillation that has none.
+/// Adds a table of drag forces, all zero, to a scene without one, if the record has a first extreme (an oscillation); else
+/// nothing.
 fn with_drag(scene: &mut Scene, sizes: &RodSizes) {
     if scene.loads.drag.is_none() && sizes.frequency.is_some() {
         scene.loads.drag = Some(Drag::default());
@@ -302,18 +304,22 @@ impl OmittedEffect {
         Parameter::at(self.path)
     }
 
-    /// Whether the number cannot be below the value of the scene, as dampings, masses and friction.
+    /// Whether the number cannot be below the value of the scene: dampings and others that may vanish, the added mass, and
+    /// friction.
     pub fn is_one_sided(&self) -> bool {
         self.parameter().quantity().may_vanish || [TIP_MASS, FRICTION].contains(&self.path)
     }
 
-    /// Name of internal friction with its yield curvature in a `scene`; none for other effects, or a scene without friction.
+    /// Name of internal friction with its yield curvature in a `scene`, as text; none for other effects, or a scene without
+    /// friction.
     pub fn name_in(&self, scene: &Scene) -> Option<String> {
         let friction = scene.loads.damping.friction.filter(|_| self.path == FRICTION)?;
         Some(format!("{} with the yield curvature {:.1e} 1/m", self.name, friction.curvature))
     }
 
-    /// Whether a scene states the effect, or cannot have it, as a scene without a clamp has no clamp compliance.
+    /// Whether a scene states the effect, or cannot have it. It states one if the number differs from its value without the
+    /// effect. An attached mass, friction, or a taper of the modulus states the effects of the same kind. Effects of
+    /// `supports` need a clamped end.
     fn is_excluded_by(&self, scene: &Scene) -> bool {
         // A number at another value than that of an absent effect is stated.
         let own = self.absent.zip(self.parameter().of(scene));
@@ -327,7 +333,9 @@ impl OmittedEffect {
             }
     }
 
-    /// The problem with the term of the effect added; none where the scene states the effect, or cannot have it.
+    /// A copy of the problem with the term of the effect added, if it needs one; its size is zero, or small where zero is not
+    /// possible. None where the scene states the effect or cannot have it. None also where scene or scheme refuse the term,
+    /// or the model has no derivative by its number.
     pub fn added(&self, problem: &Problem, sizes: &RodSizes) -> Option<Problem> {
         let mut scene = problem.scene().clone();
         if self.is_excluded_by(&scene) {

@@ -2,8 +2,9 @@
 //!
 //! Measurements marked as held out are not fitted. Each is simulated at the optimum, and the root mean square difference is
 //! compared with the expected one. That is `sqrt(s^2 + mean(j C j'))`, for noise `s`, rows `j` of the Jacobian and the
-//! covariance `C` of the parameters. A difference that is too large for the number of values, or a run that fails, is a
-//! warning of a contradiction. The report has one [`Prediction`] per measurement, all markers of a recording together.
+//! covariance `C` of the parameters. A ratio that is too large for the number of values (chi-squared), or a run that fails,
+//! is a warning of a contradiction. [`predictions`] returns one [`Prediction`] per measurement for the report, all markers of
+//! a recording together.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -37,7 +38,8 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// Adds the values of another measurement of the same recording: mean squares by the number of values.
+    /// Adds the values of another measurement of the same recording: `rms` and `expected` become root mean squares over both,
+    /// weighted by their numbers of values.
     fn merge(&mut self, other: &Self) {
         let [own, others] = [self.values as f64, other.values as f64];
         let mean = |a: f64, b: f64| ((own * a * a + others * b * b) / (own + others)).sqrt();
@@ -47,8 +49,9 @@ impl Prediction {
     }
 }
 
-/// Predictions of the validation data of all `experiments`, with warnings where they fail or differ too much. `sigma` is the
-/// noise of each fitted measurement, in its unit. Empty without validation data.
+/// Predictions of the validation data of all `experiments`, in their order, simulated in parallel. `sigma` is the noise of
+/// each fitted measurement, in its unit. An experiment whose simulation fails has none and adds a warning. A ratio of `rms`
+/// to `expected` that is too large by [`is_too_large`] adds one too. Empty without validation data.
 pub(crate) fn predictions(
     experiments: &[Experiment],
     fitted: Fitted,
@@ -97,8 +100,9 @@ pub(crate) fn predictions(
     predictions
 }
 
-/// Predictions of all measurements of an experiment; all markers of a recording share one. `noise` is that of each fitted
-/// measurement. Error: the simulation fails.
+/// Predictions of all measurements of an experiment, from one run with derivatives at the optimum; all markers of a recording
+/// share one. The noise is the stated sigma of the measurement. Else it is the largest `noise` of the fitted measurements
+/// with the same unit, or 0 without any. `noise` has one value per fitted measurement. Error: the simulation fails.
 fn predict(
     experiment: &Experiment,
     Fitted { search, optimum }: Fitted,

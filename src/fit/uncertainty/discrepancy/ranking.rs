@@ -1,11 +1,11 @@
 //! Ranking of omitted effects by the part of the residuals that they explain; effects that the data cannot separate share a
 //! rank.
 //!
-//! [`ranked`] receives all score tests with their directions, and returns those of the first [`RANKS`] ranks. Of two effects
-//! with the score statistics `a` and `b`, the second may be the cause as well as the first if two conditions hold: the score
-//! of the part of its direction orthogonal to the first is noise, and the first is not significantly better, `a^2 - b^2 <
-//! 1.645^2`. If the second is the cause, `a^2 - b^2` has the mean `-m` and the standard deviation `2 sqrt(m)`, where `m`
-//! measures the difference of the directions. It exceeds the limit in at most 5 % of all cases, for any `m`.
+//! [`ranked`] receives all score tests with their directions, and returns those of the first [`RANKS`] ranks. A significant
+//! best effect with the z-score `a` and another one with `b` share a rank if two conditions hold. The score of the part of
+//! the other's direction orthogonal to the first is noise (below [`NOISE`]). The first is not significantly better, `a^2 -
+//! b^2 < 1.645^2`. If the second is the cause, this difference has the mean `-m` and the standard deviation `2 sqrt(m)`,
+//! where `m` measures the difference of the directions. It exceeds the limit in at most 5 % of all cases, for any `m`.
 
 use crate::fit::uncertainty::discrepancy::findings::ScoreTest;
 use nalgebra::DVector;
@@ -28,11 +28,12 @@ pub(crate) struct ScoredEffect {
     pub direction: DVector<f64>,
 }
 
-/// The tests of the first [`RANKS`] ranks, the best first, with their ranks.
+/// The tests of the first [`RANKS`] ranks, the best first, with their ranks from 1. The best remaining effect takes the next
+/// rank, with all others that cannot be separated from it if it is significant. `residuals` are the weighted ones, `variance`
+/// returns that of the noise along a direction.
 ///
 /// Significant ones are in the order of the explained part of the residuals, not of their p-values: unexplained motion looks
-/// like autocorrelated noise, along some directions more than along others. `residuals` are the weighted ones, `variance`
-/// returns that of the noise along a direction.
+/// like autocorrelated noise, along some directions more than along others. All others are in the order of their p-values.
 pub(crate) fn ranked(
     mut scored: Vec<ScoredEffect>,
     residuals: &DVector<f64>,
@@ -66,8 +67,8 @@ pub(crate) fn ranked(
     ranked
 }
 
-/// Order of two effects: significant ones by the explained part of the residuals, the largest first; others by their
-/// p-values.
+/// Order of two effects: if both are significant by the explained part of the residuals, the largest first; else by their
+/// p-values, the smallest first.
 fn order(a: &ScoredEffect, b: &ScoredEffect) -> Ordering {
     match (a.test.is_significant(), b.test.is_significant()) {
         (true, true) => b.explained.total_cmp(&a.explained),

@@ -1,9 +1,10 @@
-//! Quantities of an experiment from which the plausible sizes of omitted effects follow: dimensions, mass and stiffness of
-//! the rod from its scene at the optimum, and frequency, frame time and largest curvature from the recorded motions.
+//! Quantities of an experiment from which the plausible sizes of omitted effects follow.
 //!
-//! The first frequency is `pi` over the time in which a record reaches its first extreme. The curvature is that of a
-//! cantilever whose tip moves as far as the recorded points, `3 d/L^2`. A quantity is none where the section or the data do
-//! not have it.
+//! [`RodSizes::new`] takes dimensions, mass and stiffness of the rod from its scene at the optimum. The recorded motions
+//! yield the frequency, the frame time and the largest curvature. The first angular frequency is `pi` over the shortest time
+//! in which a record reaches its first extreme. The curvature is that of a cantilever of length `L` whose tip moves as far
+//! `d` as the recorded points, `3 d/L^2`. A quantity is none where the section or the data do not have it. `tested_effects`
+//! uses them.
 
 use crate::fit::measurement::experiment::Experiment;
 use crate::problem::Problem;
@@ -35,8 +36,9 @@ pub(crate) struct RodSizes {
 }
 
 impl RodSizes {
-    /// Sizes of an experiment whose `problem` has the values of the optimum. Frequency, frame time and curvature are none
-    /// without a recorded motion.
+    /// Sizes of an experiment whose `problem` has the values of the optimum. Of several records the shortest rise time, the
+    /// least mean time between frames and the largest spread of a point count. Frequency, frame time and curvature are none
+    /// without a recorded motion; radius is none unless the section is a circle or a tube, height unless it is a rectangle.
     pub fn new(experiment: &Experiment, problem: &Problem) -> Self {
         let scene = problem.scene();
         let moments = scene.rod.section.moments();

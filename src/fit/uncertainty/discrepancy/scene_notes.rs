@@ -1,8 +1,9 @@
-//! Notes on the fitted scenes: implausible units, no gravity, and strains beyond a linear material.
+//! Notes on the fitted scenes: implausible units, no gravity, too coarse given meshes, and strains beyond a linear material.
 //!
-//! Strains at rest follow from the equilibrium. Those of a motion require a run. It is omitted where an upper bound by beam
-//! theory, or twice the strains at equilibrium, are below the largest strain of a linear material. [`scene_notes`] adds each
-//! note once over all experiments, at the values of the optimum.
+//! Strains at rest follow from the equilibrium. Those of a motion require a run. It is omitted where [`OVERSHOOT`] times an
+//! upper bound is at most `LARGEST_STRAIN`, the limit of a linear material. Bounds are the strain of the initial shape with
+//! one by beam theory or, without an initial velocity, with the strain at equilibrium. [`scene_notes`] adds each note once
+//! over all experiments, at the values of the optimum, to the warnings of a fit. Notes do not lower the grade.
 
 use crate::code::Code;
 use crate::fit::search::fitted::Fitted;
@@ -13,7 +14,8 @@ use crate::problem::{AnyProblem, Problem, Purpose};
 /// Largest displacement of a released rod over that of its equilibrium: 2 of an undamped linear oscillation.
 const OVERSHOOT: f64 = 2.0;
 
-/// Adds the notes on the scenes of all experiments at an optimum, each text once, and one on strains.
+/// Adds the notes on the scenes of all experiments at an optimum, each text once. One more is on the largest strain of the
+/// first experiment where it is too large. Experiments whose scene does not allow the values of the optimum are skipped.
 pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
     let mut added: Vec<String> = Vec::new();
     for (k, experiment) in fitted.search.experiments.iter().enumerate() {
@@ -43,14 +45,16 @@ pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
     }
 }
 
-/// The largest strain at equilibrium; none where that cannot be computed, or where recorded markers prescribe nodes.
+/// The largest strain at equilibrium, without a time; none where that cannot be computed, or where recorded markers prescribe
+/// nodes.
 fn strain_at_rest(problem: &Problem) -> Option<LargestStrain> {
     let found = problem.equilibrium().ok()?;
     Some(StrainGauge::new(problem)?.largest(|i| found.nodes[i], None))
 }
 
-/// The largest strain of the motion of experiment number `experiment`, without a run where bounds show that it is allowed.
-/// None between recorded ends, or where the run fails.
+/// The largest strain of the motion of experiment number `experiment`, whose `problem` has the values of the optimum. If
+/// bounds show that [`OVERSHOOT`] times the strain is allowed, it is that of the initial shape, without a run. None between
+/// recorded ends, or where the run fails.
 fn strain_in_motion(
     Fitted { search, optimum }: Fitted,
     experiment: usize,
@@ -87,7 +91,8 @@ fn start_strain(problem: &Problem, gauge: &StrainGauge) -> LargestStrain {
     gauge.largest(|i| nodes[i], Some(0.0))
 }
 
-/// An upper bound of the strains by the loads at equilibrium, and by the initial velocity, from beam theory.
+/// An upper bound of the strains (a pure number) by the loads at equilibrium, and by the initial velocity, from beam theory:
+/// bending, tension and waves, the largest of both ends and the middle of the rod.
 fn strain_bound(problem: &Problem) -> f64 {
     let scene = problem.scene();
     let size = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();

@@ -9,9 +9,9 @@
 //!
 //! with the covariance `V` of the [noise](crate::fit::uncertainty::noise::autocorrelation). It requires a derivative, and no
 //! fit. Where `|u|` is small the data cannot detect the effect, and a plausible size of it biases the parameters. One run of
-//! a coarse model has all derivatives; where an effect may be significant, one of the full model. P-values are multiplied by
-//! the number of tests (Bonferroni). The result is a [`ModelDiscrepancy`]; [`warn_of_omitted_effects`] adds the warning of
-//! the best effect.
+//! a coarse model has all derivatives. The full model is run instead where an effect may be significant, or where that is
+//! cheap or requested. P-values are multiplied by the number of tests (Bonferroni). The result is a [`ModelDiscrepancy`] for
+//! the report; [`warn_of_omitted_effects`] adds the warning of the best effect.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -89,8 +89,8 @@ pub(crate) struct ScoreTestInputs<'a> {
     pub knowns: &'a [Known],
 }
 
-/// Probability that noise alone yields a statistic of `sigmas` standard deviations or more, in one direction if
-/// `is_one_sided`, by Student's t with `freedom` degrees of freedom, or the normal distribution.
+/// Probability that noise alone yields a statistic of `sigmas` standard deviations or more: larger than it if `is_one_sided`,
+/// else larger in absolute value. The distribution is Student's t with `freedom` degrees of freedom, or normal without them.
 fn p_value(sigmas: f64, is_one_sided: bool, freedom: Option<f64>) -> f64 {
     let upper_tail = |z: f64| match freedom.and_then(|n| StudentsT::new(0.0, 1.0, n).ok()) {
         Some(t) => t.sf(z),
@@ -99,9 +99,10 @@ fn p_value(sigmas: f64, is_one_sided: bool, freedom: Option<f64>) -> f64 {
     if is_one_sided { upper_tail(sigmas) } else { 2.0 * upper_tail(sigmas.abs()) }
 }
 
-/// Warns of the best effect of `tests`, if it is significant and no discretization error is suspected. Below [`CERTAIN`],
-/// also if the autocorrelation is that of the noise, it lowers the grade to an inadequate model, else to an ambiguous result.
-/// An effect that changes all estimates by less than [`SMALL_BIAS`] standard errors is minor.
+/// Warns of the effects of the best rank of `tests`, if it is significant and no discretization error is suspected. Below
+/// [`CERTAIN`], also if the autocorrelation is that of the noise, it lowers the grade to an inadequate model, else to an
+/// ambiguous result. The warning is minor if all effects of the rank change all estimates by less than [`SMALL_BIAS`]
+/// standard errors. Else nothing is added.
 pub(crate) fn warn_of_omitted_effects(tests: &[ScoreTest], warnings: &mut Warnings) {
     let is_mesh_suspected = warnings.first(Severity::Mesh).is_some();
     let Some(best) = tests.first().filter(|best| best.is_significant() && !is_mesh_suspected)
@@ -129,8 +130,9 @@ pub(crate) fn warn_of_omitted_effects(tests: &[ScoreTest], warnings: &mut Warnin
 }
 
 impl ScoreTestInputs<'_> {
-    /// Score tests and undetected biases, after a search that cost `spent` simulations. Empty after an interruption, where
-    /// the analysis excludes them, or without a standard error. A run that fails is a warning.
+    /// Score tests and undetected biases with the warnings, after a search that cost `spent` simulations. Empty after an
+    /// interruption, where the analysis excludes them, without any standard error, or where even a coarse model is too
+    /// expensive. A run that fails leaves them empty too, with a note.
     pub fn assess(self, spent: f64) -> (ModelDiscrepancy, Warnings) {
         let mut warnings = Warnings::default();
         let FitStatistics { fitted, estimates, .. } = self.statistics;
@@ -151,8 +153,9 @@ impl ScoreTestInputs<'_> {
         (found, warnings)
     }
 
-    /// Tests on a coarse model; where an effect may be significant there, or the full model is cheap or requested, on the
-    /// full one. Empty where even the coarse model costs more than [`CHEAP`] times `spent`. Error: a run fails.
+    /// Tests on the full model if the search cost at least [`COST_OF_DERIVATIVES`] simulations (`spent`), or on request; else
+    /// on a coarse one. If the best p-value there is below [`SUSPICIOUS`], the full model is tested after all. Empty where
+    /// the coarse model costs more than [`CHEAP`] times `spent` and the tests were not requested. Error: a run fails.
     fn run_on_cheapest_model(self, spent: f64) -> Result<ModelDiscrepancy, Error> {
         let search = self.statistics.fitted.search;
         let full = || self.run(search.experiments.to_vec(), false);
@@ -174,8 +177,10 @@ impl ScoreTestInputs<'_> {
         }
     }
 
-    /// Score tests and biases by the derivatives of these `experiments`, the full model or a coarse one (`is_coarse`). Error:
-    /// the run fails.
+    /// Score tests and biases by one run of these `experiments` with derivatives: the full model or a coarse one
+    /// (`is_coarse`). If the best test is significant, all are repeated with the residuals of the finer discretization, if
+    /// there are any. Of the full model, up to [`MOST_RELINEARIZED`] large effects are linearized again, by a run each.
+    /// Rounding errors are not tested. Error: the run fails, or the fit is stopped.
     fn run(self, experiments: Vec<Experiment>, is_coarse: bool) -> Result<ModelDiscrepancy, Error> {
         let Self { statistics, finer, analysis, knowns } = self;
         let FitStatistics { fitted, estimates, local } = statistics;
@@ -250,8 +255,10 @@ impl ScoreTestInputs<'_> {
 }
 
 impl TestedEffect {
-    /// The score test of the effect by the weighted `residuals`, before p-values are corrected. The plausible size changes
-    /// them by `direction`, which is orthogonal to the Jacobian, and the parameters by `responses`.
+    /// The score test of the effect by the weighted `residuals`, before p-values are corrected and ranked. The plausible size
+    /// changes them by `direction`, which is orthogonal to the Jacobian, and the unknowns on their scales by `responses`. The
+    /// explained part is `|u.r|/|u|`, 0 for an effect of the wrong sign. The second p-value is there only if autocorrelated
+    /// noise has the larger variance.
     fn scored(
         &self,
         direction: DVector<f64>,

@@ -5,8 +5,9 @@
 //! lower by the [thickness effects](thickness_effects). A rod at rest deflects more by its [shear
 //! deflections](Problem::shear_deflections). A motion is taken for one in the first bending mode, which then has a Young's
 //! modulus lower by the same fraction. By these changes of the simulated values the parameters would move by `-(J'J)^-1 J'
-//! change`, the opposite of their bias. No simulation is needed. [`check_slenderness`] warns of a bias above [`WORTH_A_NOTE`]
-//! standard errors; above [`LOWERS_THE_GRADE`] the warning lowers the grade.
+//! change`, the opposite of their bias. No simulation of the motion is needed. [`check_slenderness`] adds a note on biases
+//! above [`WORTH_A_NOTE`] standard errors; above [`LOWERS_THE_GRADE`] it is a warning that lowers the grade. Softenings below
+//! [`SMALLEST_SOFTENING`], or those that the residuals exclude, are not reported.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -58,7 +59,8 @@ struct ShearFlexibility {
 }
 
 impl ShearFlexibility {
-    /// The ratio of the section and material in the middle of the rod.
+    /// The ratios for section and material in the middle of the rod. Poisson's ratio is the given one, else that of the shear
+    /// modulus if it is possible, else [`USUAL_RATIO`]; shear coefficients depend on it.
     fn new(scene: &Scene) -> Self {
         let (section, material) = scene.at(0.5);
         let ratio = |shear: f64| material.youngs_modulus / (2.0 * shear) - 1.0;
@@ -93,8 +95,10 @@ struct SlendernessBias<'a> {
     std_errors: f64,
 }
 
-/// Warns of a rod that is too thick for the model, by the bias of the `estimates` in their standard errors. No warning where
-/// the softening is below [`SMALLEST_SOFTENING`], the residuals exclude it, or it cannot be computed.
+/// Adds a warning or note if the rod is too thick for the model, by the bias of the `estimates` in their standard errors. It
+/// lists up to [`NAMED`] estimates above [`WORTH_A_NOTE`], the largest bias first. Where the response to a motion's modulus
+/// is unknown, a note gives the softening alone. Nothing is added where the softening is below [`SMALLEST_SOFTENING`], the
+/// residuals exclude it, or it cannot be computed.
 pub(crate) fn check_slenderness(
     fitted: Fitted,
     local: &LocalAnalysis,
@@ -164,7 +168,8 @@ pub(crate) fn check_slenderness(
 /// Whether the residuals exclude [`EXCLUDED_AMPLITUDE`] times the change: several modes or points determine its amplitude.
 ///
 /// The parameters follow a part of the change. The rest `u`, weighted, has the amplitude `a = -u.r/|u|^2` in the residuals
-/// `r` with the standard error `s/|u|` for noise of the variance `s^2`.
+/// `r` with the standard error `s/|u|` for noise of the variance `s^2`. It is excluded if `a` plus [`CERTAIN`] standard
+/// errors is below that.
 fn is_excluded(response: &LinearResponse, residuals: &[f64], noise: &ResidualNoise) -> bool {
     let (mut square, mut product) = (0.0, 0.0);
     for ((rest, residual), weight) in response.residuals.iter().zip(residuals).zip(&noise.weights) {
@@ -177,8 +182,9 @@ fn is_excluded(response: &LinearResponse, residuals: &[f64], noise: &ResidualNoi
 }
 
 impl<'a> SlendernessBias<'a> {
-    /// Bias of an estimate that shear deformation and rotary inertia would move by `change` on its scale; none without a
-    /// value or a standard error.
+    /// Bias of an estimate that shear deformation and rotary inertia would move by `change` on its scale (logarithm if
+    /// positive): the opposite. It is relative to the combined standard uncertainty, or else to the standard error. None
+    /// without a value or any standard error.
     fn new(estimate: &'a Estimate, unknown: &Unknown, change: f64) -> Option<Self> {
         let std_error = estimate.combined_std.or(estimate.std_error)?;
         let bias = ParameterBias::new(unknown, estimate.value?, -change);
@@ -197,7 +203,8 @@ impl<'a> SlendernessBias<'a> {
         }
     }
 
-    /// Text of the bias with its direction, and with the size for the `stated` shear modulus of the scene if that differs.
+    /// Text of the bias with its direction (`too low`, `too high`) and its number of standard errors. The size with the
+    /// `stated` shear modulus of the scene follows if there is one that no isotropic material has.
     fn describe(&self, stated: Option<&Self>) -> String {
         let Self { estimate, bias, std_errors } = self;
         let direction = if bias.change < 0.0 { "low" } else { "high" };
@@ -209,8 +216,9 @@ impl<'a> SlendernessBias<'a> {
     }
 }
 
-/// Change of an estimate on its scale if motions had a Young's modulus that is lower by the factor `1/(1 + fraction)`. It
-/// follows from the sensitivity of the estimate to +1 % of the modulus; 0 without that sensitivity.
+/// Change of an estimate on its scale (logarithm if positive) if motions had a Young's modulus that is lower by the factor
+/// `1/(1 + fraction)`. It is `-100 ln(1 + fraction)` times the sensitivity of the estimate to +1 % of the modulus; 0 without
+/// that sensitivity.
 fn response_to_modulus(estimate: &Estimate, unknown: &Unknown, fraction: f64) -> f64 {
     let modulus = Parameter::YoungsModulus.path();
     let own = estimate.input_sensitivities.iter().find(|input| input.source == modulus);
@@ -218,8 +226,11 @@ fn response_to_modulus(estimate: &Estimate, unknown: &Unknown, fraction: f64) ->
     own.map_or(0.0, |input| -100.0 * fraction.ln_1p() * input.change / slope)
 }
 
-/// Changes of the simulated values of all experiments by shear deformation and rotary inertia. `ratio` selects the ratio
-/// `E/(kappa G)` of a scene; where it returns none, the isotropic one is used. None if it does so for all scenes.
+/// Changes of the simulated values of all experiments by shear deformation and rotary inertia, per residual in units of
+/// sigma, and the largest relative softening. A motion changes along the derivative by Young's modulus; without that unknown
+/// only its softening is returned. Experiments that are thin by [`may_be_thick`] keep zeros. `ratio` selects the ratio
+/// `E/(kappa G)` of a scene; where it returns none, the isotropic one is used. None if it does so for all scenes. Error:
+/// modes or equilibrium cannot be computed.
 fn softening(
     fitted: Fitted,
     ratio: fn(&ShearFlexibility) -> Option<f64>,
@@ -285,8 +296,9 @@ fn softening(
     Ok(is_defined.then_some(softening))
 }
 
-/// Whether an upper bound of the relative softening of an experiment, with this shear `flexibility`, exceeds
-/// [`SMALLEST_SOFTENING`].
+/// Whether an upper bound of the relative softening of an experiment exceeds [`SMALLEST_SOFTENING`]: [`LARGEST_SLOPE`] times
+/// `((n + 1) pi i/L)^2 (1 + flexibility)`. Here `n` is the highest measured mode (at least 1), `i` the largest radius of
+/// gyration of the ends and the middle, and `L` the length.
 fn may_be_thick(experiment: &Experiment, problem: &Problem, flexibility: f64) -> bool {
     let scene = problem.scene();
     // The thickest place and the shortest wave bound the effect of all modes.
@@ -297,8 +309,8 @@ fn may_be_thick(experiment: &Experiment, problem: &Problem, flexibility: f64) ->
     LARGEST_SLOPE * (wave * radius).powi(2) * (1.0 + flexibility) > SMALLEST_SOFTENING
 }
 
-/// Relative reduction of the squared frequency of each measured mode, about the equilibrium, by shear deformation with this
-/// `flexibility` and by rotary inertia.
+/// Relative reduction of the squared frequency of each measured mode, in their order, about the equilibrium, by shear
+/// deformation with this `flexibility` and by rotary inertia. Error: the modes cannot be computed.
 fn reductions(
     problem: &Problem,
     frequencies: &ModeFrequencies,
@@ -310,7 +322,7 @@ fn reductions(
 }
 
 /// Relative reduction of the squared frequency of the first bending mode about the rest shape: without loads that is
-/// proportional to Young's modulus.
+/// proportional to Young's modulus. Error: the mode cannot be computed.
 fn first_mode_reduction(problem: &Problem, flexibility: f64) -> Result<f64, Error> {
     let among = ModeFilter { kind: Some(ModeKind::Bending), ..ModeFilter::default() };
     let first = [ModeName { number: 1, among }];
@@ -326,7 +338,8 @@ struct ShearDisplacements {
 }
 
 /// Displacements of the measured points of a `shape` by shear with this `flexibility`, in the coordinates that the camera
-/// records.
+/// records: one number per measured coordinate, m. Also the largest displacement over the largest deflection. Error: the
+/// equilibrium cannot be computed.
 fn shear_displacements(
     problem: &Problem,
     shape: &EquilibriumShape,

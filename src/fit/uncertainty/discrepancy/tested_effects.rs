@@ -1,9 +1,10 @@
 //! Omitted effects of a fit with their plausible sizes, and the experiments with their terms added.
 //!
 //! [`ExtendedExperiments::new`] goes through the table of omitted effects. It leaves out those that are identified, known
-//! inputs, stated in the scenes or not defined for them, and adds the terms of all others to the experiments. Plausible sizes
-//! are those of the analysis options, else those common in laboratories. Score tests differentiate the residuals by the
-//! resulting changes.
+//! inputs, stated in the scenes or not defined for them. The terms of all others are added to copies of the experiments.
+//! Plausible sizes are those of the analysis options, else those common in laboratories. The results are these experiments,
+//! and each effect with the change of the scenes by its plausible size. Score tests differentiate the residuals by these
+//! changes.
 
 use crate::error::Error;
 use crate::fit::known::Known;
@@ -35,8 +36,10 @@ pub(crate) struct ExtendedExperiments {
 }
 
 impl ExtendedExperiments {
-    /// Adds the effects to `experiments`, those of the fit or a coarse model of them. Numbers that are identified or known
-    /// inputs are no omitted effects. Error: an experiment does not allow the values of the optimum.
+    /// Adds the effects to `experiments`, those of the fit or a coarse model of them, in the order of the table; each takes
+    /// those that its scene can have. Parameters that are identified or known inputs anywhere are no omitted effects. The
+    /// first experiment in which an effect is defined determines its plausible size, unless the analysis gives one. Error: an
+    /// experiment does not allow the values of the optimum.
     pub fn new(
         fitted: Fitted,
         analysis: &Analysis,

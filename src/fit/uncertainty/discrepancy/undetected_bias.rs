@@ -1,14 +1,15 @@
 //! Bias of the estimates by effects that the model omits and the data do not reveal.
 //!
 //! An effect of size `a`, in units of its plausible size, changes the residuals by `a d`, of which the parameters follow all
-//! but `u`. Residuals `r` with the variance `v` along `u` give its likelihood, a normal distribution about `-u.r/|u|^2` with
-//! the standard deviation `sqrt(v)/|u|^2`. The prior is Student's t with four degrees of freedom and the scale one. Where the
-//! data determine the size they prevail, however large it is. Where the parameters follow all of the effect (`u = 0`) the
-//! posterior is the prior. The listed size is the one that the posterior exceeds with 5 %.
+//! but `u`. Residuals `r` with the variance `v = u'Vu` along `u` give its likelihood, a normal distribution about
+//! `-u.r/|u|^2` with the standard deviation `sqrt(v)/|u|^2`. The prior is Student's t with four degrees of freedom and the
+//! scale one. Where the data determine the size they prevail, however large it is. Where the parameters follow all of the
+//! effect (`u = 0`) the posterior is the prior. The listed size is the one that the posterior exceeds, in absolute value,
+//! with a probability of 5 %.
 //!
 //! The response of the parameters is linear. Where the data determine a large size it is linearized again: the run with the
 //! effect of the most probable size has derivatives of its own. [`undetected_biases`] lists the bias of every estimate by
-//! every effect at its listed size.
+//! every effect at its listed size, for the report.
 
 use crate::error::Error;
 use crate::fit::uncertainty::discrepancy::findings::UndetectedBias;
@@ -56,8 +57,9 @@ pub(crate) struct Posterior {
 }
 
 impl Posterior {
-    /// Posterior by the prior and, if the data determine the size, by its `likelihood`, on [`POINTS`] sizes. Negative sizes
-    /// are excluded if it `is_one_sided`.
+    /// Most probable and listed size by the prior and, if the data determine the size, by its `likelihood`. The density is
+    /// summed over [`POINTS`] equal parts of a range of at most [`LARGEST_SIZE`] to either side of zero. Negative sizes are
+    /// excluded if it `is_one_sided`.
     pub fn new(likelihood: Option<Likelihood>, is_one_sided: bool) -> Self {
         let most = LARGEST_SIZE;
         let [mut low, mut high] = match likelihood {
@@ -113,12 +115,14 @@ pub(crate) struct EffectResponse {
 }
 
 impl EffectResponse {
-    /// Change of parameter `j`, on its scale, by an effect of this `size` in plausible sizes; none if it does not respond.
+    /// Change of parameter `j`, on its scale (logarithm if positive), by an effect of this `size` in plausible sizes. It is
+    /// linear about the size of the linearization; none if the parameter does not respond.
     fn change(&self, j: usize, size: f64) -> Option<f64> {
         Some(self.moved[j]? + (size - self.about) * self.slope[j]?)
     }
 
-    /// The largest absolute change of a parameter on its scale by an effect of this `size`; 0 without a response.
+    /// The largest absolute change of a parameter on its scale (logarithm if positive) by an effect of this `size`, in
+    /// plausible sizes; 0 without a response.
     fn largest_change(&self, size: f64) -> f64 {
         let changes = (0..self.slope.len()).filter_map(|j| self.change(j, size));
         changes.map(f64::abs).fold(0.0, f64::max)
@@ -143,8 +147,8 @@ pub(crate) struct EffectPosterior<'a> {
 }
 
 impl<'a> EffectPosterior<'a> {
-    /// Posterior by the likelihood, with the response `slope` of the parameters, on their scales and per plausible size, at
-    /// the optimum.
+    /// Posterior by the `likelihood` of the size of an effect (none: the parameters follow all of it). The response `slope`
+    /// of the parameters, on their scales and per plausible size, is that at the optimum; it is linear about the size 0.
     pub fn new(
         tested: &'a TestedEffect,
         likelihood: Option<Likelihood>,
@@ -155,8 +159,9 @@ impl<'a> EffectPosterior<'a> {
         Self { tested, likelihood, posterior, response }
     }
 
-    /// Whether the data determine a large effect: above [`SIGNIFICANT`] standard deviations, and with a change of a parameter
-    /// above [`LARGE`]. It is linearized again about its most probable size.
+    /// Whether the data determine a large effect: its most probable size is above [`SIGNIFICANT`] standard deviations of the
+    /// likelihood, and changes a parameter by more than [`LARGE`]. Such an effect is linearized again about its most probable
+    /// size.
     pub fn is_large(&self) -> bool {
         let Self { likelihood, posterior, response, .. } = self;
         let is_significant =
@@ -164,8 +169,8 @@ impl<'a> EffectPosterior<'a> {
         is_significant && response.largest_change(posterior.mode) > LARGE
     }
 
-    /// Replaces likelihood, posterior and response by those that `relinearize` returns for the most probable size. Error: its
-    /// run fails.
+    /// Replaces likelihood, posterior and response by those that `relinearize` returns for the most probable size, in
+    /// plausible sizes. Error: its run fails, and nothing changes.
     pub fn relinearize(
         &mut self,
         relinearize: impl FnOnce(f64) -> Result<Relinearization, Error>,
@@ -176,14 +181,16 @@ impl<'a> EffectPosterior<'a> {
         Ok(())
     }
 
-    /// The largest absolute change of a parameter on its scale at the listed size.
+    /// The largest absolute change of a parameter on its scale (logarithm if positive) by the effect of its listed size; 0
+    /// without a response.
     pub fn largest_change(&self) -> f64 {
         self.response.largest_change(self.posterior.limit)
     }
 }
 
-/// Biases of all estimates with a standard error by all effects at their listed sizes, by their number of standard errors,
-/// the largest first. Responses above [`LARGEST_CHANGE`] are left out.
+/// Biases of all estimates with a standard error by all effects at their listed sizes, one entry per pair. The largest
+/// absolute bias in standard errors comes first. A bias is the opposite of the response to the effect. Responses above
+/// [`LARGEST_CHANGE`], and pairs without a response, are left out.
 pub(crate) fn undetected_biases(
     effects: &[EffectPosterior],
     unknowns: &[Unknown],

@@ -1,9 +1,10 @@
 //! Bias of the unknowns by mesh and step: their distance to the limit of zero element and step size.
 //!
 //! [`DiscretizationBias`] has this distance for each unknown on its scale, and the discretization error of the residuals,
-//! separately for mesh and step. Where the program chose mesh or step, the estimates are corrected by it, and
-//! [`REMAINING_FRACTION`] of the correction may remain as an error of the interval. It also decides whether discretization
-//! errors explain the residuals, and how much finer mesh and step must be so that they do not.
+//! separately for mesh and step. Where the program chose the mesh for all experiments, the estimates are corrected by its
+//! part, and likewise for the step. [`REMAINING_FRACTION`] of the correction may remain as an error of the interval. Its
+//! methods also return whether discretization errors explain the residuals, and how much finer mesh and step must be so that
+//! they do not.
 
 use crate::fit::unknown::Unknown;
 
@@ -39,12 +40,14 @@ pub(crate) struct DiscretizationBias {
 }
 
 impl BiasPart {
-    /// Difference of unknown `i`, on its scale, from the optimum to the limit; none where it is not identifiable or has none.
+    /// Difference of unknown `i`, on its scale (logarithm of a positive parameter), from the optimum to the limit of zero
+    /// size. None where it is not identifiable, or without another mesh or step to compare with.
     pub fn shift(&self, i: usize) -> Option<f64> {
         self.shifts.get(i).copied().flatten()
     }
 
-    /// Correction of unknown `i` on its scale, to be added; 0 for numerics that the scene gives.
+    /// Correction of unknown `i` on its scale (logarithm of a positive parameter), to be added. It is the shift if the
+    /// program chose the mesh, or the step; 0 if the scene gives it, and without a shift.
     fn correction(&self, i: usize) -> f64 {
         self.shift(i).filter(|_| self.is_chosen).unwrap_or(0.0)
     }
@@ -56,12 +59,14 @@ impl DiscretizationBias {
         [&self.mesh, &self.step]
     }
 
-    /// Corrections of unknown `i` for mesh and for step, on its scale.
+    /// Corrections of unknown `i` for mesh and for step, to be added on its scale (logarithm of a positive parameter). 0 for
+    /// a mesh or step that the scene gives.
     pub fn corrections(&self, i: usize) -> [f64; 2] {
         self.parts().map(|part| part.correction(i))
     }
 
-    /// Corrections, for mesh and for step, of the sum of the unknowns times these `factors`.
+    /// Corrections, for mesh and for step, of the sum of the unknowns times these `factors`, one per unknown, on their scales
+    /// (logarithms of positive parameters).
     pub fn corrections_along(&self, factors: &[f64]) -> [f64; 2] {
         let own = |part: &BiasPart| -> f64 {
             factors.iter().enumerate().map(|(i, factor)| factor * part.correction(i)).sum()
@@ -69,12 +74,14 @@ impl DiscretizationBias {
         self.parts().map(own)
     }
 
-    /// Correction of unknown `i` for mesh and step together, on its scale.
+    /// Correction of unknown `i` for mesh and step together, to be added on its scale (logarithm of a positive parameter). A
+    /// mesh or step that the scene gives has no part.
     pub fn correction(&self, i: usize) -> f64 {
         self.corrections(i).iter().sum()
     }
 
-    /// The value `x` of unknown `i` on its scale, corrected, within its bounds.
+    /// The value `x` of unknown `i` on its scale, plus its correction for mesh and step, within its bounds. Without a
+    /// correction it stays exactly `x`.
     pub fn corrected(&self, unknown: &Unknown, i: usize, x: f64) -> f64 {
         let [low, high] = unknown.scaled_bounds();
         match self.correction(i) {
@@ -84,7 +91,8 @@ impl DiscretizationBias {
         }
     }
 
-    /// Discretization error of unknown `i` that may remain after its correction, on its scale; 0 for given numerics.
+    /// Discretization error of unknown `i` that may remain after its correction, on its scale (logarithm of a positive
+    /// parameter); 0 if the scene gives mesh and step.
     pub fn remaining(&self, i: usize) -> f64 {
         remaining_error(self.corrections(i))
     }
@@ -95,13 +103,14 @@ impl DiscretizationBias {
         self.mesh.residual_fraction.max(self.step.residual_fraction)
     }
 
-    /// Whether chosen numerics cause more than [`VISIBLE_FRACTION`] of the residuals.
+    /// Whether mesh and step are both chosen by the program and cause more than [`VISIBLE_FRACTION`] of the residuals.
     pub fn is_visible(&self) -> bool {
         self.is_corrected() && self.residual_fraction() > VISIBLE_FRACTION
     }
 
-    /// Factors, 1 or more, by which mesh and step are to be refined, so that their errors are no visible part of the
-    /// residuals. 1 where they already are none, or cause most of the residuals: exact data have no noise to compare with.
+    /// Factors, 1 or more, by which mesh and step are to be refined, so that their errors are only [`INVISIBLE_FRACTION`] of
+    /// the residuals (second order). Both are 1 unless both are chosen and visible, and if they cause most of the residuals:
+    /// exact data have no noise to compare with.
     pub fn refinement(&self) -> [f64; 2] {
         let is_comparable = self.is_visible() && !self.explains_residuals();
         // Of second order.
@@ -110,12 +119,12 @@ impl DiscretizationBias {
         self.parts().map(|part| if is_comparable { factor(part) } else { 1.0 })
     }
 
-    /// Whether chosen numerics cause more than [`EXPLAINING_FRACTION`] of the residuals.
+    /// Whether mesh and step are both chosen by the program and cause more than [`EXPLAINING_FRACTION`] of the residuals.
     pub fn explains_residuals(&self) -> bool {
         self.is_corrected() && self.residual_fraction() > EXPLAINING_FRACTION
     }
 
-    /// Whether the program chose both mesh and step for all experiments.
+    /// Whether the program chose both mesh and step for all experiments, so that the estimates are corrected for both.
     fn is_corrected(&self) -> bool {
         self.parts().iter().all(|part| part.is_chosen)
     }

@@ -1,8 +1,9 @@
 //! Discretization errors of the estimates in a report, and warnings where they exceed the intervals.
 //!
-//! [`discretization_errors`] converts the bias of the unknowns by mesh and step to fractions of the estimates. For numerics
-//! that the scene gives the error is the whole bias; for those that the program chose it is the part that may remain after
-//! the correction. An error by given numerics above [`LARGE_ERROR`] half-widths of the 95 % interval is a warning.
+//! [`discretization_errors`] converts the bias of the unknowns by mesh and step to fractions of the estimates. For a mesh and
+//! step that the scene gives the error is the whole bias; where the program chose them it is the part that may remain after
+//! the correction. An error by given ones above [`LARGE_ERROR`] half-widths of the 95 % interval is a warning. So is one
+//! above `EXPLAINING_FRACTION` of residuals that are no noise.
 
 use crate::code::Code;
 use crate::fit::measurement::experiment::Experiment;
@@ -44,9 +45,11 @@ pub struct DiscretizationError {
     pub correction: Option<f64>,
 }
 
-/// Discretization errors of the `estimates` by the `bias` of their unknowns: all of it for numerics that the scene gives, the
-/// remaining error for chosen ones. Errors of given numerics beyond the intervals are warnings, and one where they may
-/// explain a misfit. `noise` has the degrees of freedom of the intervals.
+/// Discretization errors of the `estimates`, one each in their order, by the `bias` of their unknowns, as fractions of the
+/// corrected values. For a mesh or step that the scene gives they are all of the bias; for chosen ones [`REMAINING_FRACTION`]
+/// of it. Errors by given ones above [`LARGE_ERROR`] half-widths of the interval add a warning each. Where discretization may
+/// explain a misfit of the `warnings`, one more is added, and all become severer. `noise` has the degrees of freedom of the
+/// intervals.
 pub(crate) fn discretization_errors(
     estimates: &[Estimate],
     Fitted { search, optimum }: Fitted,
@@ -116,7 +119,8 @@ pub(crate) fn discretization_errors(
     errors
 }
 
-/// The action, as text, against discretization errors of given numerics; the mesh of a polyline cannot be chosen.
+/// The action, as text, against discretization errors of a given mesh and step: leave both out. If any rod is a polyline,
+/// whose mesh cannot be chosen, leave out the step only.
 fn remedy(experiments: &[Experiment]) -> &'static str {
     let is_line = |e: &Experiment| matches!(e.problem.scene().rod.shape, Shape::Polyline { .. });
     match experiments.iter().any(is_line) {

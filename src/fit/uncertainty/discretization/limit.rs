@@ -1,11 +1,11 @@
 //! Distance of the estimates to the limit of zero element and step size, from runs on another mesh and with another step.
 //!
 //! Mesh and step are changed alone, and the change of the parameters (linear response, or a refit on request) is extrapolated
-//! to zero. Numerics of the scene are extrapolated as of first order: for a method of second order that is two and a half to
-//! three times the error, and mesh and step never cancel. Numerics that are twice as coarse cost one simulation, 1.5 times as
-//! coarse ones 1.3. Finer ones cost 2.5 simulations by a quarter and 4 by half, with the same coverage (`cargo run --release
-//! --example discretization_error -- 400`). Where coarser numerics do not resolve the motion, or fail, they are finer by a
-//! quarter.
+//! to zero. Those that the scene gives are extrapolated as of first order: for a method of second order that is two and a
+//! half to three times the error, and mesh and step never cancel. A mesh or step twice as coarse costs one simulation, 1.5
+//! times as coarse 1.3. Finer ones cost 2.5 simulations by a quarter and 4 by half, with the same coverage (`cargo run
+//! --release --example discretization_error -- 400`). Where coarser ones do not resolve the motion, or fail, they are finer
+//! by a quarter.
 //!
 //! Where the program [chose](crate::fit::resolution) mesh or step, changes are extrapolated with the order of the method, and
 //! the values are corrected. [`estimate_bias`] returns this distance for each unknown as a [`DiscretizationBias`].
@@ -60,15 +60,16 @@ struct LimitDifference {
     work: f64,
 }
 
-/// Ratios of coarser element or step sizes, in the order of the trials: for numerics that the program chose, or that the
-/// scene gives.
+/// Ratios of coarser element or step sizes, in the order of the trials: [`COARSER_CHOSEN`] if the program chose mesh or step,
+/// [`COARSER`] if the scene gives it.
 fn coarser_ratios(is_chosen: bool) -> &'static [f64] {
     if is_chosen { &COARSER_CHOSEN } else { &COARSER }
 }
 
-/// An experiment on a mesh with fewer edges by the first of [`coarser_ratios`] that resolves the measured modes, if
-/// `coarser`; else with more by [`FINER`], or twice as many with recorded markers at the nodes. Error: a scene that does not
-/// allow the mesh.
+/// An experiment on a mesh with fewer edges by the first of [`coarser_ratios`] that leaves [`FEWEST_EDGES`] and resolves the
+/// measured modes, if `coarser`. Otherwise it has more by [`FINER`], or twice as many with recorded markers at the nodes. The
+/// ratio for the extrapolation is of the order of the method for a chosen mesh, and of first order for a given one. Error: a
+/// scene that does not allow the mesh.
 fn on_other_mesh(
     _: &Search,
     experiment: &Experiment,
@@ -92,8 +93,10 @@ fn on_other_mesh(
     Ok(Some(OtherNumerics { experiment: experiment.with_problem(other), error_ratio }))
 }
 
-/// An experiment with a step that is larger by the first of [`coarser_ratios`] that resolves the motion, if `coarser`; else
-/// smaller by [`FINER`]. None without a motion, or where beta is identified: its damping depends on the step.
+/// An experiment with a larger step by the first of [`coarser_ratios`] that resolves the first oscillation and the supports,
+/// if `coarser` and the scheme is implicit. Otherwise the step is smaller by [`FINER`]. The extrapolation is of the order of
+/// the scheme for a chosen step, and of first order for a given one. None without a motion, or where beta is identified: its
+/// damping depends on the step. Error: a scene that does not allow the step.
 fn with_other_step(
     search: &Search,
     experiment: &Experiment,
@@ -127,15 +130,17 @@ fn with_other_step(
     Ok(Some(OtherNumerics { experiment: experiment.with_problem(other), error_ratio }))
 }
 
-/// Euclidean norm of `residuals`, with the weights of growing sensitivities.
+/// Euclidean norm of `residuals`, each times its growth weight. That is below 1 where the derivatives by the parameters grow
+/// exponentially, as in chaotic motions.
 fn weighted_norm(search: &Search, residuals: &[f64]) -> f64 {
     let weighted = residuals.iter().enumerate().map(|(k, r)| r * search.growth_weight(k));
     weighted.map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Difference of an optimum to its limit, from one run with other numerics of every experiment, or from a refit if the
-/// `method` is [`Refinement::Refitted`]. `variation` creates the numerics, coarser ones if `coarser`. None where no
-/// experiment has any.
+/// Difference of an optimum to its limit of zero element or step size. One run with another mesh or step of every experiment
+/// yields the change of the residuals, and the linear response that of the unknowns. If the `method` is
+/// [`Refinement::Refitted`], a refit yields both. `variation` creates the other mesh or step, coarser if `coarser`;
+/// experiments without any stay. None where no experiment has any. Error: a simulation or the refit fails.
 fn limit_difference(
     Fitted { search, optimum }: Fitted,
     local: &LocalAnalysis,
@@ -187,8 +192,9 @@ fn limit_difference(
     Ok(Some(LimitDifference { shifts, residual_norm, work: other.work.total() }))
 }
 
-/// Bias of an optimum by mesh and step. None where it is not requested, without convergence, or where the residuals are
-/// rounding errors. Runs that fail are a warning. Error: the fit is stopped.
+/// Bias of an optimum by mesh and step. None where it is not requested and the program chose neither, without convergence, or
+/// where the residuals are rounding errors. A run that fails adds a warning, and the result is none. Error: the fit is
+/// stopped.
 pub(crate) fn estimate_bias(
     fitted: Fitted,
     local: &LocalAnalysis,
@@ -214,8 +220,10 @@ pub(crate) fn estimate_bias(
     }
 }
 
-/// Bias of an optimum by mesh and step, computed in parallel. Chosen numerics are always corrected, also where the `method`
-/// is [`Refinement::None`]; else that yields none, as does an optimum without convergence.
+/// Bias of an optimum by mesh and step, each changed alone, in parallel. They are coarser, or finer if that fails; refits are
+/// always with finer ones. A mesh or step that the program chose is corrected also if the `method` is [`Refinement::None`].
+/// Otherwise that yields none, as does an optimum without convergence. The work is added to that of the search. Error: a run
+/// fails, or the fit is stopped.
 fn bias(
     fitted: Fitted,
     local: &LocalAnalysis,

@@ -1,10 +1,12 @@
 //! Residuals of an optimum on a mesh and with a step that are much finer than the parameters need.
 //!
-//! Chosen numerics are as fine as the parameters require, which follow large and slow motion. Small fast vibrations may be
-//! out of phase at the end of a record: residuals that are no fault of the model. So before residuals lower a grade, the
-//! model runs once more with element and step size divided by [`REFINEMENT`]. The unknowns follow the change linearly, and
-//! the change is extrapolated to zero element and step size, as of second order. [`RefinedResiduals::residuals`] returns the
-//! residuals in this limit, or none where they are not needed or too expensive ([`MOST_WORK`]).
+//! A mesh and step that the program chose are as fine as the parameters require, which follow large and slow motion. Small
+//! fast vibrations may be out of phase at the end of a record: residuals that are no fault of the model. So before residuals
+//! lower a grade, the model runs once more with element and step size divided by [`REFINEMENT`]. The unknowns follow the
+//! change linearly, and the change is extrapolated to zero element and step size, as of second order.
+//! [`RefinedResiduals::residuals`] returns the residuals in this limit for the tests of a fit. It returns none if the scene
+//! gives mesh and step, for undetectable errors ([`DETECTABLE`]), and where the run is too expensive ([`MOST_WORK`]) or
+//! fails.
 
 use crate::accuracy::Extrapolation;
 use crate::error::Error;
@@ -39,14 +41,16 @@ pub(crate) struct RefinedResiduals<'a> {
 }
 
 impl<'a> RefinedResiduals<'a> {
-    /// Residuals of an optimum whose unknowns have this `bias`; the run is made when they are needed.
+    /// Residuals of an optimum whose unknowns have this `bias`, with covariance and weights of its local analysis. Nothing is
+    /// simulated yet.
     pub fn new(fitted: Fitted<'a>, local: &LocalAnalysis, bias: &'a DiscretizationBias) -> Self {
         let (covariance, weights) = (local.covariance.clone(), local.noise.weights.clone());
         Self { fitted, bias, covariance, weights, change: OnceLock::new() }
     }
 
-    /// Unweighted residuals in the limit of zero element and step size, in units of sigma. None where the scene gives the
-    /// numerics, the change is below [`DETECTABLE`], or the run is too large or fails.
+    /// Residuals in the limit of zero element and step size, in units of sigma, without the weights of robust losses. The run
+    /// is made at the first call only. None where the scene gives mesh and step, the norm of the discretization errors is at
+    /// most [`DETECTABLE`], or the run is too large or fails.
     pub fn residuals(&self) -> Option<Vec<f64>> {
         let residuals = &self.fitted.optimum.residuals;
         let norm = self.bias.residual_fraction() * (residuals.len() as f64).sqrt();
@@ -57,8 +61,9 @@ impl<'a> RefinedResiduals<'a> {
         Some(residuals.iter().zip(change).map(|(r, by)| r + by).collect())
     }
 
-    /// Change of the residuals to the limit of zero element and step size, once the unknowns have followed. None where the
-    /// run exceeds [`MOST_WORK`]. Error: it fails.
+    /// Change of the residuals to the limit of zero element and step size, once the unknowns have followed, from one run at
+    /// the corrected estimates. Its work is added to that of the search. None where the run exceeds [`MOST_WORK`]. Error: it
+    /// fails.
     fn change(&self) -> Result<Option<Vec<f64>>, Error> {
         let Fitted { search, optimum } = self.fitted;
         // The original mesh and step, both refined.

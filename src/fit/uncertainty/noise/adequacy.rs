@@ -1,13 +1,13 @@
 //! Adequacy of the model: residuals against a noise scale that does not depend on the model.
 //!
-//! Without a stated sigma the residuals alone cannot separate noise from misfit. Differences of the samples can: a
-//! missing effect leaves motion of the rod's own frequencies, which they suppress. For white noise the variance `r` of
-//! the residuals and the variance `s` from differences have the same expectation. They share their samples: with `nu` degrees of
-//! freedom of `s` and `n` of `r`, `s/r` has the relative variance `2/nu - 2/n`. It is compared with
-//! chi-squared over its `1/(1/nu - 1/n)` degrees of freedom (after von Neumann 1941).
+//! Without a stated sigma the residuals alone cannot separate noise from misfit. Differences of the samples can: a missing
+//! effect leaves motion of the rod's own frequencies, which they suppress. For white noise the variance `r` of the residuals
+//! and the variance `s` from differences have the same expectation. They share their samples: with `nu` degrees of freedom of
+//! `s` and `n` of `r`, `s/r` has the relative variance `2/nu - 2/n`. It is compared with chi-squared over its `1/(1/nu -
+//! 1/n)` degrees of freedom (after von Neumann 1941).
 //!
-//! A scale below the residuals means autocorrelated noise or a missing effect. It changes the grade and the score
-//! tests, never an interval.
+//! [`Adequacy`] has one [`CoordinateNoise`] per coordinate. A scale significantly below the residuals means autocorrelated
+//! noise or a missing effect. It changes the warnings, the grade and the score tests, never an interval.
 
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::noise::autocorrelation::NoiseCorrelations;
@@ -64,14 +64,15 @@ pub(crate) fn is_sigma_doubtful(sigma: f64, scatter: f64) -> bool {
 }
 
 impl CoordinateNoise {
-    /// Whether a stated sigma is far from the noise scale, by [`is_sigma_doubtful`]; false without either.
+    /// Whether a stated sigma is far from the noise scale, by [`is_sigma_doubtful`]; false without a stated sigma or without
+    /// a scale.
     fn is_sigma_wrong(&self) -> bool {
         let both = self.stated_sigma.zip(self.scale.value);
         both.is_some_and(|(sigma, value)| is_sigma_doubtful(sigma, value))
     }
 
-    /// Whether the residuals are white noise of the noise scale: neither an excess nor a correlation. False without a scale.
-    /// `coordinates` is the number of all tests.
+    /// Whether the residuals are white noise of the noise scale: neither an excess nor a significant correlation. False
+    /// without a scale. `coordinates` is the number of all tests, by which the level of the excess is divided.
     pub fn is_explained(&self, coordinates: usize) -> bool {
         self.scale.p_value.is_some() && !self.is_exceeded(coordinates) && self.correlation == 0.0
     }
@@ -92,7 +93,8 @@ impl CoordinateNoise {
 }
 
 impl Adequacy {
-    /// Compares the residuals at an optimum with the samples of each coordinate. Empty where the residuals are rounding
+    /// Compares the residuals at an optimum with the samples of each coordinate, in the order of the measurements. Included
+    /// are motions, and shapes without a stated sigma and without unknown arc lengths. Empty where the residuals are rounding
     /// errors.
     pub fn new(fitted: Fitted, correlations: &NoiseCorrelations) -> Self {
         let Fitted { search, optimum } = fitted;
@@ -129,8 +131,8 @@ impl Adequacy {
         Self { coordinates }
     }
 
-    /// Whether the residuals of measurement number `measurement` are white noise of the noise scale in all coordinates; false
-    /// without any.
+    /// Whether the residuals of measurement number `measurement` are white noise of the noise scale in all its coordinates.
+    /// False for a measurement without any coordinate here.
     pub fn is_explained(&self, measurement: usize) -> bool {
         let count = self.coordinates.len();
         let mut own = self.coordinates.iter().filter(|c| c.measurement == measurement).peekable();
@@ -139,10 +141,11 @@ impl Adequacy {
 
     /// Variance of the noise along a `direction` of the weighted residuals (one number per row), and its degrees of freedom.
     ///
-    /// Where the residuals of a coordinate are doubtful, its noise is white with its noise scale, or without one with the
-    /// variance of its residuals. Outliers and stated sigmas that agree with the samples exclude this. All other rows have
-    /// the noise of the residuals with its autocorrelation. The degrees of freedom are those of Welch and Satterthwaite; none
-    /// where the variance is known.
+    /// The residuals of a coordinate are doubtful if they correlate, exceed the noise scale, or contradict a stated sigma.
+    /// Its noise is then white, with the noise scale as standard deviation, or without a scale with the RMS of its residuals.
+    /// Outliers and stated sigmas that agree with the samples exclude this. All other rows have the noise of the residuals
+    /// with its autocorrelation. The degrees of freedom are those of Welch and Satterthwaite; none where the variance is
+    /// known.
     pub fn variance_along(
         &self,
         direction: &[f64],

@@ -8,9 +8,10 @@
 //! ```
 //!
 //! with an [AR(1) correlation](crate::fit::misfit::ar1::Ar1Correlation) `R`. Variances and correlations are estimated from
-//! the residuals by moment matching; white series need neither. For motions of a few frequencies least squares is
-//! asymptotically as efficient as any weighting (Grenander 1954). Results per unknown: the inflation of the standard
-//! deviation, and the degrees of freedom of its variance (Satterthwaite 1946), which determine Student's t of the intervals.
+//! the residuals by moment matching; white series need neither. A series whose innovations are no white noise is unexplained
+//! motion, and counts as white. For motions of a few frequencies least squares is asymptotically as efficient as any
+//! weighting (Grenander 1954). Results per unknown: the inflation of the standard deviation, and the degrees of freedom of
+//! its variance (Satterthwaite 1946), which determine Student's t of the intervals.
 
 use crate::fit::misfit::residual_tests::innovation_p_value;
 use crate::fit::search::fitted::Fitted;
@@ -43,8 +44,10 @@ pub(crate) struct NoiseCorrelations {
 }
 
 impl NoiseCorrelations {
-    /// Estimates the noise from the residuals at an optimum and the `rows` of the Jacobian in units of the noise. All series
-    /// count as white where the residuals are rounding errors or have no variance.
+    /// Estimates the noise from the residuals at an optimum and the `rows` of the Jacobian in units of the noise, in
+    /// [`ROUNDS`] of moment matching. A series whose innovations have a p-value below [`COLORED_INNOVATIONS`] becomes white,
+    /// and the rounds are repeated. All series count as white where the residuals are rounding errors or have no variance.
+    /// For white noise the inflation is 1, and there is no score covariance.
     pub fn new(fitted: Fitted, rows: &[Vec<f64>], noise: &ResidualNoise) -> Self {
         let Fitted { search, optimum } = fitted;
         let n = search.unknowns.len();
@@ -104,12 +107,13 @@ impl NoiseCorrelations {
         found
     }
 
-    /// Whether all series have the common white noise.
+    /// Whether no series has a noise of its own: all have the common variance, and no correlation.
     fn is_white(&self) -> bool {
         !self.series.iter().any(CoordinateSeries::has_own_noise)
     }
 
-    /// Variance `d'Vd` of the noise along a `direction` `d` of the weighted residuals, one number per row.
+    /// Variance `d'Vd` of the noise along a `direction` `d` of the weighted residuals, one number per row. Rows in no series
+    /// with a noise of its own have the common variance of `noise`.
     pub fn variance_along(&self, direction: &[f64], noise: &ResidualNoise) -> f64 {
         let square = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
         let mut variance = noise.variance * square(direction);
@@ -128,18 +132,20 @@ impl NoiseCorrelations {
         self.series.iter().find(|s| s.measurement == measurement && s.axis == axis)
     }
 
-    /// Correlation of neighboring residuals of coordinate `axis` of measurement number `measurement`; 0 where it is not
-    /// significant.
+    /// AR(1) correlation of neighboring residuals of coordinate `axis` of measurement number `measurement`; 0 where it is not
+    /// significant, or the coordinate has few values.
     pub fn correlation(&self, measurement: usize, axis: &str) -> f64 {
         self.series_of(measurement, axis).map_or(0.0, |s| s.correlation)
     }
 
-    /// Half-width of the 95 % interval of unknown `j` in standard deviations: Student's t with its degrees of freedom.
+    /// Half-width of the 95 % interval of unknown `j` in standard deviations: Student's t with its degrees of freedom, 1.96
+    /// for a known variance.
     pub fn coverage_factor(&self, j: usize) -> f64 {
         quantile95(self.degrees_of_freedom[j])
     }
 
-    /// Distance of the one-sided 95 % limit of unknown `j` in standard deviations: Student's t with its degrees of freedom.
+    /// Distance of the one-sided 95 % limit of unknown `j` in standard deviations: Student's t with its degrees of freedom,
+    /// 1.645 for a known variance.
     pub fn one_sided_factor(&self, j: usize) -> f64 {
         one_sided95(self.degrees_of_freedom[j])
     }
@@ -151,8 +157,8 @@ impl NoiseCorrelations {
 }
 
 /// Degrees of freedom of the variance of each unknown; none where it is known. They are `2/e^2` for the relative error `e` of
-/// the variance, which stems from the errors of variance and correlation of each series. `inverse` is that of the normal
-/// matrix, `covariance` that of the unknowns.
+/// the variance. It stems from the errors of variance and correlation of each series, and of the common variance. `inverse`
+/// is that of the normal matrix, `covariance` that of the unknowns.
 fn degrees_of_freedom(
     series: &[CoordinateSeries],
     inverse: &DMatrix<f64>,

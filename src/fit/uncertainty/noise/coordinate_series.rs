@@ -4,7 +4,8 @@
 //! and for a variance of its own (Bartlett's test). For noise of the covariance `V` the residuals at an optimum have the
 //! covariance `V - HV - VH + HVH`, `H = J (J'J)^-1 J'`: the fit absorbs a part of the noise. [`CoordinateSeries::refine`]
 //! matches the variance and the lag-one correlation of the residuals with these expectations, for `V = v R` with an [AR(1)
-//! correlation](Ar1Correlation) `R`.
+//! correlation](Ar1Correlation) `R`. `autocorrelation` uses the series for the covariance of the estimates, the bootstrap for
+//! random blocks.
 
 use crate::fit::misfit::ar1::{Ar1Correlation, ar1_factor, usual_spacing};
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
@@ -92,20 +93,21 @@ impl CoordinateSeries {
         self.ar1().whiten(&self.residuals)
     }
 
-    /// Models the residuals as white noise of the given `variance`, in units of sigma squared.
+    /// Models the residuals as white noise of the given `variance`, in units of sigma squared. A variance of its own stays
+    /// marked.
     pub fn set_white(&mut self, variance: f64) {
         (self.is_correlated, self.correlation, self.variance) = (false, 0.0, variance);
     }
 
-    /// Number of values in each block of a block bootstrap, `(1.5 g^2 n)^(1/3)` with `g = 2 r/(1 - r^2)` for the correlation
-    /// `r` of `n` values (Politis and White 2004); none for white noise.
+    /// Number of values in each block of a block bootstrap (Politis and White 2004): `(1.5 g^2 n)^(1/3)` rounded up, at most
+    /// `n`. Here `g = 2 r/(1 - r^2)` for the correlation `r` of the `n` values. None for a correlation of zero.
     pub fn block_length(&self) -> Option<usize> {
         let excess = 2.0 * self.correlation / (1.0 - self.correlation.powi(2));
         let length = (1.5 * excess * excess * self.len() as f64).cbrt().ceil() as usize;
         (self.correlation > 0.0).then(|| length.clamp(1, self.len()))
     }
 
-    /// Pairs of neighbors without a gap between them, with their sums of products and mean squares.
+    /// Pairs of successive values at most [`MOST_SPACINGS`] apart, with the sums of their products and of their mean squares.
     fn neighbors(&self) -> NeighborSums {
         let mut sums = NeighborSums { pairs: Vec::new(), products: 0.0, squares: 0.0 };
         for (first, times) in self.times.windows(2).enumerate() {
@@ -121,8 +123,8 @@ impl CoordinateSeries {
         sums
     }
 
-    /// Whether neighbors correlate by more than [`SIGNIFICANT`] standard deviations of white noise. False for fewer than
-    /// [`FEWEST`] values.
+    /// Whether neighbors correlate by more than [`SIGNIFICANT`] standard deviations of white noise, `1/sqrt(n)` for `n`
+    /// pairs. False for fewer than [`FEWEST`] values, and for negative correlations.
     fn has_significant_correlation(&self) -> bool {
         let NeighborSums { pairs, products, squares } = self.neighbors();
         let n = pairs.len();
@@ -139,12 +141,13 @@ impl CoordinateSeries {
         product
     }
 
-    /// `J'J` of the rows of the series, by the unknowns.
+    /// `J'J` of the rows of the series by all unknowns, in units of the noise.
     pub fn normal_matrix(&self) -> DMatrix<f64> {
         self.jacobian.tr_mul(&self.jacobian)
     }
 
-    /// `J'VJ` of the rows of the series: their part of the covariance of the gradient of the misfit.
+    /// `J'VJ` of the rows of the series, `V = v R`: their part of the covariance of the gradient of the misfit by all
+    /// unknowns.
     pub fn score_covariance(&self) -> DMatrix<f64> {
         self.variance * self.jacobian.tr_mul(&self.correlated_jacobian())
     }
@@ -158,8 +161,9 @@ impl CoordinateSeries {
         Self { correlation, variance, ..self.clone() }.score_covariance()
     }
 
-    /// Updates the variance and, where it is significant, the correlation by one round of moment matching. It takes the
-    /// `inverse` of the normal matrix, and the `covariance` of the unknowns by the noise of all series.
+    /// Updates the variance, unless sigma is stated, and the correlation, if it is significant, by one round of moment
+    /// matching. It takes the `inverse` of the normal matrix, and the `covariance` of the unknowns by the noise of all
+    /// series. The correlation is from 0 to [`largest_correlation`].
     pub fn refine(&mut self, inverse: &DMatrix<f64>, covariance: &DMatrix<f64>) {
         // Expectations for the present model, from the hat matrix restricted to the rows of the series.
         let (n, correlated) = (self.len(), self.correlated_jacobian());
@@ -193,12 +197,12 @@ impl CoordinateSeries {
         }
     }
 
-    /// Mean square residual, in units of sigma squared.
+    /// Mean square residual, after the influence function of a robust loss, in units of sigma squared.
     fn mean_square(&self) -> f64 {
         self.residuals.iter().map(|r| r * r).sum::<f64>() / self.len() as f64
     }
 
-    /// Whether the correlation is the largest that the estimate can have.
+    /// Whether the correlation is the largest that the estimate can have, by [`largest_correlation`] of the number of pairs.
     pub fn is_at_cap(&self) -> bool {
         self.correlation > 0.0
             && self.correlation >= largest_correlation(self.neighbors().pairs.len() as f64)
@@ -224,7 +228,8 @@ fn correlation_with_mean(pairs: &[Neighbors], mean: f64) -> f64 {
 }
 
 /// Series of every coordinate of every measurement with at least [`FEWEST`] values, from the `rows` of the Jacobian in units
-/// of the noise. Significant correlations and unequal variances are marked; all variances are still the common one.
+/// of the noise. Significant correlations are marked. So are unequal variances of the coordinates of a measurement without a
+/// stated sigma. All variances are still the common one, and all correlations zero.
 pub(crate) fn coordinate_series(
     fitted: Fitted,
     rows: &[Vec<f64>],
@@ -275,7 +280,8 @@ pub(crate) fn coordinate_series(
 }
 
 /// Whether the coordinates of a measurement have different variances, by Bartlett's test (1937) at the level
-/// [`UNEQUAL_VARIANCES`]. False for a single series.
+/// [`UNEQUAL_VARIANCES`]. The numbers of values are those of independent ones, by the correlation of the neighbors. False for
+/// a single series.
 fn have_unequal_variances(series: &[CoordinateSeries]) -> bool {
     // The squares of autocorrelated noise carry the information of fewer independent ones.
     let count = |s: &CoordinateSeries| {

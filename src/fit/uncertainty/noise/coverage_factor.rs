@@ -13,18 +13,20 @@ const MANY: f64 = 200.0;
 /// Fewest degrees of freedom: an estimate of fewer counts as one.
 const FEWEST: f64 = 1.0;
 
-/// Half-width of a 95 % interval in standard deviations, for a variance with these degrees of freedom; none: a known variance.
+/// Half-width of a 95 % interval in standard deviations, for a variance with these degrees of freedom: the 97.5 % quantile of
+/// Student's t, and 1.96 (normal) for a known variance (none).
 pub(crate) fn quantile95(freedom: Option<f64>) -> f64 {
     quantile(0.975, freedom)
 }
 
-/// Distance of a one-sided 95 % limit in standard deviations, for a variance with these degrees of freedom; none: a known
-/// variance.
+/// Distance of a one-sided 95 % limit in standard deviations, for a variance with these degrees of freedom: the 95 % quantile
+/// of Student's t, and 1.645 (normal) for a known variance (none).
 pub(crate) fn one_sided95(freedom: Option<f64>) -> f64 {
     quantile(0.95, freedom)
 }
 
-/// Quantile, at this probability, of the standard normal distribution, or of Student's t with `freedom` degrees of freedom.
+/// Quantile, at this probability, of the standard normal distribution (`freedom` none), or of Student's t with `freedom`
+/// degrees of freedom, at least [`FEWEST`]. From [`MANY`] on it is the expansion about the normal one.
 fn quantile(probability: f64, freedom: Option<f64>) -> f64 {
     let z = Normal::standard().inverse_cdf(probability);
     match freedom.map(|freedom| freedom.max(FEWEST)) {

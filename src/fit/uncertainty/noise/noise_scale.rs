@@ -1,10 +1,11 @@
 //! Noise scale of one coordinate of a measurement: the standard deviation of its noise without the model, from differences of
 //! its samples.
 //!
-//! [`CoordinateSamples::scale`] takes the lower of the estimates from the observed values and from the residuals, each by
-//! [divided differences](crate::numerics::noise_scale). The resolution of the values sets a lower limit, `q/sqrt(12)`. The
-//! p-value is that of the root mean square residual over the scale, by chi-squared. The result, [`NoiseScale`], is part of
-//! the report; a coordinate without a usable estimate has the reason instead.
+//! [`CoordinateSamples::scale`] takes the estimate from the residuals by [divided differences](crate::numerics::noise_scale),
+//! or that from the observed values where it is clearly lower. Values that a loss or the leverage down-weights are left out.
+//! The resolution `q` of the values sets a lower limit, `q/sqrt(12)`. The p-value is that of the root mean square residual
+//! over the scale, by chi-squared. The result, [`NoiseScale`], is part of the report, and the basis of `adequacy`; a
+//! coordinate without a usable estimate has the reason instead.
 
 use crate::fit::measurement::dataset::Coordinate;
 use crate::fit::search::Search;
@@ -73,7 +74,9 @@ pub(crate) struct CoordinateSamples {
 }
 
 impl CoordinateSamples {
-    /// Samples of a `coordinate` of a measurement, of a fit that uses the part `used` of the degrees of freedom.
+    /// Samples of a `coordinate` of a measurement in the order of time, or of arc length for a shape. The fit uses the part
+    /// `used` of the degrees of freedom. Values beyond the scale of a robust loss, or with a leverage weight below 1, are
+    /// marked as excluded.
     pub fn new(
         search: &Search,
         MeasuredResiduals { measurement, sigma, residuals, rows, .. }: &MeasuredResiduals,
@@ -99,15 +102,16 @@ impl CoordinateSamples {
         }
     }
 
-    /// Noise scale of `values` at the times of the samples, from their differences without excluded values.
+    /// Noise scale of `values` at the times of the samples, from their differences without excluded values. Err with the
+    /// reason where there is none.
     fn noise(&self, values: &[f64]) -> Result<NoiseEstimate, NoEstimate> {
         let Self { times, factors, excluded, .. } = self;
         NoisySeries { times, values, factors, excluded }.noise()
     }
 
-    /// The lower of the noise scales from residuals and from observed values: each is that of the noise and of the motion
-    /// that leaks into the differences. The observed values count only if theirs is lower by [`CLEARLY_LOWER`] standard
-    /// errors. Err with the reason where they are constant or oversampled, or the residuals have no estimate.
+    /// The noise scale from the residuals, or that from the observed values if it is lower by [`CLEARLY_LOWER`] standard
+    /// errors: each is that of the noise and of the motion that leaks into the differences. Err with the reason where the
+    /// observed values are constant or oversampled, or the residuals have no estimate.
     fn estimate(&self) -> Result<NoiseEstimate, NoEstimate> {
         let observed = self.noise(&self.observed);
         if let Err(reason @ (NoEstimate::Constant | NoEstimate::Oversampled { .. })) = observed {
@@ -122,8 +126,8 @@ impl CoordinateSamples {
         Ok(if is_lower { observed } else { residual })
     }
 
-    /// Whether each residual is an outlier: above [`OUTLYING`] robust standard deviations, from the median of the absolute
-    /// residuals.
+    /// Whether each residual is an outlier: above [`OUTLYING`] times the median of the absolute residuals over that of a
+    /// standard normal deviate. None is one if that median is zero.
     pub fn outliers(&self) -> Vec<bool> {
         let mut sizes: Vec<f64> = self.residuals.iter().map(|r| r.abs()).collect();
         sizes.sort_by(f64::total_cmp);
@@ -133,8 +137,9 @@ impl CoordinateSamples {
         self.residuals.iter().map(|r| median > 0.0 && r.abs() > limit).collect()
     }
 
-    /// Noise scale of the coordinate `axis` of an `observation`, compared with its residuals. Points of a shape at rest (not
-    /// `is_motion`) have none: they are not ordered in time.
+    /// Noise scale of the coordinate `axis` of an `observation`, m, compared with the root mean square residual without
+    /// outliers and excluded values. A scale below the resolution of the values is replaced by it. Points of a shape at rest
+    /// (not `is_motion`) have none: they are not ordered in time. Without an estimate the reason is stored instead.
     pub fn scale(&self, observation: String, axis: &str, is_motion: bool) -> NoiseScale {
         // Residuals without outliers, and their degrees of freedom.
         let outliers = self.outliers();
@@ -183,9 +188,9 @@ impl CoordinateSamples {
     }
 }
 
-/// Probability that the residuals of white noise, with `count` degrees of freedom, are `ratio` or more times its scale, which
-/// has `freedom` degrees of freedom and the same samples. 1 for a ratio up to 1; 0 for a larger one with a scale that is
-/// certain.
+/// Probability that the residuals of white noise are `ratio` or more times its scale. Residuals have `count` degrees of
+/// freedom, and the scale, from the same samples, has `freedom`. It is by chi-squared with `1/(1/freedom - 1/count)` degrees
+/// of freedom. 1 for a ratio up to 1. For a larger ratio it is 0 if `freedom` is at least `count`: the scale is then certain.
 fn excess_probability(ratio: f64, freedom: f64, count: f64) -> f64 {
     // A scale with as many degrees of freedom as the residuals is certain.
     if ratio <= 1.0 || freedom >= count {

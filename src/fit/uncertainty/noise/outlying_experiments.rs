@@ -2,8 +2,9 @@
 //!
 //! One bad recording of many is no evidence against the set-up that all of them share: scale, clock, origin, tracked point.
 //! The unexplained part of a motion is the root mean square residual over the size of the motion. [`UnexplainedParts`]
-//! collects it for every measurement. An experiment is an outlier if its part is above the median over all experiments, its
-//! residuals are no noise, and those of most others are.
+//! collects it for every measurement, with whether its residuals are no noise. An experiment is an outlier if its residuals
+//! are no noise and its part is above the median of all. At least [`FEWEST`] experiments, fewer than half of them
+//! unexplained, are required. The warnings of unexplained motion use it.
 
 use crate::numerics::total_order;
 
@@ -45,7 +46,7 @@ impl UnexplainedParts {
         }
     }
 
-    /// Number of experiments.
+    /// Number of experiments with a measurement.
     pub fn count(&self) -> usize {
         self.0.len()
     }
@@ -60,8 +61,9 @@ impl UnexplainedParts {
         }
     }
 
-    /// The unexplained part of an outlying experiment; none for others. At least [`FEWEST`] experiments, most of them
-    /// explained, are required to compare with, and the part must be above the median.
+    /// The unexplained part of an outlying experiment; none for others. At least [`FEWEST`] experiments, fewer than half of
+    /// them unexplained, are required to compare with. The residuals of the experiment must be no noise, and its part must be
+    /// above the median.
     pub fn outlying(&self, experiment: &str) -> Option<f64> {
         let unexplained = self.0.iter().filter(|part| part.is_unexplained).count();
         let own = self.0.iter().find(|part| part.experiment == experiment)?;

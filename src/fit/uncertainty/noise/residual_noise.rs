@@ -35,6 +35,9 @@ pub(crate) struct ResidualNoise {
 
 impl ResidualNoise {
     /// Estimates the variance of the residuals at an optimum, its degrees of freedom, and the weights of the rows.
+    /// Down-weighted values of growing sensitivities count as a part of a value, and unknown arc lengths use up one each. The
+    /// variance is 1 if all sigmas are stated. It is 1 too where the weights depend on the fit, as sigma is then estimated
+    /// before. Weights of priors are 1.
     pub fn new(fitted: Fitted) -> Self {
         let Fitted { search, optimum } = fitted;
         let total = optimum.residuals.len();
@@ -82,18 +85,19 @@ impl ResidualNoise {
     }
 }
 
-/// The rows of a Jacobian, each times its weight.
+/// The rows of a Jacobian, each times its weight; the result ends with the shorter of both lists.
 pub(crate) fn weighted_rows(rows: &[Vec<f64>], weights: &[f64]) -> Vec<Vec<f64>> {
     let scaled = |(row, w): (&Vec<f64>, &f64)| row.iter().map(|d| d * w).collect();
     rows.iter().zip(weights).map(scaled).collect()
 }
 
-/// `psi(r)`, half the derivative of the loss, of the residuals `r` of a measurement.
+/// `psi(r)`, half the derivative of the loss `rho`, of each of the `residuals` of a measurement, in their order.
 fn influences(loss: Loss, residuals: &[f64]) -> impl Iterator<Item = f64> {
     residuals.iter().map(move |r| loss.influence(*r)[0])
 }
 
-/// `psi` of all residuals, those of priors as they are, times the weights of their rows.
+/// `psi` of all residuals in their order, those of priors as they are, each times the weight of its row. For squares `psi` is
+/// the residual.
 pub(crate) fn weighted_residuals(fitted: Fitted, noise: &ResidualNoise) -> DVector<f64> {
     let all = &fitted.optimum.residuals;
     let own = fitted.measured().flat_map(|own| influences(own.measurement.loss(), own.residuals));
@@ -103,14 +107,15 @@ pub(crate) fn weighted_residuals(fitted: Fitted, noise: &ResidualNoise) -> DVect
     weighted.into()
 }
 
-/// Derivatives of the misfit by the plain residuals at an optimum: `w psi(w r)` with the leverage weights `w`.
+/// Derivatives of the misfit by the residuals at an optimum, one each: `w psi(w r)` with the leverage weights `w`.
 pub(crate) fn misfit_slopes(residuals: &Residuals, optimum: &Optimum) -> Vec<f64> {
     let losses = residuals.weighted_losses();
     losses.iter().zip(&optimum.residuals).map(|(loss, r)| loss.influence(*r)).collect()
 }
 
-/// Covariance of the gradient of the misfit by the unknowns on their scales, `sum psi^2 j j'` over the rows `j` of the
-/// Jacobian: with the mean of `psi^2` in each measurement, 1 for priors, and squared leverage weights.
+/// Covariance of the gradient of the misfit by the unknowns on their scales, `sum psi^2 j j'` over the unweighted rows `j` of
+/// the Jacobian. The mean of `psi^2` in each measurement, 1 for priors, is multiplied by the squared leverage weight of the
+/// row.
 pub(crate) fn score_covariance(fitted: Fitted) -> DMatrix<f64> {
     let Fitted { search, optimum } = fitted;
     let mut squares = Vec::with_capacity(optimum.residuals.len());
@@ -126,8 +131,8 @@ pub(crate) fn score_covariance(fitted: Fitted) -> DMatrix<f64> {
     DMatrix::from_fn(n, n, |i, j| rows.clone().map(|(row, square)| square * row[i] * row[j]).sum())
 }
 
-/// Root mean square residual of all positions, m; without positions of all frequencies, rad/s; else of all measurements with
-/// the unit of the first one. 0 without measurements.
+/// Root mean square residual, unweighted, of all positions, m. Without positions it is that of all frequencies, rad/s, else
+/// of all measurements with the unit of the first one. 0 without measurements.
 pub(crate) fn residual_rms(fitted: Fitted) -> f64 {
     let of_unit = |unit: &str| {
         let (mut sum, mut count) = (0.0, 0);
@@ -164,7 +169,8 @@ pub struct LossEffect {
 }
 
 impl LossEffect {
-    /// Adds the values of another measurement with the same name. Their information, inverse variances, adds up.
+    /// Adds the values of another measurement with the same name: counts add up. The information of the values, their number
+    /// over the squared factor, adds up too, and yields the common factor.
     fn merge(&mut self, other: &Self) {
         let [own, others] = [self.values as f64, other.values as f64];
         let information =
@@ -176,7 +182,8 @@ impl LossEffect {
     }
 }
 
-/// Effects of the robust losses, one entry per measurement with such a loss; all markers of a recording share one.
+/// Effects of the robust losses, one entry per measurement with such a loss, in their order; all markers of a recording share
+/// one. The factor of the standard errors is the inverse of the largest weight in `noise` of its rows.
 pub(crate) fn loss_effects(fitted: Fitted, noise: &ResidualNoise) -> Vec<LossEffect> {
     let mut effects: Vec<LossEffect> = Vec::new();
     for MeasuredResiduals { experiment, measurement, residuals, rows, .. } in fitted.measured() {

@@ -61,8 +61,9 @@ struct JackknifeDeviation {
     degrees_of_freedom: f64,
 }
 
-/// Standard deviations of all unknowns by the jackknife over `experiments`, with the Hessian of the `prior`; none where one
-/// experiment alone determines an unknown.
+/// Standard deviations of all unknowns, on their scales (logarithms of positive parameters) and in their order, with degrees
+/// of freedom. They are those of the jackknife over `experiments`, with gradients about their mean. The Hessian of the
+/// `prior` belongs to no experiment. None where one experiment alone determines an unknown.
 fn deviations(
     experiments: &[ExperimentMisfit],
     prior: DMatrix<f64>,
@@ -105,7 +106,8 @@ fn deviations(
     Some(variance.into_iter().enumerate().map(scaled).collect())
 }
 
-/// Gradients and Hessians of the misfit of all experiments, by the unknowns with these indices.
+/// Gradients and Gauss-Newton Hessians of the misfit of all experiments with measurements, in their order, by the `unknowns`
+/// with these indices, on their scales. Robust losses and leverage weights enter as in the fit.
 fn experiment_misfits(fitted: Fitted, unknowns: &[usize]) -> Vec<ExperimentMisfit> {
     let k = unknowns.len();
     let mut experiments: Vec<ExperimentMisfit> = Vec::new();
@@ -132,9 +134,10 @@ fn experiment_misfits(fitted: Fitted, unknowns: &[usize]) -> Vec<ExperimentMisfi
     experiments
 }
 
-/// Adds the jackknife over experiments to the estimates with a standard error, as their interval where it is the wider one.
-/// The discretization error is common to all experiments: its `bias` corrects the values and widens the intervals. Nothing is
-/// added for fewer than [`FEWEST`] experiments, or without convergence.
+/// Sets the jackknife over experiments in the estimates with a standard error and without an upper bound. If its interval is
+/// the wider one, it replaces standard error and interval. The discretization error is common to all experiments: its `bias`
+/// corrects the values and widens the intervals. Nothing is set for fewer than [`FEWEST`] experiments, without convergence,
+/// or where one experiment alone determines an unknown.
 pub(crate) fn add_cluster_jackknife(
     estimates: &mut [Estimate],
     fitted: Fitted,
@@ -200,7 +203,7 @@ pub(crate) fn add_cluster_jackknife(
     }
 }
 
-/// Whether all standard errors have been compared with the differences between experiments; false without any standard error.
+/// Whether all estimates with a standard error have a cluster jackknife; false without any standard error.
 pub(crate) fn compares_experiments(estimates: &[Estimate]) -> bool {
     let mut own = estimates.iter().filter(|e| e.std_error.is_some()).peekable();
     own.peek().is_some() && own.all(|e| e.cluster_jackknife.is_some())

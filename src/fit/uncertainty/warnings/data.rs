@@ -1,8 +1,9 @@
-//! Warnings about the data and the numerics of a fit: defects of recordings, values with a high leverage, and time steps.
+//! Warnings about the data and the time steps of a fit: defects of recordings, values with a high leverage, and unsuitable
+//! steps.
 //!
-//! Each function receives a result of an earlier stage (constant coordinates, repeated frames, growth of sensitivities,
-//! leverage weights, halved steps) and adds its warnings to the list, as *finding. consequence. action.* with a code. Steps
-//! and repeated frames lower the grade; the others are notes.
+//! Each function receives a result of an earlier stage and adds its warnings to the list, as *finding. consequence. action.*
+//! with a code. These results are constant coordinates, repeated frames, growth of sensitivities, leverage weights and halved
+//! steps. Halved steps, too large steps and repeated frames lower the grade; the others are notes.
 
 use crate::code::Code;
 use crate::fit::measurement::constant_axes::ConstantAxis;
@@ -11,8 +12,8 @@ use crate::fit::measurement::repeated_frames::RepeatedFrames;
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 
-/// Warns of an optimum that is inexact because the integrator halved time steps there, which makes the misfit discontinuous.
-/// None where the fit converged and its residuals are noise.
+/// Adds a warning of an optimum that is inexact because the integrator halved time steps there, which makes the misfit
+/// discontinuous. Nothing is added where the fit converged and its residuals are noise.
 pub(crate) fn halved_steps(Fitted { search, optimum }: Fitted, warnings: &mut Warnings) {
     let is_reached = optimum.converged && search.is_noise(optimum);
     // At a converged optimum with residuals of noise the jumps did no harm.
@@ -23,8 +24,8 @@ pub(crate) fn halved_steps(Fitted { search, optimum }: Fitted, warnings: &mut Wa
     }
 }
 
-/// Warns, for every experiment with a motion, of time steps that do not resolve the motion of a support, or exceed the
-/// simulation.
+/// Adds a warning, for every experiment with a motion, of each time step that does not resolve the motion of a support, or
+/// exceeds the simulation.
 pub(crate) fn steps_too_large(experiments: &[Experiment], warnings: &mut Warnings) {
     for experiment in experiments.iter().filter(|e| e.moves()) {
         for (code, text) in experiment.problem.step_warnings() {
@@ -45,7 +46,8 @@ pub(crate) fn constant_axes(axes: &[ConstantAxis], warnings: &mut Warnings) {
     }
 }
 
-/// Warns of each observation whose frames repeat the one before, as in a video that was converted to a higher frame rate.
+/// Adds a warning of a misfit for each observation whose frames repeat the one before. That happens in a video that was
+/// converted to a higher frame rate.
 pub(crate) fn repeated_frames(found: &[RepeatedFrames], warnings: &mut Warnings) {
     for RepeatedFrames { observation, repeated, frames } in found {
         let text = format!(
@@ -56,7 +58,8 @@ pub(crate) fn repeated_frames(found: &[RepeatedFrames], warnings: &mut Warnings)
     }
 }
 
-/// Adds notes on defects of the recordings that drive the ends of rods: lost frames, jumps, exchanged labels and others.
+/// Adds notes on defects of the recordings that drive the ends of rods. Those of many experiments are summarized if they are
+/// lost frames, jumps or exchanged labels.
 pub(crate) fn recording_defects(experiments: &[Experiment], warnings: &mut Warnings) {
     for experiment in experiments {
         for (code, text) in experiment.problem.recording_warnings() {
@@ -71,7 +74,8 @@ pub(crate) fn recording_defects(experiments: &[Experiment], warnings: &mut Warni
     }
 }
 
-/// Adds a note for each experiment whose sensitivities grow exponentially, so that later positions are down-weighted.
+/// Adds a note for each experiment whose sensitivities grow exponentially, with the number of later positions that are
+/// down-weighted. Nothing is added where the search has no such weights.
 pub(crate) fn growing_sensitivities(Fitted { search, optimum }: Fitted, warnings: &mut Warnings) {
     if search.growth_weights().is_empty() {
         return;
@@ -83,8 +87,9 @@ pub(crate) fn growing_sensitivities(Fitted { search, optimum }: Fitted, warnings
     }
 }
 
-/// Adds one note on the number of values with a leverage weight below 1, by experiment. None where these weights are those of
-/// growing sensitivities, which have a note of their own.
+/// Adds one note on the number of values with a leverage weight below 1, in total and by experiment: values that change with
+/// the parameters unusually much are down-weighted. Nothing is added without any. Nothing is added either where exponentially
+/// growing sensitivities are the reason, which have a note of their own.
 pub(crate) fn high_leverage(fitted: Fitted, warnings: &mut Warnings) {
     let search = fitted.search;
     let count_in = |experiment: &Experiment| {

@@ -1,8 +1,9 @@
-//! Warnings about an optimum: `residuals` that are no noise, `parameters` at a bound or in conflict with a prior, and `data`
-//! (recordings, leverage, time steps).
+//! Warnings about an optimum, as its assessment adds them.
 //!
-//! Each function adds warnings with a severity and a code to one `Warnings` list. The most severe one determines the grade of
-//! the fit.
+//! `residuals` warns of residuals that are no noise or larger than stated, `parameters` of one-sided bounds, bounds of the
+//! search and conflicts with a prior. `data` warns of defects of recordings, high leverage and time steps. Each function adds
+//! warnings with a severity and a code to a [`Warnings`](crate::fit::uncertainty::warning_list::Warnings) list. The most
+//! severe one determines the grade of the fit.
 
 pub(crate) mod data;
 pub(crate) mod parameters;

@@ -1,8 +1,9 @@
 //! Warnings about estimates: parameters that are bounded from one side only, at a bound of the search, or in conflict with a
 //! prior.
 //!
-//! Inputs are the unknowns with the optimum or the estimates. One-sided bounds are notes. A parameter at a bound, and one
-//! more than [`CONTRADICTION`] standard deviations from the mean of its prior, are contradictions, which lower the grade.
+//! Inputs are the unknowns with the optimum or the estimates. Each function adds to the warnings of the fit. One-sided bounds
+//! are notes. An identifiable parameter at a bound, and one more than [`CONTRADICTION`] standard deviations from the mean of
+//! its prior, are contradictions, which lower the grade.
 
 use crate::code::Code;
 use crate::fit::search::damping::is_damping;
@@ -16,8 +17,8 @@ use crate::fit::unknown::Unknown;
 /// deviate exceeds 3 in 0.3 % of all cases.
 const CONTRADICTION: f64 = 3.0;
 
-/// Adds a note for each estimate with a one-sided 95 % bound: a damping that may be zero, or a parameter that the data bound
-/// from one side only.
+/// Adds a note for each estimate with a one-sided 95 % bound: a damping with an upper bound, which may be zero, or another
+/// parameter with a lower or an upper bound. `estimates` are in the order of the `unknowns`.
 pub(crate) fn one_sided_bounds(
     unknowns: &[Unknown],
     estimates: &[Estimate],
@@ -51,7 +52,7 @@ pub(crate) fn one_sided_bounds(
     }
 }
 
-/// Warns of each identifiable unknown whose optimum is at a bound of the search.
+/// Adds a warning of a contradiction for each identifiable unknown whose optimum is at a bound of the search.
 pub(crate) fn bounds_reached(
     unknowns: &[Unknown],
     optimum: &Optimum,
@@ -72,7 +73,8 @@ pub(crate) fn bounds_reached(
     }
 }
 
-/// Warns of each unknown whose optimum is more than [`CONTRADICTION`] standard deviations from the mean of its prior.
+/// Adds a warning of a contradiction for each unknown whose optimum is more than [`CONTRADICTION`] standard deviations from
+/// the mean of its prior.
 pub(crate) fn prior_conflicts(unknowns: &[Unknown], optimum: &Optimum, warnings: &mut Warnings) {
     for (unknown, x) in unknowns.iter().zip(&optimum.x) {
         let sigmas = unknown.prior_residual(*x).map_or(0.0, f64::abs);

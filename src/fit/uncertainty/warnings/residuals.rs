@@ -1,9 +1,10 @@
 //! Warnings about residuals that are no noise, or noise of another size than stated.
 //!
 //! Inputs are the optimum and its local analysis. Residuals are compared with the observed motion ([`unexplained_motion`]),
-//! with white or AR(1) noise ([`test_residuals`]), with the noise scale from differences of the samples
-//! ([`excess_over_noise_scale`]) and with a stated sigma ([`doubtful_sigmas`]). [`is_noise`] is whether none of these finds a
-//! misfit. The severity of each warning determines the grade of the fit.
+//! and with white or AR(1) noise ([`test_residuals`]). They are compared with the noise scale from differences of the samples
+//! ([`excess_over_noise_scale`]) and with a stated sigma ([`doubtful_sigmas`]). Each function adds its warnings to those of
+//! the fit. [`is_noise`] is whether the first three find no misfit. The severity of each warning determines the grade of the
+//! fit.
 
 use crate::code::Code;
 use crate::fit::measurement::experiment::all;
@@ -38,16 +39,17 @@ const ENOUGH_EACH: f64 = 15.0;
 const STRONG_CORRELATION: f64 = 0.5;
 
 /// Whether residuals of this root mean square, in units of their noise, are too large for so many `values`: above
-/// [`TOO_LARGE`] and above the chi-squared quantile of [`TOO_LARGE_QUANTILE`].
+/// [`TOO_LARGE`] and above the root of the chi-squared quantile at [`TOO_LARGE_QUANTILE`] over their number.
 pub(crate) fn is_too_large(rms: f64, values: usize) -> bool {
     let n = values.max(1) as f64;
     let quantile = ChiSquared::new(n).map_or(0.0, |chi| chi.inverse_cdf(TOO_LARGE_QUANTILE));
     rms > (quantile / n).sqrt().max(TOO_LARGE)
 }
 
-/// Warns of each measurement whose residuals exceed a tenth of the observed motion and are no noise, and of each whose
-/// residuals are too large for its stated sigma. One bad experiment among good ones is an outlier. `narrow` is the
-/// consequence for the intervals, as a sentence. None where all residuals are rounding errors.
+/// Adds a warning for each measurement whose residuals exceed the part `UNEXPLAINED` of the observed motion and
+/// [`EXPLAINED_SIGMAS`], and are no noise. It is one of a misfit for one bad experiment among good ones, and worthless if the
+/// residuals are as large as the motion. A second warning is for residuals that are too large for a stated sigma. `narrow` is
+/// the consequence for the intervals, as a sentence. Nothing is added where all residuals are rounding errors.
 pub(crate) fn unexplained_motion(
     fitted: Fitted,
     LocalAnalysis { correlations, adequacy, .. }: &LocalAnalysis,
@@ -130,9 +132,10 @@ pub(crate) fn factor_text(factor: f64) -> String {
     }
 }
 
-/// Tests the residuals of every coordinate for whiteness, normality and trend. Coordinates that fail whiteness or trend are
-/// warnings of misfit, those with outliers only are notes, strong autocorrelation is one note. `correlations` are the AR(1)
-/// correlations of the noise, `narrow` is the consequence for the intervals, as a sentence. Returns all tests.
+/// Tests the residuals of every coordinate for whiteness, normality and trend. Those that are neither white nor AR(1) noise,
+/// or have a trend, add a warning of a misfit each, the most significant first. Those that fail another test add a note on
+/// outliers. Strong autocorrelation adds one note. `correlations` are the AR(1) correlations of the noise, `narrow` is the
+/// consequence for the intervals, as a sentence. Returns all tests, in the order of the coordinates.
 pub(crate) fn test_residuals(
     fitted: Fitted,
     correlations: &NoiseCorrelations,
@@ -171,8 +174,8 @@ pub(crate) fn test_residuals(
     all
 }
 
-/// Whether the residuals of every measurement are noise: no misfit by motion, by tests of whiteness, or by the noise scale of
-/// the samples. No warnings are added.
+/// Whether the residuals of every measurement are noise: no warning of a misfit by [`unexplained_motion`], [`test_residuals`]
+/// or [`excess_over_noise_scale`]. No warnings are added.
 pub(crate) fn is_noise(fitted: Fitted, local: &LocalAnalysis) -> bool {
     let mut warnings = Warnings::default();
     unexplained_motion(fitted, local, "", &mut warnings);
@@ -181,9 +184,10 @@ pub(crate) fn is_noise(fitted: Fitted, local: &LocalAnalysis) -> bool {
     !warnings.has_misfit()
 }
 
-/// Warns of coordinates whose residuals may be autocorrelated noise or a missing effect: outliers or an excess over the noise
-/// scale of the samples, a correlation above [`STRONG_CORRELATION`] without any scale, or one at the limit of its estimate.
-/// With a stated sigma only the last one counts.
+/// Adds a warning of an ambiguity for each coordinate whose residuals may be autocorrelated noise or a missing effect. One
+/// cause is an excess over the noise scale of the samples, with or without outliers. Others are a correlation above
+/// [`STRONG_CORRELATION`] without any scale, and one at the limit of its estimate. With a stated sigma only the last one
+/// counts.
 pub(crate) fn excess_over_noise_scale(
     search: &Search,
     adequacy: &Adequacy,
@@ -235,8 +239,9 @@ pub(crate) fn excess_over_noise_scale(
     }
 }
 
-/// Adds a note for each stated sigma that differs from the scatter of the data by a factor of 2.5 or more, either way. The
-/// scatter is the largest noise scale of its coordinates, or their root mean square residual where there is none.
+/// Adds a note for each stated sigma that differs from the scatter of the data by more than a factor of 2.5, either way. The
+/// scatter is the largest of the noise scales of its coordinates, or of their root mean square residuals where there is no
+/// scale.
 pub(crate) fn doubtful_sigmas(search: &Search, adequacy: &Adequacy, warnings: &mut Warnings) {
     for (index, (experiment, measurement)) in all(search.experiments).enumerate() {
         let Some(sigma) = measurement.sigma() else { continue };
@@ -265,8 +270,9 @@ pub(crate) fn doubtful_sigmas(search: &Search, adequacy: &Adequacy, warnings: &m
     }
 }
 
-/// Adds a note where the effective sample size of all coordinates is below [`NOTED_INFORMATION`] of the number of samples.
-/// `unknowns` is their number; with fewer than [`ENOUGH_EACH`] independent values each, the intervals are called uncertain.
+/// Adds one note, with the coordinate of the strongest autocorrelation, if the effective sample size of all coordinates is
+/// below [`NOTED_INFORMATION`] of the number of samples. `unknowns` is their number; with fewer than [`ENOUGH_EACH`]
+/// independent values each, the note calls the intervals uncertain.
 fn note_autocorrelation(tests: &[ResidualTests], unknowns: usize, warnings: &mut Warnings) {
     let values: f64 = tests.iter().map(|t| t.values as f64).sum();
     let effective: f64 = tests.iter().map(|t| t.effective_samples).sum();
