@@ -106,7 +106,7 @@ pub fn exponential<D: Scalar>(r: Vector<D>) -> Matrix3<D> {
 fn alternating_series<D: Scalar>(x: D, first: usize, is_derivative: bool) -> D {
     let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
     let coefficient = |k: usize| {
-        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
         sign / factorial(2 * k + first) * if is_derivative { k as f64 } else { 1.0 }
     };
     let least = usize::from(is_derivative);
