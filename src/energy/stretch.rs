@@ -193,6 +193,12 @@ impl<D: Scalar, const M: usize> Law<D, 1> for Stretch<D, M> {
         Self { stiffness, natural_strain, ..*self }
     }
 
+    /// Replaces the stiffness and the natural strain, and nothing else of the edge.
+    #[inline(always)]
+    fn set(&mut self, [stiffness]: [D; 1], [natural_strain]: [D; 1]) {
+        (self.stiffness, self.natural_strain) = (stiffness, natural_strain);
+    }
+
     /// The force beyond the linear law, after its derivative by the strain, N.
     #[inline(always)]
     fn beyond(&self, [strain]: &[D; 1]) -> Option<([D; 1], [D; 1])> {

@@ -88,7 +88,9 @@ impl<D: Scalar> Viscosity<D> {
         let shift = &self.shift[first..].as_chunks::<S>().0[..from.len()];
         let Some(own) = &self.own else {
             for i in 0..from.len() {
-                to[i] = from[i].viscous(self.factor, &shift[i]);
+                // Only stiffness and natural strains differ: less to copy than the whole law.
+                let law = from[i].viscous(self.factor, &shift[i]);
+                to[i].set(law.stiffness(), law.natural());
             }
             return;
         };

@@ -304,10 +304,13 @@ impl<R: Sensitive> StepMap<'_, R> {
         // factor m of the masses, they are J (q1 + turned) = r + m M turned.
         let turns = R::HAS_FRAMES && !self.averages;
         if turns {
-            let (mass, factor) = (&step.rod.mass()[..solution.len()], step.weights[0]);
-            for i in 0..mass.len() {
+            // Every fourth unknown is an angle.
+            let (mass, factor) = (step.rod.mass().as_chunks::<4>().0, step.weights[0]);
+            let solution = &mut solution.as_chunks_mut::<4>().0[..mass.len()];
+            let turned = &turned.as_chunks::<4>().0[..mass.len()];
+            for j in 0..mass.len() {
                 for g in 0..G {
-                    solution[i][g] += factor * mass[i] * turned[i][g];
+                    solution[j][3][g] += factor * mass[j][3] * turned[j][3][g];
                 }
             }
         }
@@ -322,8 +325,12 @@ impl<R: Sensitive> StepMap<'_, R> {
             }
         }
         if turns {
-            for (solution, turned) in solution.iter_mut().zip(&*turned) {
-                (0..G).for_each(|g| solution[g] -= turned[g]);
+            let solution = solution.as_chunks_mut::<4>().0;
+            let turned = &turned.as_chunks::<4>().0[..solution.len()];
+            for j in 0..solution.len() {
+                for g in 0..G {
+                    solution[j][3][g] -= turned[j][3][g];
+                }
             }
         }
         Ok(())

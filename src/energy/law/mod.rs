@@ -42,6 +42,12 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
     /// The law with other stiffnesses and natural strains.
     fn with(&self, stiffness: Self::Stiffness, natural: [D; S]) -> Self;
 
+    /// Replaces stiffnesses and natural strains.
+    #[inline(always)]
+    fn set(&mut self, stiffness: Self::Stiffness, natural: [D; S]) {
+        *self = self.with(stiffness, natural);
+    }
+
     /// Energies of stretching, bending and twisting of the linear law, J, at the difference of the strains from the natural ones.
     /// The energy of a coupling counts half for each of its kinds.
     fn energies(&self, difference: &[D; S]) -> [D; 3];
