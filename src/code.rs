@@ -127,6 +127,7 @@ codes! {
     CoarseCurvature "coarse-curvature",
     StepBeyondEnd "step-beyond-end",
     LargeStrain "large-strain",
+    StructureScope "structure-scope",
     NumericalDamping "numerical-damping",
     // Problems of equilibria and of derivatives.
     Unstable "unstable",

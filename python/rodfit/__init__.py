@@ -13,6 +13,7 @@ from ._fit import Fit, Residuals
 from ._result import FitResult, Parameter
 from ._rodfit import __version__
 from ._scene import Equilibrium, Modes, Run, Scene
+from ._structure import Structure, StructureRun
 
 __all__ = [
     "ComputationError",
@@ -26,5 +27,7 @@ __all__ = [
     "RodfitError",
     "Run",
     "Scene",
+    "Structure",
+    "StructureRun",
     "__version__",
 ]

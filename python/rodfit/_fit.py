@@ -10,6 +10,7 @@ from ._errors import refused
 from ._renamed import warn
 from ._result import FitResult
 from ._scene import Scene
+from ._structure import Structure
 from ._tables import is_table, written
 
 TYPE_CHECKING = False
@@ -26,10 +27,10 @@ if TYPE_CHECKING:
 TIMES = ("t", "time")
 
 
-def _checked(scene: Scene) -> Scene:
-    """The scene; an error for another object."""
-    if not isinstance(scene, Scene):
-        raise refused("scene", repr(scene)[:80], "a rodfit.Scene. Read a fit file with Fit.load")
+def _checked(scene: Scene | Structure) -> Scene | Structure:
+    """The scene or structure; an error for another object."""
+    if not isinstance(scene, (Scene, Structure)):
+        raise refused("scene", repr(scene)[:80], "a rodfit.Scene or rodfit.Structure. Read a fit file with Fit.load")
     return scene
 
 
@@ -45,7 +46,7 @@ class Fit:
 
     Keywords have the meaning of the keys of the fit file."""
 
-    def __init__(self, scene: Scene | None = None):
+    def __init__(self, scene: Scene | Structure | None = None):
         self._native = _rodfit.Fit([], []) if scene is None else _rodfit.Fit([""], [_checked(scene)._native])
 
     @classmethod
@@ -64,7 +65,7 @@ class Fit:
         fit._native = native
         return fit
 
-    def experiment(self, name: str, scene: Scene) -> Fit:
+    def experiment(self, name: str, scene: Scene | Structure) -> Fit:
         """Adds an experiment, to which all later measurements belong."""
         self._native.experiment(name, _checked(scene)._native)
         return self
@@ -73,7 +74,7 @@ class Fit:
         self,
         t: ArrayLike | str | os.PathLike[str] | Any,
         xyz: ArrayLike | None = None,
-        at: str | int | Mapping[str, float] = "tip",
+        at: str | int | Mapping[str, Any] = "tip",
         sigma: float | ArrayLike | str | Mapping[str, str] | None = None,
         loss: str = "squares",
         held_out: bool = False,
@@ -86,7 +87,8 @@ class Fit:
         times in a column t or as its index. Or ``t`` is a file, with ``marker``, ``fps``, ``scale``, ``origin``, ``y`` and
         the other keys of ``[[observation]]``.
 
-        ``at`` is "tip", the index of a node, or {"arc_length": meters from the wall}. ``sigma`` is the standard deviation
+        ``at`` is "tip", the index of a node, or {"arc_length": meters from the wall}; of a structure {"rod": name, "at": ..}
+        or {"body": name}. ``sigma`` is the standard deviation
         of a coordinate, m, or an array with one for each time; for a file also the name of a column, or {"x": .., "y": ..}
         with those of the axes. It is estimated if it is not given. ``loss`` is "squares", "huber", "soft-l1" or "cauchy".
         ``held_out`` data are validation data: they are predicted, not fitted."""

@@ -32,6 +32,20 @@ impl PyFit {
     }
 }
 
+/// The point of an observation.
+#[derive(serde::Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected \"tip\", the index of a node, or {\"arc_length\": meters}; of a structure \
+                 {\"rod\": name, \"at\": ..} or {\"body\": name}"
+)]
+enum ObservedPoint {
+    /// Point of one rod.
+    OfRod(rodfit::Point),
+    /// Point of a structure.
+    OfStructure(rodfit::scene::StructurePoint),
+}
+
 #[pymethods]
 impl PyFit {
     /// A fit of experiments, given by their names and scenes.
@@ -113,10 +127,12 @@ impl PyFit {
         let (sigmas, samples): (Vec<Option<f64>>, Vec<Sample>) =
             observed.map(|(k, s)| (sigma_of(k), s)).unzip();
         let sigmas: Vec<f64> = sigmas.into_iter().flatten().collect();
-        let mut observation = Observation::new(samples)
-            .sigmas(&sigmas)
-            .at(from_json(py, "at", point)?)
-            .loss(from_json(py, "loss", loss)?);
+        let mut observation =
+            Observation::new(samples).sigmas(&sigmas).loss(from_json(py, "loss", loss)?);
+        observation = match from_json(py, "at", point)? {
+            ObservedPoint::OfRod(point) => observation.at(point),
+            ObservedPoint::OfStructure(place) => observation.of_structure(place),
+        };
         let mut fit = self.lock();
         observation.header.held_out = held_out;
         *fit = fit.clone().observe(observation);

@@ -9,6 +9,7 @@ mod fit;
 mod json;
 mod run;
 mod scene;
+mod structure;
 mod work;
 
 use pyo3::prelude::*;
@@ -43,6 +44,8 @@ fn _rodfit(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<campaign::PyCampaign>()?;
     module.add_class::<scene::PyScene>()?;
     module.add_class::<run::PyRun>()?;
+    module.add_class::<structure::PyStructure>()?;
+    module.add_class::<structure::PyStructureRun>()?;
     module.add_class::<fit::PyFit>()?;
     module.add_class::<fit::FitResult>()?;
     module.add_class::<fit::PyResiduals>()?;

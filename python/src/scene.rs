@@ -26,6 +26,11 @@ impl PyScene {
         let (problem, check) = scene.checked_problem().map_err(|error| raised(py, error))?;
         Ok(Self { problem, check })
     }
+
+    /// The Python object of a problem with given mesh and step.
+    pub fn of_problem(problem: Problem) -> Self {
+        Self { problem, check: None }
+    }
 }
 
 /// Converts a table from JSON to TOML.

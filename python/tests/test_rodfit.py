@@ -573,3 +573,25 @@ def test_import_loads_no_slow_module():
     code = "import os, sys; had = set(sys.modules); import rodfit; print(*sorted(set(sys.modules) - had))"
     bare = subprocess.check_output([sys.executable, "-S", "-c", f"import sys; sys.path += {sys.path!r}; {code}"], text=True)
     assert [name for name in bare.split() if not name.startswith("rodfit")] == ["__future__"]
+
+
+def test_structure_is_simulated_and_fitted():
+    """A joint's compliance from the simulated tip of its arm, exact data."""
+    crane = rodfit.Structure.load(DATA / "crane.toml")
+    truth = crane.with_values({"joints.0.rotation": 4.0, "materials.rubber.youngs_modulus": 2e7})
+    run = truth.simulate()
+    # 400 steps; 20 edges and 21 nodes a rod.
+    assert run.position["mast"].shape == run.position["arm"].shape == (401, 21, 3)
+    tip = run.at({"rod": "arm", "at": "tip"})
+    assert np.array_equal(run.at({"rod": "arm", "at": 20}), run.position["arm"][:, 20])
+    assert run.at({"body": "bob"})[0] == pytest.approx([0.15, 0.15, 0.0])
+    # The terms add up, and damping takes energy.
+    total = sum(run.energy[term] for term in ("kinetic", "stretch", "bend", "twist", "potential"))
+    assert total == pytest.approx(run.energy["total"]) and total[-1] < total[0]
+    fit = rodfit.Fit(crane).observe(run.t[1::4], tip[1::4, :2], at={"rod": "arm", "at": "tip"})
+    result = fit.add("joints.0.rotation").add("materials.rubber.youngs_modulus").solve()
+    assert result.params["joints.0.rotation"].value == pytest.approx(4.0, rel=1e-7)
+    assert result.params["materials.rubber.youngs_modulus"].value == pytest.approx(2e7, rel=1e-7)
+    assert {entry["name"] for entry in crane.parameters} >= {"bodies.bob.mass", "rods.arm.section.radius"}
+    with pytest.raises(rodfit.InputError, match="mast, arm"):
+        run.at({"rod": "amr", "at": "tip"})

@@ -5,9 +5,11 @@
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, limits};
+use rodfit::Error;
 use rodfit::accuracy::Aim;
+use rodfit::fit::Experiment;
 use rodfit::problem::ParameterList;
-use rodfit::{Error, Scene};
+use rodfit::scene::SceneFile;
 use std::path::PathBuf;
 
 /// Options of `rodfit parameters`.
@@ -22,10 +24,15 @@ pub struct ParametersOptions {
 /// Writes (JSON) and prints the list of the parameters of the scene. Returns exit code 0, or that of an output that cannot be
 /// written.
 pub fn run(options: &ParametersOptions, global: GlobalOptions) -> Result<u8, Error> {
-    let scene = Scene::load(&options.scene)?;
-    let outputs = Outputs::with_json(&options.json, &scene.files(), global)?;
-    limits::check_cost(&scene).admit(global)?;
-    let list = ParameterList::of(&scene.problem_for(Aim::Guess)?);
+    let problem = match SceneFile::load(&options.scene)? {
+        SceneFile::Structure(scene) => Experiment::of_structure("", *scene)?.problem,
+        SceneFile::Rod(scene) => {
+            limits::check_cost(&scene).admit(global)?;
+            scene.problem_for(Aim::Guess)?
+        }
+    };
+    let outputs = Outputs::with_json(&options.json, &problem.scene().files(), global)?;
+    let list = ParameterList::of(&problem);
     let summary = list.summary().with_subject(options.scene.display());
     Ok(outputs.finish(0, &list, None, &summary))
 }

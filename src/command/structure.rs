@@ -5,8 +5,8 @@ use crate::command::output::Outputs;
 use crate::command::rest::StaticOptions;
 use crate::command::simulate::SimulateOptions;
 use crate::command::{GlobalOptions, conclude, exit_code, terminal};
-use rodfit::structure::{StructureMotion, StructureReport};
-use rodfit::{Error, Structure, StructureScene};
+use rodfit::structure::{StructureFilm, StructureMotion, StructureReport};
+use rodfit::{Error, Structure, StructureScene, page};
 use std::io::{self, Write};
 use std::sync::atomic::Ordering;
 
@@ -17,28 +17,25 @@ pub fn simulate(
     global: GlobalOptions,
 ) -> Result<u8, Error> {
     let structure = Structure::new(scene)?;
-    if options.report.is_some() {
-        return Err(Error::Invalid {
-            file: Some(options.scene.clone()),
-            key: "--report".into(),
-            found: "a structure".into(),
-            allowed: "--json and --out, as a structure has no page".into(),
-        });
-    }
     let mut outputs = Outputs::new(&options.json, global);
     let out = outputs.add("--out", options.out.as_deref());
+    outputs.add_page(options.report.as_deref(), "simulation.html");
     outputs.check(&structure.scene().files())?;
     let stop = terminal::stop_on_ctrl_c(global);
     let structure = structure.with_derivatives(options.derivatives.into());
     let time = structure.time()?.clone();
     let mut motion = structure.simulation()?;
     let mut report = StructureReport::new(&structure);
+    let mut film = outputs.has_page().then(|| StructureFilm::new(time.steps()));
     let mut table = out.map(|out| outputs.begin(out)).transpose()?;
     let mut written = table.as_mut().map_or(Ok(()), |to| writeln!(to, "time,rod,node,x,y,z"));
     let bar = terminal::progress_bar(global, time.steps() as u64);
     // Positions are needed in a file, and at the end.
     let has_positions = outputs.has_json() || table.is_some();
     let mut push = |motion: &StructureMotion<'_>, written: &mut io::Result<()>| {
+        if let Some(film) = &mut film {
+            film.push(motion);
+        }
         if !has_positions {
             return report.push_energies(motion);
         }
@@ -68,8 +65,14 @@ pub fn simulate(
     }
     let table = table.map_or(Ok(()), |table| outputs.end_pieces(table, written));
     let code = outcome.as_ref().map_or_else(exit_code, |()| 0);
-    let summary = report.summary().with_subject(options.scene.display());
-    let code = outputs.finish(code, &report, None, &summary);
+    let title = options.scene.display().to_string();
+    let summary = report.summary().with_subject(&title);
+    let page = || {
+        let page =
+            film.as_ref().map(|film| page::structure_page(&structure, &report, film, &title));
+        page.unwrap_or_default()
+    };
+    let code = outputs.finish(code, &report, Some(&page), &summary);
     Ok(conclude(code, [table, outcome]))
 }
 

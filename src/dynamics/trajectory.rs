@@ -373,6 +373,12 @@ impl Trajectory {
 }
 
 impl Trajectory {
+    /// The trajectory of a record that was made elsewhere, as of a structure.
+    pub(crate) fn recorded(problem: &Problem, parameters: &[Parameter], record: Record) -> Self {
+        let (problem, parameters) = (problem.clone(), parameters.to_vec());
+        Self { problem, parameters, rests: false, record }
+    }
+
     /// The record of the trajectory, by value.
     pub(crate) fn into_record(self) -> Record {
         self.record

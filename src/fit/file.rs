@@ -17,13 +17,14 @@ use crate::fit::observation_form::ObservationForm;
 use crate::fit::parameter_form::{KnownForm, ParameterForm};
 use crate::fit::required::REQUIRED;
 use crate::fit::shape_form::ShapeForm;
+use crate::fit::structure::structure_problem::representative_problem;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::unknown::Unknown;
 use crate::fit::validate::{check, check_predicted, check_recorded};
 use crate::fit::validation_errors::is_validation_only;
 use crate::input::hints::{FIT, explained};
 use crate::input::missing_keys::parse;
-use crate::scene::Scene;
+use crate::scene::{Scene, StructureScene};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -132,9 +133,10 @@ impl schemars::JsonSchema for SceneForm {
     /// The JSON schema of a scene in a fit file: a string (path of the scene file), or the scene as an object.
     fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
         let here = generator.subschema_for::<Scene>();
+        let structure = generator.subschema_for::<StructureScene>();
         schemars::json_schema!({
             "description": "Scene file, or the scene itself as a table.",
-            "anyOf": [{ "type": "string", "description": "Path of the scene file." }, here],
+            "anyOf": [{ "type": "string", "description": "Path of the scene file." }, here, structure],
         })
     }
 }
@@ -154,6 +156,28 @@ impl TryFrom<toml::Value> for SceneForm {
                              table with a scene"
                 ))
             }
+        }
+    }
+}
+
+impl SceneForm {
+    /// The structure, if the scene is one: it has `[[rods]]`. `file` is the fit file in `folder`.
+    fn structure(&self, folder: &Path, file: &Path) -> Result<Option<StructureScene>, Error> {
+        match self {
+            Self::File(scene) => {
+                let path = marker_files::file::at(folder, scene);
+                match marker_files::file::text(&path) {
+                    Ok(text) if StructureScene::is_text_of(&text) => {
+                        Ok(Some(StructureScene::read(&text, &path)?))
+                    }
+                    // A file that cannot be read is reported by the reader of scenes.
+                    _ => Ok(None),
+                }
+            }
+            Self::Inline(scene) if scene.contains_key("rods") => {
+                Ok(Some(StructureScene::read(&scene.to_string(), file)?))
+            }
+            Self::Inline(_) => Ok(None),
         }
     }
 }
@@ -207,6 +231,14 @@ impl ExperimentForm {
     fn read(self, file: &Path, check_scene: &SceneCheck) -> Result<Experiment, Error> {
         // All paths in a fit file are relative to its folder.
         let folder = file.parent().unwrap_or(Path::new(""));
+        if let Some(structure) = self.scene.structure(folder, file)? {
+            let allowed = "no such key for a structure, whose ends follow no recording";
+            ensure(self.path.is_none(), "path", "a recording that drives the ends", allowed)?;
+            let problem = representative_problem(structure)?;
+            check_scene(problem.scene())?;
+            let experiment = Experiment::new(self.name.clone().unwrap_or_default(), &problem);
+            return self.with_measurements(experiment, folder);
+        }
         let follow = |scene: &mut Scene| match &self.path {
             Some(path) => scene.follow(marker_files::file::at(folder, path)),
             None => Ok(()),
@@ -219,9 +251,17 @@ impl ExperimentForm {
         };
         // The check comes before the mesh, whose size may exceed the memory.
         check_scene(&scene)?;
-        let mut experiment =
-            Experiment::new(self.name.unwrap_or_default(), &scene.problem_for(Aim::Guess)?);
-        // The data come last: their points must be on the rod.
+        let name = self.name.clone().unwrap_or_default();
+        let experiment = Experiment::new(name, &scene.problem_for(Aim::Guess)?);
+        self.with_measurements(experiment, folder)
+    }
+
+    /// The experiment with the measurements of this table. They come last, as their points must be on the rod.
+    fn with_measurements(
+        self,
+        mut experiment: Experiment,
+        folder: &Path,
+    ) -> Result<Experiment, Error> {
         add_measurements(&mut experiment, self.observation, self.shape, self.frequencies, folder)?;
         Ok(if self.held_out { experiment.held_out() } else { experiment })
     }
@@ -438,7 +478,9 @@ impl FitFile {
     pub fn files(&self) -> Vec<PathBuf> {
         let own = |e: &Experiment| {
             let data = e.measurements.iter().filter_map(|m| m.header.source.clone());
-            e.problem.scene().files().into_iter().chain(data).collect::<Vec<_>>()
+            let scene = e.problem.scene();
+            let structure = scene.structure.iter().flat_map(|structure| structure.files());
+            scene.files().into_iter().chain(structure).chain(data).collect::<Vec<_>>()
         };
         self.experiments.iter().flat_map(own).collect()
     }

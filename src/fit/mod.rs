@@ -30,6 +30,7 @@ mod required;
 pub(crate) mod resolution;
 pub(crate) mod search;
 mod shape_form;
+pub(crate) mod structure;
 pub(crate) mod uncertainty;
 mod unknown;
 mod validate;
@@ -145,6 +146,7 @@ use crate::fit::search::data_precheck::DataPrecheck;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::search::local_minima::{SAME, distance};
 use crate::fit::search::minimum_comparison::{MinimumComparison, unreached_minimum_warning};
+use crate::fit::structure::structure_problem::refuse_structure;
 use crate::fit::uncertainty::assessment::{AssessmentInputs, assess};
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::discretization::limit::estimate_bias;
@@ -312,6 +314,9 @@ impl Fit {
     /// A fit that cannot be solved even with the planned data, a noise that is not given, and a simulation that fails.
     pub fn design(&self) -> Result<Design, Error> {
         self.check_plan()?;
+        for experiment in &self.experiments {
+            refuse_structure(&experiment.problem, "scene", "the design of experiments")?;
+        }
         let experiments = self.prepared_experiments()?;
         let (unknowns, knowns) = (&self.unknowns[..], &self.knowns[..]);
         let (analysis, progress) = (&self.analysis, self.progress.clone());

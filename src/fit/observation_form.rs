@@ -11,7 +11,7 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Glitches, Observation};
 use crate::problem::Problem;
-use crate::scene::Point;
+use crate::scene::{Point, StructurePoint};
 use marker_files::{Axes, Format, Recording, SigmaColumns, Vertical};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -49,7 +49,32 @@ enum MarkerSelection {
     /// Markers of the recording that drives the ends.
     Recorded(RecordedMarkers),
     /// Markers of a file by name, with their points.
-    Named(BTreeMap<String, Point>),
+    Named(BTreeMap<String, ObservedPoint>),
+}
+
+/// Observed point of one rod or of a structure.
+#[derive(Clone, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(
+    untagged,
+    expecting = "expected \"tip\", the index of a node, or { arc_length = metres from the wall }; in a structure \
+                 { rod = \"..\", at = \"tip\" } or { body = \"..\" }"
+)]
+pub(crate) enum ObservedPoint {
+    /// Point of the rod.
+    OfRod(Point),
+    /// Point of a structure.
+    OfStructure(StructurePoint),
+}
+
+impl ObservedPoint {
+    /// The observation of this point.
+    fn of(self, observation: Observation) -> Observation {
+        match self {
+            Self::OfRod(point) => observation.at(point),
+            Self::OfStructure(place) => observation.of_structure(place),
+        }
+    }
 }
 
 /// Selection of markers of the recording that drives the ends.
@@ -99,8 +124,9 @@ struct ObservationKeys {
     every: Option<usize>,
     /// Treatment of frames in which a marker jumps.
     glitches: Option<Glitches>,
-    /// Observed point of the rod; default: the tip.
-    point: Option<Point>,
+    /// Observed point; default: the tip of the rod. In a structure `{ rod = "..", at = "tip" }` or `{ body = ".." }`.
+    #[serde(alias = "node")]
+    point: Option<ObservedPoint>,
     /// Position of the marker relative to the point of the centerline, m, in axes that move with
     /// the rod: tangent, first and second director.
     #[serde(default, deserialize_with = "crate::input::arrays::numbers")]
@@ -176,8 +202,11 @@ impl ObservationForm {
             let is_plan = file.is_none() && alone && recorded == Recording::default();
             ensure(is_plan, format!("{key}.duration"), duration, allowed)?;
             let planned = Observation::planned(duration, fps.unwrap_or_default());
-            let mut planned =
-                planned.map_err(|error| error.below(key))?.at(point.unwrap_or_default());
+            let planned = planned.map_err(|error| error.below(key))?;
+            let mut planned = match point {
+                Some(point) => point.of(planned),
+                None => planned,
+            };
             if let Some(axes) = axes {
                 planned.samples.iter_mut().for_each(|s| s.position = axes.to_world(s.position));
             }
@@ -199,15 +228,20 @@ impl ObservationForm {
             let file = marker_files::file::at(folder, &file.unwrap_or_default());
             let Some(MarkerSelection::Named(markers)) = markers else {
                 let read = Observation::read_as(file, &recording)?;
-                return Ok(vec![measurement(read.at(point.unwrap_or_default()))]);
+                return Ok(vec![measurement(match point {
+                    Some(point) => point.of(read),
+                    None => read,
+                })]);
             };
             let are_alone = recording.marker.is_none() && point.is_none() && !markers.is_empty();
             let found = format!("{} markers together with marker or point", markers.len());
             let allowed = "at least one marker with its point, and neither marker nor point in \
                            the observation";
             ensure(are_alone, format!("{key}.markers"), found, allowed)?;
-            let read = Observation::read_markers(file, &recording, &markers)?;
-            return Ok(read.into_iter().map(measurement).collect());
+            let tips = markers.keys().map(|name| (name.clone(), Point::Tip)).collect();
+            let read = Observation::read_markers(file, &recording, &tips)?.into_iter();
+            let placed = read.zip(markers.into_values()).map(|(read, point)| point.of(read));
+            return Ok(placed.map(measurement).collect());
         };
         // Free markers have their points and files by the scene: keys of files contradict them.
         let are_alone = file.is_none() && point.is_none() && recording == Recording::default();

@@ -21,6 +21,8 @@ use std::path::{Path, PathBuf};
 pub(crate) struct ShapeForm {
     /// CSV file with the arc length `s` or the node, and x, y, z.
     file: Option<PathBuf>,
+    /// Name of the rod in a structure.
+    rod: Option<String>,
     /// Arc lengths of the points of a planned shape, m, instead of a file.
     #[serde(default)]
     at: Vec<f64>,
@@ -46,6 +48,7 @@ impl ShapeForm {
     /// lengths `at`. An error, with the `key` of the table in the fit file, for both, neither, or keys of files in a plan.
     pub fn read(self, folder: &Path, key: &str) -> Result<Measurement, Error> {
         let Self { sigma, loss, held_out, scale, origin, y, .. } = self;
+        let rod = self.rod;
         let (sigma, columns) = sigma.map_or((None, None), Sigma::parts);
         let recording = Recording { scale, origin, y, sigma: columns, ..Recording::default() };
         // A shape has a file or planned arc lengths, not both.
@@ -65,6 +68,8 @@ impl ShapeForm {
                 return Err(Error::invalid(format!("{key}.at"), found, allowed));
             }
         };
-        Ok(read.with_properties(sigma, loss, held_out).into())
+        let mut read = read.with_properties(sigma, loss, held_out);
+        read.data.rod = rod;
+        Ok(read.into())
     }
 }

@@ -315,7 +315,10 @@ impl Measurement {
         if self.planned() || is_free {
             return Ok(());
         }
-        let wall = problem.wall();
+        let wall = match &problem.scene().structure {
+            Some(structure) => structure.rods[0].origin.unwrap_or_default(),
+            None => problem.wall(),
+        };
         let distance = |position: &[Option<f64>; 3]| {
             let parts = (0..3).filter_map(|c| Some((position[c]? - wall[c]).abs()));
             parts.fold(0.0, f64::max)

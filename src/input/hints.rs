@@ -57,8 +57,8 @@ pub(crate) const SCENE: FileKind = FileKind {
 pub(crate) const STRUCTURE: FileKind = FileKind {
     name: "a structure",
     marks: &["rods"],
-    commands: "use it with `rodfit simulate`, `static` and `modes`",
-    single: &["loads", "loads.damping", "initial", "time"],
+    commands: "use it with `rodfit simulate`, `static` and `modes`, or as `scene = \"..\"` in a fit file",
+    single: &["loads", "loads.damping", "initial", "time", "camera"],
     repeated: &["rods", "rods.mass", "materials", "bodies", "joints", "supports", "loads.point"],
 };
 

@@ -31,6 +31,7 @@ mod search;
 mod settings;
 mod simulation;
 mod snapshots;
+mod structure;
 mod study;
 mod table;
 mod trajectory;
@@ -41,6 +42,7 @@ pub use field::field_page;
 pub use fit::fit_page;
 pub use prediction::prediction_page;
 pub use simulation::simulation_page;
+pub use structure::structure_page;
 pub use study::study_page;
 
 use crate::page::html::escaped;

@@ -4,7 +4,7 @@
 //! planar motion is drawn in its plane; a spatial one can be rotated, with the axis of gravity upwards. Output of
 //! [`player`] is HTML for the page of a simulation; without scripts it has a note.
 
-use crate::dynamics::{Film, Frame, SimulationReport};
+use crate::dynamics::{Film, FilmSample, Frame, SimulationReport};
 use crate::page::html::{capitalized, escaped};
 use crate::page::number::quantity;
 use crate::page::plane::{AXES, DrawingPlane, range};
@@ -35,15 +35,29 @@ struct DrawingGrid {
     cell: f64,
 }
 
+/// A motion that is played. Nodes that are not finite separate the lines of several rods.
+pub(super) struct PlayedMotion<'a> {
+    pub frames: &'a [Frame],
+    pub samples: &'a [FilmSample],
+    /// Length of the rod, m.
+    pub length: f64,
+    /// Gravitational acceleration, m/s^2.
+    pub gravity: [f64; 3],
+    /// Omitted steps and nodes, as HTML with a leading space; empty if there are none.
+    pub thinned: String,
+    /// The model, as HTML.
+    pub model: String,
+}
+
 impl DrawingGrid {
     /// The transformation of the nodes and the tip path of a motion to integer coordinates from 0 to at most
     /// [`LARGEST_COORDINATE`], with one scale for all axes: two axes for a single plane, else all three with the axis
     /// along which gravity acts last, pointing upwards (z without gravity).
-    fn new(film: &Film, problem: &Problem, planes: &[DrawingPlane]) -> Self {
+    fn new(motion: &PlayedMotion<'_>, planes: &[DrawingPlane]) -> Self {
         let (axes, signs) = match planes {
             [plane] => (plane.to_vec(), vec![1.0; 2]),
             _ => {
-                let gravity = problem.scene().loads.gravity;
+                let gravity = motion.gravity;
                 let size = |c: &usize| gravity[*c].abs();
                 let up = (0..3).rev().max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(2);
                 // A second axis changes its sign too: the frame stays right-handed.
@@ -51,9 +65,9 @@ impl DrawingGrid {
                 (vec![(up + 1) % 3, (up + 2) % 3, up], vec![1.0, sign, sign])
             }
         };
-        let nodes = film.frames().iter().flat_map(|frame| &frame.nodes);
+        let nodes = motion.frames.iter().flat_map(|frame| &frame.nodes);
         let points: Vec<&[f64; 3]> =
-            nodes.chain(film.samples().iter().map(|sample| &sample.tip)).collect();
+            nodes.chain(motion.samples.iter().map(|sample| &sample.tip)).collect();
         let ranges: Vec<[f64; 2]> = axes
             .iter()
             .zip(&signs)
@@ -70,7 +84,8 @@ impl DrawingGrid {
     /// The integer coordinates of a position, m, as text separated by commas.
     fn coordinates(&self, x: &[f64; 3]) -> String {
         let integer = |k: usize| {
-            format!("{:.0}", (self.signs[k] * x[self.axes[k]] - self.low[k]) / self.cell)
+            let place = (self.signs[k] * x[self.axes[k]] - self.low[k]) / self.cell;
+            if place.is_finite() { format!("{place:.0}") } else { "null".into() }
         };
         (0..self.axes.len()).map(integer).collect::<Vec<_>>().join(",")
     }
@@ -83,9 +98,8 @@ fn json_list<T>(entries: &[T], notation: impl Fn(&T) -> String) -> String {
 
 /// The data that the script draws, as JSON: axes, signs, extents, scale bar, times in s and frames (integer coordinates
 /// of all nodes), and the path of the tip with its positions in m.
-fn motion_json(film: &Film, problem: &Problem, grid: &DrawingGrid) -> String {
-    let (frames, samples) = (film.frames(), film.samples());
-    let length = problem.length();
+fn motion_json(motion: &PlayedMotion<'_>, grid: &DrawingGrid) -> String {
+    let PlayedMotion { frames, samples, length, .. } = *motion;
     // A bar of 1, 2 or 5 times a power of ten, about a quarter of the rod.
     let power = 10_f64.powf((0.25 * length).log10().floor());
     let bar = [5.0, 2.0, 1.0].into_iter().map(|k| k * power).find(|bar| *bar <= 0.25 * length);
@@ -138,9 +152,29 @@ pub(super) fn player(
     problem: &Problem,
     planes: &[DrawingPlane],
 ) -> String {
+    let thinned =
+        film.thinned(problem).map(|text| format!(" Stored on this page: {}.", escaped(&text)));
+    let model = format!(
+        "{} model: {}",
+        capitalized(&escaped(&report.model)),
+        escaped(&report.model_reason)
+    );
+    let motion = PlayedMotion {
+        frames: film.frames(),
+        samples: film.samples(),
+        length: problem.length(),
+        gravity: problem.scene().loads.gravity,
+        thinned: thinned.unwrap_or_default(),
+        model,
+    };
+    motion_player(&motion, planes)
+}
+
+/// The player of a motion of one or several rods.
+pub(super) fn motion_player(motion: &PlayedMotion<'_>, planes: &[DrawingPlane]) -> String {
     // Three coordinates: the script rotates the rod about the axis of gravity.
-    let grid = DrawingGrid::new(film, problem, planes);
-    let duration = film.frames().iter().map(|frame| frame.time).fold(0.0, f64::max);
+    let grid = DrawingGrid::new(motion, planes);
+    let duration = motion.frames.iter().map(|frame| frame.time).fold(0.0, f64::max);
     let (class, angles, hint) = match grid.axes.len() {
         3 => (
             "turns",
@@ -155,8 +189,6 @@ pub(super) fn player(
         [wide, high] => (100.0 * (high + 0.1 * wide) / wide.max(1.0)).clamp(30.0, 75.0),
         _ => 65.0,
     };
-    let thinned =
-        film.thinned(problem).map(|text| format!(" Stored on this page: {}.", escaped(&text)));
     format!(
         "<div class=\"player\"><canvas id=\"stage\" class=\"{class}\" style=\"aspect-ratio:100/{height:.0}\" role=\"img\" \
          aria-label=\"The rod in motion over {}\"></canvas>\n\
@@ -165,14 +197,13 @@ pub(super) fn player(
          <label>Speed <select id=\"speed\">{}</select></label>{angles}</div>\n\
          <p id=\"now\" class=\"note\"></p></div>\n\
          <p class=\"note\"><i class=\"stroke model\"></i>rod <i class=\"stroke observed\"></i>path of the tip \
-         \u{2013} dashed: the rod at the start.{hint}{} {} model: {}.</p>\n\
+         \u{2013} dashed: the rod at the start.{hint}{} {}.</p>\n\
          <noscript><p class=\"note\">The animation needs scripts; the shapes below do not.</p></noscript>\n\
          <script type=\"application/json\" id=\"motion\">{}</script>\n<script>\n{SCRIPT}</script>\n",
         quantity(duration, "s"),
         speed_options(duration),
-        thinned.unwrap_or_default(),
-        capitalized(&escaped(&report.model)),
-        escaped(&report.model_reason),
-        motion_json(film, problem, &grid),
+        motion.thinned,
+        motion.model,
+        motion_json(motion, &grid),
     )
 }

@@ -35,7 +35,8 @@
     const part = high > low ? (t - times[low]) / (times[high] - times[low]) : 0;
     return [low, high, Math.min(1, Math.max(0, part))];
   }
-  const mix = (a, b, part) => a.map((x, k) => x + part * (b[k] - x));
+  // Places of null separate the lines of several rods.
+  const mix = (a, b, part) => a.map((x, k) => (x === null ? null : x + part * (b[k] - x)));
 
   function draw() {
     const dots = window.devicePixelRatio || 1, wide = canvas.clientWidth, high = canvas.clientHeight;
@@ -54,7 +55,11 @@
     };
     const line = (points, ink, width, dash = []) => {
       pen.beginPath();
-      points.forEach((p, i) => (i ? pen.lineTo(...at(p)) : pen.moveTo(...at(p))));
+      let joined = false;
+      for (const p of points) {
+        if (p[0] !== null) joined ? pen.lineTo(...at(p)) : pen.moveTo(...at(p));
+        joined = p[0] !== null;
+      }
       pen.strokeStyle = ink;
       pen.lineWidth = width;
       pen.setLineDash(dash);

@@ -103,7 +103,7 @@ fn tip_table(samples: &[FilmSample]) -> String {
 
 /// Up to [`MAX_SNAPSHOTS`] shapes side by side, evenly spaced in the stored frames, first and last included, as HTML: one
 /// strip for each plane.
-fn snapshots(frames: &[Frame], planes: &[DrawingPlane]) -> String {
+pub(super) fn snapshots(frames: &[Frame], planes: &[DrawingPlane]) -> String {
     let count = frames.len().min(MAX_SNAPSHOTS);
     let drawn = |k: usize| {
         let frame = &frames[(frames.len() - 1) * k / (count - 1).max(1)];
@@ -117,7 +117,7 @@ fn snapshots(frames: &[Frame], planes: &[DrawingPlane]) -> String {
 /// The figure of the energies, J, over time (HTML): total, kinetic, bending, stretching, twisting, loads and user-defined
 /// ones, without those that stay zero. The potential of the loads has an arbitrary zero: its change since the start is
 /// shown, also in the total.
-fn energy(samples: &[FilmSample]) -> String {
+pub(super) fn energy(samples: &[FilmSample]) -> String {
     type Term = (&'static str, fn(&Energies) -> f64);
     let terms: [Term; 7] = [
         ("total", |e| e.total()),
@@ -147,7 +147,7 @@ fn energy(samples: &[FilmSample]) -> String {
 }
 
 /// The figures of the tip as HTML, side by side: its coordinates over time, and its path in each of the `planes`.
-fn tip(samples: &[FilmSample], planes: &[DrawingPlane]) -> String {
+pub(super) fn tip(samples: &[FilmSample], planes: &[DrawingPlane]) -> String {
     let scale = tip_scale(samples);
     let size = [520.0, 340.0];
     let mut chart = PageChart::new(time_axis(samples), ChartAxis::new("position", &scale), size);

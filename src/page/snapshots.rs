@@ -51,20 +51,25 @@ pub(super) fn strip(
         [WIDTH - (right - left) * zoom, height - (top - bottom) * zoom].map(|space| 0.5 * space);
     let pixel = |x: &[f64; 3]| [(x[a] - left) * zoom + x_margin, (top - x[b]) * zoom + y_margin];
     let drawing = |snapshot: &DrawnSnapshot| {
-        // A run that failed may have positions that are not finite.
-        let finite = snapshot.nodes.iter().filter(|x| x.iter().all(|x| x.is_finite()));
-        let line = finite.map(pixel).map(|[x, y]| format!("{x:.1},{y:.1}"));
+        // Positions that are not finite separate several rods, or are those of a run that failed.
+        let is_finite = |x: &[f64; 3]| x.iter().all(|x| x.is_finite());
+        let lines = snapshot.nodes.split(|x| !is_finite(x)).filter(|line| !line.is_empty());
+        let lines = lines.map(|line| {
+            let points = line.iter().map(pixel).map(|[x, y]| format!("{x:.1},{y:.1}"));
+            let points = points.collect::<Vec<_>>().join(" ");
+            format!("<polyline class=\"rod\" points=\"{points}\"/>")
+        });
         let dots = snapshot.observed.iter().flatten().map(pixel);
         let dots = dots.map(|[x, y]| format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3\"/>"));
         let time = quantity(snapshot.time, "s");
         let label = format!("{name} in the {}{} plane at {time}", AXES[a], AXES[b]);
         format!(
             "<figure><svg viewBox=\"0 0 {WIDTH} {height:.1}\" role=\"img\" aria-label=\"{}\">\
-             <g class=\"observed\">{}</g><polyline class=\"rod\" points=\"{}\"/></svg>\
+             <g class=\"observed\">{}</g>{}</svg>\
              <figcaption>{}</figcaption></figure>\n",
             escaped(&label),
             dots.collect::<String>(),
-            line.collect::<Vec<_>>().join(" "),
+            lines.collect::<String>(),
             snapshot.caption,
         )
     };

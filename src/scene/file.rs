@@ -190,8 +190,15 @@ impl Scene {
     pub fn to_toml(&self) -> Result<String, Error> {
         let mut written = self.clone();
         written.leave_end_to_recording();
-        toml::to_string_pretty(&written)
-            .map_err(|error| Error::Parse { file: None, message: error.to_string() })
+        // A scene that stands for a structure is written as this structure, with the camera of the scene.
+        let text = match written.structure {
+            Some(mut structure) => {
+                structure.camera = written.camera;
+                toml::to_string_pretty(&structure)
+            }
+            None => toml::to_string_pretty(&written),
+        };
+        text.map_err(|error| Error::Parse { file: None, message: error.to_string() })
     }
 
     /// Replaces the paths of polylines and recordings in the scene, relative to its folder, by absolute ones, so that it can
@@ -218,7 +225,9 @@ impl Scene {
     /// References to the paths of polylines without points, then of the recording and of motions, as the scene gives them.
     /// Empty ones are left out.
     fn named_files(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        let rods = self.structure.iter_mut().flat_map(|structure| &mut structure.rods);
         let shapes = [Some(&mut self.rod.shape), self.initial.shape.as_mut()].into_iter().flatten();
+        let shapes = shapes.chain(rods.map(|rod| &mut rod.shape));
         let polylines = shapes.filter_map(|shape| match shape {
             Shape::Polyline { file, points, .. } if points.is_empty() => Some(file),
             _ => None,

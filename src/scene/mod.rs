@@ -40,7 +40,9 @@ mod scheme_support;
 pub mod section;
 pub mod shape;
 pub mod structure;
+mod structure_catalog;
 mod structure_file;
+pub mod structure_point;
 pub mod support;
 pub mod supports;
 mod table;
@@ -72,6 +74,7 @@ pub use scheme::{Scheme, SchemeParameter};
 pub use section::Section;
 pub use shape::{Handedness, Shape};
 pub use structure::StructureScene;
+pub use structure_point::{RodPoint, StructurePoint};
 pub use support::{Clamp, End, Support};
 pub use supports::{Compliance, Supports};
 pub use taper::Taper;
@@ -153,6 +156,10 @@ table! {
         /// End of the recording that replaced a missing `time.end`, s.
         #[serde(skip)]
         pub(crate) end_of_recording: Option<f64>,
+        /// The structure for which this scene stands in a fit: its parameters replace those of the rod, and the rod has its
+        /// total length and number of edges.
+        #[serde(skip)]
+        pub(crate) structure: Option<Box<StructureScene<D>>> = TABLE => "",
     }
 }
 
@@ -217,6 +224,7 @@ impl Scene {
             gravity_left_out: false,
             resolution: None,
             end_of_recording: None,
+            structure: None,
         }
     }
 
@@ -239,7 +247,26 @@ impl Scene {
             true => convert(path, value, quantity),
             false => D::from(value),
         };
-        NumberTree::map_numbers(self, "", TABLE, &mut NumberVisitor::new(&mut convert))
+        let Some(structure) = &self.structure else {
+            return NumberTree::map_numbers(self, "", TABLE, &mut NumberVisitor::new(&mut convert));
+        };
+        // Of the representative rod only the camera has parameters, of the structure all other numbers.
+        let is_of_camera = |path: &str| path.starts_with("camera.");
+        let mut of_rod = |path: &str, value: f64, quantity| match is_of_camera(path) {
+            true => convert(path, value, quantity),
+            false => D::from(value),
+        };
+        let rod = Self { structure: None, ..self.clone() };
+        let mut mapped =
+            NumberTree::map_numbers(&rod, "", TABLE, &mut NumberVisitor::new(&mut of_rod));
+        let structure = StructureScene::map_numbers(structure, |path, value, quantity| {
+            match is_of_camera(path) {
+                true => D::from(value),
+                false => convert(path, value, quantity),
+            }
+        });
+        mapped.structure = Some(Box::new(structure));
+        mapped
     }
 
     /// Whether `loads.point`, `initial.point` or `rod.mass` names a node by its index, so that another number of segments

@@ -21,6 +21,7 @@ use crate::scene::rod::RodSpec;
 use crate::scene::scheme::Scheme;
 use crate::scene::section::Section;
 use crate::scene::shape::{Handedness, Shape};
+use crate::scene::structure_catalog::{ANY_NAME, catalog_structure};
 use crate::scene::supports::Supports;
 use crate::scene::taper::Taper;
 use crate::scene::time::Time;
@@ -255,6 +256,12 @@ impl Parameter {
         self.quantity().is_of_the_camera
     }
 
+    /// Whether it is a number of a rod, material, body or joint of a structure.
+    pub(crate) fn is_of_structure(self) -> bool {
+        let list = self.path.split('.').next().unwrap_or_default();
+        NAMED_LISTS.contains(&list) || list == "joints"
+    }
+
     /// Whether it is a component of a moment, of `loads.point` or `initial.point`.
     pub(crate) fn is_moment(self) -> bool {
         self.path.contains(".moment.")
@@ -399,8 +406,9 @@ impl schemars::JsonSchema for Parameter {
 
     /// JSON schema of `Parameter`.
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        // Paths without list indices; lists and user-defined energies have more.
-        let places = quantities().keys().filter(|place| !place.contains('#')).cloned();
+        // Paths without list indices and names; lists, structures and user-defined energies have more.
+        let is_whole = |place: &&String| !place.contains('#') && !place.contains(ANY_NAME);
+        let places = quantities().keys().filter(is_whole).cloned();
         let names = SHORT_NAMES.iter().map(|(short, _)| short.to_string()).chain(places);
         schemars::json_schema!({
             "description": "Name of a parameter: its path in the scene file, as material.youngs_modulus or \
@@ -417,7 +425,16 @@ impl TryFrom<String> for Parameter {
     /// The parameter of a path or short name. The error is a message with similar names.
     fn try_from(name: String) -> Result<Self, String> {
         Self::named(&name).ok_or_else(|| {
-            let places: Vec<String> = quantities().keys().map(|p| p.replace('#', "0")).collect();
+            // Paths of structures are similar to names of structures only.
+            let mut parts = name.split('.');
+            let own = parts.next().filter(|list| NAMED_LISTS.contains(list));
+            let own = own.and_then(|_| parts.next());
+            let is_similar = |p: &&String| own.is_some() || !p.contains(ANY_NAME);
+            let places: Vec<String> = quantities()
+                .keys()
+                .filter(is_similar)
+                .map(|p| p.replace('#', "0").replace(ANY_NAME, own.unwrap_or_default()))
+                .collect();
             let short = SHORT_NAMES.iter().map(|(short, _)| *short);
             let names: Vec<&str> = places.iter().map(String::as_str).chain(short).collect();
             format!(
@@ -474,13 +491,18 @@ fn intern(name: &str) -> &'static str {
     name
 }
 
+/// Lists of a structure whose entries have names.
+const NAMED_LISTS: [&str; 3] = ["rods", "materials", "bodies"];
+
 /// Path with `#` in place of parts that are digits only, the list indices: `loads.point.#.force.y`.
 fn general_path(path: &str) -> String {
-    let general = |part: &'_ str| match part.bytes().all(|b| b.is_ascii_digit()) {
+    let is_named = path.split('.').next().is_some_and(|list| NAMED_LISTS.contains(&list));
+    let general = |(i, part): (usize, &'_ str)| match part.bytes().all(|b| b.is_ascii_digit()) {
+        _ if i == 1 && is_named => ANY_NAME.to_string(),
         true => "#".to_string(),
         false => part.to_string(),
     };
-    path.split('.').map(general).collect::<Vec<_>>().join(".")
+    path.split('.').enumerate().map(general).collect::<Vec<_>>().join(".")
 }
 
 /// Whether a name has the form of a parameter of a user-defined energy, `energy.magnet.moment`: three parts, of which the
@@ -505,10 +527,12 @@ fn quantities() -> &'static BTreeMap<String, Quantity> {
     QUANTITIES.get_or_init(|| {
         let mut quantities = BTreeMap::new();
         for scene in catalog_scenes() {
-            scene.map_numbers(|path, value, quantity| {
+            let mut insert = |path: &str, value, quantity| {
                 quantities.insert(general_path(path), quantity);
                 value
-            });
+            };
+            catalog_structure(&scene).map_numbers(&mut insert);
+            scene.map_numbers(insert);
         }
         quantities
     })

@@ -3,6 +3,7 @@
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::Scalar;
 use crate::scene::along::Along;
+use crate::scene::camera::Camera;
 use crate::scene::loads::Damping;
 use crate::scene::mass::PointMass;
 use crate::scene::material::{Material, StretchLaw};
@@ -10,6 +11,7 @@ use crate::scene::number::{Candidates, NumberVisitor, Quantity, SceneNumber, is_
 use crate::scene::per_axis::PerAxis;
 use crate::scene::point::Point;
 use crate::scene::rod::{CURVATURE_FACTOR, Dimension, one};
+use crate::scene::scheme::SchemeParameter;
 use crate::scene::section::Section;
 use crate::scene::shape::Shape;
 use crate::scene::support::Support;
@@ -51,6 +53,9 @@ table! {
         pub initial: StructureStart,
         /// Duration, time step and integration scheme.
         pub time: Option<Time<D>> = TABLE,
+        /// Relation between recorded and scene coordinates; used by fits only.
+        #[serde(default, skip_serializing_if = "Camera::is_default")]
+        pub camera: Camera<D> = TABLE,
         /// The file the scene was read from.
         #[serde(skip)]
         pub path: Option<PathBuf>,
@@ -86,6 +91,10 @@ table! {
         /// Point masses on the rod.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         pub mass: Vec<PointMass<D>> = TABLE,
+        /// Number of edges of another mesh than the scene's own. Points that the scene names by a node index keep their
+        /// arc length.
+        #[serde(skip)]
+        pub(crate) remeshed: Option<usize>,
     }
 }
 
@@ -470,6 +479,17 @@ impl StructureScene {
         &self,
         mut convert: impl FnMut(&str, f64, Quantity) -> D,
     ) -> StructureScene<D> {
+        let parameter = self.time.as_ref().and_then(|time| time.scheme.traits().parameter);
+        // Numbers without effect in this scene are no parameters of it.
+        let has_effect = |path: &str| match path {
+            "time.beta" => parameter == Some(SchemeParameter::Beta),
+            "time.rho_inf" => parameter == Some(SchemeParameter::RhoInf),
+            _ => true,
+        };
+        let mut convert = |path: &str, value: f64, quantity| match has_effect(path) {
+            true => convert(path, value, quantity),
+            false => D::from(value),
+        };
         NumberTree::map_numbers(self, "", TABLE, &mut NumberVisitor::new(&mut convert))
     }
 
@@ -484,6 +504,7 @@ impl StructureScene {
         let material = self.material_of(own)?;
         let mut scene = Scene::new(own.segments, own.shape.clone(), own.section.clone(), material);
         scene.rod.dimension = dimension;
+        scene.remeshed = own.remeshed;
         [scene.supports.start, scene.supports.end] = supports;
         self.fill_part(rod, &mut scene)?;
         scene.path.clone_from(&self.path);

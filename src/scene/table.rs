@@ -113,6 +113,26 @@ impl<T: NumberTree> NumberTree for Option<T> {
     }
 }
 
+impl<T: NumberTree> NumberTree for Box<T> {
+    type Kind = T::Kind;
+    type Over<D> = Box<T::Over<D>>;
+
+    /// Returns the part under `key` with every number converted by the visitor.
+    fn map_numbers<D: From<f64>>(
+        &self,
+        key: &str,
+        kind: T::Kind,
+        visitor: &mut NumberVisitor<'_, D>,
+    ) -> Box<T::Over<D>> {
+        Box::new((**self).map_numbers(key, kind, visitor))
+    }
+
+    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the part.
+    fn check_numbers(&self, key: &str, kind: T::Kind) -> Result<(), Error> {
+        (**self).check_numbers(key, kind)
+    }
+}
+
 impl<T: NumberTree> NumberTree for Vec<T> {
     type Kind = T::Kind;
     type Over<D> = Vec<T::Over<D>>;

@@ -97,6 +97,11 @@ impl Structure {
         self.at_rest.meshes.iter().map(|mesh| mesh.length).sum()
     }
 
+    /// Number of edges of all rods.
+    pub fn segments(&self) -> usize {
+        self.at_rest.meshes.iter().map(|mesh| mesh.nodes.len() - 1).sum()
+    }
+
     /// Number of unknowns that move.
     pub fn dof(&self) -> usize {
         self.at_rest.q.len() - self.at_rest.assembly.tied().count()

@@ -1,7 +1,11 @@
 //! Natural frequencies and mode shapes of a structure in its plane or in space.
 
-use crate::error::Error;
+use crate::energy::Derivatives;
+use crate::error::{Error, ensure};
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::tangent::Tangent;
 use crate::rod::Rod;
+use crate::scene::number::Quantity;
 use crate::statics::PencilMode;
 use crate::structure::definition::{NEGLIGIBLE, Structure};
 use crate::summary::quantity::number;
@@ -15,6 +19,9 @@ const DIGITS: usize = 7;
 
 /// Estimated rounding error of a squared frequency, over itself, above which a warning is given.
 const MAX_ROUNDING: f64 = 2e-3;
+
+/// Largest number of free motions that precede the modes with stiffness: those of three rigid bodies.
+const MOST_FREE_MOTIONS: usize = 9;
 
 /// A mode of vibration of a structure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,6 +50,61 @@ pub struct StructureModes {
 }
 
 impl Structure {
+    /// Angular frequencies, rad/s, of the first `count` modes with stiffness about the equilibrium, over another number type;
+    /// `seed` returns the number of a path, value and quantity of the scene.
+    ///
+    /// A squared frequency is the Rayleigh quotient of its mode, whose own change has no first-order effect. First
+    /// derivatives are exact, second ones are not.
+    ///
+    /// # Errors
+    /// Those of [`equilibrium`](Self::equilibrium), iterations that do not converge, and unstable or missing modes.
+    pub fn natural_frequencies_over<D: Nestable>(
+        &self,
+        count: usize,
+        seed: impl FnMut(&str, f64, Quantity) -> D,
+    ) -> Result<Vec<D>, Error> {
+        ensure(
+            !self.is_spatial(),
+            "frequencies",
+            "a structure in space",
+            "a structure in a plane",
+        )?;
+        let state = self.equilibrium_state()?;
+        let pencil = self.pencil(&state, self.at_rest.assembly.mass().to_vec());
+        let scale = self.bending_frequency_squared();
+        let zero = scale * NEGLIGIBLE + self.rounding_frequency_squared();
+        // Free motions are no modes with stiffness: as many modes follow them.
+        let free = |found: &[PencilMode]| found.iter().filter(|m| m.squared.abs() < zero).count();
+        let mut found = pencil.lowest(count, scale)?;
+        if free(&found) > 0 {
+            found = pencil.lowest(count + MOST_FREE_MOTIONS, scale)?;
+        }
+        found.retain(|mode| mode.squared.abs() >= zero);
+        found.truncate(count);
+        if found.len() < count || found.iter().any(|mode| mode.squared < 0.0) {
+            let text = format!("{count} modes with positive frequencies");
+            return Err(Error::invalid("modes", "an unstable or free structure", text));
+        }
+        let (assembly, q, frames) = self.equilibrium_over(seed)?;
+        let (mut gradient, mut tangent) = (vec![D::from(0.0); q.len()], assembly.zero_tangent());
+        assembly.tangent(&q, &frames, Derivatives::Hand, &mut gradient, &mut tangent);
+        let tied: Vec<usize> = assembly.tied().collect();
+        let frequency = |mode: &PencilMode| {
+            let mut vector: Vec<D> = mode.vector.iter().map(|x| D::from(*x)).collect();
+            tied.iter().for_each(|i| vector[*i] = D::from(0.0));
+            let mut product = vec![D::from(0.0); vector.len()];
+            tangent.product(&vector, &mut product);
+            let pairs = vector.iter().zip(&product).zip(assembly.mass());
+            let (mut stiffness, mut mass) = (D::from(0.0), D::from(0.0));
+            pairs.for_each(|((x, force), own)| {
+                stiffness += *x * *force;
+                mass += *own * *x * *x;
+            });
+            Scalar::sqrt(stiffness / mass)
+        };
+        Ok(found.iter().map(frequency).collect())
+    }
+
     /// The `count` lowest modes, in the plane or in space, about the equilibrium, or with `rest` about the rest shape.
     ///
     /// # Errors

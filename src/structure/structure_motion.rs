@@ -10,7 +10,7 @@ use crate::numerics::tangent::{Factors, Tangent};
 use crate::rod::assembly::AssemblyFrames;
 use crate::rod::{Assembly, Energies, Rod};
 use crate::scene::number::Quantity;
-use crate::scene::{InitialState, Scheme, StructureScene, Time};
+use crate::scene::{InitialState, Scheme, StructurePoint, StructureScene, Time};
 use crate::structure::blueprint::AssemblyAtRest;
 use crate::structure::definition::Structure;
 use crate::structure::structure_shape::StructureShape;
@@ -24,6 +24,8 @@ pub struct StructureMotion<'a> {
     structure: &'a Structure,
     simulation: Simulation<f64, Assembly<f64>>,
     control: StepControl,
+    /// Ends of all steps taken, s.
+    taken: Vec<f64>,
 }
 
 impl BisectedSteps for StructureMotion<'_> {
@@ -46,6 +48,7 @@ impl BisectedSteps for StructureMotion<'_> {
 
     /// Completes an accepted step.
     fn accepted(&mut self) -> Result<(), Error> {
+        self.taken.push(self.simulation.state().time);
         Ok(())
     }
 
@@ -69,10 +72,32 @@ impl StructureMotion<'_> {
         self.simulation.state().time
     }
 
+    /// Ends of all steps taken, s: also of those that bisection made.
+    pub fn taken(&self) -> &[f64] {
+        &self.taken
+    }
+
+    /// Names of the rods in the order of the scene.
+    pub fn rod_names(&self) -> impl Iterator<Item = &str> {
+        self.structure.scene.rods.iter().map(|rod| &rod.name[..])
+    }
+
     /// Positions now.
     pub fn shape(&self) -> StructureShape {
         let state = self.simulation.state();
         self.structure.shape_at(&state.q, &state.frames)
+    }
+
+    /// Position of a point now, m.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a point that the structure does not have.
+    pub fn position(&self, point: &StructurePoint) -> Result<[f64; 3], Error> {
+        let (structure, state) = (self.structure, self.simulation.state());
+        let stencil = structure.nodes().stencil(point, "point")?;
+        let motions =
+            structure.node_motions(self.simulation.rod(), [&state.q, &state.v], &state.frames);
+        Ok(stencil.place(|node| motions[node][0]))
     }
 
     /// Energies now, J.
@@ -109,7 +134,7 @@ impl Structure {
             Some(scene) => StepControl::new(scene, &simulation),
             None => return Err(Error::invalid("rods", "an empty list", "at least one rod")),
         };
-        Ok(StructureMotion { structure: self, simulation, control })
+        Ok(StructureMotion { structure: self, simulation, control, taken: Vec::new() })
     }
 
     /// A simulation over another number type, without bisection of steps; `seed` returns the number of a path, value and
@@ -122,6 +147,20 @@ impl Structure {
         seed: impl FnMut(&str, f64, Quantity) -> D,
     ) -> Result<Simulation<D, Assembly<D>>, Error> {
         self.simulation_of(&self.scene.map_numbers(seed))
+    }
+
+    /// The assembly, its unknowns and its frames at equilibrium over another number type; `seed` returns the number of a path, value and
+    /// quantity of the scene. With dual numbers it has the derivatives of the equilibrium.
+    ///
+    /// # Errors
+    /// As [`equilibrium`](Self::equilibrium); [`Error::SingularEquilibrium`] without derivatives.
+    pub fn equilibrium_over<D: Nestable>(
+        &self,
+        seed: impl FnMut(&str, f64, Quantity) -> D,
+    ) -> Result<(Assembly<D>, Vec<D>, AssemblyFrames<D>), Error> {
+        let AssemblyAtRest { assembly, frames, .. } = self.at_rest_over(seed)?;
+        let (q, frames) = self.differentiated_equilibrium(&assembly, &frames)?;
+        Ok((assembly, q, frames))
     }
 
     /// The simulation of a scene over any number type, at its start.

@@ -35,10 +35,18 @@ fn commands_take_the_shipped_structure() {
     let (code, table, _) = output(&["simulate", file, "--out", "-", "-q"]);
     // 2001 states of 41 + 31 + 41 nodes.
     assert_eq!((code, table.lines().count()), (Some(0), 1 + 2001 * 113));
+    let folder = std::env::temp_dir().join(format!("rodfit-structure-{}", std::process::id()));
+    let report = folder.display().to_string();
+    let (code, _, message) = output(&["simulate", file, "--report", &report, "-q"]);
+    assert_eq!(code, Some(0), "{message}");
+    let page = std::fs::read_to_string(folder.join("simulation.html")).unwrap();
+    std::fs::remove_dir_all(&folder).unwrap();
+    // Twelve drawings of three rods, and an animation whose rods are separated.
+    assert_eq!(page.matches("<polyline class=\"rod\"").count(), 12 * 3);
+    assert!(page.contains("null,null"));
     let (code, _, message) = output(&["fit", file]);
     assert_eq!(code, Some(2));
     assert!(message.contains("this is a structure, not a fit file"), "{message}");
-    let (code, _, message) = output(&["simulate", file, "--report", "page"]);
-    assert_eq!(code, Some(2));
-    assert!(message.contains("--report: found a structure"), "{message}");
+    let (code, list, _) = output(&["parameters", file, "--json", "-", "-q"]);
+    assert_eq!((code, list.contains("\"joints.1.rotation\"")), (Some(0), true));
 }

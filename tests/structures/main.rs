@@ -3,6 +3,7 @@
 mod assembly;
 mod derivatives;
 mod files;
+mod fits;
 mod frames;
 mod joints;
 mod motion;

@@ -7,6 +7,7 @@
 use crate::error::Error;
 use crate::fit::field::plan::FieldFit;
 use crate::fit::file::FitFile;
+use crate::fit::structure::structure_problem::refuse_structure;
 use crate::fit::uncertainty::analysis::Analysis;
 
 impl FitFile {
@@ -33,6 +34,7 @@ impl FitFile {
         if self.analysis != Analysis::default() {
             return refused("analysis", "keys of [analysis]", "none");
         }
+        refuse_structure(&experiment.problem, "scene", "[[field]]")?;
         let mut fit = FieldFit::new(&experiment.problem);
         for measurement in &experiment.measurements {
             match measurement.observation() {

@@ -9,7 +9,9 @@ use crate::accuracy::Aim;
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::motion::{PointMotion, Sample};
+use crate::fit::structure::structure_problem::representative_problem;
 use crate::problem::Problem;
+use crate::scene::StructureScene;
 use std::borrow::Cow;
 
 /// Work of a static solution, in time steps: both take about as many Newton iterations in total.
@@ -30,6 +32,14 @@ impl Experiment {
     /// An experiment with a prepared scene, without measurements yet.
     pub fn new(name: impl Into<String>, problem: &Problem) -> Self {
         Self { name: name.into(), problem: problem.clone(), measurements: Vec::new() }
+    }
+
+    /// An experiment with a structure. Its parameters are the numbers of the structure, `materials.steel.youngs_modulus`.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a structure that is not valid.
+    pub fn of_structure(name: impl Into<String>, scene: StructureScene) -> Result<Self, Error> {
+        Ok(Self::new(name, &representative_problem(scene)?))
     }
 
     /// The experiment with another measurement after those that it has.

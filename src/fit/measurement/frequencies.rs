@@ -10,6 +10,7 @@ use crate::fit::measurement::dataset::{
 };
 use crate::fit::measurement::quantity::GaugeScalar;
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
+use crate::fit::structure::structure_frequencies::check_names;
 use crate::problem::Problem;
 use crate::vibration::{ModeFilter, ModeKind, ModeName, ModePlane};
 
@@ -146,7 +147,10 @@ impl DataKind for ModeFrequencies {
     /// filters that the problem does not allow. Errors have the key in the fit file.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, .. } = context;
-        self.among.check(problem, key)?;
+        match problem.scene().structure {
+            Some(_) => check_names(&self.names().collect::<Vec<_>>(), key)?,
+            None => self.among.check(problem, key)?,
+        }
         for (k, value) in self.values.iter().enumerate() {
             let is_valid = value.rad_s.is_finite() && value.rad_s > 0.0;
             ensure(is_valid, format!("{key}.rad_s[{k}]"), value.rad_s, "above 0")?;

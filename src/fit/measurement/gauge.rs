@@ -9,6 +9,7 @@ use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
 use crate::fit::measurement::quantity::{DynQuantity, GaugeScalar, PointState, Quantity, Sight};
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
+use crate::fit::structure::structure_problem::refuse_structure;
 use crate::problem::Problem;
 use crate::scene::Point;
 use std::sync::Arc;
@@ -137,6 +138,7 @@ impl DataKind for GaugeReadings {
     /// to the end of the simulation.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, label, .. } = context;
+        refuse_structure(problem, label, "a user-defined measurement")?;
         for point in &self.points {
             problem.stencil(*point).map_err(|error| {
                 Error::invalid(format!("{label}: points"), error, "points of the rod")

@@ -10,11 +10,15 @@ use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
 use crate::fit::measurement::quantity::GaugeScalar;
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
+use crate::fit::structure::structure_places::check_place;
+use crate::numerics::scalar::Scalar;
 use crate::problem::Problem;
-use crate::scene::Point;
-use crate::scene::marker::{self, is_beside};
+use crate::scene::marker::{MarkerStencil, is_beside};
+use crate::scene::mesh::Mesh;
 use crate::scene::track::Marker;
 use crate::scene::validate::positive;
+use crate::scene::{Point, StructurePoint};
+use crate::structure::StructureNodes;
 use marker_files::{MarkerTrajectory, Recording, is_finite};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -64,6 +68,8 @@ pub struct PointMotion {
     pub samples: Vec<Sample>,
     /// Name of the marker in the recording that prescribes the ends; `None` of other recordings.
     pub marker: Option<String>,
+    /// The observed point of a structure, instead of `point`; `None` of one rod.
+    pub place: Option<StructurePoint>,
 }
 
 /// The recorded motion of a point with its header.
@@ -216,6 +222,18 @@ impl Observation {
         self
     }
 
+    /// With an observed point of a structure.
+    ///
+    /// ```
+    /// use rodfit::scene::StructurePoint;
+    /// let recorded = rodfit::Observation::new(Vec::new()).of_structure(StructurePoint::tip("arm"));
+    /// assert_eq!(recorded.place, Some(StructurePoint::tip("arm")));
+    /// ```
+    pub fn of_structure(mut self, place: StructurePoint) -> Self {
+        self.data.place = Some(place);
+        self
+    }
+
     /// The observation with a marker at this [offset](PointMotion::offset) from the centerline, m.
     pub fn offset(mut self, offset: [f64; 3]) -> Self {
         self.data.offset = offset;
@@ -226,7 +244,22 @@ impl Observation {
 impl PointMotion {
     /// The motion of the tip, without offset of a marker, with these samples.
     pub(crate) fn new(samples: Vec<Sample>) -> Self {
-        Self { point: Point::Tip, offset: [0.0; 3], samples, marker: None }
+        Self { point: Point::Tip, offset: [0.0; 3], samples, marker: None, place: None }
+    }
+
+    /// The stencil of the observed point on a mesh, or among the nodes of a structure.
+    pub(crate) fn stencil<D: Scalar>(
+        &self,
+        mesh: &Mesh<D>,
+        structure: Option<&StructureNodes<'_, D>>,
+    ) -> Result<MarkerStencil<D>, Error> {
+        match (&self.place, structure) {
+            (Some(place), Some(nodes)) => {
+                let centre = nodes.stencil(place, "observation.point")?;
+                Ok(MarkerStencil { centre, edges: Vec::new(), offset: [0.0; 3] })
+            }
+            _ => MarkerStencil::new(self.point.fixed(), self.offset, mesh),
+        }
     }
 
     /// Root mean square distance of all observed coordinates from their means, m; zero without samples.
@@ -299,10 +332,11 @@ impl DataKind for PointMotion {
             (None, Some(marker)) => format!("marker {marker}"),
             (None, None) => {
                 let planned = if header.planned { "planned " } else { "" };
-                let point = match self.point {
-                    Point::Tip => "the tip".to_string(),
-                    Point::Node(index) => format!("node {index}"),
-                    Point::ArcLength(s) => format!("arc length {s} m"),
+                let point = match (&self.place, self.point) {
+                    (Some(place), _) => place.to_string(),
+                    (None, Point::Tip) => "the tip".to_string(),
+                    (None, Point::Node(index)) => format!("node {index}"),
+                    (None, Point::ArcLength(s)) => format!("arc length {s} m"),
                 };
                 format!("{planned}observation of {point}")
             }
@@ -345,9 +379,12 @@ impl DataKind for PointMotion {
     /// offset.
     fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, label, other_clock } = context;
-        problem
-            .stencil(self.point)
-            .map_err(|error| Error::invalid(format!("{key}.point"), error, "a point of the rod"))?;
+        match check_place(problem, self.place.as_ref(), self.offset, key)? {
+            true => {}
+            false => drop(problem.stencil(self.point).map_err(|error| {
+                Error::invalid(format!("{key}.point"), error, "a point of the rod")
+            })?),
+        }
         // A marker farther from the rod than its length is most likely in another unit.
         let size = self.offset.iter().map(|x| x * x).sum::<f64>().sqrt();
         let (length, found) = (problem.length(), format!("{:?}", self.offset));
@@ -394,7 +431,10 @@ impl DataKind for PointMotion {
     /// Adds to the required `outputs` the motion of the point, that a marker is beside it (offset not zero), and the time of
     /// the last sample.
     fn require(&self, outputs: &mut Requirements) {
-        outputs.moving.push(self.point);
+        match &self.place {
+            Some(place) => outputs.moving_places.push(place.clone()),
+            None => outputs.moving.push(self.point),
+        }
         if is_beside(self.offset) {
             outputs.beside.push(self.point);
         }
@@ -411,7 +451,7 @@ impl DataKind for PointMotion {
         each: &mut dyn FnMut(D),
     ) -> Result<(), Error> {
         let Some(moving) = simulated.moving else { return Ok(()) };
-        let marker = marker::MarkerStencil::new(self.point.fixed(), self.offset, simulated.mesh)?;
+        let marker = self.stencil(simulated.mesh, simulated.structure)?;
         for sample in &self.samples {
             let position = moving.marker(&marker, simulated.view.time(sample.time))?;
             simulated.compare(position, &sample.position, each);

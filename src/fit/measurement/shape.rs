@@ -10,7 +10,9 @@ use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, Vali
 use crate::fit::measurement::quantity::GaugeScalar;
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::fit::misfit::foot_point::NodeCurve;
+use crate::fit::structure::structure_places::{check_place, check_rod, rest_position};
 use crate::problem::Problem;
+use crate::scene::structure_point::{ArcLengthOfRod, RodEndName, RodPoint, StructurePoint};
 use crate::scene::{Point, Stencil};
 use marker_files::table::{LENGTHS, Table, TableRow};
 use marker_files::{Dropped, NOT_FINITE, Recording, is_finite};
@@ -33,6 +35,8 @@ pub struct EquilibriumShape {
     /// Whether the arc lengths are unknown: each position is compared with the nearest point of the rod, and its own
     /// [`Point`] is an approximation.
     pub arc_lengths_fitted: bool,
+    /// Name of the rod in a structure; `None` of a scene of one rod.
+    pub rod: Option<String>,
 }
 
 /// A measured shape of the rod at rest with its header.
@@ -65,7 +69,7 @@ impl RestShape {
     /// assert_eq!(shape.values(), 2);
     /// ```
     pub fn new(sightings: Vec<Sighting>) -> Self {
-        let data = EquilibriumShape { sightings, arc_lengths_fitted: false };
+        let data = EquilibriumShape { sightings, arc_lengths_fitted: false, rod: None };
         Self { header: Header::in_meters(), data }
     }
 
@@ -233,6 +237,16 @@ impl PointColumn {
 }
 
 impl EquilibriumShape {
+    /// The point of a structure; none of a scene of one rod.
+    fn place(&self, point: Point) -> Option<StructurePoint> {
+        let at = match point {
+            Point::Tip => RodPoint::End(RodEndName::Tip),
+            Point::Node(node) => RodPoint::Node(node),
+            Point::ArcLength(arc_length) => RodPoint::ArcLength(ArcLengthOfRod { arc_length }),
+        };
+        Some(StructurePoint::on_rod(self.rod.clone()?, at))
+    }
+
     /// The observed positions with points of the rod, in their order. Unknown arc lengths are approximated by the sum of the
     /// chords from the wall, along the list from the end that is nearer to the wall, at most the length of the rod. Known
     /// ones stay.
@@ -300,7 +314,10 @@ impl DataKind for EquilibriumShape {
     /// Arc length of every point from the wall, m, in their order; approximate if it is fitted, 0 for points that are not on
     /// the rod.
     fn abscissas(&self, problem: &Problem) -> Vec<f64> {
-        let arc_length = |s: Sighting| problem.arc_length(s.point).unwrap_or(0.0);
+        let arc_length = |s: Sighting| match self.rod {
+            Some(_) => s.arc_length(),
+            None => problem.arc_length(s.point).unwrap_or(0.0),
+        };
         self.with_approximate_points(problem).into_iter().map(arc_length).collect()
     }
 
@@ -324,8 +341,8 @@ impl DataKind for EquilibriumShape {
     fn size(&self, problem: &Problem) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0_f64);
         for sighting in self.with_approximate_points(problem) {
-            let Ok(stencil) = problem.stencil(sighting.point) else { continue };
-            let rest = problem.rest_position(&stencil);
+            let place = self.place(sighting.point);
+            let Ok(rest) = rest_position(problem, sighting.point, place.as_ref()) else { continue };
             for (observed, rest) in sighting.position.iter().zip(rest) {
                 if let Some(observed) = observed {
                     sum += (observed - rest).powi(2);
@@ -339,7 +356,17 @@ impl DataKind for EquilibriumShape {
     /// Rejects points that are not on the rod (unless their arc lengths are fitted), and positions that are not finite.
     /// Errors have the label.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
-        let ValidationContext { problem, label, .. } = context;
+        let ValidationContext { problem, label, key, .. } = context;
+        if check_rod(problem, self.rod.as_deref(), key)? {
+            let allowed = "a column s or node, in a structure";
+            ensure(!self.arc_lengths_fitted, *label, "points without arc lengths", allowed)?;
+            for sighting in &self.sightings {
+                let place = self.place(sighting.point);
+                check_place(problem, place.as_ref(), [0.0; 3], key)?;
+            }
+            let are_finite = self.sightings.iter().all(|s| is_finite(0.0, &s.position));
+            return ensure(are_finite, *label, "other positions", "finite positions");
+        }
         let given = self.sightings.iter().filter(|_| !self.arc_lengths_fitted);
         for (k, sighting) in given.enumerate() {
             problem.stencil(sighting.point).map_err(|error| {
@@ -359,6 +386,9 @@ impl DataKind for EquilibriumShape {
     /// Adds the points at rest to the required `outputs`, or all nodes at rest if the arc lengths are unknown.
     fn require(&self, outputs: &mut Requirements) {
         match self.arc_lengths_fitted {
+            _ if self.rod.is_some() => outputs
+                .resting_places
+                .extend(self.sightings.iter().filter_map(|s| self.place(s.point))),
             true => outputs.whole_rest = true,
             false => outputs.resting.extend(self.sightings.iter().map(|s| s.point)),
         }
@@ -377,7 +407,11 @@ impl DataKind for EquilibriumShape {
         let (mesh, start) = (simulated.mesh, D::from(0.0));
         if !self.arc_lengths_fitted {
             for Sighting { point, position } in &self.sightings {
-                let simulated_position = resting.position(&point.fixed().stencil(mesh)?, start)?;
+                let stencil = match (self.place(*point), simulated.structure) {
+                    (Some(place), Some(nodes)) => nodes.stencil(&place, "shape.rod")?,
+                    _ => point.fixed().stencil(mesh)?,
+                };
+                let simulated_position = resting.position(&stencil, start)?;
                 simulated.compare(simulated_position, position, each);
             }
             return Ok(());

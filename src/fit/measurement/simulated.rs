@@ -8,7 +8,8 @@ use crate::dynamics::record::RecordView;
 use crate::fit::misfit::camera::View;
 use crate::numerics::scalar::Scalar;
 use crate::scene::mesh::Mesh;
-use crate::scene::{Point, Scene};
+use crate::scene::{Point, Scene, StructurePoint};
+use crate::structure::StructureNodes;
 use crate::vibration::ModeName;
 
 /// Outputs of a simulation that measurements require, collected over all measurements of an experiment.
@@ -20,6 +21,10 @@ pub struct Requirements {
     pub beside: Vec<Point>,
     /// Points with a measured position at rest.
     pub resting: Vec<Point>,
+    /// Points of a structure with a measured motion.
+    pub moving_places: Vec<StructurePoint>,
+    /// Points of a structure with a measured position at rest.
+    pub resting_places: Vec<StructurePoint>,
     /// Whether all nodes of the rod at rest are required.
     pub whole_rest: bool,
     /// Modes with a measured frequency.
@@ -33,7 +38,12 @@ pub struct Requirements {
 impl Requirements {
     /// Whether the equilibrium of the rod is required: any point, or all nodes, at rest.
     pub fn is_at_rest(&self) -> bool {
-        self.whole_rest || !self.resting.is_empty()
+        self.whole_rest || !self.resting.is_empty() || !self.resting_places.is_empty()
+    }
+
+    /// Whether a motion is required.
+    pub fn has_motion(&self) -> bool {
+        !self.moving.is_empty() || !self.moving_places.is_empty()
     }
 }
 
@@ -50,6 +60,8 @@ pub struct SimulatedOutput<'a, D> {
     pub(crate) view: &'a View<D>,
     pub(crate) scene: &'a Scene<D>,
     pub(crate) mesh: &'a Mesh<D>,
+    /// Meshes and bodies of a structure; none of one rod.
+    pub(crate) structure: Option<&'a StructureNodes<'a, D>>,
 }
 
 impl<D: Scalar> SimulatedOutput<'_, D> {

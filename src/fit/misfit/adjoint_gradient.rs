@@ -40,6 +40,7 @@ impl ObservedExperiment {
             self.series.iter().all(|series| matches!(series.data, MeasuredData::PointMotion(_)));
         self.unknowns.len() > MOST_FORWARD_UNKNOWNS
             && are_motions
+            && self.problem.scene().structure.is_none()
             && self.required.beside.is_empty()
             && self.problem.check_reversible().is_ok()
     }
@@ -98,6 +99,7 @@ impl ObservedExperiment {
                     view: &View::new(&problem, seed),
                     scene: &scene,
                     mesh: &scene.made_mesh(),
+                    structure: None,
                 };
                 let mut by_residual = by_residual.iter();
                 self.for_each_residual(&simulated, |r: Dual64, _| {

@@ -30,6 +30,9 @@ impl<D: Nestable> View<D> {
     pub fn new(problem: &Problem, seed: impl Fn(Parameter, f64) -> D) -> Self {
         let (wall, scene) = problem.wall_over(seed);
         let camera = scene.camera;
+        // The camera of a structure turns about the start of its first rod.
+        let first = scene.structure.as_ref().and_then(|structure| structure.rods.first());
+        let wall = first.map_or(wall, |rod| rod.origin.unwrap_or([D::from(0.0); 3]));
         Self {
             centre: wall,
             shift: camera.clamp_position,

@@ -8,6 +8,7 @@
 //! solvers.
 
 use crate::dynamics::Trajectory;
+use crate::dynamics::record::Record;
 use crate::error::Error;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::simulated::SimulatedOutput;
@@ -15,6 +16,8 @@ use crate::fit::misfit::camera::View;
 use crate::fit::misfit::observed_experiment::{ExperimentRun, ObservedExperiment};
 use crate::fit::misfit::residuals::Residuals;
 use crate::scene::Parameter;
+use crate::scene::number::Quantity;
+use crate::structure::Structure;
 use num_dual::HyperDual64;
 
 impl Residuals {
@@ -70,7 +73,10 @@ impl Residuals {
             self.unknowns()[u].value(HyperDual64::new(x[u], along(i), along(j), 0.0))
         };
         // The plain run determines the steps, halved ones included: the run over hyper-dual numbers repeats them.
-        let ExperimentRun { problem, moving, resting } = run;
+        let ExperimentRun { problem, moving, resting, structure } = run;
+        if let Some(structure) = structure {
+            return self.second_derivative_of_structure(experiment, run, structure, weights, seed);
+        }
         let over = |plain: &Option<Trajectory>| plain.as_ref().map(|t| t.over(seed)).transpose();
         let (moving, resting) = (over(moving)?, over(resting)?);
         // Frequencies have no recorded base: they are solved anew over hyper-dual numbers.
@@ -86,9 +92,46 @@ impl Residuals {
             view: &View::new(problem, seed),
             scene: &scene,
             mesh: &scene.made_mesh(),
+            structure: None,
         };
         // Second derivative of half the loss: rho''/2 times the product of the slopes, plus rho'/2 times the second
         // derivative.
+        let (mut sum, mut weights) = (0.0, weights.iter());
+        experiment.for_each_residual(&simulated, |r: HyperDual64, loss: Loss| {
+            let r = r * weights.next().copied().unwrap_or(1.0);
+            let [psi, slope] = loss.influence(r.re);
+            sum += slope * r.eps1 * r.eps2 + psi * r.eps1eps2;
+        })?;
+        Ok(sum)
+    }
+}
+
+impl Residuals {
+    /// The same of a structure, from runs over hyper-dual numbers. Frequencies have no second derivatives.
+    fn second_derivative_of_structure(
+        &self,
+        experiment: &ObservedExperiment,
+        run: &ExperimentRun,
+        structure: &Structure,
+        weights: &[f64],
+        seed: impl Fn(Parameter, f64) -> HyperDual64,
+    ) -> Result<f64, Error> {
+        if !experiment.modes().is_empty() {
+            return Err(Error::Fit("frequencies of structures have no second derivatives".into()));
+        }
+        let of_path = |path: &str, value: f64, _: Quantity| seed(Parameter::at(path), value);
+        let [moving, resting] = run.structure_over(structure, of_path)?;
+        let nodes = structure.nodes_over(of_path)?;
+        let scene = run.problem.scene().over_parameters(&seed);
+        let simulated = SimulatedOutput {
+            moving: moving.as_ref().map(Record::read),
+            resting: resting.as_ref().map(Record::read),
+            frequencies: &[],
+            view: &View::new(&run.problem, &seed),
+            scene: &scene,
+            mesh: &scene.made_mesh(),
+            structure: Some(&nodes),
+        };
         let (mut sum, mut weights) = (0.0, weights.iter());
         experiment.for_each_residual(&simulated, |r: HyperDual64, loss: Loss| {
             let r = r * weights.next().copied().unwrap_or(1.0);

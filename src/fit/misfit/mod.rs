@@ -16,4 +16,5 @@ pub(crate) mod observation_row;
 pub(crate) mod observed_experiment;
 pub(crate) mod residual_tests;
 pub(crate) mod residuals;
+mod structure_experiment;
 pub(crate) mod work;

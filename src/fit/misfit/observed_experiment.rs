@@ -15,9 +15,12 @@ use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::quantity::GaugeScalar;
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::fit::misfit::camera::View;
+use crate::fit::structure::structure_frequencies::structure_frequencies;
+use crate::fit::structure::structure_problem::structure_of;
 use crate::fit::unknown::{ParameterPoint, Unknown};
 use crate::problem::Problem;
 use crate::scene::{Parameter, Point};
+use crate::structure::Structure;
 use crate::vibration::{ModeName, NaturalFrequency};
 use num_dual::Dual64;
 use std::collections::BTreeSet;
@@ -55,6 +58,8 @@ pub(crate) struct ExperimentRun {
     pub moving: Option<Trajectory>,
     /// The equilibrium; none if no measurement needs it.
     pub resting: Option<Trajectory>,
+    /// The structure of the problem; none of one rod.
+    pub structure: Option<Structure>,
 }
 
 impl ObservedExperiment {
@@ -84,7 +89,13 @@ impl ObservedExperiment {
         // Points that are not on the rod are reported here, not by the first simulation.
         nodes(&observed.required.moving, &observed.problem)?;
         nodes(&observed.required.resting, &observed.problem)?;
+        observed.check_structure_points()?;
         Ok(observed)
+    }
+
+    /// Work of its static solutions, steps times segments.
+    pub(super) fn rest_work(&self) -> f64 {
+        self.rest_work
     }
 
     /// Number of residuals of each measurement up to the horizon, in their order.
@@ -124,7 +135,7 @@ impl ObservedExperiment {
         let own =
             self.unknowns.iter().map(|i| (unknowns[*i].parameter, unknowns[*i].from_scale(x[*i])));
         let mut problem = self.problem.with_fixed_layout(own)?;
-        if self.required.moving.is_empty() {
+        if !self.required.has_motion() {
             return Ok((problem, 0));
         }
         let time = problem.time()?;
@@ -159,6 +170,9 @@ impl ObservedExperiment {
     ) -> Result<ExperimentRun, Error> {
         let (problem, steps) = self.problem_and_steps(point)?;
         let parameters = if derived { self.motion_parameters(point.unknowns) } else { Vec::new() };
+        if let Some(structure) = structure_of(&problem)? {
+            return self.run_structure(problem, structure, steps, &parameters, count);
+        }
         let mut moving = None;
         if !self.required.moving.is_empty() {
             let mut trajectory =
@@ -181,7 +195,7 @@ impl ObservedExperiment {
         };
         let resting = resting.map(|nodes| Trajectory::at_rest(&problem, &nodes, &parameters));
         let resting = resting.transpose()?;
-        Ok(ExperimentRun { problem, moving, resting })
+        Ok(ExperimentRun { problem, moving, resting, structure: None })
     }
 
     /// The plain residuals `(simulated - measured)/sigma` of a `run` at the point, in the order of measurements and values.
@@ -197,9 +211,13 @@ impl ObservedExperiment {
         let parameters = if derived { self.motion_parameters(unknowns) } else { Vec::new() };
         let natural_frequencies = match self.modes().is_empty() {
             true => Vec::new(),
-            false => run.problem.natural_frequencies(self.modes(), &parameters)?,
+            false => match &run.structure {
+                Some(structure) => structure_frequencies(structure, self.modes(), &parameters)?,
+                None => run.problem.natural_frequencies(self.modes(), &parameters)?,
+            },
         };
         let frequencies: Vec<f64> = natural_frequencies.iter().map(|t| t.frequency_rad_s).collect();
+        let structure = run.structure.as_ref().map(Structure::nodes);
         let simulated = SimulatedOutput {
             moving: run.moving.as_ref().map(|motion| motion.record().read()),
             resting: run.resting.as_ref().map(|rest| rest.record().read()),
@@ -207,6 +225,7 @@ impl ObservedExperiment {
             view: &View::new(&run.problem, |_, value| value),
             scene: run.problem.scene(),
             mesh: &run.problem.scene().made_mesh(),
+            structure: structure.as_ref(),
         };
         let mut residuals = Vec::with_capacity(self.counts().sum());
         self.for_each_residual(&simulated, |r: f64, _| residuals.push(r))?;
@@ -228,6 +247,11 @@ impl ObservedExperiment {
                 .map(|t| Dual64::new(t.frequency_rad_s, rate(t)))
                 .collect();
             let scene = run.problem.scene().over_parameters(seed);
+            let of_path = |path: &str, value, _| seed(Parameter::at(path), value);
+            let structure = match &run.structure {
+                Some(structure) => Some(structure.nodes_over(of_path)?),
+                None => None,
+            };
             let simulated = SimulatedOutput {
                 moving: run.moving.as_ref().map(|motion| motion.record().along(track)),
                 resting: run.resting.as_ref().map(|rest| rest.record().along(track)),
@@ -235,6 +259,7 @@ impl ObservedExperiment {
                 view: &View::new(&run.problem, seed),
                 scene: &scene,
                 mesh: &scene.made_mesh(),
+                structure: structure.as_ref(),
             };
             let mut row = rows.iter_mut();
             self.for_each_residual(&simulated, |r: Dual64, _| {

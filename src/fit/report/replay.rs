@@ -19,9 +19,11 @@ use crate::fit::report::plot_data::{
 use crate::fit::search::Search;
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::search::optimum::Optimum;
+use crate::fit::structure::structure_run::{motion_at_rest, repeated_motion};
 use crate::fit::unknown::Unknown;
 use crate::problem::Problem;
 use crate::scene::SchemeParameter;
+use crate::structure::{NodeMotion, Structure};
 
 /// Number of shapes of a moving rod, evenly spaced in time.
 const SHAPES: usize = 12;
@@ -58,7 +60,13 @@ fn settings(experiment: &Experiment) -> SimulationSettings {
         recording: measurement.header.recording.clone(),
     };
     let problem = &experiment.problem;
-    let (model, reason) = problem.model();
+    let (model, reason) = match &problem.scene().structure {
+        Some(structure) => ("structure", format!("{} rods in a plane", structure.rods.len())),
+        None => {
+            let (model, reason) = problem.model();
+            (model, reason.to_string())
+        }
+    };
     let moves = experiment.moves();
     // Experiments at rest have no scheme and no step, even if their scene has.
     let time = problem.scene().time.as_ref().filter(|_| moves);
@@ -154,6 +162,7 @@ pub(crate) fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Re
         for shape in &mut moving {
             shape.nodes.iter_mut().for_each(|x| *x = view.recorded(*x));
         }
+        plots.shapes.extend(structure_shapes(experiment, &run, &view)?);
         plots.shapes.extend(moving);
         let resting = equilibrium_shape(experiment, &run, &view)?;
         for measurement in &experiment.measurements {
@@ -189,7 +198,8 @@ fn motion_curves(
 ) -> Result<CoordinateCurves, Error> {
     let mut curves = CoordinateCurves::default();
     let Some(trajectory) = &run.moving else { return Ok(curves) };
-    let marker = run.problem.marker(own.point, own.offset)?;
+    let nodes = run.structure.as_ref().map(Structure::nodes);
+    let marker = own.stencil(&run.problem.scene().made_mesh(), nodes.as_ref())?;
     let times = own.samples.iter().map(|s| s.time);
     let (first, last) = times.fold((f64::MAX, 0.0_f64), |(a, b), t| (a.min(t), b.max(t)));
     for k in 0..=CURVE {
@@ -202,6 +212,39 @@ fn motion_curves(
     Ok(curves)
 }
 
+/// The rods of a structure at evenly spaced times, or at rest, one shape for each rod; none of a scene of one rod.
+fn structure_shapes(
+    experiment: &Experiment,
+    run: &ExperimentRun,
+    view: &View<f64>,
+) -> Result<Vec<RodShape>, Error> {
+    let Some(structure) = &run.structure else { return Ok(Vec::new()) };
+    let all: Vec<usize> = (0..structure.nodes().rod_nodes()).collect();
+    let mut shapes = Vec::new();
+    let mut add = |time: Option<f64>, motions: &[NodeMotion<f64>]| {
+        let mut first = 0;
+        for mesh in &structure.at_rest().meshes {
+            let own = &motions[first..first + mesh.nodes.len()];
+            first += mesh.nodes.len();
+            let nodes = own.iter().map(|[position, _]| view.recorded(*position)).collect();
+            shapes.push(RodShape { experiment: experiment.name.clone(), time, nodes });
+        }
+    };
+    if let Some(moving) = &run.moving {
+        let (times, taken) = (moving.times(), &moving.record().taken);
+        let plain = |_: &str, value: f64, _| value;
+        let motions = repeated_motion(structure, &all, times, taken, plain)?;
+        for k in 0..SHAPES {
+            let step = k * (times.len() - 1) / (SHAPES - 1);
+            add(Some(times[step]), &motions[step * all.len()..(step + 1) * all.len()]);
+        }
+    }
+    if run.resting.is_some() {
+        add(None, &motion_at_rest(structure, &all, |_, value, _| value)?);
+    }
+    Ok(shapes)
+}
+
 /// The shape of the rod in equilibrium, all nodes in recorded coordinates, by a further static solution; `None` if no
 /// measurement requires it.
 fn equilibrium_shape(
@@ -209,7 +252,7 @@ fn equilibrium_shape(
     run: &ExperimentRun,
     view: &View<f64>,
 ) -> Result<Option<RodShape>, Error> {
-    if run.resting.is_none() {
+    if run.resting.is_none() || run.structure.is_some() {
         return Ok(None);
     }
     let nodes: Vec<usize> = (0..run.problem.nodes()).collect();

@@ -106,7 +106,8 @@ fn coarse(experiment: &Experiment, unknowns: &[&Unknown], step: f64) -> Result<P
     };
     let turns = problem.turning() / largest_turn;
     let modes = COARSE_PER_MODE * experiment.highest_mode();
-    let coarse = COARSE_SEGMENTS.max(turns.ceil() as usize).max(modes);
+    let rods = scene.structure.as_ref().map_or(1, |structure| structure.rods.len());
+    let coarse = (rods * COARSE_SEGMENTS).max(turns.ceil() as usize).max(modes);
     // Markers along a recorded rod are at its nodes, which stay.
     if coarse < problem.segments() && scene.supports.path.is_none() {
         scene = problem.remeshed(coarse);

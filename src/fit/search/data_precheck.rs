@@ -248,7 +248,12 @@ impl<'a> Release<'a> {
     ) -> Result<Option<Self>, Error> {
         let Some(observation) = measurement.motion() else { return Ok(None) };
         let problem = &experiment.problem;
-        if problem.scene().initial.state != InitialState::Rest || observation.samples.is_empty() {
+        // The rules of thumb hold for one rod.
+        let is_structure = problem.scene().structure.is_some();
+        if is_structure
+            || problem.scene().initial.state != InitialState::Rest
+            || observation.samples.is_empty()
+        {
             return Ok(None);
         }
         let view = View::new(problem, |_, value| value);

@@ -276,6 +276,7 @@ impl Unknown {
     /// decades.
     pub(super) fn is_stiffness(&self) -> bool {
         self.parameter == Parameter::YoungsModulus
+            || self.parameter.is_of_structure() && self.parameter.path().ends_with("youngs_modulus")
     }
 
     /// Values in the scan, in the unit of the parameter, within the bounds (else the nearest bound). About the start or the
@@ -298,6 +299,10 @@ impl Unknown {
         let length = problem.length();
         let hint = self.start.or(self.prior.map(|prior| prior.mean));
         let values = match (self.parameter.quantity().candidates, hint) {
+            // Of a structure only moduli are searched over decades: the scene has the approximate values of others.
+            (_, None) if self.parameter.is_of_structure() && !self.is_stiffness() => {
+                self.parameter.of(problem.scene()).into_iter().collect()
+            }
             (Candidates::Here, _) => {
                 self.start.or(self.parameter.of(problem.scene())).into_iter().collect()
             }

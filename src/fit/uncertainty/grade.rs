@@ -184,9 +184,12 @@ fn coarse_discretization(warnings: &Warnings) -> String {
         [None, Some(_)] => "the residuals are not noise. Also ",
         [None, None] => "",
     };
+    let action = match warnings.first_of(&[Code::StructureScope]) {
+        Some(_) => "Use more rods.segments and a smaller time.step",
+        None => "Leave rod.segments and time.step out of the scene, and the program chooses them",
+    };
     format!(
-        "{misfit}the given element or step size changes the estimates by more than their intervals. Leave \
-         rod.segments and time.step out of the scene, and the program chooses them"
+        "{misfit}the given element or step size changes the estimates by more than their intervals. {action}"
     )
 }
 

@@ -128,8 +128,12 @@ fn compare(experiment: Experiment, keeps_plots: bool) -> Result<ExperimentCompar
         ..Optimum::default()
     };
     let errors = measurement_errors(&search, &found);
-    let (mut codes, mut warnings): (Vec<Code>, Vec<String>) =
-        experiment.problem.coded_warnings().into_iter().unzip();
+    // Warnings of a scene are those of one rod.
+    let own = match experiment.problem.scene().structure {
+        Some(_) => Vec::new(),
+        None => experiment.problem.coded_warnings(),
+    };
+    let (mut codes, mut warnings): (Vec<Code>, Vec<String>) = own.into_iter().unzip();
     let plots = keeps_plots.then(|| {
         let mut plots = static_plots(&search, Some(&found), &noise(&search, &found));
         if let Err(error) = add_motion(&search, &[], &mut plots) {

@@ -17,7 +17,7 @@ const MOST_NUMBERS: usize = 16;
 /// Relative change of an unstated input.
 const PER_CENT: f64 = 0.01;
 /// Paths of numbers that are inputs of an experiment, which meshes and steps are not.
-const INPUT_PATHS: [&str; 10] = [
+const INPUT_PATHS: [&str; 14] = [
     "rod.shape.",
     "rod.section.",
     "rod.mass.",
@@ -28,9 +28,16 @@ const INPUT_PATHS: [&str; 10] = [
     "initial.velocity.",
     "initial.angular_velocity.",
     "rod.taper.",
+    "rods.",
+    "materials.",
+    "bodies.",
+    "joints.",
 ];
 /// Paths of direction vectors, whose length has no effect.
 const DIRECTION_PATHS: [&str; 3] = ["rod.shape.direction", "rod.shape.axis", "rod.section.up"];
+/// Parts of the paths of directions and places of a structure: a change would separate the points of a joint.
+const PLACES: [&str; 6] =
+    [".shape.direction", ".shape.axis", ".section.up", ".origin.", ".position.", ".connects."];
 /// Relative difference up to which changes of the density are equal, up to rounding.
 const EQUAL: f64 = 1e-9;
 
@@ -143,7 +150,9 @@ pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputCha
         for parameter in Parameter::all(problem.scene()) {
             let path = parameter.path();
             // A number of zero has no relative change.
-            let is_input = is_below(path, &INPUT_PATHS) && !is_below(path, &DIRECTION_PATHS);
+            let is_input = is_below(path, &INPUT_PATHS)
+                && !is_below(path, &DIRECTION_PATHS)
+                && !(parameter.is_of_structure() && PLACES.iter().any(|own| path.contains(own)));
             if !is_input
                 || parameter.of(problem.scene()).is_none_or(|value| value == 0.0)
                 || numbers.contains(&parameter)

@@ -99,6 +99,9 @@ struct GroupFactor {
 /// Factors of the groups of `modulus` in an experiment, from the section and density of its scene: `GJ` (torsion constant) of
 /// a shear modulus, else `EI`, or `EI1` and `EI2` of a rod that bends in two planes.
 fn group_factors(problem: &Problem, modulus: Parameter) -> Vec<GroupFactor> {
+    if problem.scene().structure.is_some() {
+        return Vec::new();
+    }
     let moments = problem.scene().rod.section.moments();
     let density = problem.scene().material.density;
     let factor =

@@ -18,5 +18,6 @@ pub(crate) mod rod_sizes;
 pub(crate) mod scene_notes;
 pub(crate) mod score_tests;
 pub(crate) mod slenderness;
+pub(crate) mod structure_effects;
 pub(crate) mod tested_effects;
 pub(crate) mod undetected_bias;

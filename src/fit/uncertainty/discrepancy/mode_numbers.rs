@@ -124,6 +124,9 @@ fn other_numberings(fitted: Fitted, estimates: &[Estimate]) -> Option<Vec<String
         return None;
     }
     let problem = fitted.problem(experiment).ok()?;
+    if problem.scene().structure.is_some() {
+        return None;
+    }
     // Only a common scale of all frequencies can compensate for other numbers.
     let scale = frequency_scale(search, &problem, &names)?;
     let (estimate, unknown) = (&estimates[scale.unknown], &search.unknowns[scale.unknown]);

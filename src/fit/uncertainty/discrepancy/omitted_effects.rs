@@ -14,7 +14,7 @@ use crate::scene::{Drag, Friction, Parameter, Point, PointMass, Scene, Section, 
 /// Size of an added term where scenes do not allow zero: mass over that of the rod, or stiffness over that of the rod.
 const TRACE: f64 = 1e-9;
 /// Extension of the rod that is equivalent to an elastic clamp, over its thickness, for elastic half-spaces.
-const CLAMP_EXTENSION: f64 = 0.5;
+pub(crate) const CLAMP_EXTENSION: f64 = 0.5;
 /// Damping ratio that air, clamp and material plausibly have.
 const DAMPING_RATIO: f64 = 2e-3;
 /// Half the density of air times a drag coefficient of 1.2, kg/m^3.
@@ -22,13 +22,13 @@ const AIR_DRAG: f64 = 0.72;
 /// Plausible error of an angle by eye, rad.
 const ANGLE: f64 = 0.01;
 /// Plausible relative error of a length or a scale by eye.
-const LENGTH: f64 = 5e-3;
+pub(crate) const LENGTH: f64 = 5e-3;
 /// Plausible relative error of a dimension of the section by calliper.
-const SECTION: f64 = 0.01;
+pub(crate) const SECTION: f64 = 0.01;
 /// Plausible mass of a marker over that of the rod.
-const MARKER_MASS: f64 = 0.01;
+pub(crate) const MARKER_MASS: f64 = 0.01;
 /// Plausible relative error of a density from a data sheet.
-const DENSITY: f64 = 0.04;
+pub(crate) const DENSITY: f64 = 0.04;
 /// Plausible relative change of the stiffness of the part of the rod beside a grip, sleeve or glue.
 const GRIP_STIFFENING: f64 = 0.1;
 /// Number of equal parts of the length, the first of which a grip may stiffen.
@@ -39,6 +39,7 @@ const FRICTION_STIFFNESS: f64 = 0.01;
 const YIELD_CURVATURE: f64 = 0.1;
 
 /// An effect that a scene may omit.
+#[derive(Clone, Copy)]
 pub(crate) struct OmittedEffect {
     /// Path of its number in the scene.
     pub path: &'static str,
@@ -290,6 +291,12 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 20] = [
     },
 ];
 
+/// Whether the number of a path is a term of a structure that cannot be negative.
+fn is_added_to_structure(path: &str) -> bool {
+    let is_compliance = path.starts_with("joints.") && path.ends_with(".rotation");
+    is_compliance || path.starts_with("rods.") && path.ends_with(".mass.0.mass")
+}
+
 /// Adds a table of drag forces, all zero, to a scene without one, if the record has a first extreme (an oscillation); else
 /// nothing.
 fn with_drag(scene: &mut Scene, sizes: &RodSizes) {
@@ -299,6 +306,11 @@ fn with_drag(scene: &mut Scene, sizes: &RodSizes) {
 }
 
 impl OmittedEffect {
+    /// The effect of a number that scenes have already, with the experiment that distinguishes it.
+    pub fn of_number(path: &'static str, test: &'static str) -> Self {
+        Self { path, test, ..EVERY_SCENE }
+    }
+
     /// The number of the effect, as a parameter of a scene.
     pub fn parameter(&self) -> Parameter {
         Parameter::at(self.path)
@@ -307,7 +319,9 @@ impl OmittedEffect {
     /// Whether the number cannot be below the value of the scene: dampings and others that may vanish, the added mass, and
     /// friction.
     pub fn is_one_sided(&self) -> bool {
-        self.parameter().quantity().may_vanish || [TIP_MASS, FRICTION].contains(&self.path)
+        let is_positive =
+            [TIP_MASS, FRICTION].contains(&self.path) || is_added_to_structure(self.path);
+        self.parameter().quantity().may_vanish || is_positive
     }
 
     /// Name of internal friction with its yield curvature in a `scene`, as text; none for other effects, or a scene without

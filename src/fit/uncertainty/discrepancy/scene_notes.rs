@@ -14,12 +14,23 @@ use crate::problem::{AnyProblem, Problem, Purpose};
 /// Largest displacement of a released rod over that of its equilibrium: 2 of an undamped linear oscillation.
 const OVERSHOOT: f64 = 2.0;
 
+/// Effects that are tested for one rod only.
+const STRUCTURE_SCOPE: &str = "shear flexibility, large strains and motions out of the plane are not \
+                               assessed for structures. One of them may bias the estimates. Fit one rod alone to compare";
+
 /// Adds the notes on the scenes of all experiments at an optimum, each text once. One more is on the largest strain of the
 /// first experiment where it is too large. Experiments whose scene does not allow the values of the optimum are skipped.
 pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
     let mut added: Vec<String> = Vec::new();
+    if fitted.search.experiments.iter().any(|e| e.problem.scene().structure.is_some()) {
+        warnings.add(Severity::Note, Code::StructureScope, STRUCTURE_SCOPE);
+    }
     for (k, experiment) in fitted.search.experiments.iter().enumerate() {
         let Ok(problem) = fitted.problem(experiment) else { continue };
+        // Plausibility and strains are those of one rod.
+        if problem.scene().structure.is_some() {
+            continue;
+        }
         let at_rest = experiment.measurements.iter().any(|m| m.requirements().is_at_rest());
         let purpose = match (experiment.moves(), at_rest) {
             (true, _) => Purpose::Motion,

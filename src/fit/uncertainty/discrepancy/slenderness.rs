@@ -241,6 +241,10 @@ fn softening(
     let mut is_defined = false;
     for experiment in search.experiments {
         let problem = fitted.problem(experiment)?;
+        // Shear flexibility is that of one rod.
+        if problem.scene().structure.is_some() {
+            continue;
+        }
         let flexibility = ShearFlexibility::new(problem.scene());
         is_defined |= ratio(&flexibility).is_some();
         let largest = flexibility.isotropic.max(flexibility.stated.unwrap_or(0.0));

@@ -14,12 +14,13 @@ use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::budget::input_changes::InputChange;
 use crate::fit::uncertainty::discrepancy::omitted_effects::{OMITTED_EFFECTS, OmittedEffect};
 use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
+use crate::fit::uncertainty::discrepancy::structure_effects::StructureEffect;
 use crate::fit::unknown::Unknown;
 use crate::scene::Parameter;
 
 /// An omitted effect that is tested in a fit.
 pub(crate) struct TestedEffect {
-    pub effect: &'static OmittedEffect,
+    pub effect: OmittedEffect,
     /// Name in these scenes, as text.
     pub name: String,
     /// Plausible size in the unit of its number.
@@ -87,8 +88,38 @@ impl ExtendedExperiments {
             };
             let detailed = experiments.iter().find_map(|e| effect.name_in(e.problem.scene()));
             let name = detailed.unwrap_or_else(|| effect.name.into());
-            effects.push(TestedEffect { effect, name, plausible_size: size, change });
+            effects.push(TestedEffect { effect: *effect, name, plausible_size: size, change });
         }
+        effects.extend(effects_of_structures(&mut experiments, &stated)?);
         Ok(Self { experiments, effects })
     }
+}
+
+/// Adds the effects of structures to the experiments that can have them. `stated` parameters are no omitted effects.
+fn effects_of_structures(
+    experiments: &mut [Experiment],
+    stated: &[Parameter],
+) -> Result<Vec<TestedEffect>, Error> {
+    let mut found: Vec<(StructureEffect, Vec<String>)> = Vec::new();
+    for experiment in experiments.iter_mut() {
+        for effect in StructureEffect::all(experiment) {
+            if stated.contains(&effect.parameter()) {
+                continue;
+            }
+            let Some(problem) = effect.added(&experiment.problem) else { continue };
+            experiment.problem = problem;
+            let name = experiment.name.clone();
+            match found.iter_mut().find(|(own, _)| own.path == effect.path) {
+                Some((_, experiments)) => experiments.push(name),
+                None => found.push((effect, vec![name])),
+            }
+        }
+    }
+    let tested = |(effect, own): (StructureEffect, Vec<String>)| {
+        let StructureEffect { path, name, size, .. } = &effect;
+        let number = Unknown { experiments: own, ..Unknown::new(effect.parameter()) };
+        let change = InputChange::with_size(experiments, path, &number, *size);
+        TestedEffect { effect: effect.omitted(), name: name.clone(), plausible_size: *size, change }
+    };
+    Ok(found.into_iter().map(tested).collect())
 }

@@ -123,7 +123,11 @@ pub(crate) fn discretization_errors(
 /// whose mesh cannot be chosen, leave out the step only.
 fn remedy(experiments: &[Experiment]) -> &'static str {
     let is_line = |e: &Experiment| matches!(e.problem.scene().rod.shape, Shape::Polyline { .. });
+    let is_structure = |e: &Experiment| e.problem.scene().structure.is_some();
     match experiments.iter().any(is_line) {
+        _ if experiments.iter().any(is_structure) => {
+            "Use more rods.segments and a smaller time.step"
+        }
         true => "Leave out time.step, and the program chooses it; the mesh is that of the polyline",
         false => "Leave out rod.segments and time.step, and the program chooses them",
     }

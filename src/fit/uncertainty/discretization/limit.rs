@@ -39,6 +39,9 @@ const FEWEST_STEPS: f64 = 100.0;
 /// The same where the program chose the step.
 const FEWEST_CHOSEN_STEPS: f64 = 40.0;
 
+/// Order of the errors of a structure in the element size.
+const STRUCTURE_ORDER: f64 = 2.0;
+
 /// An experiment with another mesh or step, and its extrapolation.
 struct OtherNumerics {
     experiment: Experiment,
@@ -88,7 +91,12 @@ fn on_other_mesh(
         None => (own * FINER).round(),
     };
     let other = problem.with_scene(problem.remeshed(segments as usize))?;
-    let order = if is_chosen { smooth_mesh_order(scene) } else { 1.0 };
+    // A structure has no chosen mesh; its errors are of second order.
+    let order = match (is_chosen, &scene.structure) {
+        (true, _) => smooth_mesh_order(scene),
+        (false, Some(_)) => STRUCTURE_ORDER,
+        (false, None) => 1.0,
+    };
     let error_ratio = Extrapolation { ratio: segments / own, order }.error_before();
     Ok(Some(OtherNumerics { experiment: experiment.with_problem(other), error_ratio }))
 }
@@ -120,7 +128,7 @@ fn with_other_step(
         if let Some(larger) = larger.find(|larger| *larger * time.step_size() <= largest) {
             ratio = larger.recip();
         }
-        if is_chosen {
+        if is_chosen || scene.structure.is_some() {
             order = step_order(time);
         }
         time.step = time.step.map(|step| step / ratio);

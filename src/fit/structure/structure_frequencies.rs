@@ -1,0 +1,42 @@
+//! Natural frequencies of a structure with their derivatives, as measurements compare them.
+
+use crate::error::{Error, ensure};
+use crate::scene::Parameter;
+use crate::structure::Structure;
+use crate::vibration::{ModeFilter, ModeName, NaturalFrequency};
+use num_dual::Dual64;
+
+/// The frequencies of modes by their numbers in the plane of a structure, with derivatives by `parameters`.
+///
+/// # Errors
+/// Those of the modes, and names of modes with a filter.
+pub(crate) fn structure_frequencies(
+    structure: &Structure,
+    modes: &[ModeName],
+    parameters: &[Parameter],
+) -> Result<Vec<NaturalFrequency>, Error> {
+    check_names(modes, "frequencies")?;
+    let count = modes.iter().map(|mode| mode.number).max().unwrap_or(0);
+    let plain = structure.natural_frequencies_over(count, |_, value, _| value)?;
+    let of_mode = |mode: &ModeName| NaturalFrequency {
+        frequency_rad_s: plain[mode.number - 1],
+        derivatives: Vec::with_capacity(parameters.len()),
+    };
+    let mut frequencies: Vec<NaturalFrequency> = modes.iter().map(of_mode).collect();
+    for parameter in parameters {
+        let duals = structure.natural_frequencies_over(count, |path, value, _| {
+            Dual64::new(value, f64::from(u8::from(path == parameter.path())))
+        })?;
+        for (frequency, mode) in frequencies.iter_mut().zip(modes) {
+            frequency.derivatives.push(duals[mode.number - 1].eps);
+        }
+    }
+    Ok(frequencies)
+}
+
+/// Rejects filters of modes: those of a structure are all in its plane.
+pub(crate) fn check_names(modes: &[ModeName], key: &str) -> Result<(), Error> {
+    let is_plain = modes.iter().all(|mode| mode.among == ModeFilter::default());
+    let allowed = "no such keys for a structure, whose modes are all in its plane";
+    ensure(is_plain, key, "plane, kind or direction", allowed)
+}

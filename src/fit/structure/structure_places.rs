@@ -1,0 +1,74 @@
+//! Validation of observed points of structures.
+
+use crate::error::{Error, ensure};
+use crate::fit::structure::structure_problem::structure_of;
+use crate::problem::Problem;
+use crate::scene::marker::is_beside;
+use crate::scene::{Point, StructurePoint};
+
+/// Rejects a point of a structure in a scene of one rod, a point of one rod in a structure, and points that the structure
+/// does not have. Returns whether the scene is a structure. `key` is that of the measurement, and `offset`, m, that of a
+/// marker beside a rod.
+pub(crate) fn check_place(
+    problem: &Problem,
+    place: Option<&StructurePoint>,
+    offset: [f64; 3],
+    key: &str,
+) -> Result<bool, Error> {
+    let point = format!("{key}.point");
+    let Some(structure) = structure_of(problem)? else {
+        let allowed =
+            "\"tip\", the index of a node or { arc_length = .. }, as the scene has one rod";
+        let found = "a point of a structure";
+        return ensure(place.is_none(), point, found, allowed).map(|()| false);
+    };
+    let Some(place) = place else {
+        let names: Vec<&str> = structure.scene().rods.iter().map(|rod| &rod.name[..]).collect();
+        let allowed = format!(
+            "{{ rod = \"..\", at = \"tip\" }} or {{ body = \"..\" }} in a structure, with a rod among {}",
+            names.join(", ")
+        );
+        return Err(Error::invalid(point, "a point without a rod or body", allowed));
+    };
+    let allowed = "no such key in a structure; the offset of a point of a body is in its point";
+    ensure(!is_beside(offset), format!("{key}.offset"), format!("{offset:?}"), allowed)?;
+    structure.nodes().stencil(place, &point).map(|_| true)
+}
+
+/// Rejects a rod's name in a scene of one rod, and its lack in a structure. Returns whether the scene is a structure. `key`
+/// is that of the measurement.
+pub(crate) fn check_rod(problem: &Problem, rod: Option<&str>, key: &str) -> Result<bool, Error> {
+    let key = format!("{key}.rod");
+    match (&problem.scene().structure, rod) {
+        (None, None) => Ok(false),
+        (None, Some(name)) => {
+            Err(Error::invalid(key, name, "no such key, as the scene has one rod"))
+        }
+        (Some(structure), Some(name)) => structure.rod(&key, name).map(|_| true),
+        (Some(structure), None) => {
+            let names: Vec<&str> = structure.rods.iter().map(|rod| &rod.name[..]).collect();
+            Err(Error::invalid(key, "no such key", format!("one of {}", names.join(", "))))
+        }
+    }
+}
+
+/// Position of a point at rest, m: of a structure that of its `place`.
+///
+/// # Errors
+/// Points that are not on the rod.
+pub(crate) fn rest_position(
+    problem: &Problem,
+    point: Point,
+    place: Option<&StructurePoint>,
+) -> Result<[f64; 3], Error> {
+    match (place, structure_of(problem)?) {
+        (Some(place), Some(structure)) => {
+            let stencil = structure.nodes().stencil(place, "point")?;
+            let rest = structure.at_rest();
+            let zero = vec![0.0; rest.q.len()];
+            let motions = structure.node_motions(&rest.assembly, [&rest.q, &zero], &rest.frames);
+            Ok(stencil.place(|node| motions[node][0]))
+        }
+        _ => Ok(problem.rest_position(&problem.stencil(point)?)),
+    }
+}

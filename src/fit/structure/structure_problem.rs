@@ -1,0 +1,72 @@
+//! The problem of a structure in a fit: a straight rod of its total length and number of edges, in its plane.
+//!
+//! The rod gives scales of length and work, the plane of the camera, and the time of the scene. It is never simulated. Its
+//! scene has the structure, whose numbers are the parameters. Other meshes of the rod are other meshes of all rods of the
+//! structure, finer or coarser by the same factor.
+
+use crate::error::{Error, ensure};
+use crate::problem::Problem;
+use crate::scene::rod::Dimension;
+use crate::scene::{Initial, Scene, Shape, StructureScene, Time};
+use crate::structure::Structure;
+
+/// Acceleration that orients the plane of the representative rod, m/s^2. It has no other effect.
+const ORIENTING_GRAVITY: f64 = 9.81;
+/// Fewest edges of a rod on another mesh.
+const FEWEST_EDGES: f64 = 6.0;
+
+/// The problem that stands for a structure.
+///
+/// # Errors
+/// [`Error::Invalid`] for scenes that are not valid.
+pub(crate) fn representative_problem(scene: StructureScene) -> Result<Problem, Error> {
+    let structure = Structure::new(scene)?;
+    let scene = structure.scene();
+    let Some([direction, across]) = structure.plane_axes() else {
+        let allowed = "a structure in a plane: those in space are simulated, not fitted";
+        let error = Error::invalid("scene", "a structure in space", allowed);
+        return Err(error.in_file(scene.path.as_deref()));
+    };
+    let shape = Shape::Straight { length: structure.length(), direction };
+    let first = &scene.rods[0];
+    let material = scene.material_of(first)?;
+    let mut rod = Scene::new(structure.segments(), shape, first.section.clone(), material);
+    rod.rod.dimension = Dimension::Planar;
+    rod.loads.gravity = across.map(|x| -ORIENTING_GRAVITY * x);
+    rod.loads.damping = scene.loads.damping;
+    rod.initial = Initial { state: scene.initial.state, ..Initial::default() };
+    rod.time.clone_from(&scene.time);
+    rod.camera = scene.camera;
+    rod.path.clone_from(&scene.path);
+    rod.structure = Some(Box::new(scene.clone()));
+    rod.build()
+}
+
+/// The structure of a problem, on the mesh and with the time step of the problem; none of one rod.
+///
+/// # Errors
+/// [`Error::Invalid`] for numbers that are not allowed.
+pub(crate) fn structure_of(problem: &Problem) -> Result<Option<Structure>, Error> {
+    let Some(scene) = &problem.scene().structure else { return Ok(None) };
+    let mut scene = (**scene).clone();
+    if let (Some(own), Some(time)) = (&scene.time, &problem.scene().time) {
+        let (beta, rho_inf) = (own.beta, own.rho_inf);
+        scene.time = Some(Time { beta, rho_inf, ..time.clone() });
+    }
+    let edges: usize = scene.rods.iter().map(|rod| rod.segments).sum();
+    if problem.segments() != edges {
+        let ratio = problem.segments() as f64 / edges as f64;
+        for rod in &mut scene.rods {
+            let count = (ratio * rod.segments as f64).round().max(FEWEST_EDGES);
+            rod.remeshed = Some(count as usize);
+        }
+    }
+    Ok(Some(Structure::new(scene)?.with_derivatives(problem.derivatives())))
+}
+
+/// Rejects a structure in a function that is defined for one rod only; `name` is that of the function, for the message.
+pub(crate) fn refuse_structure(problem: &Problem, key: &str, name: &str) -> Result<(), Error> {
+    let is_rod = problem.scene().structure.is_none();
+    let allowed = format!("a scene of one rod, as {name} is not defined for structures");
+    ensure(is_rod, key, "a structure ([[rods]])", allowed)
+}

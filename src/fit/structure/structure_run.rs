@@ -1,0 +1,163 @@
+//! Runs of a structure with their derivatives, as the records that measurements read.
+//!
+//! A run in plain numbers halves the steps that fail. Runs in dual numbers repeat its steps, two parameters each, on
+//! several threads.
+
+use crate::dynamics::Trajectory;
+use crate::dynamics::record::Record;
+use crate::error::Error;
+use crate::numerics::scalar::Nestable;
+use crate::problem::Problem;
+use crate::scene::Parameter;
+use crate::scene::number::Quantity;
+use crate::structure::{NodeMotion, Structure};
+use num_dual::DualSVec64;
+use rayon::prelude::*;
+
+/// Parameters of one run in dual numbers.
+const LANES: usize = 2;
+/// Dual number with a derivative by each parameter of a run.
+type PairDual = DualSVec64<LANES>;
+
+/// Derivatives of the motions of all tracked nodes at all times, by some parameters.
+type MotionRates = Vec<Vec<NodeMotion<f64>>>;
+
+/// The number of a path with the seeded derivatives of `parameters`.
+fn seeded(parameters: &[Parameter], path: &str, value: f64) -> PairDual {
+    let mut number = PairDual::from(value);
+    if let Some(k) = parameters.iter().position(|parameter| parameter.path() == path) {
+        number = number.derivative(k);
+    }
+    number
+}
+
+/// The derivative by parameter `k` of motions in dual numbers.
+fn rates_by(motion: &NodeMotion<PairDual>, k: usize) -> NodeMotion<f64> {
+    let rate = |x: PairDual| x.eps.0.map_or(0.0, |eps| eps[k]);
+    [0, 1].map(|part| [0, 1, 2].map(|c| rate(motion[part][c])))
+}
+
+/// Derivatives by all `parameters`, of which `run` computes those by up to [`LANES`] at once.
+fn rates(
+    parameters: &[Parameter],
+    run: impl Fn(&[Parameter]) -> Result<Vec<NodeMotion<PairDual>>, Error> + Sync,
+) -> Result<MotionRates, Error> {
+    let of_pair = |pair: &[Parameter]| {
+        let motions = run(pair)?;
+        let by = |k: usize| motions.iter().map(|motion| rates_by(motion, k)).collect();
+        Ok((0..pair.len()).map(by).collect::<MotionRates>())
+    };
+    // All results are collected before the first error is returned, so that it does not depend on threads.
+    let all: Vec<Result<MotionRates, Error>> = parameters.par_chunks(LANES).map(of_pair).collect();
+    Ok(all.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+}
+
+/// The motions of the nodes `tracked` of a structure that repeats the steps which end at `taken`, s; those at the times of
+/// the record, which are `times`, s, one after the other.
+pub(crate) fn repeated_motion<D: Nestable>(
+    structure: &Structure,
+    tracked: &[usize],
+    times: &[f64],
+    taken: &[f64],
+    seed: impl FnMut(&str, f64, Quantity) -> D,
+) -> Result<Vec<NodeMotion<D>>, Error> {
+    let mut simulation = structure.simulation_over(seed)?;
+    let mut motions = Vec::with_capacity(times.len() * tracked.len());
+    let mut ends = taken.iter();
+    for (k, time) in times.iter().enumerate() {
+        // The record has the start, and then the ends of the steps of the scene.
+        if k > 0 {
+            for end in ends.by_ref() {
+                simulation.step_to(*end)?;
+                if end >= time {
+                    break;
+                }
+            }
+        }
+        let state = simulation.state();
+        let all = structure.node_motions(simulation.rod(), [&state.q, &state.v], &state.frames);
+        motions.extend(tracked.iter().map(|node| all[*node]));
+    }
+    Ok(motions)
+}
+
+/// The motion of the nodes `tracked`, ascending, over the first `steps` steps of a problem with this structure, with
+/// derivatives by `parameters`. `count` receives the number of steps, also that of a run that fails.
+///
+/// # Errors
+/// Those of a step, and [`Error::Interrupted`].
+pub(crate) fn simulated_motion(
+    problem: &Problem,
+    structure: &Structure,
+    tracked: &[usize],
+    steps: usize,
+    parameters: &[Parameter],
+    count: impl Fn(usize),
+) -> Result<Trajectory, Error> {
+    let time = problem.time()?;
+    let mut record = Record::new(tracked, parameters.len());
+    let mut motion = structure.simulation()?;
+    let mut push = |motion: &crate::structure::StructureMotion<'_>| {
+        let (simulation, now) = (motion.simulation(), motion.time());
+        let state = simulation.state();
+        let all = structure.node_motions(simulation.rod(), [&state.q, &state.v], &state.frames);
+        record.push(now, tracked.iter().map(|node| all[*node]));
+    };
+    push(&motion);
+    for k in 1..=steps {
+        let outcome = match problem.is_stopped() {
+            true => Err(Error::Interrupted),
+            false => motion.step_to(time.at(k)),
+        };
+        if let Err(error) = outcome {
+            count(motion.simulation().work().steps + 1);
+            return Err(error);
+        }
+        push(&motion);
+    }
+    record.work = motion.simulation().work();
+    record.taken = motion.taken().to_vec();
+    count(record.work.steps);
+    let (times, taken) = (record.times().to_vec(), record.taken.clone());
+    let derivatives = rates(parameters, |pair| {
+        let seed = |path: &str, value: f64, _: Quantity| seeded(pair, path, value);
+        repeated_motion(structure, tracked, &times, &taken, seed)
+    })?;
+    for (k, rates) in derivatives.into_iter().enumerate() {
+        *record.derivatives_mut(k) = rates;
+    }
+    Ok(Trajectory::recorded(problem, parameters, record))
+}
+
+/// The positions of the nodes `tracked` at equilibrium over another number type, with velocities of zero.
+pub(crate) fn motion_at_rest<D: Nestable>(
+    structure: &Structure,
+    tracked: &[usize],
+    seed: impl FnMut(&str, f64, Quantity) -> D,
+) -> Result<Vec<NodeMotion<D>>, Error> {
+    let (assembly, q, frames) = structure.equilibrium_over(seed)?;
+    let v = vec![D::from(0.0); q.len()];
+    let all = structure.node_motions(&assembly, [&q, &v], &frames);
+    Ok(tracked.iter().map(|node| all[*node]).collect())
+}
+
+/// The equilibrium of the nodes `tracked`, ascending, of a problem with this structure, with derivatives by `parameters`.
+///
+/// # Errors
+/// Those of the equilibrium.
+pub(crate) fn equilibrium(
+    problem: &Problem,
+    structure: &Structure,
+    tracked: &[usize],
+    parameters: &[Parameter],
+) -> Result<Trajectory, Error> {
+    let mut record = Record::new(tracked, parameters.len());
+    record.push(0.0, motion_at_rest(structure, tracked, |_, value, _| value)?.into_iter());
+    let derivatives = rates(parameters, |pair| {
+        motion_at_rest(structure, tracked, |path, value, _| seeded(pair, path, value))
+    })?;
+    for (k, rates) in derivatives.into_iter().enumerate() {
+        *record.derivatives_mut(k) = rates;
+    }
+    Ok(Trajectory::recorded(problem, parameters, record))
+}

@@ -1,0 +1,261 @@
+//! Effects that the scene of a structure may omit: compliant joints, markers, and errors of lengths, sections and densities.
+//!
+//! Damping and camera have the effects of any scene. A compliant support is a spring joint between the rod and a short stiff
+//! rod that the support clamps. Motions out of the plane are not tested.
+
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::uncertainty::discrepancy::omitted_effects::{
+    CLAMP_EXTENSION, DENSITY, LENGTH, MARKER_MASS, OmittedEffect, SECTION,
+};
+use crate::problem::Problem;
+use crate::scene::per_axis::PerAxis;
+use crate::scene::structure::{
+    JointEnd, RodEnd, RodMaterial, StructureJoint, StructureRod, SupportedEnd,
+};
+use crate::scene::structure_point::{PointOfRod, StructurePoint};
+use crate::scene::{Material, Parameter, Point, PointMass, Shape, StructureScene, Support, Taper};
+
+/// Size of an added compliance or mass over its plausible size, as scenes do not allow zero.
+const TRACE: f64 = 1e-4;
+/// Edges of the stub of a compliant support.
+const STUB_EDGES: usize = 6;
+/// Young's modulus of the stub over that of its rod: its own compliance is a thousandth of the plausible one.
+const STUB_STIFFENING: f64 = 2e3;
+
+/// An effect of a structure with its plausible size.
+pub(super) struct StructureEffect {
+    /// Path of its number.
+    pub path: &'static str,
+    /// Name, as text.
+    pub name: String,
+    /// Plausible size in the unit of the number.
+    pub size: f64,
+    /// Experiment that distinguishes it from the parameters.
+    test: &'static str,
+    /// The term that is added to the scene.
+    term: Term,
+}
+
+/// A term of a structure that an effect adds.
+enum Term {
+    /// None: the number is in every scene.
+    Present,
+    /// A rotational spring instead of the rigid joint of this index.
+    JointSpring(usize),
+    /// A point mass at the observed point of the rod of this index.
+    Marker(usize, Point),
+    /// A stub between the support of this index and its rod, along this direction of the rod at the support.
+    SoftSupport(usize, [f64; 3]),
+}
+
+/// Sizes of a rod of a structure.
+struct RodOfStructure {
+    /// Length, m; none of a polyline.
+    length: Option<f64>,
+    /// Thickness in the softer direction, m.
+    thickness: f64,
+    /// Least bending stiffness, N m^2.
+    bending: f64,
+    /// Mass per length, kg/m.
+    line_mass: f64,
+}
+
+impl RodOfStructure {
+    /// The sizes of a rod; none without a material.
+    fn new(scene: &StructureScene, rod: &StructureRod) -> Option<Self> {
+        let material = scene.material_of(rod).ok()?;
+        let moments = rod.section.moments();
+        let [i1, i2] = moments.second_moments;
+        let least = i1.min(i2);
+        let length = match &rod.shape {
+            Shape::Straight { length, .. } | Shape::Arc { length, .. } => Some(*length),
+            _ => None,
+        };
+        Some(Self {
+            length,
+            // A circle of radius a has I/A = a^2/4.
+            thickness: 4.0 * (least / moments.area).sqrt(),
+            bending: material.youngs_modulus * least,
+            line_mass: material.density * moments.area,
+        })
+    }
+}
+
+impl StructureEffect {
+    /// All effects of the structure of an experiment; none of one rod.
+    pub fn all(experiment: &Experiment) -> Vec<Self> {
+        let Some(scene) = &experiment.problem.scene().structure else { return Vec::new() };
+        let mut all = Vec::new();
+        let mut add = |path: String, name: String, size: f64, test, term| {
+            let path = Parameter::at(&path).path();
+            all.push(Self { path, name, size, test, term });
+        };
+        let mut soft_supports = 0;
+        let rod_of = |name: &str| scene.rods.iter().find(|rod| rod.name == name);
+        for (i, joint) in scene.joints.iter().enumerate() {
+            let StructureJoint::Rigid { connects } = joint else { continue };
+            let rods: Vec<&str> = connects.iter().filter_map(|end| end.rod.as_deref()).collect();
+            let sizes = rods.iter().filter_map(|name| RodOfStructure::new(scene, rod_of(name)?));
+            let compliance = sizes.map(|own| CLAMP_EXTENSION * own.thickness / own.bending);
+            let Some(size) = compliance.reduce(f64::max) else { continue };
+            let name = format!("compliant joint of {}", rods.join(", "));
+            let test = "load one rod at rest and photograph the angles at the joint";
+            add(format!("joints.{i}.rotation"), name, size, test, Term::JointSpring(i));
+        }
+        for (i, support) in scene.supports.iter().enumerate() {
+            let Some(rod) = rod_of(&support.of.rod) else { continue };
+            // The joint of the stub is the first one after those of the scene.
+            let joint = scene.joints.len() + soft_supports;
+            if let (Some(own), Shape::Straight { direction, .. }, Support::Clamped) =
+                (RodOfStructure::new(scene, rod), &rod.shape, support.kind)
+            {
+                let size = CLAMP_EXTENSION * own.thickness / own.bending;
+                let name = format!("compliant support of {}", rod.name);
+                let test = "repeat at another free length";
+                let term = Term::SoftSupport(i, *direction);
+                add(format!("joints.{joint}.rotation"), name, size, test, term);
+                soft_supports += 1;
+            }
+        }
+        let mut materials: Vec<&str> = Vec::new();
+        for (i, rod) in scene.rods.iter().enumerate() {
+            let Some(own) = RodOfStructure::new(scene, rod) else { continue };
+            let place = format!("rods.{}", rod.name);
+            let marker = observed_point(experiment, &rod.name).filter(|_| rod.mass.is_empty());
+            if let (Some(point), Some(length)) = (marker, own.length) {
+                let name = format!("marker on {}", rod.name);
+                let (size, test) = (MARKER_MASS * own.line_mass * length, "weigh the marker");
+                add(format!("{place}.mass.0.mass"), name, size, test, Term::Marker(i, point));
+            }
+            if let Some(length) = own.length {
+                let (name, test) = (format!("other length of {}", rod.name), "measure the length");
+                add(format!("{place}.shape.length"), name, LENGTH * length, test, Term::Present);
+            }
+            let section = format!("{place}.section");
+            let scene = experiment.problem.scene();
+            for (key, test) in [("radius", "calliper at both ends"), ("height", "calliper")] {
+                let path = format!("{section}.{key}");
+                if let Some(value) = Parameter::at(&path).of(scene) {
+                    let name = format!("other {key} of {}", rod.name);
+                    add(path, name, SECTION * value, test, Term::Present);
+                }
+            }
+            let (density, name) = match &rod.material {
+                RodMaterial::Name(name) if materials.contains(&&name[..]) => continue,
+                RodMaterial::Name(name) => {
+                    materials.push(name);
+                    (format!("materials.{name}.density"), format!("other density of {name}"))
+                }
+                RodMaterial::Own(_) => {
+                    (format!("{place}.material.density"), format!("other density of {}", rod.name))
+                }
+            };
+            if let Some(value) = Parameter::at(&density).of(scene) {
+                add(density, name, DENSITY * value, "weigh the rod", Term::Present);
+            }
+        }
+        all
+    }
+
+    /// The number of the effect.
+    pub fn parameter(&self) -> Parameter {
+        Parameter::at(self.path)
+    }
+
+    /// The effect as one of those of any scene.
+    pub fn omitted(&self) -> OmittedEffect {
+        OmittedEffect::of_number(self.path, self.test)
+    }
+
+    /// The problem with the term added; none where the structure cannot have it.
+    pub fn added(&self, problem: &Problem) -> Option<Problem> {
+        let mut scene = problem.scene().clone();
+        let structure = scene.structure.as_mut()?;
+        let mut stub_edges = None;
+        match self.term {
+            Term::SoftSupport(support, direction) => {
+                let edges: usize = structure.rods.iter().map(|rod| rod.segments).sum();
+                stub_edges = Some((STUB_EDGES, edges));
+                soften_support(structure, support, direction, TRACE * self.size)?;
+            }
+            Term::Present => {}
+            Term::Marker(rod, node) => {
+                structure.rods[rod].mass.push(PointMass::new(node, TRACE * self.size));
+            }
+            Term::JointSpring(joint) => {
+                let mut connects = structure.joints[joint].connects().to_vec();
+                // A spring turns the further entries against the first, which a body must be.
+                connects.sort_by_key(|end| end.body.is_none());
+                let rotation = PerAxis::One(TRACE * self.size);
+                structure.joints[joint] = StructureJoint::Spring { connects, rotation, rest: 0.0 };
+            }
+        }
+        if let Some((stub, edges)) = stub_edges {
+            // The representative rod has the edges of the stub too, in the same proportion on another mesh.
+            let grown = |count: usize| (count as f64 * (1.0 + stub as f64 / edges as f64)).round();
+            scene.rod.segments = scene.rod.segments.map(|count| count + stub);
+            scene.remeshed = scene.remeshed.map(|count| grown(count) as usize);
+        }
+        let added = problem.with_scene(scene).ok()?;
+        added.check_parameter(self.parameter()).ok()?;
+        Some(added)
+    }
+}
+
+/// Replaces the clamp of a support by a spring joint of a compliance, rad/(N m), to a short stiff rod that is clamped
+/// instead. `direction` is that of the supported rod.
+fn soften_support(
+    structure: &mut StructureScene,
+    support: usize,
+    direction: [f64; 3],
+    compliance: f64,
+) -> Option<()> {
+    let end = structure.supports[support].of.clone();
+    let rod = structure.rods.iter().find(|rod| rod.name == end.rod)?;
+    let own = RodOfStructure::new(structure, rod)?;
+    let material = structure.material_of(rod).ok()?;
+    let name = format!("support-of-{}", end.rod);
+    let stub = StructureRod {
+        name: name.clone(),
+        segments: STUB_EDGES,
+        shape: Shape::Straight { length: own.thickness, direction },
+        origin: None,
+        section: rod.section.clone(),
+        material: RodMaterial::Own(Material {
+            youngs_modulus: STUB_STIFFENING * material.youngs_modulus,
+            ..material
+        }),
+        taper: Taper::default(),
+        natural_curvature: 1.0.into(),
+        mass: Vec::new(),
+        remeshed: None,
+    };
+    // A stub at the start of a rod ends there, one at its end starts there.
+    let [joined, clamped] = match end.at {
+        RodEnd::Start => [RodEnd::End, RodEnd::Start],
+        RodEnd::End => [RodEnd::Start, RodEnd::End],
+    };
+    let end_of = |rod: String, at: RodEnd| JointEnd {
+        rod: Some(rod),
+        at: Some(at),
+        body: None,
+        offset: None,
+    };
+    let connects = vec![end_of(name.clone(), joined), end_of(end.rod, end.at)];
+    structure.rods.push(stub);
+    structure.joints.push(StructureJoint::Spring {
+        connects,
+        rotation: PerAxis::One(compliance),
+        rest: 0.0,
+    });
+    structure.supports[support].of = SupportedEnd { rod: name, at: clamped };
+    Some(())
+}
+
+/// The first observed point of a rod.
+fn observed_point(experiment: &Experiment, rod: &str) -> Option<Point> {
+    experiment.measurements.iter().find_map(|measurement| match &measurement.motion()?.place {
+        Some(StructurePoint::Rod(PointOfRod { rod: own, at })) if own == rod => Some(at.point()),
+        _ => None,
+    })
+}

@@ -1,0 +1,80 @@
+//! The page of a simulation of a structure: its result, the animation of all rods, energies and settings.
+
+use crate::page::card::{MessageList, card};
+use crate::page::html::{capitalized, escaped, section, with_explanation};
+use crate::page::number::quantity;
+use crate::page::page;
+use crate::page::plane::planes;
+use crate::page::player::{PlayedMotion, motion_player};
+use crate::page::settings::time_steps;
+use crate::page::simulation::{energy, snapshots, tip};
+use crate::page::table::{HtmlTable, KeyTable};
+use crate::structure::{Structure, StructureFilm, StructureReport};
+use crate::summary::Tone;
+
+/// A self-contained HTML page of a simulation of a structure. `title` names the simulation, for example its scene file.
+pub fn structure_page(
+    structure: &Structure,
+    report: &StructureReport,
+    film: &StructureFilm,
+    title: &str,
+) -> String {
+    let (frames, samples) = (film.frames(), film.samples());
+    let mut body = first_card(report);
+    let planes = planes(|| frames.iter().flat_map(|frame| &frame.nodes));
+    if let (false, Some(last)) = (frames.is_empty(), structure.scene().rods.last()) {
+        let motion = PlayedMotion {
+            frames,
+            samples,
+            length: structure.length(),
+            gravity: structure.scene().loads.gravity,
+            thinned: String::new(),
+            model: format!("The path is that of the tip of {}", escaped(&last.name)),
+        };
+        body += &section("Trajectory", &motion_player(&motion, &planes));
+        body += &section("Shapes over time", &snapshots(frames, &planes));
+        body += &section("Energy", &energy(samples));
+        body += &section(&format!("Tip of {}", escaped(&last.name)), &tip(samples, &planes));
+    }
+    body += &section("Settings and cost", &settings(structure, report));
+    page("Simulation", title, &body, None)
+}
+
+/// The end of the run with the tips of all rods, and the warnings.
+fn first_card(report: &StructureReport) -> String {
+    let tone = Tone::of_result(report.status == "completed", !report.warnings.is_empty());
+    let shown = |x: f64| format!("{x:.6}");
+    let rods = report.shape.rods.iter();
+    let table = HtmlTable::new("tips of the rods at the end", rods)
+        .id("answer")
+        .text("rod", |(name, _)| name.to_string())
+        .text("x, m", |(_, rod)| shown(rod.tip[0]))
+        .text("y, m", |(_, rod)| shown(rod.tip[1]))
+        .text("z, m", |(_, rod)| shown(rod.tip[2]))
+        .render();
+    let headline = with_explanation(&capitalized(&report.status));
+    let warnings = MessageList { heading: "Warnings", messages: report.warnings.clone() };
+    card(tone, &headline, &table, &[warnings])
+}
+
+/// The scene, its meshes and steps, and the cost of the run.
+fn settings(structure: &Structure, report: &StructureReport) -> String {
+    let scene = structure.scene();
+    let edges = format!(
+        "{} rods with {} segments on {}",
+        scene.rods.len(),
+        structure.segments(),
+        quantity(structure.length(), "m")
+    );
+    let steps = scene.time.as_ref().map(|time| time_steps(time.step_size(), time.end));
+    let work = &report.work;
+    let cost = format!("{} steps, {} Newton iterations", work.steps, work.newton_iterations);
+    KeyTable::default()
+        .row_if_any("scene", scene.path.as_ref().map(|path| path.display().to_string()))
+        .row("model", format!("structure in a plane, {} degrees of freedom", report.dof))
+        .row("mesh", edges)
+        .row_if_any("time step", steps)
+        .row_if_any("scheme", scene.time.as_ref().map(|time| time.scheme.name()))
+        .row("cost", cost)
+        .render()
+}

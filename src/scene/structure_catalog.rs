@@ -1,0 +1,73 @@
+//! Structures that together contain every parameter of a structure, for the catalog of quantities.
+
+use crate::scene::mass::PointMass;
+use crate::scene::per_axis::PerAxis;
+use crate::scene::point::Point;
+use crate::scene::rod::Dimension;
+use crate::scene::structure::{
+    JointEnd, NamedMaterial, RigidBody, RodMaterial, StructureForce, StructureJoint,
+    StructureLoads, StructureRod, StructureScene, StructureStart,
+};
+use crate::scene::{Camera, Scene};
+
+/// Name of rods, materials and bodies in general paths: `rods.*.section.radius`.
+pub(crate) const ANY_NAME: &str = "*";
+
+/// A structure with the rod, loads and time of a scene of one rod, and with every kind of body and joint.
+pub(crate) fn catalog_structure(scene: &Scene) -> StructureScene {
+    let name = || ANY_NAME.to_string();
+    let rod = StructureRod {
+        name: name(),
+        segments: 6,
+        shape: scene.rod.shape.clone(),
+        origin: Some([0.0; 3]),
+        section: scene.rod.section.clone(),
+        material: RodMaterial::Own(scene.material.clone()),
+        taper: scene.rod.taper.clone(),
+        natural_curvature: scene.rod.natural_curvature.clone(),
+        mass: vec![PointMass { node: Point::ArcLength(1.0), mass: 1.0 }],
+        remeshed: None,
+    };
+    let material = NamedMaterial {
+        name: name(),
+        density: 1.0,
+        youngs_modulus: 1.0,
+        poisson_ratio: Some(0.3),
+        shear_modulus: Some(1.0),
+        stretch_law: Default::default(),
+    };
+    let end = JointEnd { rod: None, at: None, body: Some(name()), offset: Some([0.0; 3]) };
+    let force = StructureForce {
+        rod: Some(name()),
+        node: Some(Point::ArcLength(1.0)),
+        body: None,
+        force: [1.0; 3],
+    };
+    StructureScene {
+        dimension: Dimension::default(),
+        rods: vec![rod],
+        materials: vec![material],
+        bodies: vec![RigidBody {
+            name: name(),
+            mass: 1.0,
+            inertia: PerAxis::One(1.0),
+            orientation: Some([0.0; 3]),
+            position: [0.0; 3],
+        }],
+        joints: vec![StructureJoint::Spring {
+            connects: vec![end],
+            rotation: PerAxis::One(1.0),
+            rest: 0.0,
+        }],
+        supports: Vec::new(),
+        loads: StructureLoads {
+            gravity: [0.0; 3],
+            damping: scene.loads.damping,
+            point: vec![force],
+        },
+        initial: StructureStart::default(),
+        time: scene.time.clone(),
+        camera: Camera::default(),
+        path: None,
+    }
+}

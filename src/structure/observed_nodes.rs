@@ -1,0 +1,190 @@
+//! Points of a structure as weighted sums of its nodes, and the motion of these nodes.
+//!
+//! Nodes are numbered over all rods, one rod after the other. Four further nodes follow for each body of `[[bodies]]`: its
+//! center of mass `c`, and the three points `c + R e` at one meter from it along the world axes `e` at rest, with the
+//! rotation `R`. A point at the offset `o` is `c + R o`, the sum of these nodes with the weights `1 - sum o` and `o`.
+
+use crate::error::{Error, ensure};
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::vector::{add, cross, scale};
+use crate::rod::Assembly;
+use crate::rod::assembly::AssemblyFrames;
+use crate::scene::mesh::Mesh;
+use crate::scene::number::Quantity;
+use crate::scene::structure_point::{PointOfBody, PointOfRod, StructurePoint};
+use crate::scene::{Plane, Stencil, StructureScene};
+use crate::structure::blueprint::RodModels;
+use crate::structure::definition::Structure;
+use nalgebra::Vector3;
+
+/// Number of nodes of a body.
+const NODES_OF_BODY: usize = 4;
+
+/// Positions and velocities in world axes, m and m/s.
+pub type NodeMotion<D> = [[D; 3]; 2];
+
+/// Meshes of all rods and names of all bodies of a structure, which give the stencil of a point.
+#[derive(Clone, Debug)]
+pub struct StructureNodes<'a, D = f64> {
+    scene: &'a StructureScene,
+    meshes: Vec<Mesh<D>>,
+    is_spatial: bool,
+}
+
+impl<D: Scalar> StructureNodes<'_, D> {
+    /// Nodes and weights whose weighted sum is a point. `key` is that of the point, for messages.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for names that the structure does not have, and points that are not on the rod.
+    pub fn stencil(&self, point: &StructurePoint, key: &str) -> Result<Stencil<D>, Error> {
+        match point {
+            StructurePoint::Rod(PointOfRod { rod, at }) => {
+                let rod = self.scene.rod(&format!("{key}.rod"), rod)?;
+                let first: usize = self.meshes[..rod].iter().map(|mesh| mesh.nodes.len()).sum();
+                let stencil = at.point().fixed().stencil(&self.meshes[rod]).map_err(|error| {
+                    let allowed = format!("a point of the rod {}", self.scene.rods[rod].name);
+                    Error::invalid(format!("{key}.at"), error, allowed)
+                })?;
+                let nodes = stencil.nodes.into_iter().map(|(i, weight)| (first + i, weight));
+                Ok(Stencil { nodes: nodes.collect() })
+            }
+            StructurePoint::Body(PointOfBody { body, offset }) => {
+                let allowed = "a point of a rod, in a structure in space";
+                ensure(!self.is_spatial, format!("{key}.body"), body, allowed)?;
+                let body = self.scene.body(&format!("{key}.body"), body)?;
+                let first = self.rod_nodes() + NODES_OF_BODY * body;
+                let center = (first, D::from(1.0 - offset.iter().sum::<f64>()));
+                let ends = (1..NODES_OF_BODY).map(|c| (first + c, D::from(offset[c - 1])));
+                Ok(Stencil { nodes: std::iter::once(center).chain(ends).collect() })
+            }
+        }
+    }
+
+    /// The nodes on which a point depends, for these lengths of rods and slightly different ones.
+    ///
+    /// # Errors
+    /// As [`stencil`](Self::stencil).
+    pub fn around(&self, point: &StructurePoint, key: &str) -> Result<Vec<usize>, Error> {
+        let own = self.stencil(point, key)?.nodes.into_iter().map(|(node, _)| node);
+        let StructurePoint::Rod(PointOfRod { rod, at }) = point else { return Ok(own.collect()) };
+        let rod = self.scene.rod(&format!("{key}.rod"), rod)?;
+        let first: usize = self.meshes[..rod].iter().map(|mesh| mesh.nodes.len()).sum();
+        let around = at.point().fixed().nodes_around(&self.meshes[rod])?;
+        Ok(own.chain(around.map(|node| first + node)).collect())
+    }
+
+    /// Number of nodes of all rods.
+    pub fn rod_nodes(&self) -> usize {
+        self.meshes.iter().map(|mesh| mesh.nodes.len()).sum()
+    }
+
+    /// Number of nodes of all rods and bodies.
+    pub fn count(&self) -> usize {
+        self.rod_nodes() + NODES_OF_BODY * self.scene.bodies.len()
+    }
+}
+
+impl Structure {
+    /// Meshes and names that give the stencils of points.
+    pub fn nodes(&self) -> StructureNodes<'_> {
+        let (meshes, is_spatial) = (self.at_rest.meshes.clone(), self.is_spatial());
+        StructureNodes { scene: &self.scene, meshes, is_spatial }
+    }
+
+    /// The same over another number type; `seed` returns the number of a path, value and quantity of the scene.
+    ///
+    /// # Errors
+    /// As [`at_rest_over`](Self::at_rest_over).
+    pub fn nodes_over<D: Nestable>(
+        &self,
+        seed: impl FnMut(&str, f64, Quantity) -> D,
+    ) -> Result<StructureNodes<'_, D>, Error> {
+        let meshes = self.at_rest_over(seed)?.meshes;
+        Ok(StructureNodes { scene: &self.scene, meshes, is_spatial: self.is_spatial() })
+    }
+
+    /// Positions and velocities of all nodes of an assembly of this structure at its unknowns `q`, m, their rates `v`, m/s, and
+    /// its frames. Bodies in space have no nodes.
+    pub fn node_motions<D: Nestable>(
+        &self,
+        assembly: &Assembly<D>,
+        [q, v]: [&[D]; 2],
+        frames: &AssemblyFrames<D>,
+    ) -> Vec<NodeMotion<D>> {
+        let (mut placed, mut rates) = (q.to_vec(), v.to_vec());
+        assembly.place_carried(&mut placed, frames);
+        assembly.set_carried_rates(&placed, frames, &mut rates);
+        let first = assembly.body_coordinates().start;
+        let (rods, plane) = match (assembly, &self.blueprint.models) {
+            (Assembly::Plane(rods), RodModels::Plane { plane, .. }) => (rods, plane),
+            _ => {
+                let place = |x: &[D], i: usize| [x[i], x[i + 1], x[i + 2]];
+                let nodes = (0..first).step_by(4);
+                return nodes.map(|i| [place(&placed, i), place(&rates, i)]).collect();
+            }
+        };
+        let pair = |x: &[D], i: usize| [x[i], x[i + 1]];
+        let nodes = (0..first)
+            .step_by(2)
+            .map(|i| [plane.to_world(pair(&placed, i)), plane.direction_to_world(pair(&rates, i))]);
+        let mut motions: Vec<NodeMotion<D>> = nodes.collect();
+        let z = &placed[first..];
+        let normal = plane.x.cross(&plane.y);
+        // Bodies of the scene are the first ones of the assembly, in their order.
+        for (plan, body) in self.blueprint.plan.bodies.iter().zip(&rods.bodies().bodies) {
+            if plan.own.is_none() {
+                continue;
+            }
+            let [angle, rate] = match &body.rotation {
+                Some(turn) => {
+                    let coordinate = first + turn.coordinate;
+                    [placed[coordinate], rates[coordinate]].map(|x| x * turn.length.recip())
+                }
+                None => [D::from(0.0); 2],
+            };
+            let center = plane.to_world(rods.bodies().load_point(z, body));
+            let arm = axes_rotated(plane, [body.load_arm[0], body.load_arm[1]], angle);
+            let spin = [0, 1, 2].map(|c| rate * normal[c]);
+            let base = plane.direction_to_world(pair(&rates, first + body.coordinate));
+            let velocity = add(base, cross(spin, arm));
+            motions.push([center, velocity]);
+            for axis in 0..3 {
+                let turned = rotated_axis(&normal, axis, angle);
+                motions.push([add(center, turned), add(velocity, cross(spin, turned))]);
+            }
+        }
+        motions
+    }
+
+    /// Whether it is computed in space, not in its plane.
+    pub fn is_spatial(&self) -> bool {
+        self.at_rest.assembly.is_spatial()
+    }
+
+    /// Unit vectors of the x and y axes of its plane, in the world; none in space.
+    pub(crate) fn plane_axes(&self) -> Option<[[f64; 3]; 2]> {
+        match &self.blueprint.models {
+            RodModels::Plane { plane, .. } => Some([plane.x, plane.y].map(Into::into)),
+            RodModels::Space(_) => None,
+        }
+    }
+}
+
+/// A vector of the plane, m, after a rotation by an angle, in world axes.
+fn axes_rotated<D: Scalar>(plane: &Plane, [x, y]: [D; 2], angle: D) -> [D; 3] {
+    let (cosine, sine) = (angle.cos(), angle.sin());
+    plane.direction_to_world([cosine * x - sine * y, sine * x + cosine * y])
+}
+
+/// The unit vector along a world axis after a rotation by an angle about a unit `normal` (Rodrigues).
+fn rotated_axis<D: Scalar>(normal: &Vector3<f64>, axis: usize, angle: D) -> [D; 3] {
+    let unit = Vector3::ith(axis, 1.0);
+    let along = normal * normal.dot(&unit);
+    let (across, ahead) = (unit - along, normal.cross(&unit));
+    let (cosine, sine) = (angle.cos(), angle.sin());
+    let turned = add(
+        scale([0, 1, 2].map(|c| D::from(across[c])), cosine),
+        scale([0, 1, 2].map(|c| D::from(ahead[c])), sine),
+    );
+    [0, 1, 2].map(|c| turned[c] + along[c])
+}

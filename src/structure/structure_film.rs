@@ -1,0 +1,57 @@
+//! A motion of a structure with a bounded number of frames, for the animation and the plots of a page.
+
+use crate::dynamics::{FilmSample, Frame};
+use crate::structure::structure_motion::StructureMotion;
+
+/// Largest number of frames, beside the first.
+const FRAMES: usize = 200;
+
+/// A motion with a bounded number of frames.
+#[derive(Clone, Debug)]
+pub struct StructureFilm {
+    steps: usize,
+    every: usize,
+    seen: usize,
+    frames: Vec<Frame>,
+    samples: Vec<FilmSample>,
+}
+
+impl StructureFilm {
+    /// An empty film of a run of so many steps.
+    pub fn new(steps: usize) -> Self {
+        let every = steps.div_ceil(FRAMES).max(1);
+        Self { steps, every, seen: 0, frames: Vec::new(), samples: Vec::new() }
+    }
+
+    /// Adds the initial state of a motion, or the state after a step.
+    pub fn push(&mut self, motion: &StructureMotion<'_>) {
+        let step = self.seen;
+        self.seen += 1;
+        if !step.is_multiple_of(self.every) && step != self.steps {
+            return;
+        }
+        let (time, mut nodes) = (motion.time(), Vec::new());
+        let mut tip = [0.0; 3];
+        // The order of the scene: the tip is that of its last rod.
+        let shape = motion.shape();
+        for rod in motion.rod_names().filter_map(|name| shape.rods.get(name)) {
+            if !nodes.is_empty() {
+                nodes.push([f64::NAN; 3]);
+            }
+            nodes.extend_from_slice(&rod.nodes);
+            tip = rod.tip;
+        }
+        self.frames.push(Frame { time, nodes });
+        self.samples.push(FilmSample { time, tip, energies: motion.energies() });
+    }
+
+    /// Shapes, with the first and the last: nodes of all rods, separated by positions that are not numbers.
+    pub fn frames(&self) -> &[Frame] {
+        &self.frames
+    }
+
+    /// Tip of the last rod and energies of all frames.
+    pub fn samples(&self) -> &[FilmSample] {
+        &self.samples
+    }
+}
