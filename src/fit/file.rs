@@ -322,9 +322,14 @@ impl Fit {
         let analysis = tables.analysis.unwrap_or(analysis);
         let fields = Vec::new();
         let mut file = FitFile { experiments, unknowns, knowns, fields, analysis };
-        if let Some(last) = file.experiments.last_mut() {
-            let Tables { observation, shape, frequencies, .. } = tables;
-            add_measurements(last, observation, shape, frequencies, folder.as_ref())?;
+        let Tables { observation, shape, frequencies, .. } = tables;
+        match file.experiments.last_mut() {
+            Some(last) => add_measurements(last, observation, shape, frequencies, folder.as_ref())?,
+            None if observation.is_empty() && shape.is_empty() && frequencies.is_empty() => {}
+            None => {
+                let allowed = "an experiment of the fit that they belong to";
+                return Err(Error::invalid("experiment", "measurements without one", allowed));
+            }
         }
         file.add(tables.parameter, tables.known)?;
         Ok(Self { progress, keep_plot_data, ..file.fit() })

@@ -185,6 +185,9 @@ fn tables_of_a_fit_file_are_read_separately() {
         let error = add(Fit::new(&problem), text).err().unwrap().to_string();
         assert!(error.contains(words), "{text}: {error}");
     }
+    // Measurements need an experiment that they belong to.
+    let error = add(Fit::of([]), observation).err().unwrap().to_string();
+    assert!(error.contains("measurements without one"), "{error}");
 }
 
 /// A search continues until the next step would be below its tolerance.
