@@ -7,6 +7,7 @@ use crate::numerics::tangent::Tangent;
 use crate::rod::Rod;
 use crate::scene::number::Quantity;
 use crate::statics::PencilMode;
+use crate::structure::blueprint::AssemblyAtRest;
 use crate::structure::definition::{NEGLIGIBLE, Structure};
 use crate::summary::quantity::number;
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
@@ -85,7 +86,7 @@ impl Structure {
             let text = format!("{count} modes with positive frequencies");
             return Err(Error::invalid("modes", "an unstable or free structure", text));
         }
-        let (assembly, q, frames) = self.equilibrium_over(seed)?;
+        let AssemblyAtRest { assembly, q, frames, .. } = self.equilibrium_over(seed)?;
         let (mut gradient, mut tangent) = (vec![D::from(0.0); q.len()], assembly.zero_tangent());
         assembly.tangent(&q, &frames, Derivatives::Hand, &mut gradient, &mut tangent);
         let tied: Vec<usize> = assembly.tied().collect();

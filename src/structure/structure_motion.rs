@@ -149,7 +149,7 @@ impl Structure {
         self.simulation_of(&self.scene.map_numbers(seed))
     }
 
-    /// The assembly, its unknowns and its frames at equilibrium over another number type; `seed` returns the number of a path, value and
+    /// The assembly with its unknowns and frames at equilibrium under the loads, over another number type; `seed` returns the number of a path, value and
     /// quantity of the scene. With dual numbers it has the derivatives of the equilibrium.
     ///
     /// # Errors
@@ -157,10 +157,10 @@ impl Structure {
     pub fn equilibrium_over<D: Nestable>(
         &self,
         seed: impl FnMut(&str, f64, Quantity) -> D,
-    ) -> Result<(Assembly<D>, Vec<D>, AssemblyFrames<D>), Error> {
-        let AssemblyAtRest { assembly, frames, .. } = self.at_rest_over(seed)?;
+    ) -> Result<AssemblyAtRest<D>, Error> {
+        let AssemblyAtRest { assembly, frames, meshes, .. } = self.at_rest_over(seed)?;
         let (q, frames) = self.differentiated_equilibrium(&assembly, &frames)?;
-        Ok((assembly, q, frames))
+        Ok(AssemblyAtRest { assembly, q, frames, meshes })
     }
 
     /// The simulation of a scene over any number type, at its start.

@@ -10,7 +10,7 @@ use crate::numerics::scalar::Nestable;
 use crate::problem::Problem;
 use crate::scene::Parameter;
 use crate::scene::number::Quantity;
-use crate::structure::{NodeMotion, Structure};
+use crate::structure::{AssemblyAtRest, NodeMotion, Structure};
 use num_dual::DualSVec64;
 use rayon::prelude::*;
 
@@ -135,7 +135,7 @@ pub(crate) fn motion_at_rest<D: Nestable>(
     tracked: &[usize],
     seed: impl FnMut(&str, f64, Quantity) -> D,
 ) -> Result<Vec<NodeMotion<D>>, Error> {
-    let (assembly, q, frames) = structure.equilibrium_over(seed)?;
+    let AssemblyAtRest { assembly, q, frames, .. } = structure.equilibrium_over(seed)?;
     let v = vec![D::from(0.0); q.len()];
     let all = structure.node_motions(&assembly, [&q, &v], &frames);
     Ok(tracked.iter().map(|node| all[*node]).collect())
