@@ -70,7 +70,8 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         Ok(())
     }
 
-    /// The transpose of [`set_next_forces`](Self::set_next_forces) and [`advance_history`](Self::advance_history).
+    /// The transpose of [`set_next_forces`](Self::set_next_forces) and [`advance_history`](Self::advance_history), by the
+    /// tangent of the forces at the start of the next step, which the forward map replaces by products.
     fn next_forces_transposed(
         &self,
         state: &mut StateRates<1>,

@@ -111,6 +111,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> Defaul
 impl<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> Rates<L, N, S, G> {
     /// The derivatives of the force of edge `i` beyond a linear law, N, at fixed unknowns: its `strain` depends on the rest
     /// length.
+    #[cold]
+    #[inline(never)]
     fn beyond_rate(&self, i: usize, strain: f64) -> Lanes<G> {
         let Some(beyond) = self.beyond.get(i) else { return Lanes::ZERO };
         Lanes(components(|g| {
