@@ -2,8 +2,8 @@
 //! numbers of edges.
 //!
 //! The Newton tolerance of a chosen scheme is a fraction of the requested accuracy ([`RUN_TOLERANCE`],
-//! [`TRIAL_TOLERANCE`]). Meshes at rest have at most [`MAX_SEGMENTS`] edges, those of modes [`MAX_SEGMENTS_OF_MODES`].
-//! The number of edges is such that every marker of a recorded path is at a node.
+//! [`TRIAL_TOLERANCE`]). Meshes at rest, and the first mesh of a motion, have at most [`MAX_SEGMENTS`] edges, those of
+//! modes [`MAX_SEGMENTS_OF_MODES`]. The number of edges is such that every marker of a recorded path is at a node.
 
 use crate::scene::{Recorded, Scene, StepTolerance, Time};
 
@@ -34,8 +34,9 @@ pub enum Aim {
     Guess,
 }
 
-/// Sets the Newton tolerance of the scene to `part` of the requested accuracy, at most [`LARGEST_TOLERANCE`], over the
-/// length. Only if the program chooses the scheme and it has Newton iterations.
+/// Sets the Newton tolerance of a step, a predicted error over the rod length, to `part` times the requested accuracy, at
+/// most [`LARGEST_TOLERANCE`]. Nothing changes where the program did not choose the scheme, the scene has no `[time]`, or
+/// the scheme has no Newton iterations.
 pub(super) fn set_newton_tolerance(scene: &mut Scene, part: f64) {
     let (requested, chosen) = (scene.asked(), scene.chosen().scheme);
     let iterated = |time: &&mut Time| time.scheme.traits().parameter.is_some();
@@ -51,7 +52,8 @@ pub(super) fn allowed_edges(scene: &Scene, edges: usize) -> usize {
     edges.div_ceil(spans) * spans
 }
 
-/// Whether the motion begins with a jump of velocities: a support moves, or the rod has an initial velocity.
+/// Whether the motion begins with a jump of velocities: the scene has a `supports.motion`, or an initial velocity or
+/// angular velocity that is not zero. Recorded ends (`supports.path`) do not count.
 pub(super) fn is_struck(Scene { initial, supports, .. }: &Scene) -> bool {
     !supports.motion.is_empty() || [initial.velocity, initial.angular_velocity] != [[0.0; 3]; 2]
 }

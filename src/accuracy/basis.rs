@@ -52,7 +52,8 @@ pub(crate) struct Basis {
 
 impl Basis {
     /// The refinement of the trial run with the least work whose extrapolated error is the target, if that is at most
-    /// [`LAST_GROWTH`] times the work of the trial run; else the most accurate one within that work.
+    /// [`LAST_GROWTH`] times the work of the trial run; else the most accurate one within that work. A part, mesh or step,
+    /// that is not `free` keeps the factor 1. Factors below 1 are coarser than the trial run.
     pub fn refinement(&self) -> RefinementFactors {
         let segments = self.trial.numerics.segments as f64;
         match self.errors.cheapest(self.target, segments, self.free) {

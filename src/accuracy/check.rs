@@ -109,10 +109,12 @@ impl RunCheck {
         })
     }
 
-    /// Assesses a run from its `outcome` and its largest difference from the last trial run. It is accepted with an error
-    /// estimate over the length, which is `None` for a failed run or without estimated errors of the trial run. It is to
-    /// be repeated if it failed for a numerical reason, or if its corrected error is above the requested one, as long as
-    /// repetitions and work permit.
+    /// Assesses a run from its `outcome` and its largest difference from the last trial run. A completed run is accepted
+    /// with its estimated error over the length if that is at most the requested one. If the difference enlarged the
+    /// estimate, the limit is `CORRECTED_PART` of the requested one. Otherwise it is to be repeated with finer numerics,
+    /// and a failed run with `AFTER_FAILURE` times the steps. Without `can_repeat`, after `MAX_REPETITIONS`, or where no
+    /// finer run is affordable, the run is accepted as it is. Errors of the input, of files or of a stop are accepted too.
+    /// The accepted estimate is `None` for a failed run, and where the trial runs have no estimated errors.
     ///
     /// # Errors
     /// Those of building another problem.
@@ -182,10 +184,12 @@ impl RunCheck {
             && next <= LEAST_GROWTH * REPEATED_GROWTH * this
     }
 
-    /// The errors of the trial run, enlarged by a common factor of at most [`MAX_UNDERESTIMATION`]. With them the chosen
-    /// run changes the error by at least the `difference` between both runs, over the length. The orders are lowered for
-    /// motions of many modes. Unchanged if the errors explain the difference, are zero, or both runs have similar work
-    /// ([`LEAST_GROWTH`]).
+    /// The errors of the trial run, both enlarged by the smallest common factor that explains the `difference` of both
+    /// runs, over the length. With `e` the sum of mesh and step errors, errors explain a difference up to `|e_trial -
+    /// e_run|`, or up to [`LEAST_CHANGE`] times `e_trial` if that is larger. The factor is found by bisection from 1 to
+    /// [`MAX_UNDERESTIMATION`]. For motions of many modes it also lowers the orders, to [`LOWEST_ORDER`] at least. The
+    /// errors stay if they explain the difference, are zero, or the run has less than [`LEAST_GROWTH`] times the work of
+    /// the trial run.
     fn corrected(&self, difference: f64) -> ErrorModel {
         let errors = self.basis.errors;
         let change = |errors: ErrorModel| {
@@ -212,7 +216,7 @@ impl RunCheck {
 
     /// The request of a repetition: the problem with the trial run's numerics refined by `finer`, and its check with one
     /// more attempt counted. The problem's expected error is that of the trial run's `errors` after the refinement; none
-    /// without them.
+    /// without them. Error: the problem cannot be built.
     fn repeat_with(
         mut self,
         finer: RefinementFactors,
@@ -230,7 +234,7 @@ impl RunCheck {
 
 /// The problem of a scene with these numerics, its estimated `error` over the length, the `work` of the search, and the
 /// Newton tolerance of chosen runs. The step is reduced to a stable one of an explicit scheme, and to the good step of
-/// moved supports.
+/// moved supports. Error: the scene cannot be built with them.
 fn problem_with_numerics(
     scene: &Scene,
     numerics: Numerics,

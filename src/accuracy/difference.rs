@@ -48,8 +48,9 @@ struct RefinementChange {
 }
 
 impl RefinementChange {
-    /// The order that explains the decrease from this difference to the next one, by bisection; each has its own
-    /// refinement ratio. It is `lowest` or `highest` if the decrease is slower or faster than these orders.
+    /// The order `p` that explains the decrease from this difference `d1` to the `next` one `d2`, for the refinement
+    /// factors `r1` and `r2`: the solution of `d2/d1 = (1 - r2^-p)/(r1^p - 1)` by bisection. It is `lowest` or `highest` if
+    /// the decrease is slower or faster than these orders.
     fn order_to(self, next: Self, lowest: f64, highest: f64) -> f64 {
         let fall = next.difference / self.difference.max(f64::MIN_POSITIVE);
         // With the order p the error falls by ratio^-p at each refinement; both ratios may

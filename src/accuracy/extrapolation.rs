@@ -1,10 +1,10 @@
-//! Richardson extrapolation: the error `e = C h^p` from the change by a refinement, and the theoretical orders `p` of
-//! mesh and step errors of a scene.
+//! Richardson extrapolation: the error `e = C h^p` from the change by a refinement, and the theoretical orders `p` of mesh
+//! and step errors of a scene.
 //!
 //! [`Extrapolation`]: from the refinement factor `r` and the order `p`, the error before or after the refinement over the
-//! change that it makes. The theoretical order of the mesh is 2; it is 1 with walls at nodes, or (`order_of_mesh`) after
-//! a jump of velocities. That of the step is the order of the scheme, or 1 for damped Newmark. Searches for numerics, and
-//! discretization errors of fits, use them.
+//! change that it makes. The theoretical order of the mesh is 2; it is 1 with walls at nodes or recorded ends that hold
+//! several markers, and for `order_of_mesh` also after a jump of velocities. That of the step is the order of the scheme,
+//! or 1 for damped Newmark. Searches for numerics, and discretization errors of fits, use them.
 
 use crate::accuracy::aim::is_struck;
 use crate::scene::{Scene, Time};
@@ -37,9 +37,10 @@ pub(crate) fn smooth_mesh_order(scene: &Scene) -> f64 {
     if scene.supports.cut_edges() { 1.0 } else { 2.0 }
 }
 
-/// The theoretical order of the mesh error: one if a support moves or the rod has an initial velocity, otherwise that of
-/// smooth motions. After such a jump of velocities mode `k` has an amplitude of order `k^-3`. Modes above the root of the
-/// number of edges have a wrong phase: the sum of their amplitudes decreases with the edge length.
+/// The theoretical order of the mesh error: one if the scene has a `supports.motion` or an initial velocity
+/// ([`is_struck`]), otherwise that of smooth motions. After such a jump of velocities mode `k` has an amplitude of order
+/// `k^-3`. Modes above the root of the number of edges have a wrong phase: the sum of their amplitudes decreases with the
+/// edge length.
 pub(super) fn order_of_mesh(scene: &Scene) -> f64 {
     if is_struck(scene) { 1.0 } else { smooth_mesh_order(scene) }
 }

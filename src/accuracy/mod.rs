@@ -70,7 +70,8 @@ impl Scene {
     }
 
     /// The problem of a simulation with its chosen numerics, estimated error and the work of the search, and the check of
-    /// its run. The check is `None` without `[time]`, where nothing is left out, or where no trial run succeeded.
+    /// its run. With `accuracy` the error is also estimated where nothing is left out. The check is `None` without
+    /// `[time]`, where nothing is left out, or where no trial run succeeded. It repeats a run only if the step is left out.
     ///
     /// # Errors
     /// Those of [`problem`](Self::problem).
@@ -152,8 +153,9 @@ impl InitialNumerics {
 }
 
 /// Edges of the first trial mesh for a purpose: at least [`FIRST_EDGES`] for a motion and [`FIRST_EDGES_STILL`] times
-/// [`fineness`] otherwise, at most [`FIRST_TURN`] of turning angle each, and two per requested mode. Rounded up so that
-/// markers of a recorded path are at nodes. An error above [`MAX_SEGMENTS`].
+/// [`fineness`] otherwise. The turning angle of the rod, an upper bound for rest shape and stress-free shape, is at most
+/// [`FIRST_TURN`] per edge. Modes have at least two edges each. Rounded up so that markers of a recorded path are at nodes.
+/// An error above [`MAX_SEGMENTS`].
 fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
     let shape = &scene.rod.shape;
     let turning = turning(scene, shape.turning().unwrap_or(0.0), shape.length());
@@ -195,10 +197,12 @@ fn torsional_rate(scene: &Scene, length: f64) -> f64 {
     shear.filter(|_| is_twisted).map_or(0.0, rate)
 }
 
-/// The first trial step, s: 1/[`FIRST_STEPS`] of the shortest time scale of the scene, or of its end time if that is
-/// shorter. Time scales: the first bending mode of a cantilever, free fall over a length under gravity and loads,
-/// torsion, initial velocities. It is at most the mean sample interval of a recorded path and the good step of moved
-/// supports. Zero without `[time]`.
+/// The first trial step, s: the shortest time scale of the scene, or its end time if that is shorter, over [`FIRST_STEPS`].
+/// The time scale is `2 pi` over the largest of five rates, rad/s. One is `sqrt(12.4 E I/(rho A L^4))` of the first bending
+/// mode of a cantilever with the larger `I`, in the middle of the rod. The second is `sqrt((g + F/m)/L)` with the sum `F`
+/// of the sizes of all point and line loads. The others are [`torsional_rate`], the initial velocity over `L`, and the
+/// initial angular velocity. The step is at most the mean sample interval of a recorded path and the good step of moved
+/// supports. Zero without `[time]`. Error: no mesh, or a path that is not read.
 fn first_step(scene: &Scene, edges: usize) -> Result<f64, Error> {
     let Some(time) = &scene.time else { return Ok(0.0) };
     let (section, material) = scene.at(0.5);

@@ -106,9 +106,12 @@ impl<'a> MotionSearch<'a> {
         self.trials.work.get()
     }
 
-    /// Runs the search and returns mesh, step and scheme with the estimated error over the length, and the reason where
-    /// that is above the requested one. The first trial run has a step of about `first_step`, s; a given mesh or step is
-    /// halved for it. After failed runs steps are halved. An error of the input ends the search with that error.
+    /// Runs the search and returns mesh, step and scheme with the estimated error over the length. The first trial run has
+    /// the first mesh and a step of about `first_step`, s; a given mesh or step is halved for it. After a failed run the
+    /// number of steps is doubled. The search ends where an extrapolation suffices or given numerics prevent further runs
+    /// (`next_part`). It also ends at the limit of work, and after more than [`MAX_FAILURES`] failed runs; then the reason
+    /// is [`Bound::Work`]. A reason is returned only if the error is above the requested one or unknown. Error: an error of
+    /// the input.
     pub fn choose(&mut self, first_step: f64) -> Result<ChosenMotion, Error> {
         let (end, scheme) = (self.trials.guess.time()?.end, self.trials.guess.time()?.scheme);
         let first_steps = (end / first_step - 1e-9).ceil().max(1.0) as usize;
@@ -197,10 +200,12 @@ impl<'a> MotionSearch<'a> {
             && work.is_some_and(|work| work <= EXTENDED_SEARCH * self.trials.most_work)
     }
 
-    /// A trial run of `rodas4` on a mesh coarser by [`LARGE_RATIO`], if it reaches half the target error with less work
-    /// than generalised-alpha. Tried if scheme and mesh are left open, the scene supports `rodas4`, both errors are
-    /// estimated, and generalised-alpha needs a step refined by [`MIN_STEP_REFINEMENT`] or more. Else `None`. Stores the
-    /// number of steps when it was tried.
+    /// A trial run of `rodas4` whose step error reaches [`STEP_PART`] of the target error with less work than
+    /// generalised-alpha, by [`rodas4::cheaper_alternative`]. Its mesh has the edges of `now` over [`LARGE_RATIO`], at
+    /// least those of the first mesh. It is tried if scheme and mesh are left open, the scene supports `rodas4`, and there
+    /// are two differences of the step and one of the mesh. Generalised-alpha must need a step refined by
+    /// [`MIN_STEP_REFINEMENT`] or more, and have [`RETRY_REFINEMENT`] times the steps of the last attempt. Else `None`. An
+    /// attempt stores the number of steps of `now`.
     fn cheaper_alternative(&mut self, now: Numerics) -> Result<Option<Alternative>, Error> {
         let can = self.trials.open.scheme
             && self.given_segments.is_none()
@@ -253,9 +258,9 @@ impl<'a> MotionSearch<'a> {
     }
 
     /// Adds the largest distance between two trial runs, over the length, to the sequence of the part that was refined by
-    /// the factor `ratio` between them. Earlier differences of that part are dropped if the other part was refined by
-    /// more than [`MAX_SHIFT_OF_ORDERS`] in between. The refinement of this part counts from one again, and that of the
-    /// other part since then grows by `ratio`.
+    /// the factor `ratio` between them. Earlier differences of that part are dropped if the other part was refined by more
+    /// than [`MAX_SHIFT_OF_ORDERS`] in between. The refinement of the other part since the last difference of this one is 1
+    /// again. The refinement of this part since the last difference of the other is multiplied by `ratio`.
     fn compare(&mut self, before: &Positions, after: &Positions, refined: RefinedPart, ratio: f64) {
         let difference = largest_distance(before, after);
         match refined {
@@ -300,9 +305,10 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// The factor by which mesh or step of the numerics `now` is refined next. [`LARGE_RATIO`] if two or more differences
-    /// give an order, the other part is unchanged since, runs are related, and the target needs a refinement above
-    /// [`LARGE_RATIO_MARGIN`] times that. Else [`SMALL_RATIO`].
+    /// The factor by which mesh or step of the numerics `now` is refined next: [`LARGE_RATIO`] or [`SMALL_RATIO`]. The
+    /// large one needs two or more differences of this part, the last one below [`UNRELATED`], and no refinement of this
+    /// part since the last difference of the other. The target must also need a refinement above [`LARGE_RATIO_MARGIN`]
+    /// times the large ratio, or be out of reach of all.
     fn ratio(&self, now: Numerics, part: RefinedPart) -> usize {
         let (own, other_is_fresh) = match part {
             RefinedPart::Mesh => (&self.mesh, self.since_step <= 1.0),
@@ -349,9 +355,13 @@ impl<'a> MotionSearch<'a> {
         self.mesh.count() + self.step.count() > 0 && self.estimated() == self.free()
     }
 
-    /// The part, mesh or step, to be refined after the run `now`. First each part without a difference, then one whose
-    /// difference is outdated by refinements of the other above [`MAX_SHIFT`], then that with the larger error. `None` if
-    /// an extrapolation within the limits of the tuning reaches the target, or if given numerics prevent it.
+    /// The part, mesh or step, to be refined after the run `now`. Parts without a difference come first, the step before
+    /// the mesh; then one whose difference is outdated by refinements of the other above [`MAX_SHIFT`]. The target is
+    /// within reach if an extrapolation by factors up to [`MAX_EXTRAPOLATION`], within the growth of work of the tuning,
+    /// suffices and no last difference exceeds [`UNRELATED`]. Then it is a part whose difference that extrapolation would
+    /// outdate, or a given part that is still coarser than given, or else `None`. Out of reach it is the part with the
+    /// larger error. `None` also if neither part may be refined, or where smaller steps are useless beside the error of a
+    /// given mesh ([`HOPELESS_STEP_PART`]).
     fn next_part(&self, now: Numerics) -> Option<RefinedPart> {
         let can = |part| self.can_refine(now, part);
         let (mesh, step) = (can(RefinedPart::Mesh), can(RefinedPart::Step));

@@ -103,9 +103,10 @@ impl ErrorModel {
         }
     }
 
-    /// The model with both errors multiplied by `factor`, after a finer run showed that they were underestimated. They
-    /// were extrapolated from the change `d` of a refinement by two, `e = d/(2^p - 1)`: the same change with larger
-    /// errors has a lower order `p`. Orders are lowered to it, at least to `lowest`; orders below `lowest` stay.
+    /// The model with both errors multiplied by `factor`, after a finer run showed that they were underestimated. They were
+    /// extrapolated from the change `d` of a refinement by two, `e = d/(2^p - 1)`: the same change with larger errors has a
+    /// lower order `p`. Orders are lowered to it, at least to `lowest`; orders below `lowest` stay. The lowered order is
+    /// `log2(1 + (2^p - 1)/factor)`.
     pub fn underestimated(&self, factor: f64, lowest: f64) -> Self {
         let lower = |order: f64| {
             let explained = (1.0 + (order.exp2() - 1.0) / factor).log2();
@@ -120,8 +121,9 @@ impl ErrorModel {
     }
 
     /// The least expensive refinement of a run with `segments` edges whose error is at most `target`, and its work over
-    /// that of the run. A part, mesh or step, that is not `free` has the factor one. Factors may be below one (coarser),
-    /// down to [`COARSEST`]. `None` if no candidate reaches the target.
+    /// that of the run. A part, mesh or step, that is not `free` has the factor one. Of each candidate of the mesh the step
+    /// follows from the remaining error. Factors may be below one (coarser), down to [`COARSEST`]. `None` if no candidate
+    /// reaches the target.
     pub fn cheapest(
         &self,
         target: f64,
@@ -146,7 +148,8 @@ impl ErrorModel {
     }
 
     /// The most accurate refinement whose work is at most `growth` times that of the run with `segments` edges, by
-    /// bisection of the target error of [`cheapest`](Self::cheapest). Factors of one if there is none.
+    /// bisection of the target error of [`cheapest`](Self::cheapest). Factors of one if there is none. The target is
+    /// bracketed by 1e-3 and 1e3 times the present error.
     pub fn best_within(&self, growth: f64, segments: f64, free: Free) -> RefinementFactors {
         let [mut low, mut high] =
             [1e-3, 1e3].map(|factor| factor * (self.mesh + self.step).max(1e-300));

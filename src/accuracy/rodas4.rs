@@ -29,10 +29,12 @@ pub(super) struct Alternative {
     pub step: RefinementSequence,
 }
 
-/// A trial run of `rodas4` on `segments` edges whose step error is extrapolated to `target` with less work than
-/// generalised-alpha with `needed` steps, and its differences. `None` if none of at most [`MAX_RUNS`] runs is. The first
-/// run takes [`FIRST_WORK_RATIO`] of the work of `tried` steps of generalised-alpha, each further one twice the steps. If
-/// the run before the last one reaches the target, that one is returned.
+/// A trial run of `rodas4` on `segments` edges whose step error is extrapolated to `target`, over the length, with its
+/// differences. Its work must be less than [`MAX_WORK_RATIO`] of that of generalised-alpha with `needed` steps, and the
+/// extrapolation at most [`MAX_EXTRAPOLATION`] times the steps. The first run takes [`FIRST_WORK_RATIO`] of the work of
+/// `tried` steps of generalised-alpha (at least 4 steps), each further one twice the steps. If the run before the last one
+/// reaches the target, that one is returned. `None` if none of [`MAX_RUNS`] runs suffices, or as soon as a run is itself
+/// too expensive. Error: invalid input.
 pub(super) fn cheaper_alternative(
     trials: &TrialRuns<'_>,
     segments: usize,

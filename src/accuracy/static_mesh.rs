@@ -48,10 +48,12 @@ pub(super) struct StaticMesh {
     pub bound: Option<Bound>,
 }
 
-/// Chooses the mesh of an equilibrium or of modes: doubles the number of edges from `first` on until the extrapolated
-/// error is [`TARGET_PART`] of the requested one, and extrapolates the number of edges for that error. `step`, s, is that
-/// of the scene. A coarse mesh without an equilibrium is skipped. At the largest mesh, or at rounding errors, the result
-/// has the reason [`Bound::Work`].
+/// Chooses the mesh of an equilibrium or of modes. The number of edges is doubled from `first` on. After each solution the
+/// number for [`TARGET_PART`] of the requested error is extrapolated. The search ends if that is at most
+/// [`MAX_EXTRAPOLATION`] times the last one. The chosen number is that one, but at least half of the last one, 2, or 2 per
+/// mode. A mesh without an equilibrium is skipped if a finer one is allowed. At the largest mesh the result is that mesh,
+/// with the reason [`Bound::Work`]. Where differences below [`MAX_ROUNDING`] do not decrease, it is half of the last mesh,
+/// with the same reason. The error is then the last estimate, or else the last difference. `step`, s, is that of the scene.
 ///
 /// # Errors
 /// Those of the solutions, and of building a problem.
@@ -122,9 +124,9 @@ fn logarithm(frequency: f64) -> [f64; 3] {
     }
 }
 
-/// The quantities of a mesh that are compared. For an equilibrium the positions of the free ends, or of the middle
-/// without any, over the length. For modes the [logarithm] of each frequency, about the equilibrium, or about the rest
-/// shape where there is none.
+/// The quantities of a mesh that are compared. For an equilibrium the positions of the free ends, or of the middle without
+/// any, over the length. For modes the [logarithm] of each frequency, about the equilibrium, or about the rest shape where
+/// there is none. Error: the equilibrium, or modes about both, cannot be computed.
 fn compared_quantities(problem: &Problem, aim: Aim) -> Result<Positions, Error> {
     if let Aim::Modes(count) = aim {
         // A rod without an equilibrium has modes about its unstressed shape.

@@ -1,9 +1,9 @@
 //! Trial runs: simulations of a scene with given numerics that record up to nine points at 100 times, and their work.
 //!
-//! Input: edges, steps and scheme. Output: positions of these points over the rod length, the recorded motion of the
-//! nodes around them, or nothing for a run that fails or needs halved steps of `rodas4`. Results are stored, so that no
-//! run is computed twice. The unit of work is one edge times one Newton iteration of generalised-alpha; steps of `rodas4`
-//! count as several. The search for the numerics of a motion uses them.
+//! Input: edges, steps and scheme. Output: positions of these points over the rod length, the recorded motion of the nodes
+//! around them, or nothing for a run that fails or needs halved steps of `rodas4`. Results are stored, so that no run is
+//! computed twice. The unit of work is one edge times one Newton iteration of generalised-alpha; a step of `rodas4` counts
+//! as five in the plane and three in space. The search for the numerics of a motion uses them.
 
 use crate::accuracy::aim::{TRIAL_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::difference::Positions;
@@ -111,9 +111,10 @@ impl<'a> TrialRuns<'a> {
         Ok(trial)
     }
 
-    /// Simulates the scene with these numerics and adds the run's work. `None` for a run that fails, or needs halved
-    /// steps of `rodas4`; an error for invalid input or files. A step larger than an explicit scheme allows is reduced to
-    /// the largest stable one.
+    /// Simulates the scene with these numerics to its end, even where it gives finer ones, with [`TRIAL_TOLERANCE`] for
+    /// Newton's method. The run's work is added. Only the nodes around the compared points are recorded. A step above
+    /// [`OF_STABLE_STEP`] of the largest stable one of an explicit scheme is reduced to that. `None` for a run that fails,
+    /// or in which `rodas4` halves a step, which stops it. An error only for invalid input or files.
     fn new_run(
         &self,
         Numerics { segments, steps, scheme }: Numerics,

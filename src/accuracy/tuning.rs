@@ -1,8 +1,9 @@
 //! Constants of the search for the numerics of a motion: one set for motions of a few modes, one for motions of many.
 //!
-//! A motion has many modes if a support moves, or the rod has an initial velocity, is not planar, or is limp. It also has
-//! many if it starts from another shape than rest or equilibrium. Then every refinement adds modes, and observed orders
-//! are lower. [`Tuning::of`] returns the set of a scene; `MotionSearch` uses it.
+//! A motion has many modes if the scene has a `supports.motion` or an initial velocity, or the rod is not planar, or limp:
+//! by linear theory it deflects by more than its length under its weight. It also has many if it starts from another shape
+//! than rest or equilibrium. Then every refinement adds modes, and observed orders are lower. [`Tuning::of`] returns the
+//! set of a scene; `MotionSearch` uses it.
 
 use crate::accuracy::aim::is_struck;
 use crate::accuracy::difference::OrderBounds;
@@ -68,8 +69,8 @@ pub(super) fn is_limp(scene: &Scene, guess: &Problem) -> bool {
     deflection > LIMP
 }
 
-/// Whether the motion has many modes: a support moves, the rod has an initial velocity, starts neither from its rest
-/// shape nor from its equilibrium, is not planar, or is limp by [`is_limp`].
+/// Whether the motion has many modes: the scene has a `supports.motion` or an initial velocity, or the rod is not planar or
+/// [limp](is_limp). It has many too if the rod starts neither from its rest shape nor from its equilibrium.
 fn has_many_modes(scene: &Scene, guess: &Problem) -> bool {
     is_struck(scene)
         || !matches!(scene.initial.state, InitialState::Rest | InitialState::Equilibrium)

@@ -79,8 +79,8 @@ pub(crate) fn is_file_key(key: &str) -> bool {
     ["file", "path", "paths"].contains(&key)
 }
 
-/// The path of a key of a scene; the short name of a parameter becomes its full path. None if scenes do not have the key, or
-/// without parts.
+/// The path of a key of a scene, from its `parts`. A first part of [`SCENE_TABLES`] leaves it as it is; the short name of a
+/// parameter (all parts, joined by dots) becomes the parameter's path. None for other keys, or without parts.
 fn scene_path(parts: &[String]) -> Option<Vec<String>> {
     if SCENE_TABLES.contains(&&**parts.first()?) {
         return Some(parts.to_vec());
@@ -101,9 +101,9 @@ pub(crate) fn can_be_planned(value: &Value) -> bool {
     }
 }
 
-/// Sets the value at a path of a table. Missing tables are created; a missing vector, whose next part is an axis, becomes
-/// `[0, 0, 0]`. A number or truth value that replaces a text becomes a text. An empty path changes nothing. Error: a list has
-/// no such index or name, or the path goes on below a plain value.
+/// Sets the value at a path of a table. Missing tables are created; a missing value whose next part is an axis (x, y, z)
+/// becomes `[0, 0, 0]`. Items of lists are never created. A number or truth value that replaces a text becomes a text. An
+/// empty path changes nothing. Error: a list has no such index or name, or the path goes on below a plain value.
 pub(crate) fn set_value(table: &mut Table, path: &[String], value: &Value) -> Result<(), Error> {
     let missing = || {
         let allowed = "a key of the file; list items are counted from 0";
@@ -136,8 +136,9 @@ fn axis(name: &str) -> Option<usize> {
     ["x", "y", "z"].iter().position(|axis| *axis == name)
 }
 
-/// The value with the key `part` in a table, created by `missing` if absent, or the item of a list with this index, axis or
-/// `name`. None for other values and items that do not exist.
+/// The value with the key `part` in a table, created by `missing` if absent. In a list it is the existing item with this index
+/// (from 0), else axis (x, y, z as 0, 1, 2), else `name`; the first that applies. None for other kinds of values and items
+/// that do not exist.
 fn child<'a>(
     value: &'a mut Value,
     part: &str,

@@ -84,7 +84,8 @@ impl<'a> Collected<'a> {
         self.plan.tasks.iter().filter(|task| !self.results.contains_key(&task.id))
     }
 
-    /// Pairs of a task with a result and that result, in the order of the plan; tasks with one id share a result.
+    /// Pairs of a task with a result and that result, in the order of the plan. Tasks without a result are left out; tasks
+    /// with one id share a result and are all listed.
     pub(crate) fn results(&self) -> impl Iterator<Item = (&'a CampaignTask, &StoredRecord)> {
         self.plan.tasks.iter().filter_map(|task| Some((task, self.results.get(&task.id)?)))
     }
@@ -115,8 +116,8 @@ impl<'a> Collected<'a> {
     }
 }
 
-/// An error with the places of both results if two results of a task are not equal. On one platform they must be equal byte
-/// by byte, on two by [`have_equal_parameters`]. None if they are equal.
+/// An error with the places of both results if two results of a task are not equal. On one platform they must be equal byte by
+/// byte, on two by [`have_equal_parameters`]. Texts that differ and are no JSON are not equal. None if they are equal.
 fn difference(one: &StoredRecord, other: &StoredRecord) -> Option<Error> {
     let value = |record: &StoredRecord| serde_json::from_str::<Value>(&record.result).ok();
     // Equal texts need no parsing.
@@ -130,8 +131,9 @@ fn difference(one: &StoredRecord, other: &StoredRecord) -> Option<Error> {
     (!is_same).then(|| Error::invalid(key, found, "equal results; remove one of the two"))
 }
 
-/// Whether two results have the same exit code, and as many parameters in the same order with the same names and experiments.
-/// Values and standard errors must agree to [`PLATFORM_DIFFERENCE`] of the larger one, or both be absent.
+/// Whether two results (JSON) have the same exit code, and as many parameters in the same order with the same names and
+/// experiments. A result without a report has none. Values and standard errors must agree to [`PLATFORM_DIFFERENCE`] of the
+/// larger one, or both be absent.
 fn have_equal_parameters(one: &Value, other: &Value) -> bool {
     let parameters =
         |of: &Value| of["report"]["parameters"].as_array().cloned().unwrap_or_default();

@@ -81,9 +81,9 @@ impl ResultRow<'_> {
         }
     }
 
-    /// The cells of the parameter with this label: value, standard error, low and high end of the 95 % interval, then
-    /// standard error and ends of the pooled bootstrap. Numbers have all digits; missing ones are empty. A lower bound fills
-    /// only the low end. All are empty for a fit without this parameter.
+    /// The cells of the parameter with this label: value, standard error, low and high end of the 95 % interval, then standard
+    /// error and ends of the pooled bootstrap. Numbers have all digits; missing ones are empty. Without an interval a lower
+    /// bound fills only the low end; an upper bound alone is not in the table. All are empty for a fit without this parameter.
     fn estimate(&self, label: &str) -> [String; 7] {
         let mut own = self.result.parameters().zip(&self.replicates);
         let Some((e, replicates)) = own.find(|(e, _)| e.label() == label) else {
@@ -150,8 +150,10 @@ impl Collected<'_> {
         writer.into_inner().map_err(|error| failed(&error))
     }
 
-    /// The results in the order of the plan, with all parts of a bootstrap pooled in the row of its first part. Parts belong
-    /// together if fit file, name and all other changes are equal. Error: a result that is not valid JSON of this version.
+    /// The results in the order of the plan, with all parts of a bootstrap pooled in the row of its first part with a result.
+    /// Pooled are the replicates of each parameter, by its position in the report; the rest is that of the first part. Parts
+    /// belong together if fit file, name and all other changes are equal. Error: a result that is not valid JSON of this
+    /// version.
     pub(crate) fn rows(&self) -> Result<Vec<ResultRow<'_>>, Error> {
         let mut rows: Vec<ResultRow> = Vec::new();
         // The row of each bootstrap by its fit, its name and its other changes.

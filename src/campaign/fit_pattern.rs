@@ -17,8 +17,8 @@ const SYSTEM_FOLDERS: [&str; 3] = ["/dev", "/proc", "/sys"];
 /// The component of a pattern that matches any number of folders, including none.
 const ANY_DEPTH: &str = "**";
 
-/// The files that match a pattern, which is relative to `folder` or absolute, each once in alphabetical order; none if none
-/// matches. `key` is the key with the pattern, for messages.
+/// The files that match a pattern, which is relative to `folder` or absolute, each once in alphabetical order (of paths, with
+/// `folder` in front of relative patterns); none if none matches. `key` is the key with the pattern, for messages.
 ///
 /// # Errors
 ///
@@ -65,8 +65,9 @@ struct Walk {
 }
 
 impl Walk {
-    /// Adds the files at the path `place` that match the remaining parts of a pattern; without parts `place` itself, if it is
-    /// a file. Error: the scope of a search that is too large.
+    /// Adds the files below the path `place` that match the remaining `parts` of a pattern. A part with wildcards is compared
+    /// with all entries of the folder, a literal one is appended to the path, and `**` leads to `visit_below`; without parts
+    /// `place` itself, if it is a file. Error: the scope of a search that is too large.
     fn visit(&mut self, place: &Path, parts: &[PatternPart]) -> Result<(), String> {
         let Some((part, rest)) = parts.split_first() else {
             if place.is_file() {

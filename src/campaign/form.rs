@@ -58,7 +58,8 @@ pub(crate) struct DistributedBootstrap {
 }
 
 impl DistributedBootstrap {
-    /// Number of tasks among which the replicates are divided: replicates over batch, rounded down, at least 1.
+    /// Number of tasks among which the replicates are divided: replicates over batch, rounded down, at least 1. It panics for
+    /// a batch of 0, which [`CampaignFile::read`] rejects.
     pub fn parts(self) -> usize {
         (self.replicates / self.batch).max(1)
     }
@@ -92,8 +93,9 @@ impl CampaignFile {
         Ok(form)
     }
 
-    /// Rejects fewer than 2 or more than [`MOST_TASKS`] replicates, batches outside 2 to 100000, and starts outside 1 to
-    /// [`MOST_TASKS`].
+    /// Rejects fewer than 2 or more than [`MOST_TASKS`] replicates of a bootstrap, batches outside 2 to 100000, and numbers of
+    /// starts outside 1 to [`MOST_TASKS`]. The error has the key, the value and the allowed range. Missing tables are not
+    /// checked.
     fn check(&self) -> Result<(), Error> {
         if let Some(DistributedBootstrap { replicates, batch, .. }) = self.bootstrap {
             if !(2..=MOST_TASKS).contains(&replicates) {
@@ -121,8 +123,9 @@ impl CampaignFile {
     }
 
     /// All fits with their changes: each row of the table, or matched file, with each combination of the grid, the grid
-    /// varying faster. Values of the grid win over those of the table. `file` is the path of the campaign file, whose folder
-    /// all paths are relative to. Error: an invalid pattern, table or grid, no fit, or more than [`MOST_TASKS`].
+    /// varying faster. Values of the grid win over those of the table for a key of the same text. `file` is the path of the
+    /// campaign file, whose folder all paths are relative to. Error: an invalid pattern, table or grid, no fit, or more than
+    /// [`MOST_TASKS`].
     pub fn rows(&self, file: &Path) -> Result<Vec<CampaignRow>, Error> {
         let root = folder_of(file);
         let in_file = |error: Error| error.in_file(Some(file));
@@ -157,8 +160,8 @@ impl CampaignFile {
         Ok(all)
     }
 
-    /// The fit files that match the patterns, pattern after pattern, each file once, relative to the folder `root` of the
-    /// campaign file. Error: an invalid pattern, or one that matches no further file.
+    /// The fit files that match the patterns, pattern after pattern, each file once. Paths are relative to the folder `root`
+    /// of the campaign file, or as they are if elsewhere. Error: an invalid pattern, or one that matches no further file.
     fn matched(&self, root: &Path) -> Result<Vec<PathBuf>, Error> {
         let (mut all, mut seen) = (Vec::new(), BTreeSet::new());
         for (k, pattern) in self.fits.iter().enumerate() {
@@ -182,9 +185,9 @@ impl CampaignFile {
     }
 }
 
-/// All combinations of the values of a grid, the first key varying slowest; one without changes if the grid is empty. Keys
-/// may be quoted paths, or tables in tables. Errors: an unknown key, a key twice, a value that is no list, an empty list, and
-/// more than [`MOST_TASKS`] combinations.
+/// All combinations of the values of a grid, the first key varying slowest; one without changes if the grid is empty. Keys are
+/// in the order of the table, and may be quoted paths, or tables in tables. Errors: an unknown key, a key twice, a value that
+/// is no list, an empty list, and more than [`MOST_TASKS`] combinations.
 fn combinations(grid: &Table) -> Result<Vec<Changes>, Error> {
     let mut axes = Vec::new();
     flatten(grid, "", &mut axes);

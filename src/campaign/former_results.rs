@@ -26,7 +26,8 @@ pub(crate) fn with_current_names(result: &str) -> String {
     whole.to_string()
 }
 
-/// Whether a result has a former key ([`FORMER_KEY`]), or a former code at the end of its error message.
+/// Whether a result has a former key ([`FORMER_KEY`]), or a former code in brackets at the end of its error message, before
+/// the key `platform`.
 fn has_former_names(result: &str) -> bool {
     let has_former_code = || {
         let former = Code::ALL.iter().filter_map(|code| code.former_name());

@@ -3,8 +3,9 @@
 //!
 //! A campaign file names fit files with changes of their keys. A [`Plan`] is the list of its [`CampaignTask`]s. The id of a
 //! task is a hash of everything that its result depends on, and of nothing else; so a task with a result is not computed
-//! again. [`run`](Plan::run) appends results to a [`Store`], a line each, by any number of processes. [`Collected`] merges
-//! the results of all of them, to a [`Status`], lines of JSON, a CSV table, and summaries for a comparison page.
+//! again. [`run`](Plan::run) appends results to a [`Store`], a line of JSON each, by any number of processes, each for a
+//! [`Shard`] or for all tasks. [`Collected`] merges the results of all of them, to a [`Status`], lines of JSON, a CSV table,
+//! and summaries for a comparison page.
 
 mod changes;
 mod collect;

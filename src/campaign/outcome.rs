@@ -32,8 +32,9 @@ impl Outcome {
 /// Key of a report with the wall time, which depends on the speed of the machine and is removed.
 const TIME_KEY: &str = "wall_seconds";
 
-/// Solves a task. Its outcome has the exit code of `rodfit fit` (0, 2 or 3) and the report. If the fit was rejected or
-/// failed, it has the error message instead. None if `stop` was set before its end.
+/// Solves a task. Its outcome has the exit code of `rodfit fit` and the report: 0 for a usable grade, else 3. If the fit was
+/// rejected (2) or failed (3), it has the error message instead. The JSON has the platform, no wall time, and names of keys in
+/// the place of paths. None if `stop` was set before its end.
 pub(crate) fn solve(task: &Resolved, stop: Arc<AtomicBool>) -> Option<Outcome> {
     let solved = task.fit(|_| Ok(())).and_then(|file| file.fit().stop_when(stop).solve());
     let (code, key, mut content) = match solved {
@@ -63,8 +64,9 @@ pub(crate) fn solve(task: &Resolved, stop: Arc<AtomicBool>) -> Option<Outcome> {
     Some(Outcome { code, json: Value::Object(whole).to_string() })
 }
 
-/// Replaces the paths of files by the names of their keys, in place, in all texts of a JSON value and of its items. The order
-/// is that of `names`; keys of objects stay.
+/// Replaces the paths of files by the names of their keys, in place, in all texts of a JSON value and of its items. All
+/// occurrences within a text are replaced. The paths are replaced in the order of `names` (the longest first); keys of objects
+/// stay.
 fn replace_paths(value: &mut Value, names: &[PathName]) {
     match value {
         Value::String(text) => {

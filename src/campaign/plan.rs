@@ -106,8 +106,8 @@ impl schemars::JsonSchema for Plan {
 
 impl Plan {
     /// Reads a campaign file and all files that it names, and writes `tasks.jsonl` and `plan.json` into a folder, which is
-    /// created if it is missing. Existing results of unchanged tasks are kept. Fits of patterns that cannot be solved are
-    /// planned, and their errors are returned as `refused`.
+    /// created if it is missing. Existing files of a plan are replaced; results in the folder are kept, and belong to tasks
+    /// with unchanged ids. Fits of patterns that cannot be solved are planned, and their errors are returned as `refused`.
     ///
     /// # Errors
     ///
@@ -234,10 +234,11 @@ struct RowTasks {
     refused: Option<Error>,
 }
 
-/// The tasks of a row: one for each combination of its random starts and of the parts of its bootstrap. `root` is the folder
-/// of the campaign file; `hashes` has those of data files read so far, and gets new ones. A fit of a pattern that cannot be
-/// solved is returned as `refused`. Errors: a value that cannot be planned, unreadable files, and a fit that `admission`
-/// rejects. Further ones are an invalid fit of a table, an unknown key of a grid, and random starts without bounds.
+/// The tasks of a row: one for each combination of its random starts (slower) and of the parts of its bootstrap. `root` is the
+/// folder of the campaign file; `hashes` has those of data files read so far, and gets new ones. A fit of a pattern that
+/// cannot be solved is returned as `refused`. Errors: a value that cannot be planned, unreadable files, and a fit that
+/// `admission` rejects. Further ones are an invalid fit of a table, an unknown key of a grid, and random starts without
+/// bounds.
 fn row_tasks(
     root: &Path,
     row: &CampaignRow,
@@ -313,8 +314,9 @@ fn unknown_grid_key(root: &Path, row: &CampaignRow, error: &Error) -> Option<Err
     is_valid.then(|| Error::invalid("grid", format!("{} ({error})", keys.join(", ")), allowed))
 }
 
-/// The changes of each part of a bootstrap, in `analysis`: its number of replicates, the index of its first, and the common
-/// `seed`. All parts together run the replicates of one fit, in nearly equal numbers.
+/// The changes of each part of a bootstrap: its number of replicates (`analysis.bootstrap`), the index of its first one from 0
+/// (`analysis.bootstrap_first`), and the common `seed`. Part `k` of `n` has the replicates from `k N/n` to below `(k + 1)
+/// N/n`, rounded down. All parts together run the replicates of one fit, in nearly equal numbers.
 fn bootstrap_parts(
     bootstrap: DistributedBootstrap,
     seed: i64,
@@ -343,8 +345,8 @@ fn check_task_count(tasks: usize, file: &Path) -> Result<(), Error> {
     }
 }
 
-/// Rejects a folder with files other than those of a plan or temporary ones of a killed process. A missing or empty folder,
-/// or one with `plan.json`, is accepted.
+/// Rejects a folder with files other than those of a plan or temporary ones of a killed process. A missing, unreadable or
+/// empty folder is accepted, and one with `plan.json` whatever else it has. The error has the key `--out`.
 fn check_folder(folder: &Path) -> Result<(), Error> {
     let Ok(mut entries) = std::fs::read_dir(folder) else { return Ok(()) };
     let is_of_plan =

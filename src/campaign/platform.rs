@@ -39,8 +39,8 @@ fn argument(k: usize) -> f64 {
     black_box(1e-3 * (k as f64 * 0.05 + 1.0 / 3.0).exp2())
 }
 
-/// Values of 16 functions of the mathematical library (sin to cbrt) at a positive argument; some take `x / (1 + x)` or an
-/// argument of at most 100.
+/// Values of 16 functions of the mathematical library (sin to cbrt) at a positive argument; asin, acos and the second
+/// arguments of atan2, hypot and powf are `x/(1 + x)`, and exp, sinh and cosh take at most 100.
 fn values(x: f64) -> [f64; 16] {
     let small = x / (1.0 + x);
     [

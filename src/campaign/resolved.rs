@@ -92,8 +92,9 @@ impl Resolved {
         Ok(Self { file, table })
     }
 
-    /// The first 128 bits of the hash of everything that the result depends on, in hexadecimal: the program's version, the
-    /// fit, its scenes, and the contents of its data. The order of keys has no effect. `hashes` has those of data files read
+    /// The first 128 bits of the hash (SHA-256) of everything that the result depends on, in hexadecimal: the program's
+    /// version, the fit, its scenes, and the contents of its data. Paths do not count, except for the stems of recordings
+    /// (`path`, `paths`), which name experiments. The order of keys has no effect. `hashes` has those of data files read
     /// before, and gets new ones. Error: a data file that cannot be read.
     pub fn id(&self, hashes: &mut DataHashes) -> Result<String, Error> {
         let mut table = self.table.clone();
@@ -116,8 +117,8 @@ impl Resolved {
         failure.map_or_else(|| Ok(hash(whole.to_string().as_bytes(), ID_BYTES)), Err)
     }
 
-    /// The fit, ready to solve. Error: invalid keys, a scene that `admit` rejects before its mesh is made, and a fit of lists
-    /// along the rod.
+    /// The fit, read and checked, with its data; planned measurements are accepted here and rejected by its solution. Error:
+    /// invalid keys, a scene that `admit` rejects before its mesh is made, and a fit of lists along the rod.
     pub fn fit(&self, admit: impl Fn(&Scene) -> Result<(), Error>) -> Result<FitFile, Error> {
         FitFile::read(&self.table.to_string(), &self.file, &admit)?
             .of_parameters()
@@ -138,7 +139,8 @@ impl Resolved {
 }
 
 /// All scenes of a fit file in `folder`, each read and put into the place of its name: that of the fit first, then those of
-/// experiments. Values that are neither a name nor a table are skipped. Error: a scene file that cannot be read.
+/// experiments. Scenes of experiments have their index and name (empty without one). Values that are neither a name nor a
+/// table are skipped. Error: a scene file that cannot be read.
 fn fit_scenes<'a>(fit: &'a mut Table, folder: &Path) -> Result<Vec<FitScene<'a>>, Error> {
     let mut scenes = Vec::new();
     let mut experiments: &mut [Value] = &mut [];
@@ -243,8 +245,8 @@ fn data_hash(file: &Path, hashes: &mut DataHashes) -> Result<String, Error> {
     Ok(found)
 }
 
-/// A TOML value as JSON that is the same for equal values: keys are sorted, and dates are texts. Infinite and NaN numbers are
-/// objects with the number as text.
+/// A TOML value as JSON whose text is the same for equal values (an integer differs from an equal float): keys are sorted, and
+/// dates are texts. Infinite and NaN numbers are objects with the number as text.
 fn canonical_json(value: &Value) -> Json {
     match value {
         Value::Table(table) => {

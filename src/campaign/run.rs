@@ -65,6 +65,7 @@ struct TimedOutcome {
 
 impl RunSummary {
     /// Number of tasks of the shard without a result after the run: all, less those with one before it and the new results.
+    /// Changed, panicked and stopped tasks are among them.
     pub fn open_tasks(&self) -> usize {
         self.tasks - self.before - self.codes.len()
     }
@@ -134,12 +135,13 @@ impl Plan {
 
     /// Runs the tasks of a shard without a result in parallel, and stores each outcome. The process may be killed at any
     /// moment and repeated, and any number of shards may run at once. `progress` is called at the start and after every
-    /// result, with the number of results and that of tasks. Tasks whose files changed, and those that panic, are in the
-    /// summary and have no result.
+    /// result, with the number of results and that of tasks. Tasks whose files are missing or changed, and those that panic,
+    /// are in the summary and have no result. Once the stop flag is set, no further task begins, and running ones end without
+    /// a result.
     ///
     /// # Errors
     ///
-    /// Results that cannot be read or stored.
+    /// Results that cannot be read or stored, and threads that cannot be started. Results stored before the error stay.
     pub fn run(
         &self,
         options: &RunOptions,

@@ -33,7 +33,8 @@ impl FromStr for Shard {
 }
 
 impl Shard {
-    /// Part `index`, counted from 0, of `count` parts of the tasks; none unless the index is below the count.
+    /// Part `index`, counted from 0, of `count` parts of the tasks; none unless the index is below the count, so that the
+    /// count is at least 1.
     fn new(index: u64, count: u64) -> Option<Self> {
         let (index, count) = (u128::from(index), u128::from(count));
         (index < count).then_some(Self { index, count })
@@ -45,8 +46,8 @@ impl Shard {
     }
 
     /// The part that a scheduler assigns to this process, by its environment variables, which `variable` returns. Slurm job
-    /// arrays come first, with the size of the array or else `count`. A PBS job array or the tasks of HyperQueue need
-    /// `count`. None without a scheduler.
+    /// arrays come first, with the size of the array or else `count`; the index is that of the job less the first one, over
+    /// the step. A PBS job array or the tasks of HyperQueue need `count`. None without a scheduler.
     ///
     /// # Errors
     ///

@@ -30,6 +30,7 @@ const CODES: [u8; 3] = [0, 2, 3];
 
 impl Status {
     /// Counts the collected results by exit code, and sums their wall times, each id once; tasks without a result count too.
+    /// Exit codes other than 0, 2 and 3 are in the number of results only.
     pub fn new(collected: &Collected) -> Self {
         let mut status =
             Self { tasks: 0, done: 0, codes: [0; 3], seconds: 0.0, longest_seconds: 0.0 };
@@ -55,7 +56,8 @@ impl Status {
     }
 
     /// The progress as text for a terminal: number of results, then counts by kind of result, mean and longest wall time of a
-    /// fit, and remaining time if fits are open. Without any result only the first line.
+    /// fit, and remaining time if fits are open: their number times the mean, on one processor. The tone is good if no fit is
+    /// open, else doubtful. Without any result only the first line.
     pub fn summary(&self) -> Summary {
         let [usable, rejected, unusable] = self.codes;
         let open = self.open_tasks();

@@ -70,8 +70,9 @@ impl Store {
         Self { folder: folder.join(PARTS), host: host(), part: Mutex::new(None) }
     }
 
-    /// Appends the outcome of the task `id` with its wall time, s, the name of the machine and the present time. It is on
-    /// disk when this returns. The first result of a process creates its file; the first after a failed write begins another.
+    /// Appends the outcome of the task `id` with its wall time, s, the name of the machine and the present time. It is on disk
+    /// when this returns. The first result of this store creates its file; the first after a failed write begins another.
+    /// Threads may call it at once.
     ///
     /// # Errors
     ///
@@ -95,8 +96,8 @@ impl Store {
         Ok(())
     }
 
-    /// Creates the folder, and the file of this process with a name that no other file has, and syncs the folder. Error:
-    /// either cannot be created.
+    /// Creates the folder, and the file of this process, `HOST-PROCESS-NANOSECONDS.jsonl`, with a name that no other file has.
+    /// It opens the file for appending and syncs the folder, where the system can. Error: either cannot be created.
     fn begin(&self) -> io::Result<File> {
         std::fs::create_dir_all(&self.folder)?;
         loop {
@@ -113,7 +114,8 @@ impl Store {
     }
 
     /// Calls `each` with every stored result, file by file (`.jsonl`) in alphabetical order, and returns the lines without a
-    /// valid one. A missing folder has no results. Error: a folder or file that cannot be read.
+    /// valid one, in the same order. A task may have several results. A missing folder has no results. Error: a folder or file
+    /// that cannot be read.
     pub(crate) fn read(
         &self,
         mut each: impl FnMut(StoredRecord),

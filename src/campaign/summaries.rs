@@ -13,9 +13,10 @@ use crate::summary::distinct;
 use std::collections::BTreeSet;
 
 impl Collected<'_> {
-    /// A summary of every fit with a result, in the order of the plan; the parts of a bootstrap are one fit. A fit without a
-    /// name is called after its file and the keys that differ between the fits. One without a report has its error message as
-    /// status.
+    /// A summary of every fit with a result, in the order of the plan; the parts of a bootstrap are one fit. Changed keys of a
+    /// summary are those whose values differ between the fits, without those of bootstrap parts. A fit without a name is
+    /// called after its file and these keys. One without a report has its error message as status, and no grade and no
+    /// estimates. Pages are not set.
     ///
     /// # Errors
     ///

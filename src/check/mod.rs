@@ -166,8 +166,8 @@ pub struct CheckReport {
 }
 
 impl CheckReport {
-    /// An empty report before the first state: errors of zero at every step size, both verdicts `Agree`, no compared
-    /// states.
+    /// An empty report before the first state: errors of zero at every step size, both verdicts `Agree`, no worst or listed
+    /// entries, no compared states.
     pub fn new(tolerance: Tolerance) -> Self {
         let valley = STEPS.map(|step| ValleyPoint { step, gradient: 0.0, hessian: 0.0 });
         Self {
@@ -217,9 +217,11 @@ impl CheckReport {
         self.compare_routes(routes, q, element, &dof);
     }
 
-    /// Compares hand-derived derivatives at the unknowns `q` with dual numbers and finite differences. It updates the
-    /// largest errors, verdicts, listed entries, errors by step size and the number of states. Errors of finite
-    /// differences are relative to the terms plus their change over a step.
+    /// Compares hand-derived derivatives at the unknowns `q` with dual numbers and finite differences. It updates the largest
+    /// errors, the worst entry, verdicts, listed entries and errors by step size, and adds one state. Errors of finite
+    /// differences, each at its best step `h`, are relative to the terms plus their change over a step. With the largest
+    /// diagonal sum `s` of the Hessian's terms and the length scale `l` this change is `h s` for gradients and `h s/l` for
+    /// Hessians.
     fn compare_routes(
         &mut self,
         routes: Routes<'_>,
@@ -322,7 +324,8 @@ impl CheckReport {
         }
     }
 
-    /// Counts an entry with an error above its limit, and lists it if it is one of the first [`MOST_ABOVE`].
+    /// Counts an entry with an error above its limit in `above_count`, and lists it if it is one of the first [`MOST_ABOVE`].
+    /// The list has both values, the method of comparison (`against`) and the error.
     fn list_above(
         &mut self,
         entry: &DerivativeEntry<'_>,
@@ -387,8 +390,9 @@ struct Routes<'a> {
     terms: GradientAndHessian,
 }
 
-/// Energy at `q` as a hyper-dual number with first derivatives by the two unknowns `pair` and their mixed second
-/// derivative. Larger dual numbers, with all unknowns, would save less run time than they cost to compile.
+/// Energy at `q` as a hyper-dual number with first derivatives by the two unknowns `pair` and their mixed second derivative;
+/// of two equal indices the second derivative by that unknown. Larger dual numbers, with all unknowns, would save less run
+/// time than they cost to compile.
 fn energy_along<const N: usize>(
     energy: &impl Energy<N>,
     q: &[f64; N],
@@ -441,8 +445,9 @@ pub fn check<const N: usize>(
     report
 }
 
-/// Checks a given `hessian` of `energy` at the unknowns `q` against num-dual, and against finite differences of the
-/// gradient by num-dual, with the default tolerances. The gradient of the report is that of num-dual itself.
+/// Checks a given full `hessian` of `energy` at the unknowns `q` against num-dual, and against finite differences of the
+/// gradient by num-dual, with the default tolerances. Unknowns are named `q[i]`. The gradient of the report is that of
+/// num-dual itself.
 pub fn check_hessian<const N: usize>(
     energy: &impl Energy<N>,
     q: &[f64; N],

@@ -35,7 +35,8 @@ pub struct NodesAndEdges<const N: usize> {
 }
 
 /// Checks the derivatives of a user-defined energy by nodes and directors, as independent variables, with these values of its
-/// parameters. Hand-derived ones, if any, are compared with automatic ones, and both with finite differences.
+/// parameters. Hand-derived ones are compared with automatic ones and with finite differences; without them the automatic ones
+/// stand in their place. Elements are named `state k` in the report, in the order of `states`.
 ///
 /// ```
 /// use rodfit::check::{Configuration, NodesAndEdges, Tolerance, check_own};

@@ -16,8 +16,9 @@ const LARGEST_TURN: f64 = 150.0;
 /// Largest rotation of an edge from its reference direction in random states, degrees.
 const LARGEST_ROTATION: f64 = 120.0;
 
-/// Coordinates x, y of all nodes of a planar rod, m, with the first node at the origin. The first direction is random,
-/// turning angles are within [`LARGEST_TURN`] of both signs, and edge strains within 30 %.
+/// Coordinates x, y of all nodes of a planar rod, m, with the first node at the origin. The first direction is random, turning
+/// angles are within [`LARGEST_TURN`] of both signs, and edge strains within 30 %, each uniform and independent. The state of
+/// the generator `random` moves on.
 pub(super) fn random_planar(rod: &PlanarRod<f64>, random: &mut ChaCha8Rng) -> Vec<f64> {
     let mut angle: f64 = random.random_range(-3.1..3.1);
     let mut q = vec![0.0, 0.0];
@@ -54,9 +55,9 @@ fn rotated_randomly(t: Vector<f64>, angle: f64, random: &mut ChaCha8Rng) -> Vect
     unit(add(scale(t, angle.cos()), scale(across, angle.sin())))
 }
 
-/// Unknowns and frames of a spatial rod with edge strains within 30 %, turning angles up to [`LARGEST_TURN`], and edge
-/// angles and reference twists within 6 rad. Reference directions of the frames differ from the edges by up to
-/// [`LARGEST_ROTATION`].
+/// Unknowns (x, y, z of each node and the angle of each edge, alternating, the first node at the origin) and frames of a
+/// spatial rod. Edge strains are within 30 %, turning angles up to [`LARGEST_TURN`] about random axes, and edge angles and
+/// reference twists within 6 rad. Reference directions of the frames differ from the edges by up to [`LARGEST_ROTATION`].
 pub(super) fn random_spatial(
     rod: &SpatialRod<f64>,
     random: &mut ChaCha8Rng,

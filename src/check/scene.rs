@@ -1,8 +1,9 @@
 //! Check of the derivatives of all elements of a scene: hand-derived against dual numbers and finite differences.
 //!
-//! States are the rest shape, up to `OWN_STATES` states of the first `OWN_STEPS` time steps of the scene's motion, and
-//! `RANDOM_STATES` random states from a fixed seed. At most `ELEMENTS` elements of each kind are compared in each. The result is
-//! one `CheckReport`; `rodfit check` prints it. A planar scene's user-defined energies are also checked for forces out of the
+//! States are the initial state of the scene, up to `OWN_STATES` states of the first `OWN_STEPS` time steps of its motion, and
+//! `RANDOM_STATES` random states from a fixed seed. At most `ELEMENTS` elements of each kind are compared in each. In space
+//! the states of the motion are compared twice: with their own frames and with those of the step before. The result is one
+//! `CheckReport`; `rodfit check` prints it. A planar scene's user-defined energies are also checked for forces out of the
 //! plane, in a spatial model.
 
 use crate::check::own::{self, EnergyAt};
@@ -33,15 +34,15 @@ const OWN_STEPS: usize = 400;
 /// Number of random states of the rod.
 const RANDOM_STATES: usize = 20;
 
-/// Compares the hand-derived gradients and Hessians of every kind of element of a scene (up to `ELEMENTS` of each) with
-/// those of dual numbers and with finite differences. States are the rest shape, its motion if it has a `[time]` (up to a
-/// step that fails), and seeded random ones. These have turning angles up to 150 degrees and strains up to 30 %; in space
-/// also edges rotated by up to 120 degrees since the reference of their frames. [User-defined
-/// energies](crate::energy::own) are checked under their names, those of a planar scene also for forces out of the plane.
+/// Compares the hand-derived gradients and Hessians of every kind of element of a scene (up to `ELEMENTS` of each) with those
+/// of dual numbers and with finite differences. States are the initial state of the scene, its motion if it has a `[time]` (up
+/// to a step that fails), and seeded random ones. These have turning angles up to 150 degrees and strains up to 30 %; in space
+/// also edges rotated by up to 120 degrees since the reference of their frames. [User-defined energies](crate::energy::own)
+/// are checked under their names, those of a planar scene also for forces out of the plane.
 ///
 /// # Errors
 ///
-/// A scene whose derivatives cannot be evaluated in its rest shape.
+/// A scene whose initial state cannot be made, as an equilibrium that is not found.
 pub fn check_problem(problem: &Problem, tolerance: Tolerance) -> Result<CheckReport, Error> {
     let mut report = CheckReport::new(tolerance);
     // A fixed seed: the same states in every run.
@@ -96,8 +97,9 @@ impl SpatialCounterpart {
         Some(Self { model, rod })
     }
 
-    /// Checks the user-defined energies in space at the unknowns `q` of the planar rod: no force along the normal of the
-    /// plane, no moment about the tangents. Violations are added to the report.
+    /// Checks the user-defined energies in space, at up to [`ELEMENTS`] of their places each. Nodes are those of the unknowns
+    /// `q` of the planar rod, to which the spatial rod is moved from its rest shape: no force along the normal of the plane,
+    /// no moment about the tangents. Violations are added to the report.
     fn compare(
         &self,
         report: &mut CheckReport,
@@ -133,9 +135,9 @@ fn name(placed: &Placed<f64>, spot: &Spot<f64>) -> String {
     format!("{} at {:.4} m", placed.name, spot.numbers[0])
 }
 
-/// Calls `show(state, previous state)` at the start and at up to [`OWN_STATES`] states of the motion, evenly spaced over
-/// its first [`OWN_STEPS`] steps. A scene without `[time]` has the start only; a step that fails ends the visit without
-/// an error.
+/// Calls `show(state, previous state)` at the start and at up to [`OWN_STATES`] states of the motion, evenly spaced over its
+/// first [`OWN_STEPS`] steps. At the start both states are the same. A scene without `[time]` has the start only; a step that
+/// fails ends the visit without an error.
 fn visit_states<M: Model>(
     problem: &Problem,
     discretized: &Discretized<'_, M>,
@@ -165,8 +167,9 @@ fn spaced_indices(count: usize) -> impl Iterator<Item = usize> {
     (0..count).step_by(count.div_ceil(ELEMENTS).max(1))
 }
 
-/// Compares the derivatives of the elements of a planar rod at the unknowns `q` (stretch, joints, moments, user-defined
-/// ones) and adds them to the report. Coordinates are relative to the first node of each element.
+/// Compares the derivatives of the elements of a planar rod at the unknowns `q` with dual numbers and finite differences, and
+/// adds the errors to the report. Kinds are stretch, joints, moments, and user-defined ones. At most [`ELEMENTS`] elements of
+/// each kind are compared, and all moments. Coordinates are relative to the first node of each element.
 fn compare_planar(report: &mut CheckReport, rod: &PlanarRod<f64>, q: &[f64]) {
     /// Compares elements of one kind, element `i` of which has its first node at node `i` of `q`. `first` and `node` are
     /// the numbers of the first element and of its first node in the report.
@@ -195,9 +198,9 @@ fn compare_planar(report: &mut CheckReport, rod: &PlanarRod<f64>, q: &[f64]) {
     compare_own(report, &rod.own, q, &[], |i| edge_length(&rod.stretch, i));
 }
 
-/// Compares user-defined energies at a selection of their places and adds them to the report. `q` are the unknowns of the
-/// rod, `frames` the references of its edges (none in a plane). `length(i)` is that of the edge at node `i`, m, the unit
-/// of lengths.
+/// Compares the derivatives of user-defined energies at up to [`ELEMENTS`] of their places each, and adds them to the report.
+/// `q` are the unknowns of the rod, `frames` the references of its edges (none in a plane). `length(i)` is that of the edge at
+/// node `i`, m, the unit of lengths.
 fn compare_own(
     report: &mut CheckReport,
     own: &Extra<f64>,
@@ -220,9 +223,10 @@ fn edge_length<const M: usize>(edges: &[Stretch<f64, M>], node: usize) -> f64 {
     edges[node.min(edges.len() - 1)].rest_length
 }
 
-/// Compares the derivatives of the elements of a spatial rod at the unknowns `q` and adds them to the report: stretch,
-/// bend and twist, user-defined ones. `frames` are the reference frames. Coordinates are relative to the first node and
-/// in units of the edge length, so that finite differences by lengths and angles are comparable.
+/// Compares the derivatives of the elements of a spatial rod at the unknowns `q` with dual numbers and finite differences, and
+/// adds the errors to the report. Up to [`ELEMENTS`] of each kind: stretch, bend and twist, and user-defined ones. `frames`
+/// are the reference frames. Coordinates are relative to the first node and in units of the edge length, so that finite
+/// differences by lengths and angles are comparable.
 fn compare_spatial(
     report: &mut CheckReport,
     rod: &SpatialRod<f64>,

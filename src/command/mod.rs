@@ -1,8 +1,9 @@
 //! The command `rodfit` as a function: parses a command line, runs the subcommand and returns the exit code.
 //!
-//! Every subcommand of a computation has the same stages: read the inputs, check that the outputs can be written, estimate
-//! the cost and reject it above a limit, compute, write files, print the summary. Others print texts: manual pages,
-//! completions, schemas, codes. It uses the public library only; the program and the Python package call [`run`].
+//! Subcommands of computations have the same stages: read the inputs, check that the outputs can be written, estimate the
+//! cost and reject it above a limit, compute, write files, print the summary. Structures and benchmarks have no estimate of
+//! the cost. Others print texts: manual pages, completions, schemas, codes. It uses the public library only; the program and
+//! the Python package call [`run`].
 
 mod bench;
 mod campaign;

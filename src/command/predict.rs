@@ -128,9 +128,9 @@ fn experiment_name(files: &[PathBuf], k: usize) -> String {
     }
 }
 
-/// The keys (TOML) of the measurement in a file. If recordings prescribe the ends of the rod: its free markers, and options
-/// of files are rejected. If the scene has no time: a shape at rest. Else the motion of `--point`, with keys as
-/// [`Inspection`] determines them where the options give none.
+/// The keys (TOML) of the measurement in a file. If recordings prescribe the ends of the rod: its free markers; `--marker`,
+/// `--time-zero`, `--fps` and `--scale` are rejected. If the scene has no time: a shape at rest. Else the motion of
+/// `--point`, with keys as [`Inspection`] determines them where the options give none. `--sigma` is a key in all cases.
 fn measurement_keys(file: &Path, options: &PredictOptions, scene: &Scene) -> Result<Table, Error> {
     let RecordingUnits { fps, scale } = options.units;
     let mut keys = Table::new();

@@ -37,7 +37,8 @@ pub struct SimulateOptions {
 
 /// Simulates the scene and writes its outputs; a structure has its own function. If its numerics are chosen by the program,
 /// the run is checked, and repeated with finer ones where needed. With a table on a stream there is a trial run without
-/// output first. Returns the exit code: 0, or that of the error that ended the run or of an output.
+/// output first. If the reader of the table closes the stream and no report is requested, the run ends as completed. Returns
+/// the exit code: 0, or that of the error that ended the run or of an output.
 pub fn run(options: &SimulateOptions, global: GlobalOptions) -> Result<u8, Error> {
     let scene = match SceneFile::load(&options.scene)? {
         SceneFile::Rod(scene) => *scene,

@@ -1,4 +1,8 @@
 //! `rodfit simulate`, `static` and `modes` of structures: scenes with `[[rods]]`.
+//!
+//! Mesh, step and scheme are those of the file, and no cost is estimated before a run. Output is a summary, and if requested
+//! a report (`--json`) and the positions of all nodes (`--out`, CSV; not for modes); there are no pages. The commands for one
+//! rod call these functions when the file is a structure.
 
 use crate::command::modes::ModesOptions;
 use crate::command::output::Outputs;
@@ -10,7 +14,10 @@ use rodfit::{Error, Structure, StructureScene, page};
 use std::io::{self, Write};
 use std::sync::atomic::Ordering;
 
-/// Simulates a structure and writes its outputs.
+/// Simulates a structure up to the end of `[time]`, and writes the report (JSON), the positions of all nodes at every step
+/// (CSV) and the summary. An interrupted or failed run writes its results up to that time. Returns the exit code: 0, or that
+/// of the error that ended the run or of an output. Errors before the run: an invalid structure, `--report`, no `[time]`, and
+/// those of the equilibrium at the start.
 pub fn simulate(
     scene: StructureScene,
     options: &SimulateOptions,
@@ -76,7 +83,8 @@ pub fn simulate(
     Ok(conclude(code, [table, outcome]))
 }
 
-/// Computes and writes the equilibrium of a structure.
+/// Computes the equilibrium of a structure under its loads, and writes the report (JSON), the nodes (CSV) and the summary
+/// with its stability. Returns exit code 0, also for an unstable equilibrium, or that of an output that cannot be written.
 pub fn rest(
     scene: StructureScene,
     options: &StaticOptions,
@@ -92,7 +100,9 @@ pub fn rest(
     Ok(conclude(outputs.finish(0, &found, None, &summary), [table]))
 }
 
-/// Computes and writes the modes of a structure.
+/// Computes the `--count` lowest modes of a structure about its equilibrium, or with `--rest` about its rest shape. Writes
+/// the report (JSON) and the summary. Returns exit code 0, also for unstable modes, or that of an output that cannot be
+/// written.
 pub fn modes(
     scene: StructureScene,
     options: &ModesOptions,

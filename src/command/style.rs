@@ -2,6 +2,7 @@
 //!
 //! Input is the stream (standard output or error), its number of columns, and the variables `NO_COLOR`, `CLICOLOR_FORCE` and
 //! `TERM`. Output is a [`TextStyle`] with a width from [`DEFAULT_WIDTH`] to [`MAX_WIDTH`], and whether the text is colored.
+//! Messages on standard error that is no terminal are not wrapped.
 
 use console::Term;
 use rodfit::summary::{DEFAULT_WIDTH, TextStyle};

@@ -2,8 +2,8 @@
 //! of half its size.
 //!
 //! Halving continues up to [`HALVINGS`] times; the error of the smallest step then ends the run, at the last valid
-//! state. The limits are those of the energy or, where supports or a flow do work, of the rotation of edges.
-//! Simulations with derivatives and assemblies of rods use the same function [`advance`] through the trait
+//! state. The limits of [`StepControl`] are those of the energy or, where supports or a flow do work, of the rotation
+//! of edges. Simulations with derivatives and assemblies of rods use the same function [`advance`] through the trait
 //! [`BisectedSteps`].
 
 use crate::dynamics::simulation::Simulation;
@@ -25,30 +25,32 @@ pub(crate) trait BisectedSteps {
     /// Those of the step; the state is then the one before it.
     fn step_to(&mut self, time: f64) -> Result<(), Error>;
 
-    /// Restores the state before the last trial step.
+    /// Restores the state before the last trial step, whether it succeeded or failed.
     fn step_back(&mut self);
 
-    /// Completes an accepted step, for example by advancing derivatives over it.
+    /// Completes an accepted step, for example by advancing derivatives over it. Called once per accepted step, also
+    /// for each half of a bisected one.
     ///
     /// # Errors
-    /// Those of the derivatives.
+    /// Those of the derivatives; they end the run without bisection.
     fn accepted(&mut self) -> Result<(), Error>;
 
-    /// The energy control of the steps, mutable, with the simulation.
+    /// The control of the steps (limits of energy or rotation), mutable, with the simulation.
     fn control(&mut self) -> (&mut StepControl, &Simulation<f64, Self::Rod>);
 }
 
-/// Advances to a time, s, in one step. If it fails or step control rejects it, it is replaced by two steps of half
-/// its size, and so on. Each accepted step is completed by [`BisectedSteps::accepted`].
+/// Advances to a time, s, in one step. If it fails or step control rejects it, it is replaced by two steps of half its
+/// size, and so on, at most [`HALVINGS`] times. Each accepted step is completed by [`BisectedSteps::accepted`].
 ///
 /// # Errors
-/// Those of a step that bisection does not save; the state is then the last valid one.
+/// Those of a step that bisection does not save; the state is then the last valid one, which may be inside the step.
+/// Those of the completion of a step, at once.
 pub(crate) fn advance(steps: &mut impl BisectedSteps, time: f64) -> Result<(), Error> {
     advance_halved(steps, time, 0)
 }
 
-/// [`advance`] for a step that is already the result of so many halvings. At [`HALVINGS`] it is not halved again: its
-/// error is returned.
+/// [`advance`] for a step that is already the result of so many `halvings`. At [`HALVINGS`] the wider limits of the
+/// last halving hold, and the step is not halved again: its error is returned, with the state before it restored.
 fn advance_halved(steps: &mut impl BisectedSteps, time: f64, halvings: u32) -> Result<(), Error> {
     let at_last = halvings == HALVINGS;
     // Trial step, and its energy.

@@ -131,10 +131,10 @@ const AVERAGE: [Stage; 4] = [
 ];
 
 impl<D: Scalar> StepCoefficients<D> {
-    /// The coefficients of a step of size `h`, s, of a scheme with its `parameter` (beta of Newmark-beta, rho of
-    /// generalised-alpha, ignored by the average vector field). `knows_acceleration`: whether the accelerations at
-    /// its start are known; without them generalised-alpha takes one step of implicit Euler. Explicit schemes get
-    /// those of Newmark-beta and do not use them.
+    /// The coefficients of a step of size `h`, s, of a scheme with its `parameter`: beta of Newmark-beta, rho of
+    /// generalised-alpha, ignored by the average vector field. `knows_acceleration`: whether the accelerations at its
+    /// start are known. Without them generalised-alpha takes one step of implicit Euler (Newmark-beta at beta = 1).
+    /// Explicit and linearly implicit schemes get those of Newmark-beta and do not use them.
     #[inline]
     pub fn new(scheme: Scheme, parameter: D, knows_acceleration: bool, h: f64) -> Self {
         match scheme {
@@ -179,9 +179,9 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// The coefficients of generalised-alpha with the spectral radius `rho` and the step size `h`, s, from `am`,
-    /// `af`, gamma and beta of Chung and Hulbert (1993). They have the terms of accelerations, and one stage at the
-    /// end.
+    /// The coefficients of generalised-alpha with the spectral radius `rho` and the step size `h`, s, in the form of
+    /// the header. They follow from `am`, `af`, gamma and beta of Chung and Hulbert (1993). They have the terms of
+    /// accelerations, and one stage at the end.
     fn generalised_alpha(rho: D, h: f64) -> Self {
         // am and af of Chung and Hulbert, then gamma and beta for second order.
         let part = (rho + 1.0).recip();
@@ -387,16 +387,18 @@ impl<D: Scalar> StepCoefficients<D> {
         if self.averages() { eta * 0.5 } else { eta }
     }
 
-    /// Factor `c` of the stiffnesses under Kelvin-Voigt damping of time `eta`, s: `1 + eta/(h beta)` for
-    /// Newmark-beta. Averaging schemes: that of the viscous stress alone, `eta/h`.
+    /// Factor `c` of the stiffnesses under Kelvin-Voigt damping of time `eta`, s: `1 + eta r` with the factor `r` of a
+    /// strain's change in its rate at the end, for Newmark-beta `1/(h beta)`. Averaging schemes: that of the viscous
+    /// stress alone, `eta/h`.
     #[inline]
     pub fn viscous_factor(&self, eta: D) -> D {
         let viscous = self.viscous(eta) * self.strain_rate[0];
         if self.averages() { viscous } else { viscous + 1.0 }
     }
 
-    /// The part of minus a strain's rate at the end that follows from the strain `strain0` and its mean rate `rate0`
-    /// before, 1/s. The time of Kelvin-Voigt damping multiplied by it is the shift of the natural strain.
+    /// Minus the part of a strain's rate at the end, 1/s, that follows from the start: from the strain `strain0` there
+    /// and the mean rate `rate0` over the step before. It is `rate strain0 + old_velocity_factor rate0`, with the
+    /// factors for strains. The time of Kelvin-Voigt damping multiplied by it is the shift of the natural strain.
     #[inline]
     pub fn viscous_past(&self, strain0: D, rate0: D) -> D {
         let [rate, old_velocity_factor] = self.strain_rate;

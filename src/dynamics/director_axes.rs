@@ -53,7 +53,8 @@ impl DirectorAxes {
     }
 
     /// The derivatives of axes and rates by parameter `k` in the given state, in the order of
-    /// [`motions`](Self::motions): components of dual numbers made of state and sensitivities.
+    /// [`motions`](Self::motions), in world axes. They are the derivatives of dual numbers made of the state, its
+    /// sensitivities, and the directors' rotation by the parameter.
     pub fn rates<M: Model>(
         &self,
         discretized: &Discretized<'_, M>,

@@ -36,9 +36,10 @@ pub(super) fn is_conservative(scene: &Scene) -> bool {
     !(scene.supports.move_ends() || scene.loads.have_flow() || scene.loads.are_dissipative())
 }
 
-/// Code and text of the warning of a run whose total energy changed by `change`, a fraction of the largest kinetic
-/// energy. `None` up to the limit, without `[time]`, and for scenes that are not conservative. The limit is
-/// `MAX_CHANGE`, or `MAX_DISSIPATION` for dissipative parameters and steps that the program chose.
+/// Code and text of the warning of a run whose total energy changed by at most `change`, a fraction of the largest
+/// kinetic energy. `None` up to the limit, without `[time]`, and for scenes that are not conservative; NaN is a
+/// warning. The limit is `MAX_CHANGE`, or `MAX_DISSIPATION` for dissipative parameters and steps that the program
+/// chose.
 pub(crate) fn warning(scene: &Scene, change: f64) -> Option<(Code, String)> {
     let time = scene.time.as_ref().filter(|_| is_conservative(scene))?;
     // A chosen step is for the accuracy of positions, which lost high modes hardly change.

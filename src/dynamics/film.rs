@@ -55,8 +55,10 @@ pub struct FilmSample {
 }
 
 impl Film {
-    /// An empty film for a run of `steps` steps: chooses the nodes of frames, both ends included, and the intervals
-    /// of samples and frames.
+    /// An empty film for a run of `steps` steps. Chooses the nodes of frames, evenly spaced with both ends included, so
+    /// that there are at most `EDGES` edges. Samples are taken at intervals of `steps/SAMPLES` steps, rounded up.
+    /// Frames are taken at a multiple of that interval, so that there are at most `FRAMES` beside the first and the
+    /// last.
     pub fn new(problem: &Problem, steps: usize) -> Self {
         let (last, sample) = (problem.nodes() - 1, steps.div_ceil(SAMPLES).max(1));
         let between = last.div_ceil(EDGES).max(1);
@@ -99,8 +101,8 @@ impl Film {
         &self.samples
     }
 
-    /// A description of the thinning for a caption, such as `every 5th step of 1000, 51 of 101 nodes`; `None` if
-    /// nothing was omitted.
+    /// A description of the thinning for a caption, such as `every 5th step of 1000, 51 of 101 nodes`: interval of
+    /// frames, number of nodes, and interval of tip and energies. `None` if nothing was omitted.
     pub fn thinned(&self, problem: &Problem) -> Option<String> {
         let [sample, frame] = self.every;
         let mut words = Vec::new();

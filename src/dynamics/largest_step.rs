@@ -38,6 +38,9 @@ impl<M: Model> Discretized<'_, M> {
 
     /// Rejects a scene whose step, or whole time if that is shorter, exceeds the largest stable step of its explicit
     /// scheme. Schemes without a limit and scenes without `[time]` pass.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for `time.step` with the largest step, and those of [`largest_step`](Self::largest_step).
     pub(crate) fn check_step(&self) -> Result<(), Error> {
         let (Some(largest), Some(time)) = (self.largest_step()?, &self.scene().time) else {
             return Ok(());
@@ -56,8 +59,9 @@ impl<M: Model> Discretized<'_, M> {
 }
 
 /// An upper bound of the largest eigenvalue of `K x = lambda M x` of the unknowns in `range`, 1/s^2, which exceeds it
-/// by at most the relative [`TOLERANCE`]. Bisection between the largest diagonal entry of `M^-1 K` and Gershgorin's
-/// bound: `K - lambda M` has as many negative pivots as there are eigenvalues below `lambda`.
+/// by at most the relative [`TOLERANCE`]. Geometric bisection between the largest diagonal entry of `M^-1 K` and
+/// Gershgorin's bound: `K - lambda M` has as many negative pivots as there are eigenvalues below `lambda`. If no
+/// diagonal entry is positive, the result is Gershgorin's bound.
 fn highest_squared<T: Tangent<f64>>(tangent: &T, mass: &[f64], range: Range<usize>) -> f64 {
     let n = mass.len();
     let mut sums = vec![0.0; n];

@@ -98,10 +98,10 @@ impl<D: Scalar, R: Rod<D>> Linearization<'_, D, R> {
         StepCoefficients::new(self.scheme, parameter, knows_acceleration, h)
     }
 
-    /// Rejects a solution `x` of the factored matrix and right-hand side `b` whose largest residual exceeds
-    /// `SOLUTION_TOLERANCE` of their sizes. A positive definite matrix always passes; the solution of one with
-    /// negative pivots may be inaccurate. Newton's corrections need no such check: one that does not shrink as
-    /// predicted is followed by another.
+    /// Rejects a solution `x` of the factored matrix `m M + k K` and the right-hand side `b` whose largest residual is
+    /// too large. The limit is `SOLUTION_TOLERANCE` times the sum of the largest `|b - m M x|` and the largest `|b|`. A
+    /// positive definite matrix always passes; the solution of one with negative pivots may be inaccurate. Newton's
+    /// corrections need no such check: one that does not shrink as predicted is followed by another.
     ///
     /// # Errors
     /// [`Error::SingularTangent`].

@@ -1,10 +1,10 @@
 //! Motion of a rod: time integration of `M q'' + c M q' + dE/dq = F(t)`, and derivatives of the motion by parameters.
 //!
-//! A prepared problem gives the initial state ([`Simulation`]); a stepper of the scheme advances it; step control
-//! rejects wrong steps, which are bisected. The run is recorded as a [`Trajectory`] (positions and velocities of
-//! selected nodes). Its derivatives by parameters are forward sensitivities, or, for the gradient of a misfit, those
-//! of the adjoint ([`Reversible`]). [`SimulationReport`], [`NodeTable`] and [`Film`] are the output for files and
-//! pages.
+//! A prepared problem gives the initial state ([`Simulation`]); a stepper of the scheme advances it. Step control
+//! rejects steps that gain energy or rotate edges too far, and they are bisected. The run is recorded as a
+//! [`Trajectory`] (positions and velocities of selected nodes). Its derivatives by parameters are forward
+//! sensitivities, or, for the gradient of a misfit, those of the adjoint ([`Reversible`]). [`SimulationReport`],
+//! [`NodeTable`] and [`Film`] are the output for files and pages.
 
 pub mod adjoint;
 mod bisection;

@@ -158,8 +158,9 @@ fn is_yes(has_series: &bool) -> bool {
 }
 
 impl SimulationReport {
-    /// The report of a run before its first state: model, numerics and warnings of the `problem`, status `started`,
-    /// no series yet.
+    /// The report of a run before its first state: model with its reason, numerics, warnings with codes and scene of
+    /// the `problem`, and the SIMD unit. The status is `started`; counts and energies are zero. [`push`](Self::push)
+    /// then records the series.
     pub fn new(problem: &Problem) -> Self {
         let (model, model_reason) = problem.model();
         Self {
@@ -203,9 +204,10 @@ impl SimulationReport {
         Self { has_series: false, ..self }
     }
 
-    /// Adds the present state of a simulation: tip and energies to the series, largest strain, largest change of the
-    /// total energy since the first state, largest kinetic energy. The first call sets the energy at the start; each
-    /// later one counts as a step.
+    /// Adds the present state of a simulation. Tip and energies are appended to the series, unless it is [without
+    /// series](Self::without_series). Updated are the largest strain, the largest absolute change of the total energy
+    /// since the first state, and the largest kinetic energy. The first call sets the energy at the start; each later
+    /// one counts as a step.
     pub fn push(&mut self, problem: &Problem, simulation: &dyn Snapshot) {
         let (t, e) = (simulation.time(), simulation.energies());
         let [x, y, z] = simulation.place(&problem.tip());
@@ -226,9 +228,10 @@ impl SimulationReport {
         }
     }
 
-    /// Completes the report with the work and time of the run `trajectory` and its status: `completed`, or
-    /// `stopped: ` with the error of `outcome`. Appends warnings about large strains, numerical damping and unstable
-    /// states, with their codes.
+    /// Completes the report with the work and time of the run `trajectory` and its status: `completed`, or `stopped: `
+    /// with the error of `outcome` and its code. Appends warnings about large strains, numerical damping and an
+    /// unstable state, in this order, with their codes; the last one only if [stability was
+    /// checked](Trajectory::check_stability).
     pub fn finish(&mut self, trajectory: &Trajectory, outcome: &Result<(), Error>) {
         self.work = trajectory.work();
         self.newton_iterations = self.work.newton_iterations;
@@ -257,8 +260,8 @@ impl SimulationReport {
         self.last_tip.or(self.tip.last().copied())
     }
 
-    /// Largest change of the total energy since the start over the largest kinetic energy, dimensionless; 0 for a rod
-    /// that does not move.
+    /// Largest absolute change of the total energy since the start over the largest kinetic energy, dimensionless; 0
+    /// for a rod that does not move (kinetic energy of at most `negligible_energy`).
     pub fn energy_drift(&self) -> f64 {
         match self.is_still() {
             true => 0.0,
@@ -266,10 +269,11 @@ impl SimulationReport {
         }
     }
 
-    /// A sentence about the change of the energy. Cases, in this order: no motion; moving supports or flow (energies
-    /// at start and end, J); damping (dissipated energy, J); numerical damping by beta or rho_inf. Otherwise the
-    /// change is an error of the scheme, given as a percentage of the largest kinetic energy: conserved within
-    /// `MAX_KEPT`, or changed.
+    /// A sentence about the change of the energy. Cases, in this order: no motion; moving supports or flow (energies at
+    /// start and end, J); damping or drag (dissipated energy, J); numerical damping by beta above 0.5, or by
+    /// generalised-alpha with any rho_inf (energy lost, as a percentage of the largest kinetic energy). Otherwise the
+    /// change is an error of the scheme. It is the largest change as a percentage of the largest kinetic energy:
+    /// conserved within it up to `MAX_KEPT`, else changed.
     pub fn energy_in_words(&self) -> String {
         let (scene, drift) = (&self.scene, 100.0 * self.energy_drift());
         let (start, end) = (self.start_energy, self.end_energy);
@@ -312,7 +316,7 @@ impl SimulationReport {
 }
 
 /// The kinetic energy, J, of a rod that moves by [`NEGLIGIBLE_DISPLACEMENT`] of its length during the time of the
-/// scene. Section and density are those halfway along it. Zero without `[time]`.
+/// scene: `m/2 (1e-9 L/T)^2`. Its mass `m` is that of section and density halfway along it. Zero without `[time]`.
 fn negligible_energy(problem: &Problem) -> f64 {
     let (section, material) = problem.scene().at(0.5);
     let (mass, end) = (

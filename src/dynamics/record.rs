@@ -58,7 +58,7 @@ pub(crate) struct Record<D = f64> {
 
 impl<D: Scalar> Record<D> {
     /// An empty record of the nodes `tracked`, which must be ascending, with an empty list of derivatives for each of
-    /// `parameters` parameters.
+    /// `parameters` parameters. Axes, energies, reactions and stability checks are not requested; motions are kept.
     pub fn new(tracked: impl Into<Arc<[usize]>>, parameters: usize) -> Self {
         Self {
             tracked: tracked.into(),
@@ -120,7 +120,7 @@ impl<D: Scalar> Record<D> {
     }
 
     /// Removes all records after the first `times`, with their derivatives, energies and reactions, and the ends of
-    /// accepted steps after the last remaining time.
+    /// accepted steps after the last remaining time. Work and stability checks stay.
     pub fn truncate(&mut self, times: usize) {
         let motions = times * self.width();
         self.times.truncate(times);
@@ -206,15 +206,17 @@ impl<D: Scalar> RecordView<'_, D> {
     }
 
     /// The position of a point at a time, s, in world axes, m: the weighted sum over the nodes of its `stencil`.
-    /// Between steps each is the cubic Hermite interpolant of positions and velocities. [`Error`] for times outside
-    /// of the record and for nodes that are not tracked.
+    /// Between steps each is the cubic Hermite interpolant of positions and velocities at both ends of the step. A
+    /// record of one time gives its position at any accepted time. [`Error::OutOfRange`] for times outside of the
+    /// record and for nodes that are not tracked; [`Error::Invalid`] for an empty record.
     pub fn position(&self, stencil: &Stencil<D>, time: D) -> Result<[D; 3], Error> {
         let (k, hermite) = self.around(time)?;
         self.interpolate(&self.columns(stencil)?, k, &hermite)
     }
 
-    /// The positions of a point at these `times`, m, in their order, as [`position`](Self::position) computes them.
-    /// The step of each time is searched forward from that of the time before; an earlier time is found by bisection.
+    /// The positions of a point at these `times`, m, in their order, as [`position`](Self::position) computes them,
+    /// with the same errors. The step of each time is searched forward from that of the time before; an earlier time is
+    /// found by bisection.
     pub fn places(
         &self,
         stencil: &Stencil<D>,
@@ -230,8 +232,9 @@ impl<D: Scalar> RecordView<'_, D> {
         times.map(place).collect()
     }
 
-    /// The position of a marker at a time, m: the point on the center line plus the offset along the director axes of
-    /// its edges, all interpolated. [`Error`] for nodes or edges that were not recorded.
+    /// The position of a marker at a time, m: the point on the center line plus its offset along the director axes of
+    /// its edges, summed with their weights. All are interpolated between steps. [`Error::OutOfRange`] for times
+    /// outside of the record and nodes or edges that were not recorded; [`Error::Invalid`] for an empty record.
     pub fn marker(&self, marker: &MarkerStencil<D>, time: D) -> Result<[D; 3], Error> {
         let (k, hermite) = self.around(time)?;
         let mut columns = self.columns(&marker.centre)?;
@@ -243,8 +246,9 @@ impl<D: Scalar> RecordView<'_, D> {
         self.interpolate(&columns, k, &hermite)
     }
 
-    /// Position, m, and velocity, m/s, of a point at a time: the cubic Hermite interpolant and its derivative by
-    /// time. The velocity is zero if there is one record only.
+    /// Position, m, and velocity, m/s, of a point at a time: the cubic Hermite interpolant and its derivative by time,
+    /// which at the ends of a step is the recorded velocity. The velocity is zero if there is one record only. Errors
+    /// are those of [`position`](Self::position).
     pub fn motion(&self, stencil: &Stencil<D>, time: f64) -> Result<Motion<D>, Error> {
         let position = self.position(stencil, D::from(time))?;
         let (k, _) = self.around(time)?;
@@ -256,9 +260,10 @@ impl<D: Scalar> RecordView<'_, D> {
         Ok([position, self.interpolate(&columns, k, &rates)?])
     }
 
-    /// The recorded motions from which the position of a point at a time is interpolated: index in the list of
-    /// motions, with the factors of position and of velocity. Two entries per node of the stencil, for the records at
-    /// both ends of the step.
+    /// The recorded motions from which the position of a point at a time is interpolated: index in the list of motions,
+    /// with the factors of position and of velocity (s). Both include the node's weight in the `stencil`. Two entries
+    /// per node: first those of all nodes at the start of the step, then at its end. Errors are those of
+    /// [`position`](Self::position).
     pub fn weights(&self, stencil: &Stencil, time: f64) -> Result<Vec<(usize, [f64; 2])>, Error> {
         let (k, hermite) = self.around(time)?;
         let width = self.width();

@@ -1,11 +1,11 @@
 //! The run of a scene: initial state, time steps with bisection of rejected ones, and the record of states.
 //!
-//! Input: a discretized scene, parameters of the derivatives, number of steps. At the start and after every step of
-//! the scene the motions of tracked nodes, axes of selected edges and their derivatives are appended to a [`Record`].
-//! Energies, reactions and stability checks are added if requested. The derivatives are computed on the same thread,
-//! or on a second one where a processor is idle; results are bitwise equal. A run ends early with the error of a step
-//! that bisection does not save, or of an interruption; the record keeps the states before. [`repeat_over`] repeats a
-//! run with its accepted steps over another scalar.
+//! Input: a discretized scene, parameters of the derivatives, number of steps. At the start and after every step of the
+//! scene the motions of tracked nodes, axes of selected edges and their derivatives are appended to a [`Record`].
+//! Energies, reactions and stability checks are added if requested. The derivatives are computed on the same thread. A
+//! second one computes them for large runs ([`ActiveRun::has_room`]) of Newmark-beta and generalised-alpha; results are
+//! bitwise equal. A run ends early with the error of a step that bisection does not save, or of an interruption; the
+//! record keeps the states before. [`repeat_over`] repeats a run with its accepted steps over another scalar.
 
 use crate::dynamics::bisection::{BisectedSteps, advance};
 use crate::dynamics::director_axes::DirectorAxes;
@@ -85,12 +85,12 @@ pub(super) struct RunObservers<'a, M: Model> {
     pub after_substep: &'a mut SubstepObserver<'a, M>,
 }
 
-/// Simulates a run into `record`, with its derivatives on a second thread if the run is large enough and the process
-/// has threads for it.
+/// Simulates a run into `record`, with its derivatives on a second thread where [`ActiveRun::has_room`] permits it. The
+/// run counts as active meanwhile.
 ///
 /// # Errors
-/// Those of the scene's step and initial state, and of a step that bisection does not save; the record then ends with the
-/// last valid state.
+/// Those of the scene's step and initial state, of a step that bisection does not save, of a derivative, and
+/// [`Error::Interrupted`]; the record then ends with the last valid step of the scene.
 pub(super) fn run<M: Model>(
     task: &RunTask<'_, M>,
     record: &mut Record,
@@ -105,9 +105,9 @@ where
 }
 
 /// [`run`] with a given choice. Derivatives are computed on a second thread if `asynchronous`, there are parameters,
-/// and the scheme can be linearized again from two states. Else they are computed after every accepted step on this
-/// thread. Work of the linearizations is added to `record.work`. A step above the stability limit of an explicit
-/// scheme is an error before the run.
+/// and the scheme can be linearized again from two states (Newmark-beta, generalised-alpha). Else they are computed
+/// after every accepted step on this thread. Work of the linearizations is added to `record.work`. A step above the
+/// stability limit of an explicit scheme is an error before the run.
 fn run_with<M: Model>(
     task: &RunTask<'_, M>,
     asynchronous: bool,
@@ -206,10 +206,11 @@ where
     result
 }
 
-/// The main loop of a run. Records the initial state, then makes `task.steps` steps of the scene with bisection;
-/// after each it records the state, examines stability at selected steps and calls the observers. Derivatives are
-/// computed or sent by the `carrier`. Ends with the first error, or at an interruption; `record.work` and
-/// `record.stepping` are updated after every step.
+/// The main loop of a run. Records the initial state, then makes `task.steps` steps of the scene with bisection. After
+/// each it records the state, examines stability at selected steps if requested, and calls the observer of steps; that
+/// of substeps is called after every accepted step. Derivatives are computed or sent by the `carrier`. Ends with the
+/// first error, or at an interruption, which is checked before every step. `record.work` and `record.stepping` are
+/// updated after every step, also a failed one.
 fn take_steps<M: Model>(
     task: &RunTask<'_, M>,
     simulation: &mut Simulation<f64, M::Rod<f64>>,

@@ -206,6 +206,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     }
 
     /// Kinetic energy of the free unknowns in the present state, J, without derivatives: half the sum of `mass v^2`.
+    /// Held unknowns are left out, also those that supports move.
     pub fn kinetic_energy(&self) -> f64 {
         let twice = |mass: &D, v: &D| mass.value() * v.value() * v.value();
         let (masses, rest_mass) = self.system.rod.mass()[self.system.free.clone()].as_chunks::<4>();
@@ -260,7 +261,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     /// of a user-defined energy that are not finite, the error names that energy.
     ///
     /// # Errors
-    /// [`Error::Newton`], [`Error::SingularTangent`], [`Error::Unstable`] or [`Error::Fold`]; the
+    /// [`Error::Newton`], [`Error::SingularTangent`], [`Error::Unstable`], [`Error::Fold`] or [`Error::NotFinite`]; the
     /// state is then the one before the step.
     pub fn step_to(&mut self, time: f64) -> Result<(), Error> {
         std::mem::swap(&mut self.state, &mut self.previous);
@@ -294,7 +295,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         Some(Error::NotFinite { time, name, arc_length })
     }
 
-    /// Restores the state before the last step; it can be called once per step. The work count stays.
+    /// Restores the state before the last step; a second call changes nothing. The work count stays.
     pub fn step_back(&mut self) {
         self.state.restore(&self.previous);
     }

@@ -1,10 +1,10 @@
 //! The initial state of a simulation and of its derivatives: positions and velocities at t = 0, over any scalar.
 //!
-//! Positions: rest shape or initial shape of the scene, equilibrium under the loads, or a recorded motion; the first
-//! two optionally with a perturbation. Velocities: those of a rigid body, or of the recorded motion over its first
+//! Positions: rest shape, initial shape of the scene, equilibrium under the loads, each optionally with a perturbation,
+//! or the first frame of a recorded motion. Velocities: those of a rigid body, or of the recorded motion over its first
 //! interval. The equilibrium is found once in plain numbers; its derivatives follow from linear systems with the
-//! tangent. Output: a [`Simulation`] with supports, drag and scheme, or the [`Sensitivities`] of one simulation in
-//! dual numbers per parameter.
+//! tangent. Output: a [`Simulation`] with supports, drag and scheme, or the [`Sensitivities`] of one simulation in dual
+//! numbers per parameter.
 
 use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::simulation::Simulation;
@@ -24,10 +24,13 @@ use crate::statics::RecordedStart;
 use num_dual::Dual64;
 
 impl<M: Model> Discretized<'_, M> {
-    /// A simulation in its initial state at t = 0, over plain numbers.
+    /// A simulation in its initial state at t = 0, over plain numbers. The state is the rest shape, the initial shape or the
+    /// equilibrium of the scene, with its perturbation and velocities. For a recorded start it is shape and velocities of
+    /// the first two frames.
     ///
     /// # Errors
-    /// Those of the [equilibrium](Discretized::equilibrium), for a scene that starts from one.
+    /// Those of the [equilibrium](Discretized::equilibrium), for a scene that starts from one. For a recorded start: no
+    /// recording, no equilibrium of the rod between the markers, [`Error::SingularTangent`].
     pub fn simulation(&self) -> Result<Simulation<f64, M::Rod<f64>>, Error> {
         self.simulation_of(self.setup)
     }
@@ -57,8 +60,10 @@ impl<M: Model> Discretized<'_, M> {
         self.simulation_of(&self.setup_over(seed))
     }
 
-    /// The simulation of a setup in its initial state over the scalar `D`: positions and velocities of the scene or
-    /// of its recording, then drag, moving supports and scheme. A scene without `[time]` gets the parameter 0.5.
+    /// The simulation of a setup in its initial state over the scalar `D`: positions and velocities of the scene or of
+    /// its recording, then drag, moving supports and scheme. Velocities are set after the supports, whose recordings
+    /// prescribe some of them. A scene without `[time]` gets Newmark-beta at 0.5. Errors are those of
+    /// [`simulation_over`](Self::simulation_over).
     fn simulation_of<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -135,7 +140,8 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// The unknowns of the equilibrium at t = 0 with the forces that hold the rod until then, m and rad, angles being
-    /// measured from the initial frames. Computed at the first call and then stored in the problem.
+    /// measured from the initial frames. Computed at the first call and then stored in the problem. Errors are those of
+    /// the search, with the file of the scene.
     fn equilibrium_start(&self) -> Result<&[f64], Error> {
         let start = &self.problem.start;
         if start.get().is_none() {
@@ -148,7 +154,8 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// The unknowns at t = 0 with their frames, with the derivatives that `D` carries: rest shape, initial shape or
-    /// equilibrium, plus the perturbation of the scene. The frames are moved to the perturbed shape.
+    /// equilibrium, plus the perturbation of the scene (also added to an equilibrium). The frames are moved to the
+    /// perturbed shape. Errors are those of the equilibrium.
     pub(crate) fn start<D: Nestable>(
         &self,
         setup: &Setup<D, M>,

@@ -14,8 +14,9 @@
 //! more than 45 degrees in a step. The average vector field conserves the energy where its quadrature is exact; its
 //! limits are much smaller, for losses too.
 //!
-//! [`StepControl::check`] is called after every trial step, with the simulation; its error makes the caller halve the step
-//! or end the run. [`StepControl::accept`] is called for each accepted step.
+//! [`StepControl::check`] is called after every trial step, with the simulation; its error makes the caller halve the
+//! step or end the run. [`StepControl::accept`] is called for each accepted step. Limits of energy hold for both gains
+//! and losses only if the scheme conserves energy exactly and the scene has no damping; else for gains only.
 
 use crate::dynamics::energy_balance::is_dissipative;
 use crate::dynamics::simulation::Simulation;
@@ -77,9 +78,10 @@ struct Limits {
 }
 
 impl Limits {
-    /// The limits for the scheme of a scene: those of an energy-conserving scheme without damping and user-defined
-    /// energies, for gains and losses; or those of all others, for gains. `None` without `[time]`, and where moving
-    /// supports or a flow do work.
+    /// The limits for the scheme of a scene. A scheme that conserves energy exactly, without damping and user-defined
+    /// energies, has the `EXACT_` ones, for gains and losses, after every step. All others have those for gains only.
+    /// `falls` holds for damped scenes and dissipative parameters, whose lowest energy so far is the reference. `None`
+    /// without `[time]`, and where moving supports or a flow do work.
     fn of(scene: &Scene) -> Option<Self> {
         let time = scene.time.as_ref()?;
         if scene.supports.move_ends() || scene.loads.have_flow() {
@@ -164,8 +166,9 @@ pub(crate) struct StepControl {
 }
 
 impl StepControl {
-    /// The control of a run of the scene, at the initial state of the simulation: its energy is the reference of
-    /// gains. No energy is computed for scenes without limits.
+    /// The control of a run of the scene, at the initial state of the simulation: its energy is the reference of gains.
+    /// Rounding errors of coordinates in the smallest step give the energy that counts as zero. No energy is computed
+    /// for scenes without limits.
     pub fn new<R: Rod<f64>>(scene: &Scene, simulation: &Simulation<f64, R>) -> Self {
         let limits = Limits::of(scene);
         let (start, kinetic, still) = match limits {
@@ -193,9 +196,11 @@ impl StepControl {
     }
 
     /// Rejects the step that `simulation` has just made if the total energy changed beyond the limits, per step or
-    /// since the reference. Without limits it is rejected if an edge turned by more than 45 degrees. The sum of all
-    /// energies is skipped in easy steps without a rise of the kinetic energy, at most `interval` in succession.
-    /// `at_last`: the step will not be halved again, so that the wider limit holds.
+    /// since the reference ([`Error::EnergyGrowth`]). A sum that is not finite by a user-defined energy is
+    /// [`Error::NotFinite`]. Without limits it is rejected if an edge turned by more than 45 degrees ([`Error::Leap`]).
+    /// The sum of all energies is skipped without a rise of the kinetic energy above the limit of a step, at most
+    /// `interval` times in succession. Where energy must fall, the step must also have taken at most [`EASY`]
+    /// iterations. `at_last`: the step will not be halved again, so that the wider limit holds.
     pub fn check<R: Rod<f64>>(
         &mut self,
         simulation: &Simulation<f64, R>,

@@ -163,8 +163,8 @@ impl Trajectory {
     /// ```
     ///
     /// # Errors
-    /// Those of [`Problem::equilibrium`]. A rod that can move without a force, as at the limit of its
-    /// stability, has no derivatives: [`Error::Indifferent`].
+    /// Those of [`Problem::equilibrium`], and of [`new`](Self::new). [`Error::Indifferent`] at the limit of stability,
+    /// where a motion that deforms the rod meets no resistance.
     pub fn at_rest(
         problem: &Problem,
         tracked: &[usize],
@@ -198,7 +198,8 @@ impl Trajectory {
     }
 
     /// The run of [`run`](Self::run), not generic, so that callers do not compile the simulation again. If the
-    /// parameters include a damping whose value is zero, the run is made with a trace of viscosity.
+    /// parameters include a Kelvin-Voigt time and the rod is not viscous, the run is made with a trace of viscosity.
+    /// Without it, derivatives by a time of zero would be lost.
     fn run_seen(
         &mut self,
         problem: &Problem,
@@ -206,8 +207,7 @@ impl Trajectory {
         after: &mut dyn FnMut(&dyn Snapshot),
     ) -> Result<(), Error> {
         self.check_run(problem, steps)?;
-        // A damping of zero has a derivative only beside a trace of viscosity, with which the run
-        // is made then.
+        // A Kelvin-Voigt time of zero has a derivative only beside a trace of viscosity, with which the run is made then.
         let felt = problem.with_trace_viscosity(&self.parameters)?;
         let problem = felt.as_ref().unwrap_or(problem);
         let (parameters, record) = (&self.parameters[..], &mut self.record);
@@ -291,7 +291,8 @@ impl Trajectory {
     }
 
     /// The recorded motion over the scalar `D`, with the numbers of the scene that `seed` returns. A run is repeated
-    /// with the same steps; an equilibrium is found again in plain numbers and differentiated.
+    /// with the same accepted steps; an equilibrium is found again in plain numbers and differentiated, and recorded at
+    /// time 0 with zero velocities.
     fn record_over<D: Nestable, M: Model>(
         &self,
         discretized: &Discretized<'_, M>,
@@ -447,7 +448,8 @@ impl<D: Scalar> Trajectory<D> {
 }
 
 /// Finds the equilibrium of a problem and appends it to `record` at time 0: positions of the tracked nodes with zero
-/// velocities, and their derivatives by `parameters`. Sets the count of Newton iterations.
+/// velocities, and their derivatives by `parameters`. Sets the count of Newton iterations. [`Error::Indifferent`] for a
+/// motion without resistance other than a rigid one or a spin; other errors are those of the search.
 fn rest<M: Model>(
     discretized: &Discretized<'_, M>,
     parameters: &[Parameter],

@@ -1,7 +1,7 @@
 //! Detection of states of a simulation that are unstable, while symmetry holds the rod there.
 //!
 //! A compressed straight strip stays straight in a simulation, since no force pushes it aside; a real one buckles. A
-//! few states of a run are examined. Such a state has three properties:
+//! few states of a run are examined, at most [`MOST_TIMES`] and the last one. Such a state has three properties:
 //!
 //! 1. The tangent `K` has an eigenvalue `K x = -sigma^2 M x` with growth in the time of the scene ([`MIN_GROWTH`]).
 //! 2. The rod is near the saddle along this mode: `|x' f| / sigma^2` and `|x' M v| / sigma` are zero except for rounding
@@ -80,8 +80,8 @@ pub(crate) struct StabilityChecks {
 }
 
 impl StabilityChecks {
-    /// Whether the state after `step` of `steps` steps is examined: one in about [`STEPS_PER_TIME`] steps, evenly
-    /// spaced, at most [`MOST_TIMES`] and the last one.
+    /// Whether the state after `step` of `steps` steps is examined: the last one, and `steps/STEPS_PER_TIME` others
+    /// (rounded down, at most [`MOST_TIMES`]), evenly spaced. The initial state is not.
     pub fn includes(step: usize, steps: usize) -> bool {
         // Evenly spaced over the run.
         let times = (steps / STEPS_PER_TIME).min(MOST_TIMES) + 1;
@@ -89,7 +89,7 @@ impl StabilityChecks {
     }
 
     /// Examines the present state of a simulation and counts it. An unstable state at which symmetry holds the rod
-    /// replaces the last one found. A failure of the linear algebra is not reported.
+    /// replaces the last one found; a state without leaves it. A failure of the linear algebra is not reported.
     pub fn examine<M: Model>(
         &mut self,
         discretized: &Discretized<'_, M>,
@@ -109,9 +109,11 @@ struct HeldMode {
     out_of_plane: bool,
 }
 
-/// The unstable state at which symmetry holds the rod now, with the growth rate of its fastest held mode; `None` if
-/// one of the three properties of the header is missing. Modes in the plane and, if the rod has a torsional
-/// stiffness, out of it are examined.
+/// The unstable state at which symmetry holds the rod now, with the growth rate of its fastest held mode, without
+/// damping. `None` if one of the three properties of the header is missing. The [`MODES`] fastest modes in the plane
+/// are examined and, if the rod has a torsional stiffness, the fastest one out of it, which counts as held. Squared
+/// rates count from `r (r + c)` on, with `r` = [`MIN_GROWTH`] over the time of the scene and mass damping `c`, and
+/// above rounding errors.
 fn unstable_state<M: Model>(
     discretized: &Discretized<'_, M>,
     simulation: &Simulation<f64, M::Rod<f64>>,
@@ -198,9 +200,9 @@ fn relaxed<M: Model>(
     Ok((!far).then(|| moved.collect()))
 }
 
-/// The square of the fastest growth rate of motions out of the plane of a planar scene at `q`, 1/s^2, from its
-/// spatial model. `None` if no squared rate exceeds `least`, or the motion displaces no node (a spin). `scale`,
-/// 1/s^2, is that of the eigenvalue search.
+/// The square of the fastest growth rate of motions out of the plane of a planar scene at `q`, 1/s^2, from its spatial
+/// model. `None` if no squared rate exceeds `least`, or that motion displaces no node (a spin). `scale`, 1/s^2, is that
+/// of the eigenvalue search.
 fn out_of_plane<M: Model>(
     discretized: &Discretized<'_, M>,
     q: &[f64],

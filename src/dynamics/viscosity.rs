@@ -98,10 +98,11 @@ impl<D: Scalar> EffectiveStrainFactors<D> {
     }
 }
 
-/// Overwrites `viscosity` with the stress at the end of a step that began with the internal variables `before`, by
-/// Kelvin-Voigt and Maxwell stress. It is a factor of the stiffnesses, and shifts of the natural strains. For
-/// averaging schemes they are those of dashpots alone. Kinds with additional times get their own factors and past
-/// rates.
+/// Overwrites `viscosity` with the stress at the end of a step that began with the internal variables `before`: a
+/// factor of the stiffnesses, and shifts of the natural strains. A shift is `eta p + g (w s0 - e^(-h/tau) z0)` with the
+/// [past](StepCoefficients::viscous_past) `p` of its strain. Kinds with additional times get their own factors and `p`,
+/// if `viscosity` has them. For averaging schemes it is the stress of dashpots alone: factors have half of the damping
+/// times, and shifts are `p` over the rate coefficient.
 pub fn at_end<D: Scalar>(
     coefficients: &StepCoefficients<D>,
     damping: &Damping<D>,
@@ -142,8 +143,9 @@ pub fn at_end<D: Scalar>(
     }
 }
 
-/// Overwrites `viscosity` with the stress at the start of a step, from strain rates and spring stretches in `now`.
-/// For averaging schemes it is half of the viscous stress of dashpots alone, expressed by shifted strains.
+/// Overwrites `viscosity` with the stress at the start of a step, from strain rates and spring stretches in `now`. For
+/// averaging schemes it is half of the viscous stress of dashpots alone: each shift is halved and the strain added, and
+/// times of single kinds are halved.
 pub fn at_start<D: Scalar>(
     coefficients: &StepCoefficients<D>,
     damping: &Damping<D>,

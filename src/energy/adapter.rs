@@ -54,7 +54,8 @@ fn scaled<D: Scalar>(axis: &[f64; 3], factor: D) -> Vector<D> {
     [factor * axis[0], factor * axis[1], factor * axis[2]]
 }
 
-/// The vector with the components `along` along the first `M` axes: the sum of each axis times its component.
+/// The vector in the world with the components `along` along the `M` given axes: the sum of each axis times its
+/// component.
 #[inline]
 fn along<D: Scalar, const M: usize>(axes: &[[f64; 3]; M], along: [D; M]) -> Vector<D> {
     let mut sum = scaled(&axes[0], along[0]);
@@ -165,7 +166,7 @@ pub struct Site<'a, D> {
 
 /// A user-defined energy, J, and its derivatives by the unknowns `q` of an element, in one scalar.
 pub trait Over<D> {
-    /// The energy, J, at the unknowns `q` of the element at `site`, times the weight of the site.
+    /// The energy, J, at the unknowns `q` of the element at `site`, times the weight of the site (1 without one).
     fn energy(&self, site: &Site<D>, q: &[D]) -> D;
     /// Writes the derivatives by `q`, N (N m for angles), times the weight of the site, by the method of `derivatives`.
     /// Entries of `gradient` beyond the unknowns stay as they are.
@@ -254,7 +255,8 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         }
     }
 
-    /// Calls `of` with the rest shape and the parameters of the site, both converted by `over`, and returns its result.
+    /// Calls `of` with the [`Place`] (rest shape) and the parameters of the site, both converted by `over`, and returns
+    /// its result.
     #[inline]
     fn at<B: Scalar, D: Scalar, T>(
         &self,

@@ -1,8 +1,9 @@
 //! Attachment of [user-defined energies](crate::energy::own) (Rust code) to a scene.
 //!
-//! `Scene::with_energy` adds an energy with its place and values of its parameters. `Scene::give_energy` supplies the code of an
-//! energy that the scene file names. Code is stored behind the trait `Code`, because the module `scene` must not import
-//! from `energy`; `energy()` returns it to the assembly of the rod.
+//! `Scene::with_energy` adds an energy with its place and values of its parameters. `Scene::give_energy` supplies the
+//! code of an energy that the scene file names. Code is stored behind the trait `Code`, because the module `scene` must
+//! not import from `energy`. `energy()` returns it as [`AnyEnergy`] where a rod is built from the scene
+//! (`problem::own`).
 
 use crate::energy::adapter::{Adapter, AnyEnergy};
 use crate::energy::own::OwnEnergy;

@@ -95,7 +95,8 @@ impl<D: Scalar> JointLaw<D> {
         Self { stiffness, natural: [zero; 3] }
     }
 
-    /// The laws `all` of consecutive nodes as one law in SIMD lanes: lane `k` has the numbers of law `k`.
+    /// The laws `all` of consecutive nodes as one law in SIMD lanes: lane `k` has the numbers of law `k`. Panics for
+    /// fewer laws than lanes.
     #[inline(always)]
     pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> JointLaw<V> {
         JointLaw {
@@ -330,7 +331,8 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
     const NAME: &'static str = "bend and twist";
     type Over<E: Scalar> = BendTwist<E>;
 
-    /// The element with every parameter converted to another number type.
+    /// The element with stiffnesses, natural strains, reference frames and reference twist converted to another number
+    /// type.
     fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> BendTwist<E> {
         BendTwist {
             stiffness: self.stiffness.map(&convert),

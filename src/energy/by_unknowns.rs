@@ -17,7 +17,8 @@ pub trait Function<B> {
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D;
 }
 
-/// First derivatives of `f` by the `Q` unknowns at `q`: all at once for `f64`, else by one unknown at a time.
+/// First derivatives of `f` by each of the `Q` unknowns at `q`, in their order: for `f64` all in one evaluation with
+/// dual numbers, else in `Q` evaluations with one derivative each.
 pub fn gradient<B: Nestable, const Q: usize>(f: &impl Function<B>, q: &[B; Q]) -> [B; Q] {
     if B::PLAIN {
         let at = |q: SVector<DualSVec<B, Q>, Q>| f.at(DualSVec::from_re, &q.data.0[0]);

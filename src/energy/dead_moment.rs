@@ -1,10 +1,12 @@
 //! Element for a dead moment: a constant moment `M` about the normal of the plane on one edge.
 //!
-//! Energy: `E = -M phi` with the angle `phi` of an edge, counter-clockwise from its direction at rest. The element returns the
-//! angle in (-pi, pi]. The rod's potential continues it from edge to edge (`PlanarRod::energies`), and a simulation beyond whole
-//! turns of the first edge (`Rod::wound`). In space a constant moment has no potential (Ziegler 1968), hence no element there.
+//! Energy: `E = -M phi` with the angle `phi` of an edge, counter-clockwise from its direction at rest. The element
+//! returns the angle in (-pi, pi]. The rod's potential continues it from edge to edge (`rod::Moments`). A simulation
+//! continues it beyond whole turns of the first edge (`Rod::winding_jump`, summed in `State::wound`). In space a
+//! constant moment has no potential (Ziegler 1968), hence no element there.
 //!
-//! Hand derivation: `grad phi = n = perp(e)/|e|^2` and `Hess phi = -(u n' + n u')`, `u = e/|e|^2`.
+//! Hand derivation: `grad phi = n = perp(e)/|e|^2` and `Hess phi = -(u n' + n u')`, `u = e/|e|^2`, by the edge vector
+//! `e`.
 
 use crate::energy::{Element, Local};
 use crate::numerics::scalar::Scalar;
@@ -48,7 +50,8 @@ impl<D: Scalar> Element<D, 4> for DeadMoment<D> {
         let g = n.map(|c| c * self.moment);
         [g[0], g[1], -g[0], -g[1]]
     }
-    /// E, J, dE/dq, N, and the full matrix d2E/dq2, N/m, at the nodes `q`, derived by hand.
+    /// E, J, dE/dq, N, and the full matrix d2E/dq2, N/m, at the nodes `q`, derived by hand. The block of one node twice
+    /// is `M (u n' + n u')`, that of both nodes its negative.
     fn tangent(&self, q: &[D; 4]) -> Local<D, 4> {
         let (u, n) = reciprocal(q);
         let entry = |r: usize, c: usize| self.moment * (u[r] * n[c] + n[r] * u[c]);

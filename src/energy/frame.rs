@@ -56,8 +56,8 @@ pub fn transport<D: Scalar>(a: Vector<D>, b: Vector<D>, v: Vector<D>) -> Vector<
     sub(v, scale(sum, dot(b, v) / (dot(sum, sum) * 0.5)))
 }
 
-/// A complex number `[real, imaginary]` whose argument is half the signed area of the spherical triangle `a b c` of unit
-/// vectors.
+/// A complex number `[real, imaginary]` whose argument is half the signed area of the spherical triangle `a b c` of
+/// unit vectors: `[(a + b).(b + c), a.(b x c)]`.
 #[inline(always)]
 fn half_area<D: Scalar>(a: Vector<D>, b: Vector<D>, c: Vector<D>) -> [D; 2] {
     [dot(add(a, b), add(b, c)), dot(a, cross(b, c))]
@@ -93,8 +93,8 @@ pub(crate) fn vector_after<S, V: SimdScalar<S>>(own: Vector<V>, later: Vector<V>
     [own[0].after(later[0]), own[1].after(later[1]), own[2].after(later[2])]
 }
 
-/// The argument of the complex number `x + i y`, rad, in (-pi, pi]. For `|y| < 0.02 x`, as over a step, it is a series,
-/// exact to rounding, and `atan2` is not evaluated.
+/// The argument of the complex number `x + i y`, rad, in (-pi, pi]. For `|y| < 0.02 x`, as over a step, it is the
+/// series of the arc tangent, exact to rounding. `atan2` is evaluated only if a SIMD lane exceeds that bound.
 #[inline(always)]
 fn argument<D: Scalar>(x: D, y: D) -> D {
     let t = y / x;
@@ -182,8 +182,9 @@ impl<D: Scalar> EdgeFrame<D> {
 }
 
 impl<D: Scalar> Frames<D> {
-    /// Frames without twist (Bishop frames) along the unit vectors `tangents`: `director` on the first edge, transported in
-    /// parallel to the others; reference twists are zero.
+    /// Frames without twist (Bishop frames) along the unit vectors `tangents`: `director` on the first edge,
+    /// transported in parallel from edge to edge. Reference twists are zero, one fewer than edges. `director` must be a
+    /// unit vector across the first tangent.
     pub fn bishop(tangents: &[Vector<D>], director: Vector<D>) -> Self {
         let mut edges: Vec<EdgeFrame<D>> = Vec::with_capacity(tangents.len());
         for tangent in tangents {
@@ -194,8 +195,9 @@ impl<D: Scalar> Frames<D> {
         Self { twist: vec![D::from(0.0); tangents.len().saturating_sub(1)], edges }
     }
 
-    /// Replaces the frame of edge `j` by another one of which the present frame, transported to its tangent, is turned by less
-    /// than half a turn. The strains of joints stay if the angle of the edge is reduced by that turn.
+    /// Replaces the frame of edge `j` by `to`, and adapts the reference twists of its joints. `turn` is the angle of
+    /// `to` from the present frame, transported to its tangent; it is below half a turn. The strains of joints stay if
+    /// the angle of the edge is reduced by that turn, which the caller does.
     pub(crate) fn replace(&mut self, j: usize, to: &EdgeFrame<D>) {
         let from = self.edges[j];
         let moved = from.transported(to.tangent);

@@ -95,7 +95,8 @@ pub(crate) struct EdgeSum<D> {
 }
 
 impl<D: Scalar> EdgeSum<D> {
-    /// The derivatives shifted by one SIMD lane towards later edges; the first lane receives the last lane of `earlier`.
+    /// The derivatives of the edge before each one: shifted by one SIMD lane towards later edges. The first lane
+    /// receives the last lane of `earlier`.
     #[inline(always)]
     pub fn before<S>(&self, earlier: &Self) -> Self
     where

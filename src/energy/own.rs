@@ -87,8 +87,8 @@ pub trait OwnEnergy<const N: usize, const P: usize>: Send + Sync + 'static {
         edges: &[Directors<D>],
     ) -> D;
 
-    /// First derivatives by nodes and directors, each an independent argument. None by default: the derivatives are then
-    /// computed in dual numbers.
+    /// First derivatives of the energy by nodes and directors, each an independent argument, by formulas of the user.
+    /// `None` by default: the derivatives are then computed in dual numbers.
     fn gradient<D: Scalar>(
         &self,
         _place: &Place<D>,
@@ -99,8 +99,8 @@ pub trait OwnEnergy<const N: usize, const P: usize>: Send + Sync + 'static {
         None
     }
 
-    /// Second derivatives by nodes and directors, each an independent argument; used together with the
-    /// [gradient](Self::gradient). None by default: dual numbers.
+    /// Second derivatives by nodes and directors, each an independent argument. They are used only together with the
+    /// [gradient](Self::gradient). `None` by default: both derivatives of a tangent are then computed in dual numbers.
     fn hessian<D: Scalar>(
         &self,
         _place: &Place<D>,
@@ -111,7 +111,7 @@ pub trait OwnEnergy<const N: usize, const P: usize>: Send + Sync + 'static {
         None
     }
 
-    /// Whether a rod that lies in the plane with this normal through this point, m, stays there: no
+    /// Whether a rod that lies in the plane with this normal through this point, m, stays there at these parameters: no
     /// force along the normal and no moment about the tangents. False by default: the scene is then simulated in space.
     fn keeps_plane(&self, _parameters: &[f64; P], _normal: [f64; 3], _point: [f64; 3]) -> bool {
         false

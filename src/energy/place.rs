@@ -81,9 +81,9 @@ pub(crate) fn numbers<D: Copy>(
 }
 
 /// The elements of the place `at` over `nodes` nodes each, with arc length, tributary length and rest shape. `rest(i)`
-/// returns the nodes and edges at rest of the element that begins at node `i`. One at the start or end, two with linear
-/// weights for an arc length between two centers, or all with a positive length in the interval or rod. Empty if the mesh
-/// has too few nodes.
+/// returns the nodes and edges at rest of the element that begins at node `i`. One at the start or end; two with linear
+/// weights for an arc length between two centers, beyond all centers only the nearest one. All with a positive length
+/// in the interval or rod. Empty if the mesh has too few nodes.
 pub(crate) fn spots<D: Scalar>(
     at: At,
     nodes: usize,

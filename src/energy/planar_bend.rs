@@ -51,7 +51,8 @@ fn bent_joint<D: Scalar>(q: &[D; 6]) -> BentJoint<D> {
 }
 
 impl<D: Scalar> BentJoint<D> {
-    /// The gradients `n(e)` and `n(f)` of the angles of both edges by their vectors, 1/m: `perp(x)/|x|^2`.
+    /// The gradients `n(e)`, then `n(f)`, of the angles of both edges by their own vectors, 1/m: `perp(x)/|x|^2`, where
+    /// `perp` rotates by +90 degrees.
     #[inline]
     fn angle_gradients(&self) -> ([D; 2], [D; 2]) {
         // One division for both reciprocals.

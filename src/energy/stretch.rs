@@ -36,13 +36,14 @@ fn to_nodes<D: Scalar, const N: usize, const M: usize>(g: [D; M]) -> [D; N] {
 }
 
 impl<D: Scalar, const M: usize> Stretch<D, M> {
-    /// An edge without stiffness, of rest length 1 m, as padding of SIMD lanes.
+    /// An edge without stiffness, with the rest length 1 m and a linear law, as padding of SIMD lanes.
     pub(crate) fn none() -> Self {
         let (zero, one) = (D::from(0.0), D::from(1.0));
         Self { stiffness: zero, rest_length: one, natural_strain: zero, beyond: None }
     }
 
-    /// The edges `all` as one edge in SIMD lanes: lane `k` has the numbers of edge `k`.
+    /// The edges `all` as one edge in SIMD lanes: lane `k` has the numbers of edge `k`. All have the kind of law of the
+    /// first one; edges without a nonlinear part get the modulus zero. Panics for fewer edges than lanes.
     #[inline(always)]
     pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> Stretch<V, M> {
         Stretch {
@@ -53,23 +54,23 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         }
     }
 
-    /// Strain `|e|/l - 1`, dimensionless, of the edge vector `e`, m, with the rest length `l`; not less the natural
-    /// strain.
+    /// Strain `|e|/l - 1`, dimensionless, of the edge vector `e`, m, with the rest length `l`; the natural strain is
+    /// not subtracted.
     #[inline]
     pub fn strain(&self, e: &[D; M]) -> D {
         let squared = squared(e);
         self.strain_of(squared, squared.sqrt())
     }
 
-    /// Axial force, N, of an edge with the squared length `squared`, m^2, and the length `length`, m: EA (eps - eps_natural) of
-    /// the linear law.
+    /// Axial force, N, positive in tension, of an edge with the squared length `squared`, m^2, and the length `length`,
+    /// m: `EA (eps - eps_natural)`, plus the part of a nonlinear law.
     #[inline(always)]
     pub fn force(&self, squared: D, length: D) -> D {
         self.stress(&[self.strain_of(squared, length)])[0]
     }
 
-    /// `[force, stiffness]`: the axial force, N, and the stiffness along the edge EA/l, N/m, at the squared length, m^2,
-    /// and the length, m.
+    /// `[force, stiffness]` at the squared length, m^2, and the length, m: the axial force, N, and its derivative by
+    /// the length, `(EA + C dx/ds)/l` with the nonlinear part, N/m.
     #[inline(always)]
     pub(crate) fn tension(&self, squared: D, length: D) -> [D; 2] {
         let ([stiffness], [force]) = self.response(&[self.strain_of(squared, length)]);
@@ -102,7 +103,8 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         gain
     }
 
-    /// The energy `1/2 EA (eps - eps_natural)^2 l`, J, at a squared length, m^2, and the length, m.
+    /// The energy `1/2 EA (eps - eps_natural)^2 l`, plus that of the nonlinear part of the law, J, at a squared length,
+    /// m^2, and the length, m.
     #[inline(always)]
     pub(crate) fn energy_at(&self, squared: D, length: D) -> D {
         let strain = self.strain_of(squared, length);
@@ -113,7 +115,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         }
     }
 
-    /// The edge with its linear law.
+    /// The same edge without the nonlinear part of its law.
     pub(crate) fn linear(self) -> Self {
         Self { beyond: None, ..self }
     }
@@ -126,7 +128,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         (squared - rest * rest) / (rest * (length + rest))
     }
 
-    /// The energy `1/2 EA (eps - eps_natural)^2 l`, J, of an edge vector `e`, m.
+    /// The energy, J, of an edge vector `e`, m, with that of the nonlinear part of the law.
     #[inline]
     fn energy_of(&self, e: [D; M]) -> D {
         let squared = squared(&e);
@@ -187,7 +189,7 @@ impl<D: Scalar, const M: usize> Law<D, 1> for Stretch<D, M> {
         [self.natural_strain]
     }
 
-    /// The edge with another stiffness, N, and another natural strain.
+    /// The edge with another stiffness, N, and another natural strain; the nonlinear part of its law stays.
     #[inline(always)]
     fn with(&self, [stiffness]: [D; 1], [natural_strain]: [D; 1]) -> Self {
         Self { stiffness, natural_strain, ..*self }
@@ -199,7 +201,8 @@ impl<D: Scalar, const M: usize> Law<D, 1> for Stretch<D, M> {
         (self.stiffness, self.natural_strain) = (stiffness, natural_strain);
     }
 
-    /// The force beyond the linear law, after its derivative by the strain, N.
+    /// For a nonlinear law, the derivative by the strain and the value of the force beyond the linear law, N; `None`
+    /// for a linear one.
     #[inline(always)]
     fn beyond(&self, [strain]: &[D; 1]) -> Option<([D; 1], [D; 1])> {
         let [slope, force] = self.beyond.as_ref()?.response(*strain);

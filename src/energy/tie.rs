@@ -22,14 +22,15 @@ impl Tie {
 }
 
 impl<D: Scalar> Over<D> for Tie {
-    /// The energy `k |x - x0|^2/2`, J, at the coordinates `q` of the node, m.
+    /// The energy `k |x - x0|^2/2`, J, at the coordinates `q` of the node, m; the weight of the site is not used.
     fn energy(&self, site: &Site<D>, q: &[D]) -> D {
         let way = self.displacement(site, q);
         site.values[0] * dot(way, way) * 0.5
     }
 
-    /// Writes the derivatives by the coordinates `q`, N: the stiffness times the displacement along each axis of the
-    /// model. They are the same by either method of derivatives.
+    /// Writes the derivatives by the coordinates `q`, N, to the first entries of `gradient`: the stiffness times the
+    /// displacement along each axis of the model. They are the same by either method of derivatives. The weight of the
+    /// site is not used.
     fn gradient(&self, site: &Site<D>, q: &[D], _: Derivatives, gradient: &mut [D; MOST]) {
         let way = self.displacement(site, q);
         for k in 0..q.len() {

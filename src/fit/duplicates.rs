@@ -89,7 +89,8 @@ impl ListedMeasurement<'_> {
 }
 
 /// Compares every recorded measurement of all experiments, validation data included, with all before it. An error for the
-/// first one that is a duplicate, with both keys and the number of common samples. Planned measurements are skipped.
+/// first one that is a duplicate of an earlier one by `common_samples`, with both keys and the number of common samples.
+/// Planned measurements are skipped.
 pub(crate) fn check_duplicates(experiments: &[Experiment]) -> Result<(), Error> {
     let mut listed: Vec<ListedMeasurement> = Vec::new();
     for experiment in experiments {

@@ -93,8 +93,10 @@ impl FitFile {
     }
 
     /// The fit with an effect added to all scenes that can have it, as a further unknown of these experiments. The unknown
-    /// starts at the value of the first such scene plus `estimate` (or else the plausible size of the effect), in its unit,
-    /// within the limits of the parameter. `None` if no scene can have the effect.
+    /// starts at the value of the first such scene plus `estimate`, or else plus the plausible size of the effect. The start
+    /// is in the parameter's unit, within its limits. The unknown belongs to all experiments if all scenes can have the
+    /// effect, else to those by name. `None` if no scene can have the effect. An error if a scene cannot have the values of
+    /// the `report`.
     fn with_term(
         &self,
         extension: &OmittedEffect,
@@ -132,7 +134,7 @@ impl FitFile {
 
 impl FitReport {
     /// The report with a further warning that no extension improved the fit, with the descriptions of the `terms` that were
-    /// tried.
+    /// tried. It is the last warning; grade, verdict and values stay.
     pub fn not_extended(mut self, terms: &[String]) -> Self {
         let words = format!(
             "No extension improves this fit. These terms were tried: {}. The values are those without them",
@@ -161,8 +163,10 @@ impl FitReport {
     }
 
     /// The report of this fit as the best one of several extended fits; `others` are the rest, each with the description of
-    /// its effect. For each of similar likelihood with a value outside this fit's 95 % interval, a warning with both values
-    /// is put first. The first such warning lowers the grade to correlated-or-missing, if better, and becomes the verdict.
+    /// its effect. An alternative is of similar likelihood if twice its log-likelihood is lower by at most 9.2 (a likelihood
+    /// ratio of 100). For each of these with a value outside this fit's 95 % interval, a warning with both values of the most
+    /// contradicting parameter is put first. The first such warning lowers the grade to correlated-or-missing, if better, and
+    /// becomes the verdict.
     pub fn among_alternatives(mut self, others: &[(String, Self)]) -> Self {
         for (term, other) in others {
             if self.likelihood_rise(other) > DISCRIMINATING_RISE {

@@ -226,8 +226,9 @@ impl ExperimentForm {
     }
 
     /// Reads the scene of this table of the fit file at path `file`, with the recording `path` that drives the ends. It calls
-    /// `check_scene`, prepares the scene on its initial mesh, and reads the measurements; all are marked as validation data
-    /// if the table is `held_out`. Paths are relative to the folder of `file`.
+    /// `check_scene`, prepares the scene on its initial mesh, and reads the measurements; all are marked as validation data if
+    /// the table is `held_out`. Paths are relative to the folder of `file`. Errors are those of the scene, of `check_scene`
+    /// and of the measurements.
     fn read(self, file: &Path, check_scene: &SceneCheck) -> Result<Experiment, Error> {
         // All paths in a fit file are relative to its folder.
         let folder = file.parent().unwrap_or(Path::new(""));
@@ -309,7 +310,7 @@ struct Tables {
 impl Fit {
     /// Adds the tables in `text` to a copy of the fit: `[[observation]]`, `[[shape]]` and `[[frequencies]]` to the last
     /// experiment, `[[parameter]]` and `[[known]]` to the fit. `[analysis]` replaces the analyses. Paths are relative to
-    /// `folder`.
+    /// `folder`. Measurements are left out if the fit has no experiment. The fit as a whole is checked when it is solved.
     ///
     /// # Errors
     ///
@@ -398,24 +399,26 @@ impl FitFile {
         Self::read(&marker_files::file::text(path)?, path, &check_scene)
     }
 
-    /// Reads and validates the text of a fit file. Paths in it are relative to `folder`; messages name the
-    /// text as if it were a file `fit` there.
+    /// Reads and validates the text of a fit file. Paths in it are relative to `folder`; messages name the text as if it were
+    /// a file `fit` there.
     ///
     /// # Errors
     ///
-    /// Those of [`load`](Self::load).
+    /// Those of [`load`](Self::load) other than planned measurements, which are accepted.
     pub fn from_toml(text: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
         Self::read(text, &folder.as_ref().join("fit"), &|_| Ok(()))
     }
 
     /// Reads and validates the `text` of a fit file at `path`, its scenes and its data, planned ones included. `check_scene`
-    /// is called for every scene before its mesh is created. Errors have the path.
+    /// is called for every scene before its mesh is created. Duplicate measurements are found only by the fit. Errors have the
+    /// path.
     pub(crate) fn read(text: &str, path: &Path, check_scene: &SceneCheck) -> Result<Self, Error> {
         Self::parse_and_check(text, path, check_scene).map_err(|error| error.in_file(Some(path)))
     }
 
-    /// Parses the `text` of a fit file at `path`, reads its scenes and data, and checks the fit: as lists along the rod, as
-    /// validation data only, or as parameters with inputs. Errors may lack the path.
+    /// Parses the `text` of a fit file at `path`, reads its scenes and data, and checks the fit: as lists along the rod if it
+    /// has any, as validation data if all measurements are, or else as parameters with inputs. Duplicate and planned
+    /// measurements are not rejected. Errors may lack the path.
     fn parse_and_check(text: &str, path: &Path, check_scene: &SceneCheck) -> Result<Self, Error> {
         let mut form: FitForm =
             parse(text, &REQUIRED).map_err(|error| explained(error, text, &FIT))?;
@@ -450,7 +453,8 @@ impl FitFile {
     }
 
     /// Adds the unknown of the `i`-th parameter table. With a `fixed` value, it sets this in all experiments that have the
-    /// parameter instead. Then start, bounds or prior in the table are an error.
+    /// parameter instead. Then start, bounds or prior in the table are an error, and so is a value that a scene rejects, with
+    /// the key `fixed`.
     fn add_parameter(&mut self, i: usize, parameter: ParameterForm) -> Result<(), Error> {
         let (fixed, key) = (parameter.fixed, format!("parameter[{i}]"));
         // A fixed parameter replaces the value of the scene and is no unknown.
@@ -478,8 +482,8 @@ impl FitFile {
         Ok(())
     }
 
-    /// The paths of all files the fit was read from other than itself, by experiment: scene files, recordings that drive
-    /// ends, and data. Duplicates stay.
+    /// The paths of all files the fit was read from other than itself, by experiment: the files of the scene (with recordings
+    /// that drive ends), then those of the data. Duplicates stay.
     pub fn files(&self) -> Vec<PathBuf> {
         let own = |e: &Experiment| {
             let data = e.measurements.iter().filter_map(|m| m.header.source.clone());

@@ -75,8 +75,9 @@ impl Known {
     }
 }
 
-/// Rejects inputs that no scene has, that are given twice in an experiment or also identified, whose standard uncertainty is
-/// not positive and up to [`MOST_SIGMA`], or whose correlations contradict each other. Errors name the table `known[i]`.
+/// Rejects inputs that no scene has, that are given twice in an experiment or also identified there (with a prior or without).
+/// Standard uncertainties must be positive and at most [`MOST_SIGMA`], and [`correlations`] must accept all correlations.
+/// Errors name the table `known[i]`.
 pub(crate) fn check(
     experiments: &[Experiment],
     unknowns: &[Unknown],

@@ -226,7 +226,8 @@ impl Fit {
         Self::of([Experiment::new("", problem)])
     }
 
-    /// A fit of several experiments, which may share parameters, without unknowns yet.
+    /// A fit of several experiments, which may share parameters, without unknowns and inputs yet. Analyses are the default
+    /// ones, and data of plots are not kept.
     pub fn of(experiments: impl IntoIterator<Item = Experiment>) -> Self {
         Self {
             experiments: experiments.into_iter().collect(),
@@ -244,7 +245,7 @@ impl Fit {
         self
     }
 
-    /// Adds a measurement to the last experiment; no effect without an experiment.
+    /// Adds a measurement to the last experiment, after those that it has; no effect without an experiment.
     pub fn observe(mut self, measurement: impl Into<Measurement>) -> Self {
         if let Some(experiment) = self.experiments.last_mut() {
             experiment.measurements.push(measurement.into());
@@ -281,8 +282,9 @@ impl Fit {
         Self { keep_plot_data: true, ..self }
     }
 
-    /// Stops the fit at the next time step once `flag` is set. The report then has the
-    /// best values so far, and its `interrupted` is true.
+    /// Stops the fit at the next time step once `flag` is set, for the experiments added before this call. The report then has
+    /// the best values so far, and its `interrupted` is true. Before the first evaluated point, [`solve`](Self::solve) returns
+    /// [`Error::Interrupted`].
     pub fn stop_when(mut self, flag: Arc<AtomicBool>) -> Self {
         for experiment in &mut self.experiments {
             experiment.problem = experiment.problem.clone().stop_when(flag.clone());
@@ -291,8 +293,10 @@ impl Fit {
     }
 
     /// The residuals in units of their standard deviations (preliminary ones where none is given) as functions of the
-    /// unknowns, and their derivatives, for any solver of argmin. Meshes and steps are those of the scenes, also where the
-    /// program chose these for a simulation. [`solve`](Self::solve) chooses them by the accuracy that the data require.
+    /// unknowns, and their derivatives, for any solver of argmin. They are those of all fitted measurements over the whole
+    /// records with their robust losses, then of the priors; validation data are left out. Meshes and steps are those of the
+    /// scenes, also where the program chose these for a simulation. [`solve`](Self::solve) chooses them by the accuracy that
+    /// the data require.
     ///
     /// # Errors
     ///
@@ -368,8 +372,9 @@ impl Fit {
     }
 
     /// Searches the global optimum on the initial mesh, and refines and assesses it. Where a scene leaves mesh or step open,
-    /// the search stops at the first optimum that explains the motion, except for rods with recorded ends. `since` is the
-    /// start of the fit, for its duration. The sigmas and weights in `search` change.
+    /// the search stops at the first optimum that explains the motion, except for rods with recorded ends. If its residuals
+    /// are then not noise, the state of the search is kept, so that `refine` can complete it. `since` is the start of the fit,
+    /// for its duration. The sigmas and weights in `search` change.
     fn search(
         &self,
         search: &mut Search,
@@ -386,9 +391,11 @@ impl Fit {
         self.refine(Fitted { search, optimum: &optimum }, experiments, state)
     }
 
-    /// From an optimum to the report. Stages: hold undetermined unknowns, refine mesh and step to the accuracy that the
-    /// optimum requires, complete a search that stopped early, compare the optimum with other minima, assess the final one.
-    /// Each change of the optimum or its mesh calls this function again, with the `state`.
+    /// From an optimum to the report. Stages: hold undetermined unknowns, and refine mesh and step to the accuracy that the
+    /// optimum requires. Then complete a search that stopped early, compare the optimum with other minima, and assess the
+    /// final one. A finer mesh, or another optimum of the completion or the comparison, calls this function again with the
+    /// changed `state`; held unknowns do not. A lower minimum whose report did not converge is replaced by the report of this
+    /// optimum, with a warning.
     fn refine(
         &self,
         fitted: Fitted,

@@ -164,10 +164,11 @@ struct ObservationKeys {
 }
 
 impl ObservationForm {
-    /// The measurements of the table, whose `key` in the fit file is named in errors. With `duration`: one planned point.
-    /// With `markers = "free"`: all markers of the recording in `problem` that prescribe neither an end nor an inner node.
-    /// Else those of a file, whose path is relative to `folder`: one point, by default the tip, or one measurement per named
-    /// marker. An error for keys that exclude each other.
+    /// The measurements of the table, whose `key` in the fit file is named in errors. With `duration`: one planned point. With
+    /// `markers = "free"`: all markers of the recording in `problem` that prescribe neither an end nor an inner node. Else
+    /// those of a file, whose path is relative to `folder`: one point, by default the tip, or one measurement per named
+    /// marker. Offset, sigma, loss and `held_out` of the table apply to each of them. An error for keys that exclude each
+    /// other, and files that cannot be read.
     pub fn read(
         self,
         folder: &Path,

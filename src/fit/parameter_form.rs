@@ -74,8 +74,8 @@ pub(crate) enum ExperimentNames {
 }
 
 impl ExperimentNames {
-    /// The names of the experiments; without the key an empty list, which means all experiments. An error, with the `key` of
-    /// the table, if the list in the file is empty.
+    /// The names of the experiments, of one name or a list in the file; without the key an empty list, which means all
+    /// experiments. An error, with the `key` of the table, if the list in the file is empty.
     pub fn list(self, key: &str) -> Result<Vec<String>, Error> {
         match self {
             Self::All => Ok(Vec::new()),

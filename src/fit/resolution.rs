@@ -121,8 +121,11 @@ pub(crate) struct RefinedStart {
 
 /// The experiments with finer meshes and steps, as the accuracy of the optimum requires, and the optimum expected on them by
 /// second-order extrapolation. `bias` is the shift of the unknowns by mesh and step (`None`: no shift). `None` if no scene
-/// leaves mesh or step open, if they suffice (a factor below [`LEAST_FINER`]) or are at the limit of work, or if `round`, the
-/// number of refinements so far, is [`ROUNDS`]. A factor is at most [`MOST_FINER`].
+/// leaves mesh or step open, or if they suffice (factors below [`LEAST_FINER`]) or are at the limit of work. Also `None` if
+/// `round`, the number of refinements so far, is [`ROUNDS`]. The factors on edges and steps are the largest that any
+/// determined unknown, combination of unknowns or visible discretization error of the residuals requires. Halved steps require
+/// [`FINER_IF_HALVED`] for the steps. A factor is at most [`MOST_FINER`], and both together stay within [`MOST_WORK`]. The
+/// expected optimum is within the bounds.
 pub(crate) fn refined_start(
     experiments: &[Experiment],
     Fitted { search, optimum }: Fitted,

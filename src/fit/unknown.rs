@@ -173,7 +173,8 @@ impl Unknown {
     }
 
     /// A change on the scale of the fit that changes the motion of an experiment by about the size of the motion. It is 1 for
-    /// positive parameters, pure numbers and angles, the rod's length for m, the duration for s, and 0 for other units.
+    /// positive parameters, pure numbers and angles, the rod's length for m, the duration for s, and 0 for other units. On a
+    /// logarithmic scale 1 is a factor of `e`.
     pub(crate) fn typical_size(&self, experiment: &Experiment) -> f64 {
         match self.parameter.unit() {
             _ if self.parameter.is_positive() => 1.0,

@@ -33,8 +33,10 @@ const LARGEST_TOLERANCE: f64 = 0.1;
 /// are within one length of the wall; wrong units, as mm for m, change the distance by large factors.
 const FARTHEST: f64 = 2.5;
 
-/// Rejects a fit that cannot be solved: without fitted measurements or unknowns, with wrong values of keys, or with fewer
-/// values (and priors) than unknowns. If any sigma is not given, one more value is needed for the noise.
+/// Rejects a fit that cannot be solved: without fitted measurements or unknowns, or with fewer values of fitted measurements
+/// (and priors) than unknowns. If any sigma of these is not given, one more value is needed for the noise. Names of
+/// experiments, unknowns, `[analysis]`, all measurements (validation data too) and starts are checked, in this order. The
+/// first error is returned.
 pub(crate) fn check(
     experiments: &[Experiment],
     unknowns: &[Unknown],
@@ -68,8 +70,9 @@ pub(crate) fn check(
     ensure(values + priors >= needed, "observation", format!("{values} values"), allowed)
 }
 
-/// Rejects values of `[analysis]` outside of their ranges: numbers of replicates (0, or 2 to [`MOST_REPLICATES`]), and the
-/// tolerance (0 to [`LARGEST_TOLERANCE`]). Names in `plausible` must be tested effects, and their sizes positive.
+/// Rejects values of `[analysis]` outside of their ranges: numbers of replicates (0, or 2 to [`MOST_REPLICATES`]), the index
+/// of the first one (up to [`MOST_REPLICATES`]), and the tolerance (0 to [`LARGEST_TOLERANCE`] of a standard error). Names in
+/// `plausible` must be tested effects, and their sizes positive.
 fn check_analysis(analysis: &Analysis) -> Result<(), Error> {
     let Analysis { bootstrap, monte_carlo, .. } = analysis;
     for (key, replicates) in [("bootstrap", *bootstrap), ("monte_carlo", *monte_carlo)] {
@@ -95,7 +98,7 @@ fn check_analysis(analysis: &Analysis) -> Result<(), Error> {
 }
 
 /// Rejects validation data that cannot be compared with their scenes, for a prediction without a fit: names of experiments,
-/// and each measurement. A sigma is not required.
+/// and each measurement. Experiments without measurements are rejected too. A sigma is not required.
 pub(crate) fn check_predicted(experiments: &[Experiment]) -> Result<(), Error> {
     check_experiments(experiments)?;
     // Without a fit the noise of a measurement is not needed for its weight.
@@ -103,7 +106,7 @@ pub(crate) fn check_predicted(experiments: &[Experiment]) -> Result<(), Error> {
     experiments.iter().try_for_each(|e| check_measurements(e, &[], several))
 }
 
-/// Rejects planned measurements, which have no data; the error has the key of the missing file.
+/// Rejects planned measurements, which have no data; the error is that of the first one, with the key of its missing `file`.
 pub(crate) fn check_recorded(experiments: &[Experiment]) -> Result<(), Error> {
     for experiment in experiments {
         for (i, measurement) in experiment.measurements.iter().enumerate() {
@@ -145,9 +148,9 @@ fn check_unknowns(experiments: &[Experiment], unknowns: &[Unknown]) -> Result<()
     Ok(())
 }
 
-/// Rejects measurements of one experiment that cannot be compared with its scene, parameters of the time scheme without a
-/// fixed step, and nodes named by index on a mesh that the program chooses. If the fit has `several` measurements, one with
-/// fewer than [`FEW`] values needs a sigma, or it has no weight.
+/// Rejects measurements of one experiment that cannot be compared with its scene. Rejects unknown parameters of the time
+/// scheme (`time.beta`, `time.rho_inf`) without a fixed step, and nodes named by index on a mesh that the program chooses. If
+/// the fit has `several` measurements, one with fewer than [`FEW`] values needs a sigma, as its noise cannot be estimated.
 fn check_measurements(
     experiment: &Experiment,
     unknowns: &[Unknown],

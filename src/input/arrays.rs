@@ -1,7 +1,8 @@
 //! Deserialization (serde) of lists of exactly `N` numbers, and of numbers that JSON writes as null because they are infinite.
 //!
-//! The TOML reader ignores excess numbers of an array of fixed length; these functions return an error instead. Fields of
-//! scenes, fits and reports name them in `#[serde(deserialize_with = ..)]`.
+//! The TOML reader ignores excess numbers of an array of fixed length; these functions return an error instead. A null in the
+//! place of a number becomes plus infinity. Fields of scenes, fits and reports name them in `#[serde(deserialize_with =
+//! ..)]`.
 
 use serde::de::{Deserialize, Deserializer, Error};
 

@@ -129,7 +129,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         Ldlt::with_order(self.order())
     }
 
-    /// The entry of row `i`, column `j`, in either triangle; zero outside the band.
+    /// The entry of row `i`, column `j`, in either triangle; zero more than `W` places from the diagonal.
     fn get(&self, i: usize, j: usize) -> D {
         let (low, high) = (i.min(j), i.max(j));
         match high - low {
@@ -151,7 +151,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
-    /// Replaces row and column `i` by those of the identity: zeros, and one on the diagonal.
+    /// Replaces row and column `i`, in both triangles, by those of the identity: zeros, and one on the diagonal.
     fn uncouple(&mut self, i: usize) {
         self.diagonal[i] = D::from(1.0);
         self.below[i] = [D::from(0.0); W];

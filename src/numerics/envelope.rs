@@ -19,7 +19,7 @@ pub struct Envelope<D> {
 }
 
 impl<D: Scalar> Envelope<D> {
-    /// The zero matrix whose row `i` begins at column `first[i]`, at most `i`.
+    /// The zero matrix with a row `i` for each entry of `first`, from column `first[i]`, at most `i`, to the diagonal.
     pub fn zeros(first: Vec<usize>) -> Self {
         let (mut start, mut count) = (Vec::with_capacity(first.len()), 0_usize);
         for (i, first) in first.iter().enumerate() {
@@ -184,8 +184,9 @@ impl<D: Scalar> Envelope<D> {
 }
 
 /// An order of the vertices of a graph with a small envelope: Cuthill and McKee's, reversed (George and Liu 1981).
-/// `neighbors` has the list of neighbors of each vertex. Returns the vertices in their new order. Each connected part is
-/// ordered by a breadth-first search, repeated from the last vertex of the first search.
+/// `neighbors` has the list of neighbors of each vertex. Returns the vertices in their new order. Each connected part
+/// is ordered by a breadth-first search from a vertex with the fewest neighbors, neighbors of few neighbors first. It
+/// is repeated from the last vertex of that search.
 pub fn reverse_cuthill_mckee(neighbors: &[Vec<usize>]) -> Vec<usize> {
     let mut order = Vec::with_capacity(neighbors.len());
     let mut seen = vec![false; neighbors.len()];

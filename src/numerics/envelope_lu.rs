@@ -1,8 +1,8 @@
-//! `L U` factors of a matrix with the pattern of an [envelope](Envelope) whose entries are not symmetric.
+//! `L U` factors of an unsymmetric matrix with the symmetric pattern of an [envelope](Envelope): [`EnvelopeLu`].
 //!
-//! Such a matrix is a symmetric one plus blocks on its diagonal: that of an implicit step with rotating bodies in space. The
-//! elimination takes no pivots, as that of the symmetric matrix: the mass matrix is positive definite and the blocks are
-//! small beside it at reasonable steps.
+//! Such a matrix is a symmetric one plus blocks on its diagonal: that of an implicit step with rotating bodies in
+//! space. The elimination takes no pivots and fills no entry outside the envelope. The mass matrix is positive
+//! definite, and the blocks are small beside it at reasonable steps.
 
 use crate::numerics::envelope::Envelope;
 use crate::numerics::rotation::Matrix3;
@@ -31,14 +31,15 @@ pub struct EnvelopeLu<D> {
 }
 
 impl<D> Default for EnvelopeLu<D> {
-    /// No factors yet.
+    /// An empty matrix without rows.
     fn default() -> Self {
         Self { first: Vec::new(), lower: Vec::new(), upper: Vec::new(), diagonal: Vec::new() }
     }
 }
 
 impl<D: Scalar> EnvelopeLu<D> {
-    /// Copies a symmetric matrix plus `factor` times blocks.
+    /// Overwrites this matrix with the symmetric `matrix` plus `factor` times the `blocks`, which lie inside its
+    /// envelope. It is not yet factored.
     pub fn set(&mut self, matrix: &Envelope<D>, blocks: &[DiagonalBlock<D>], factor: D) {
         let n = matrix.order();
         self.first.clear();
@@ -64,10 +65,9 @@ impl<D: Scalar> EnvelopeLu<D> {
         }
     }
 
-    /// Replaces the matrix by its factors.
+    /// Replaces the matrix that was [`set`](Self::set) by its factors `L U`, row by row without pivoting.
     ///
-    /// # Errors
-    /// The row of a pivot that is zero or not a number.
+    /// # Errors The row of a pivot that is zero or not finite; the matrix is then partly overwritten.
     pub fn factor(&mut self) -> Result<(), Singular> {
         for i in 0..self.diagonal.len() {
             let first = self.first[i];
@@ -94,7 +94,8 @@ impl<D: Scalar> EnvelopeLu<D> {
         Ok(())
     }
 
-    /// Solves `A x = b` in place for `R` right-hand sides, with the factors of `A`.
+    /// Solves `A x = b` in place for `R` right-hand sides (`x[i][r]` is row `i` of number `r`), with the factors of
+    /// `A`.
     pub fn solve<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
         for i in 0..self.diagonal.len() {
             for (k, entry) in self.lower[i].iter().enumerate() {

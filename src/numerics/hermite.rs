@@ -1,7 +1,8 @@
 //! Cubic Hermite interpolation between two time steps, from positions and velocities at both.
 //!
-//! [`HermiteWeights`] returns the weights of the four numbers for a position or a velocity at a time in between. That time may
-//! carry derivatives (dual numbers). Recorded frames between the steps of a simulation are interpolated with it.
+//! [`HermiteWeights`] has the weights of the two positions and two velocities, for the position or the velocity at a
+//! time in between. That time may carry derivatives (dual numbers). Recorded frames between the steps of a simulation
+//! are interpolated with it.
 
 use crate::numerics::scalar::Scalar;
 

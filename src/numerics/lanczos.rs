@@ -92,7 +92,7 @@ impl Lanczos {
         self.next = product / self.remainder.max(f64::MIN_POSITIVE);
     }
 
-    /// The tridiagonal projection `T` of the matrix on the basis.
+    /// The tridiagonal projection `T = Q' A Q` of the matrix on the basis, with as many rows as products.
     fn projection(&self) -> DMatrix<f64> {
         let k = self.count();
         DMatrix::from_fn(k, k, |i, j| match i.abs_diff(j) {
@@ -102,7 +102,7 @@ impl Lanczos {
         })
     }
 
-    /// The sum of the basis vectors times these coordinates: the vector with these coordinates in the Krylov basis.
+    /// The vector `Q c` with these coordinates `c` in the Krylov basis; missing coordinates count zero.
     fn combination(&self, coordinates: impl IntoIterator<Item = f64>) -> Vec<f64> {
         let mut sum = DVector::zeros(self.next.len());
         for (coordinate, vector) in coordinates.into_iter().zip(&self.basis) {

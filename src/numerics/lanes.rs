@@ -26,6 +26,7 @@ macro_rules! elementwise {
     ($($Operator:ident<$Other:ty> $name:ident, $g:ident $other:ident -> $value:expr, $assign:tt;)*) => {$(
         impl<const G: usize> $Operator<$Other> for Lanes<G> {
             type Output = Self;
+            /// The result of the operator in each lane.
             #[inline(always)]
             fn $name(mut self, $other: $Other) -> Self {
                 for $g in 0..G {

@@ -2,14 +2,15 @@
 //!
 //! The problem implements argmin's `Operator` (the residuals `r`) and `Jacobian`. The damping is scaled by the column
 //! norms of the Jacobian (Marquardt 1963) with a decaying maximum of earlier norms (More 1978), so that it does not depend
-//! on units. It follows the gain ratio of the last step (Nielsen 1999). A trial point is rejected if the cost rises,
-//! if the problem returns an error, or if an unknown loses its effect: plateaus have no minimum.
+//! on units. It follows the gain ratio of the last step (Nielsen 1999). A trial point is rejected if it achieves
+//! at most `LEAST_GAIN` of the predicted decrease, if the problem returns an error, or if an unknown loses its effect:
+//! plateaus have no minimum.
 //!
 //! Rounding errors of the cost hide changes below about `1e-8` of the residuals. Closer to the minimum, undamped
-//! (Gauss-Newton) steps are accepted without a test of the cost, as long as each predicts a smaller change than the one
-//! before. That yields the minimum to rounding. The minimum is also reached if no step lowers the cost and the
-//! Gauss-Newton step predicts no more than that. If the residuals themselves are rounding errors, the search may end
-//! with "no step lowers the cost".
+//! (Gauss-Newton) steps are accepted even if the cost rises by less than 1e-8 of it, as long as each predicts a smaller
+//! change than the one before. That yields the minimum to rounding. The minimum is also reached if no step lowers the
+//! cost and the Gauss-Newton step predicts no more than that. If the residuals themselves are rounding errors, the
+//! search may end with "no step lowers the cost".
 //!
 //! A misfit may have corners, for example where strands of a cable begin to slip. There a Gauss-Newton step predicts a
 //! decrease that no step achieves. The search ends after a shortened step that lowers the cost by less than a step of
@@ -113,8 +114,9 @@ struct PointEvaluation {
     cost: f64,
 }
 
-/// Jacobian, residuals and cost `1/2 |r|^2` of the problem at `x`. An error if one of them is not finite, or from the
-/// problem. The Jacobian comes first: its run yields the residuals too.
+/// Jacobian, residuals and cost `1/2 |r|^2` of the problem at `x`; argmin counts both calls. An error is that of the
+/// problem, or that the cost or an entry of the Jacobian is not finite. The Jacobian comes first: its run yields the
+/// residuals too.
 fn evaluate<O>(problem: &mut Problem<O>, x: &Vec<f64>) -> Result<PointEvaluation, Error>
 where
     O: Operator<Param = Vec<f64>, Output = Vec<f64>>
@@ -191,9 +193,10 @@ impl LevenbergMarquardt {
     }
 
     /// Whether `step`, which changes the linear model by `change` at residuals with the standard deviation `noise`, is
-    /// the last one and need not be evaluated. Every unknown moves by at most [`SHORT`] of its longest step, and `change`
-    /// is at most `last_step` times the noise. The error of the linear model, extrapolated from the last accepted step,
-    /// is at most `noise_tolerance` times the noise; without such a step the result is false.
+    /// the last one and need not be evaluated. Every unknown moves by at most [`SHORT`] of its longest step, and
+    /// `change` is at most `last_step` times the noise. The error of the linear model is at most `noise_tolerance`
+    /// times the noise: that of the last accepted step times the square of the largest ratio of both steps. Without
+    /// such a step the result is false.
     fn is_last(&self, step: &[f64], change: f64, noise: f64) -> bool {
         let Some(ModelError { step: before, norm }) = &self.model_error else { return false };
         let parts = step.iter().zip(before).map(|(now, before)| match *now == 0.0 {
@@ -217,9 +220,9 @@ impl LevenbergMarquardt {
         self.growth *= 2.0;
     }
 
-    /// Adapts the damping to the gain ratio of an accepted step, by the factor `1 - (2 gain - 1)^3` (Nielsen 1999), from
-    /// `LEAST_FACTOR` to 2. After a rejection the factor is at least `LEAST_FACTOR_AFTER_REJECTION`. Resets the growth
-    /// factor to 2.
+    /// Multiplies the damping by `1 - (2 gain - 1)^3` (Nielsen 1999), from [`LEAST_FACTOR`] to 2, after an accepted
+    /// step with this gain ratio. After a rejection the factor is at least [`LEAST_FACTOR_AFTER_REJECTION`]. The
+    /// damping stays above [`LEAST_DAMPING`]; the growth factor becomes 2.
     fn relax_damping(&mut self, gain: f64, after_rejection: bool) {
         let factor = 1.0 - (2.0 * gain - 1.0).powi(3);
         let least = if after_rejection { LEAST_FACTOR_AFTER_REJECTION } else { LEAST_FACTOR };
@@ -277,10 +280,12 @@ where
         Ok((state_at(state, x, start), None))
     }
 
-    /// One iteration: the state with the next iterate, or the same one with the reason why the search ends. A negligible
-    /// Gauss-Newton step converges, a last one is taken without evaluation, and one below the resolution of the cost
-    /// without a test of the cost. Otherwise the damping is raised until a step lowers the cost; without such a step the
-    /// search ends. An error is that of the problem at the last trial point.
+    /// One iteration: the state with the next iterate, or the same one with the reason why the search ends. It
+    /// converges if the Gauss-Newton step is negligible, or small enough to be taken without evaluation (`is_last`). A
+    /// step below the resolution of the cost is taken if it shrinks and the cost rises by no more than rounding. Else
+    /// the damping is raised until a step lowers the cost; the search converges there at a corner (header). Without
+    /// such a step it ends: with the problem's error if the last trial failed, converged within rounding, else by a
+    /// `SolverExit`.
     fn next_iter(
         &mut self,
         problem: &mut Problem<O>,

@@ -92,7 +92,9 @@ impl Linearized {
         }
     }
 
-    /// The step within bounds for this damping, without a limit on its change of the model. `None` if it is not finite.
+    /// The step within bounds for this damping, without a limit on its change of the model. All free unknowns are
+    /// solved for; those outside their bounds stop there, and the others are solved for again. Unknowns held at a bound
+    /// have a step of zero. `None` if a solution is not finite.
     fn bounded(
         &self,
         x: &[f64],

@@ -1,10 +1,11 @@
 //! Numerical methods that do not depend on rods.
 //!
 //! Numbers: the trait [`Scalar`](scalar::Scalar), SIMD vectors of it, out-of-line numbers, lanes, error bounds of
-//! derivatives, and vectors of three components. Symmetric matrices: band and envelope storage with `L D L^T` factors,
-//! prescribed unknowns, and the Lanczos method. Signals: Hermite interpolation in time, power spectra, and noise
-//! estimates. Nonlinear least squares: the Levenberg-Marquardt method. Here are an integer with the order of
-//! floating-point numbers, and the median.
+//! derivatives, sine and cosine, vectors of three components, and rotations. Symmetric matrices: band and envelope
+//! storage with `L D L^T` factors, an envelope with `L U` factors, prescribed unknowns, and the Lanczos method.
+//! Signals: Hermite interpolation in time, power spectra, and noise estimates. Nonlinear least squares: the
+//! Levenberg-Marquardt method. This file itself has `total_order` (an integer with the order of floating-point numbers)
+//! and `upper_median`.
 
 pub mod banded;
 pub mod envelope;
@@ -37,7 +38,8 @@ pub fn total_order(x: f64) -> i64 {
     bits ^ ((bits >> 63).cast_unsigned() >> 1).cast_signed()
 }
 
-/// The median of `values`: the larger of the two middle ones of an even number; none without values.
+/// The median of `values`: the larger of the two middle ones of an even number; `None` without values. NaN is sorted as
+/// by [`f64::total_cmp`].
 pub(crate) fn upper_median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by_cached_key(|x| total_order(*x));

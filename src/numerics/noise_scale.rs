@@ -209,9 +209,10 @@ fn sufficient_order(all: &[DifferenceVariance]) -> Option<usize> {
     Some(all.windows(2).position(|pair| !falls(pair)).unwrap_or(highest))
 }
 
-/// Ratio of the standard deviation from every second sample (`thinned`) to that from all, at the sufficient order of the
-/// thinned differences. `None` if it is not significantly above 1 ([`OVERSAMPLING_LEVEL`]), if the signal leaks into the
-/// thinned differences ([`LEAKAGE_DECREASE`]), or if a list has no such order.
+/// Ratio of the standard deviation from every second sample (`thinned`) to that from all, at the sufficient order of
+/// the thinned differences. `None` if its logarithm is below [`OVERSAMPLING_LEVEL`] standard errors, or if a list has
+/// no such order. Also if the signal leaks: the order is the last one, with a variance below [`LEAKAGE_DECREASE`] of
+/// the one before.
 fn oversampling(all: &[DifferenceVariance], thinned: &[DifferenceVariance]) -> Option<f64> {
     let chosen = sufficient_order(thinned)?;
     let (thin, full) = (&thinned[chosen], all.get(chosen)?);

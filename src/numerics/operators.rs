@@ -11,6 +11,7 @@
 macro_rules! derived_operators {
     (@assign [$($parameters:tt)*] $Number:ty, $Other:ty, $Assign:ident $name:ident $operator:tt) => {
         impl<$($parameters)*> std::ops::$Assign<$Other> for $Number {
+            /// Replaces the number by the result of the operator with `other`.
             #[inline(always)]
             fn $name(&mut self, other: $Other) {
                 *self = *self $operator other;

@@ -17,7 +17,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 pub struct OutOfLine<D>(pub D);
 
 impl<D: Scalar> From<f64> for OutOfLine<D> {
-    /// The number `x` with derivatives of zero.
+    /// The constant `x`: derivatives are zero.
     fn from(x: f64) -> Self {
         Self(D::from(x))
     }
@@ -28,6 +28,7 @@ macro_rules! operators {
     ($($operator:ident $name:ident;)*) => {$(
         impl<D: Scalar> $operator for OutOfLine<D> {
             type Output = Self;
+            /// The result of the operator, by a function call.
             #[inline(always)]
             fn $name(self, other: Self) -> Self {
                 // By reference: an argument passed by value would be copied first.
@@ -40,6 +41,7 @@ macro_rules! operators {
         }
         impl<D: Scalar> $operator<f64> for OutOfLine<D> {
             type Output = Self;
+            /// The result of the operator with a constant, by a function call.
             #[inline(always)]
             fn $name(self, other: f64) -> Self {
                 #[inline(never)]
@@ -56,7 +58,7 @@ derived_operators!([D: Scalar] OutOfLine<D>);
 
 impl<D: Scalar> Neg for OutOfLine<D> {
     type Output = Self;
-    /// The number with the opposite sign.
+    /// The number with the opposite value and derivatives, by a function call.
     #[inline(always)]
     fn neg(self) -> Self {
         #[inline(never)]
@@ -77,6 +79,7 @@ impl<D: Scalar> PartialOrd for OutOfLine<D> {
 macro_rules! functions {
     ($($name:ident)*) => {
         $(#[inline(always)]
+        /// The function of this name of the number inside, by a function call.
         fn $name(self) -> Self {
             #[inline(never)]
             fn called<D: Scalar>(x: &D) -> D {
@@ -123,7 +126,7 @@ impl<D: Scalar> SimdScalar<D> for OutOfLine<D> {
     fn gather((): (), mut of: impl FnMut(usize) -> D) -> Self {
         Self(of(0))
     }
-    /// The number of one lane.
+    /// The number inside, whatever the index: there is one lane.
     #[inline(always)]
     fn lane(&self, _: usize) -> D {
         self.0

@@ -1,13 +1,15 @@
-//! Rotations in space by rotation vectors: the exponential map, its tangent map, and the logarithm (Simo and Vu-Quoc 1988,
-//! doi:10.1016/0045-7825(88)90073-4).
+//! Rotations in space by rotation vectors: the exponential map, its tangent map, and the logarithm (Simo and Vu-Quoc
+//! 1988, doi:10.1016/0045-7825(88)90073-4), and small operations on matrices of three rows.
 //!
-//! The rotation vector `r`, rad, belongs to the rotation `exp(r)`. A change `dr` of the vector is followed by the rotation
+//! The rotation vector `r`, rad, belongs to the rotation `exp(r)`. A change `dr` of the vector is followed by the
+//! rotation
 //!
 //! ```text
 //! exp(r + dr) = exp(r) exp(T dr),    T = 1 - a r x + b r x r x,    a = (1 - cos s)/s^2,  b = (s - sin s)/s^3,  s = |r|,
 //! ```
 //!
-//! so that `T dr` is the rotation in the turned axes.
+//! so that `T dr` is the rotation in the turned axes. Rotation matrices have the turned axes in their columns. All
+//! functions but `rotation_vector` take numbers with derivatives. Bodies and joints of assemblies use them.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{
@@ -37,7 +39,7 @@ const ARC_SINE: [f64; 10] = [
     34_459_425.0 / 3_530_096_640.0,
 ];
 
-/// The identity.
+/// The identity matrix of three rows.
 pub fn identity<D: Scalar>() -> Matrix3<D> {
     components_of(|i, j| D::from(f64::from(i == j)))
 }
@@ -48,7 +50,7 @@ pub fn components_of<D: Scalar>(entry: impl Fn(usize, usize) -> D) -> Matrix3<D>
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(i, j)))
 }
 
-/// `m v`.
+/// The product `m v` of a matrix and a vector.
 #[inline(always)]
 pub fn times<D: Scalar>(m: &Matrix3<D>, v: Vector<D>) -> Vector<D> {
     [dot(m[0], v), dot(m[1], v), dot(m[2], v)]
@@ -60,36 +62,37 @@ pub fn transposed_times<D: Scalar>(m: &Matrix3<D>, v: Vector<D>) -> Vector<D> {
     components(|c| m[0][c] * v[0] + m[1][c] * v[1] + m[2][c] * v[2])
 }
 
-/// `a b`.
+/// The matrix product `a b`.
 pub fn product<D: Scalar>(a: &Matrix3<D>, b: &Matrix3<D>) -> Matrix3<D> {
     components_of(|i, j| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j])
 }
 
-/// The transpose.
+/// The transpose of `m`.
 pub fn transpose<D: Scalar>(m: &Matrix3<D>) -> Matrix3<D> {
     components_of(|i, j| m[j][i])
 }
 
-/// Column `j`.
+/// Column `j` of `m`, from 0 on.
 #[inline(always)]
 pub fn column<D: Scalar>(m: &Matrix3<D>, j: usize) -> Vector<D> {
     [m[0][j], m[1][j], m[2][j]]
 }
 
-/// The matrix of the cross product with `v` on the left.
+/// The skew matrix `M` of the vector `v = [x, y, z]` with `M u = v x u` for every `u`.
 pub fn cross_matrix<D: Scalar>([x, y, z]: Vector<D>) -> Matrix3<D> {
     let zero = D::from(0.0);
     [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
 }
 
-/// The inverse, by cofactors.
+/// The inverse of `m` by cofactors over the determinant; entries are not finite for a singular matrix.
 pub fn inverse<D: Scalar>(m: &Matrix3<D>) -> Matrix3<D> {
     let rows = [cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])];
     let by = dot(m[0], rows[0]).recip();
     components_of(|i, j| rows[j][i] * by)
 }
 
-/// A nearly orthogonal matrix with orthonormal columns, the third one along the cross product of the others.
+/// The matrix with orthonormal columns nearly those of `m` (Gram-Schmidt): the first one made a unit vector, the second
+/// one made orthogonal to it, the third one their cross product.
 pub fn orthonormal<D: Scalar>(m: &Matrix3<D>) -> Matrix3<D> {
     let first = unit(column(m, 0));
     let second = column(m, 1);
@@ -97,12 +100,12 @@ pub fn orthonormal<D: Scalar>(m: &Matrix3<D>) -> Matrix3<D> {
     transpose(&[first, second, cross(first, second)])
 }
 
-/// The rotation by a rotation vector, rad.
+/// The rotation matrix of the rotation vector `r`, rad, by Rodrigues' formula; the identity for zero.
 pub fn exponential<D: Scalar>(r: Vector<D>) -> Matrix3<D> {
     transpose(&identity::<D>().map(|axis| rotate(r, axis)))
 }
 
-/// `sum (-1)^k x^k / (2k + first)!`, or its derivative by `x`.
+/// The sum of `(-1)^k x^k/(2k + first)!` over `k` below [`TERMS`], or its derivative by `x`.
 fn alternating_series<D: Scalar>(x: D, first: usize, is_derivative: bool) -> D {
     let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
     let coefficient = |k: usize| {
@@ -113,7 +116,8 @@ fn alternating_series<D: Scalar>(x: D, first: usize, is_derivative: bool) -> D {
     (least..TERMS).rev().fold(D::from(0.0), |sum, k| sum * x + coefficient(k))
 }
 
-/// The coefficients `a` and `b` of the tangent map, and their derivatives by the square of the angle, doubled.
+/// `[a, b, 2 da/dx, 2 db/dx]` with the coefficients of the tangent map at the squared angle `x = square`. By series
+/// below [`SERIES_BELOW`], else by the formulas of the header.
 fn coefficients<D: Scalar>(square: D) -> [D; 4] {
     if square.value() < SERIES_BELOW {
         let double = |first: usize| alternating_series(square, first, true) * 2.0;
@@ -131,14 +135,15 @@ fn coefficients<D: Scalar>(square: D) -> [D; 4] {
     ]
 }
 
-/// The tangent map `T` at a rotation vector, rad.
+/// The tangent map `T = 1 - a r x + b r x r x` at the rotation vector `r`, rad.
 pub fn tangent_map<D: Scalar>(r: Vector<D>) -> Matrix3<D> {
     let [a, b, ..] = coefficients(dot(r, r));
     let (once, twice) = (cross_matrix(r), product(&cross_matrix(r), &cross_matrix(r)));
     components_of(|i, j| twice[i][j] * b - once[i][j] * a + f64::from(i == j))
 }
 
-/// The symmetric part of the derivative of `T' u` by the rotation vector: second derivatives of `u.log(exp(-r) exp(r + dr))`.
+/// The symmetric part of the derivative of `T(r)' u` by the rotation vector `r`, rad, at a fixed vector `u`. It equals
+/// the second derivatives of `u.log(exp(-r) exp(r + dr))` by `dr`.
 pub fn tangent_map_slope<D: Scalar>(r: Vector<D>, u: Vector<D>) -> Matrix3<D> {
     let [a, b, da, db] = coefficients(dot(r, r));
     let (across, twice) = (cross(r, u), cross(r, cross(r, u)));
@@ -152,7 +157,8 @@ pub fn tangent_map_slope<D: Scalar>(r: Vector<D>, u: Vector<D>) -> Matrix3<D> {
     components_of(|i, j| (columns[i][j] + columns[j][i]) * 0.5)
 }
 
-/// The rotation vector of a rotation by less than half a turn, rad.
+/// The rotation vector, rad, of the rotation matrix `m` by less than half a turn. It loses digits towards half a turn
+/// and is not finite there.
 pub fn logarithm<D: Scalar>(m: &Matrix3<D>) -> Vector<D> {
     let cosine = (m[0][0] + m[1][1] + m[2][2] - 1.0) * 0.5;
     let half_cosine = ((cosine + 1.0) * 0.5).sqrt();
@@ -168,7 +174,7 @@ pub fn logarithm<D: Scalar>(m: &Matrix3<D>) -> Vector<D> {
     scale(axis, quotient * 2.0)
 }
 
-/// The rotation vector of any rotation, rad, up to half a turn, in plain numbers.
+/// The rotation vector of any rotation matrix, rad, of length up to half a turn, in plain numbers.
 pub fn rotation_vector(m: &Matrix3<f64>) -> Vector<f64> {
     let matrix = nalgebra::Matrix3::from_fn(|i, j| m[i][j]);
     nalgebra::Rotation3::from_matrix_unchecked(matrix).scaled_axis().into()

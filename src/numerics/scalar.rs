@@ -152,6 +152,7 @@ pub trait Scalar:
 macro_rules! num_dual_functions {
     ($($name:ident)*) => {
         $(#[inline]
+        /// The function of this name of num-dual, with its derivatives.
         fn $name(self) -> Self {
             DualNum::$name(&self)
         })*
@@ -205,7 +206,7 @@ pub trait SimdScalar<D>: Scalar {
     /// The number of the lane `lane`.
     fn lane(&self, lane: usize) -> D;
 
-    /// The numbers of lane `lane` of each of the `N` vectors, as an array.
+    /// The array of the `N` numbers that lane `lane` has in each of the vectors `all`, in their order.
     #[inline(always)]
     fn extract_lane<const N: usize>(all: &[Self; N], lane: usize) -> [D; N]
     where

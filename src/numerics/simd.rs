@@ -81,7 +81,7 @@ impl<L: Level> SimdScalar<f64> for SimdF64<L> {
     type Level = L;
     const LANES: usize = L::F64_LANES;
 
-    /// The vector with `of(lane)` in each lane.
+    /// The vector with `of(lane)` in each lane, called from lane 0 on.
     #[inline(always)]
     fn gather(level: L, mut of: impl FnMut(usize) -> f64) -> Self {
         let mut numbers = level.splat_f64s(0.0);
@@ -125,6 +125,7 @@ macro_rules! operators {
     ($($operator:ident $name:ident $instruction:ident;)*) => {$(
         impl<L: Level> $operator for SimdF64<L> {
             type Output = Self;
+            /// The result of the operator lane by lane, by one vector instruction.
             #[inline(always)]
             fn $name(self, other: Self) -> Self {
                 let Self { level, numbers } = self;
@@ -133,6 +134,7 @@ macro_rules! operators {
         }
         impl<L: Level> $operator<f64> for SimdF64<L> {
             type Output = Self;
+            /// The result of the operator with `other` in every lane.
             #[inline(always)]
             fn $name(self, other: f64) -> Self {
                 $operator::$name(self, Self::splat(self.level, other))
@@ -165,6 +167,7 @@ impl<L: Level> PartialOrd for SimdF64<L> {
 macro_rules! lane_by_lane {
     ($($name:ident)*) => {
         $(#[inline]
+        /// The function of this name of the standard library, lane by lane.
         fn $name(self) -> Self {
             self.map_lanes(f64::$name)
         })*
@@ -366,7 +369,8 @@ impl PairLevel for pulp::x86::V3 {
     }
 }
 
-/// Instruction set of the sweeps on this processor: `avx2` with four `f64` per register, or `scalar`.
+/// Instruction set of the sweeps on this processor, detected at run time: `avx2` with four `f64` per register, or
+/// `scalar`.
 pub fn simd_level() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     if pulp::x86::V3::is_available() {

@@ -1,8 +1,9 @@
 //! Power spectrum of a sampled signal by harmonics of its even extension (a discrete cosine transform of type I).
 //!
-//! [`harmonic_variances`] returns the variance of each harmonic of a signal on a uniform grid, for the bandwidth of
-//! recorded motions. The even extension is continuous, so that a signal that ends elsewhere than it begins leaks with the
-//! fourth power of the frequency only; a periodic extension leaks with the second.
+//! [`harmonic_variances`] returns the variance of each harmonic of a signal on a uniform grid of a power of two of
+//! intervals, for the bandwidth of recorded motions. Harmonic `k` has `k/2` periods over the signal. The even extension
+//! is continuous, so that a signal that ends elsewhere than it begins leaks with the fourth power of the frequency
+//! only; a periodic extension leaks with the second.
 
 use std::f64::consts::PI;
 
@@ -15,9 +16,9 @@ pub(crate) fn intervals(samples: usize) -> usize {
     samples.saturating_sub(1).next_power_of_two().clamp(8, MOST_INTERVALS)
 }
 
-/// Variances of the harmonics 1, 2, .. of the even extension of a signal on a uniform grid with a power of two of
-/// intervals, ends included, in the squared unit of the signal; as many as intervals. Harmonic `k` has `k/2` periods over
-/// the signal. Their sum is the variance of the even extension (Parseval).
+/// Variances of the harmonics 1, 2, .. of the even extension of a signal, in the squared unit of the signal, as many as
+/// intervals. The signal has both ends of a uniform grid with a power of two of intervals. Harmonic `k` has `k/2`
+/// periods over it. The sum is the variance of the even extension (Parseval). Panics without intervals.
 pub(crate) fn harmonic_variances(signal: &[f64]) -> Vec<f64> {
     let intervals = signal.len() - 1;
     let extended = signal.iter().chain(signal[1..intervals].iter().rev());

@@ -61,7 +61,8 @@ pub trait Tangent<D: Scalar>: Clone + Debug + Send + Sync {
     /// proportional to it.
     fn absolute_product(&self, x: &[D], out: &mut [f64]);
 
-    /// The residual `b - A x` over the rows and columns of `range`, one number per row; unknowns outside of it count as zero.
+    /// The residual `b - A x`, one number per row of `range`, from its first row on. `x` and `b` are indexed like the
+    /// whole matrix; unknowns outside of the range count as zero.
     fn residual(&self, range: Range<usize>, x: &[D], b: &[D]) -> Vec<D> {
         let row = |i: usize| {
             let coupled = self.coupled(i, range.end);

@@ -123,7 +123,7 @@ impl<const N: usize> Terms<N> {
     }
 }
 
-/// The `N` by `N` matrix with `entry(row, column)`.
+/// The `N` by `N` matrix, by its rows, with `entry(row, column)` at each place.
 fn table<const N: usize>(entry: impl Fn(usize, usize) -> f64) -> [[f64; N]; N] {
     let mut rows = [[0.0; N]; N];
     for (i, row) in rows.iter_mut().enumerate() {
@@ -145,21 +145,25 @@ const LINEAR: Partials = Partials { first: [1.0; 2], second: [0.0; 3], third: [0
 
 impl<const N: usize> Add for Terms<N> {
     type Output = Self;
-    /// The sum, whose absolute terms are the sums of those of both numbers.
+    /// The sum of the values. Absolute terms of derivatives, and sizes of rounding errors, are the sums of those of
+    /// both numbers.
     fn add(self, other: Self) -> Self {
         self.chain2(&other, self.value + other.value, LINEAR)
     }
 }
 impl<const N: usize> Sub for Terms<N> {
     type Output = Self;
-    /// The difference, whose absolute terms are the sums of those of both numbers.
+    /// The difference of the values. Absolute terms of derivatives are the sums (not differences) of those of both
+    /// numbers.
     fn sub(self, other: Self) -> Self {
         self.chain2(&other, self.value - other.value, LINEAR)
     }
 }
 impl<const N: usize> Mul for Terms<N> {
     type Output = Self;
-    /// The product, with the absolute terms of the product rule.
+    /// The product `a b`: its value, and for each first and second derivative the sum of the absolute terms of the
+    /// product rule, for example `|b| a_i + |a| b_i`. `a_i` and `b_i` are such sums too: there are no derivatives with
+    /// signs.
     fn mul(self, other: Self) -> Self {
         let (a, b) = (self.value, other.value);
         let partials = Partials { first: [b, a], second: [0.0, 1.0, 0.0], third: [0.0; 4] };
@@ -168,7 +172,9 @@ impl<const N: usize> Mul for Terms<N> {
 }
 impl<const N: usize> Div for Terms<N> {
     type Output = Self;
-    /// The quotient, with the absolute terms of the quotient rule.
+    /// The quotient `a/b`: its value, and for each first and second derivative the sum of the absolute terms of the
+    /// quotient rule, for example `|1/b| a_i + |a/b^2| b_i`. `a_i` and `b_i` are such sums too: there are no
+    /// derivatives with signs.
     fn div(self, other: Self) -> Self {
         let (a, b) = (self.value, other.value);
         // Derivatives of a/b by a and b: 1/b, -a/b^2, and so on; signs do not matter for bounds.
@@ -183,7 +189,7 @@ impl<const N: usize> Div for Terms<N> {
 }
 impl<const N: usize> Neg for Terms<N> {
     type Output = Self;
-    /// The number with the opposite sign and the same absolute terms.
+    /// The number with the opposite value and the same absolute terms.
     fn neg(self) -> Self {
         // Terms are absolute values.
         Self { value: -self.value, ..self }
@@ -199,7 +205,8 @@ impl<const N: usize> Add<f64> for Terms<N> {
 }
 impl<const N: usize> Sub<f64> for Terms<N> {
     type Output = Self;
-    /// The difference from a constant, with the terms of the sum.
+    /// The difference from a constant: absolute terms of derivatives stay, and the rounding error of the value includes
+    /// the constant.
     fn sub(self, other: f64) -> Self {
         self + -other
     }
@@ -230,6 +237,7 @@ impl<const N: usize> PartialOrd for Terms<N> {
 /// Functions of one number, with the derivatives of num-dual.
 macro_rules! functions {
     ($($name:ident)*) => {
+        /// The function of this name of the value, with the absolute terms of the chain rule.
         $(fn $name(self) -> Self {
             self.chain(|x| x.$name())
         })*
@@ -245,15 +253,16 @@ impl<const N: usize> Scalar for Terms<N> {
     }
     functions!(recip sqrt exp ln sin cos tan asin acos atan sinh cosh tanh);
 
-    /// The whole power `n`, with the terms of its derivatives.
+    /// The whole power `n` of the value, with the absolute terms of the chain rule for both orders of derivatives.
     fn powi(self, n: i32) -> Self {
         self.chain(|x| Scalar::powi(x, n))
     }
-    /// The power `n`, for positive numbers, with the terms of its derivatives.
+    /// The power `n` of a positive value, with the absolute terms of the chain rule for both orders of derivatives.
     fn powf(self, n: f64) -> Self {
         self.chain(|x| Scalar::powf(x, n))
     }
-    /// Angle of the point (`x`, `self`) in rad, in (-pi, pi], with the terms of its derivatives.
+    /// Angle of the point (`x`, `self`) in rad, in (-pi, pi], with the absolute terms of the chain rule for both orders
+    /// of derivatives. Third derivatives, for the floor, are bounded by `2/r^3`.
     fn atan2(self, x: Self) -> Self {
         let (y, x_) = (self.value, x.value);
         let by_rr = 1.0 / (x_ * x_ + y * y);

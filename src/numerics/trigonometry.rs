@@ -35,7 +35,7 @@ const COS: [f64; 6] = [
     4.166_666_666_666_66e-2,
 ];
 
-/// The polynomial with these coefficients, highest power first, at `x` (Horner).
+/// The polynomial of fifth degree with these six coefficients, highest power first, at `x` (Horner).
 #[inline(always)]
 fn polynomial<D: Scalar>(coefficients: &[f64; 6], x: D) -> D {
     let [first, rest @ ..] = coefficients;

@@ -8,8 +8,8 @@ use crate::numerics::scalar::Scalar;
 /// A vector, by its x, y and z components.
 pub type Vector<D> = [D; 3];
 
-/// The array with `component(i)` at index `i`. `std::array::from_fn` instantiates several functions for every length and
-/// closure; this compiles to one inlined loop.
+/// The array of `N` numbers with `component(i)` at index `i`, called in ascending order. `std::array::from_fn`
+/// instantiates several functions for every length and closure; this compiles to one inlined loop.
 #[inline(always)]
 pub fn components<D: Copy + From<f64>, const N: usize>(
     mut component: impl FnMut(usize) -> D,

@@ -1,8 +1,10 @@
 //! Charts under construction: series of data in SI units, axes, legend and CSV. `drawing` renders them as SVG.
 //!
-//! A builder adds lines, dots, bands, bars and reference lines. Values are divided by the factor of their axis' unit;
-//! values that are not finite, or not positive on a logarithmic axis, are left out. Each named series enters the legend and
-//! the CSV file; unnamed ones are decoration. Series of more than `MAX_POINTS` points are thinned out evenly.
+//! A builder adds lines, dots, intervals (bands along y, bars along x), stems and reference lines. Values are divided by the
+//! factor of their axis' unit, except for horizontal reference lines and shaded bands, which are in that unit already. Points
+//! that are not finite, or not positive on a logarithmic axis, are left out. Named lines and dots enter the legend and the
+//! CSV file, series with intervals the CSV file only; unnamed ones are decoration. Series of more than `MAX_POINTS` points
+//! are thinned out evenly.
 
 use crate::page::csv::csv_link;
 use crate::page::html::escaped;
@@ -134,7 +136,7 @@ impl PageChart {
         Self { row_names: names, ..self }
     }
 
-    /// Extends the range of the x axis to these SI values.
+    /// Extends the range of the x axis to these SI values, without drawing; those that cannot be drawn have no effect.
     pub fn covering(mut self, values: impl IntoIterator<Item = f64>) -> Self {
         let factor = self.axes[0].factor;
         values.into_iter().for_each(|x| self.axes[0].include(x / factor));
@@ -267,7 +269,7 @@ impl PageChart {
         self
     }
 
-    /// An HTML link to the plotted data as a CSV file with this name; empty without data.
+    /// An HTML link to the data of all named series and intervals as a CSV file with this name; empty without such data.
     pub fn csv(&self, name: &str) -> String {
         let labels = self.axes.each_ref().map(|axis| &axis.label[..]);
         match self.data.is_empty() {
@@ -325,8 +327,10 @@ impl PageChart {
         kept
     }
 
-    /// The range of the axis 0 (x) or 1 (y) in its unit with a margin of a few per cent, never without extent. A
-    /// logarithmic axis has at most [`DECADES`] decades; a y axis with names has no margin.
+    /// The range of the axis 0 (x) or 1 (y) in its unit with a margin, never without extent. The margin is 5 % of the range
+    /// at each end, 2 % on an x axis without equal scales; a y axis with names has none. Without extent it is 10 % of the
+    /// value, at least 1. A logarithmic axis has at most [`DECADES`] decades, and a factor of the ratio to the power 0.05, at
+    /// least 1.1, as margin.
     pub fn padded_range(&self, axis: usize) -> [f64; 2] {
         let ChartAxis { range: [low, high], is_log, .. } = self.axes[axis];
         if is_log {

@@ -139,7 +139,8 @@ impl<'a> ComparedParameter<'a> {
         self.estimates.len() > MAX_NAMED || names.len() < self.estimates.len()
     }
 
-    /// The HTML table with estimate, standard error, quoted interval, unit and grade of every fit; rows beyond
+    /// The HTML table with name, estimate, standard error, quoted interval, unit and grade of every fit that has the
+    /// parameter. All numbers have one unit. Names have the number of the fit if the plot has numbers. Rows beyond
     /// [`SHOWN_FITS`] are folded.
     fn table(&self) -> String {
         let has_numbers = self.has_numbers();

@@ -1,9 +1,9 @@
 //! The section "Correlation matrix": correlation coefficients of the parameters, and singular values of the scaled
 //! Jacobian.
 //!
-//! Cells are colored by sign and size. The ratio of the largest to the smallest singular value is the condition number of
-//! the fit: a large one shows combinations of parameters that the data hardly determine. Pages of fits and designs use
-//! it; output is HTML.
+//! Cells are colored by sign and size. The Jacobian has columns of unit length. The ratio of its largest to its smallest
+//! singular value is the condition number: a large one shows combinations of parameters that the data hardly determine. Pages
+//! of fits and designs use it; output is HTML.
 
 use crate::fit::Estimate;
 use crate::page::html::note;

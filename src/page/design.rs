@@ -127,9 +127,9 @@ fn wording(variable: DesignVariable) -> [&'static str; 3] {
     }
 }
 
-/// The figure of the standard errors over one design variable, relative to those of the plan, a line per parameter, with
-/// a folded table of their values (HTML). The plan is a dashed line, the recommended choice in the caption. Empty if no
-/// choice determines any parameter.
+/// The figure (HTML) of the standard errors over one design variable, relative to those of the plan, with a line per
+/// parameter. A folded table has their values. Both axes are logarithmic, except that of the marker position. The plan is a
+/// dashed line, the recommended choice in the caption. Empty if no choice determines any parameter.
 fn choice(advice: &Advice, design: &Design) -> String {
     let Advice { variable, choices, observation, .. } = advice;
     if choices.iter().flat_map(|choice| &choice.std_error).all(Option::is_none) {

@@ -39,8 +39,9 @@ pub(super) fn svg(chart: &PageChart) -> String {
     inline_svg(&SvgBackend::default().render_scene(&scene(chart)))
 }
 
-/// The layout of a chart for kuva: ranges, size, margins, ticks and labels of its axes. Names of rows replace the label
-/// and numbers of the y axis, and widen the left margin.
+/// The layout of a chart for kuva: ranges, size, margins, ticks and labels of its axes. Names of rows replace the label and
+/// numbers of the y axis, and widen the left margin. Ticks are about 6, or 4 up to a height of [`LOW_HEIGHT`], and 3 beside
+/// names of rows. Scales may be logarithmic, or equal for both axes.
 fn layout(chart: &PageChart) -> Layout {
     let [x, y] = &chart.axes;
     let [[left, right], [low, high]] = [0, 1].map(|axis| chart.padded_range(axis));

@@ -87,7 +87,7 @@ impl Scale {
     }
 }
 
-/// An SI value in three significant digits with its unit, prefixed by the size; a dash unless it is finite.
+/// An SI value in three significant digits with its unit, prefixed by the size; a dash and the unit unless it is finite.
 pub(super) fn quantity(value: f64, unit: &str) -> String {
     let scale = Scale::for_size(value, unit);
     format!("{} {}", three_digits(value / scale.factor), scale.unit).trim_end().to_string()

@@ -133,8 +133,9 @@ fn drawn_series(series: &[Series]) -> Vec<&Series> {
     ranked.into_iter().map(|i| &series[i]).collect()
 }
 
-/// The charts of one coordinate (data and model, residuals over sigma, autocorrelation) and the HTML of its `tests` below
-/// the last one. Mode and reading numbers have whole ticks.
+/// The charts of one coordinate (data and model, residuals over sigma, autocorrelation) and the HTML of its `tests` below the
+/// last one. The abscissa is time, arc length, or the number of a mode or reading, which has whole ticks. The model is a
+/// line, its stored curve if there is one, and dots over numbers. Residuals are model minus data, over a band of 2 sigma.
 fn coordinate(series: &Series, tests: &str) -> String {
     let (unit, quantity) = match series.abscissa {
         Abscissa::Time => ("s", "time"),

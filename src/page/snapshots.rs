@@ -27,9 +27,9 @@ pub(super) struct DrawnSnapshot<'a> {
     pub caption: String,
 }
 
-/// All snapshots projected on one plane, on one scale, as HTML, with a line that has the plane and the width of a
-/// drawing. `name` is that of the rod, as text; `key` explains the colors, in HTML. A note without finite points. Nodes
-/// that are not finite are left out.
+/// All snapshots projected on one plane, on one scale, as HTML, with a line that has the plane and the width of a drawing.
+/// The scale shows the whole width of the motion, and half its height if that is larger. `name` is that of the rod, as text;
+/// `key` explains the colors, in HTML. A note without finite points. Nodes that are not finite are left out.
 pub(super) fn strip(
     snapshots: &[DrawnSnapshot],
     plane: DrawingPlane,

@@ -134,7 +134,8 @@ struct Pose<D> {
 
 impl<D: Scalar> MovedEnd<D> {
     /// Sum of displacements, rotation vectors and twists of all motions of the end, each times its factor. `at` is a time or
-    /// a fraction of the approach to an equilibrium. Recorded displacements since t = 0 are added.
+    /// a fraction of the approach to an equilibrium. Recorded displacements since t = 0 are added at a time, not in an
+    /// approach.
     fn pose(&self, at: MotionTime<D>) -> Pose<D> {
         let zero = D::from(0.0);
         let mut pose = Pose { displacement: [zero; 3], rotation: [zero; 3], twist: zero };
@@ -332,7 +333,7 @@ impl BoundaryMotion {
 
     /// Number of stages, at least one, in which an equilibrium applies the motions of the ends to a rod of a `length`, m. Per
     /// stage an end moves by at most `LARGEST_SHIFT` lengths, `LARGEST_TURN` and `LARGEST_TWIST`. The motions are those at t
-    /// = 0, or after all ramps if `settled`.
+    /// = 0, or after all ramps if `settled`; recordings require no stages.
     ///
     /// # Errors
     /// More than `MOST_STAGES`.

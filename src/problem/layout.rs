@@ -140,7 +140,8 @@ pub(crate) struct StartAndLoads {
 ///
 /// # Errors
 ///
-/// A requested planar model that cannot represent the scene, keys that the chosen model cannot have, a missing shear modulus.
+/// Those of [`check_on_mesh`], and a requested planar model that cannot represent the scene. For a spatial one
+/// `supports.angle`, moments, and a missing shear modulus or Poisson's ratio.
 pub(crate) fn choose(
     scene: &Scene,
     mesh: &Mesh,

@@ -33,8 +33,8 @@ pub(crate) fn check_line_loads<D: Scalar>(
 }
 
 /// Forces of line loads on the nodes of a mesh, N in the world, without moments. Each loaded edge gives two entries, one for
-/// each of its nodes, so that a node may have several. Parts outside the rod, where a length or an end varies in a fit, carry
-/// no load.
+/// each of its nodes, so that a node may have several. The force on its loaded part is divided between both by the lever rule
+/// at the middle of that part. Parts outside the rod, where a length or an end varies in a fit, carry no load.
 pub(crate) fn line_loads<D: Scalar>(loads: &[LineForce<D>], mesh: &Mesh<D>) -> Vec<NodalLoad<D>> {
     let mut nodal = Vec::new();
     for load in loads {

@@ -137,9 +137,11 @@ impl Problem {
     }
 
     /// The problem of a validated scene, as in [`of`](Self::of). In this order: makes the default discretization explicit,
-    /// reads files, selects compliant clamps, builds the mesh, checks it, chooses the model and builds the setup. Errors,
-    /// without the file: edges of extreme length, natural curvature other than 1 of a straight rod, turns of half a turn or
-    /// more. Further ones are those of [`choose`], [`check_sizes`](Self::check_sizes) and [`check_own`](Self::check_own).
+    /// reads files, selects compliant clamps, builds the mesh, checks it, chooses the model and builds the setup. With a
+    /// problem `like`, its model is kept, and only the fit of the keys to the mesh is checked. Errors, without the file:
+    /// files that cannot be read, a missing number of edges, edges of extreme length. A natural curvature factor other than 1
+    /// of a straight rod, and joints that turn by half a turn or more, are errors too. Further ones are those of [`choose`],
+    /// [`check_sizes`](Self::check_sizes) and [`check_own`](Self::check_own).
     fn new(mut scene: Scene, varying: Vec<Parameter>, like: Option<&Self>) -> Result<Self, Error> {
         // The default becomes explicit, so that a saved scene stays the same under another
         // default.
@@ -190,8 +192,8 @@ impl Problem {
     }
 
     /// Builds the rod over `f64`. Rejects a joint of infinite natural curvature (a fold by 180 degrees), with its node.
-    /// Rejects axial, bending and twist stiffnesses, nodal masses and rotational inertias that are not positive normal
-    /// numbers in double precision.
+    /// Rejects axial, bending and (in space) twist stiffnesses, nodal masses and rotational inertias that are not positive
+    /// normal numbers in double precision. The error has the first such number, without its place.
     fn check_sizes(&self) -> Result<(), Error> {
         // All stiffnesses and masses of the rod, and its integrated natural curvatures.
         let (positive, natural): (Vec<f64>, Vec<f64>) = match self.discretized() {
@@ -432,9 +434,10 @@ impl Problem {
 
     /// The problem with other values of some parameters.
     ///
-    /// Model and layout are chosen again, since a section may not be square any more, or a rod may leave its plane. Mesh, step
-    /// and scheme stay the same, also if the program chose them; for another choice build the problem of the
-    /// [reopened](Scene::reopened) scene.
+    /// Model and layout are chosen again, since a section may not be square any more, or a rod may leave its plane. Mesh,
+    /// step and scheme stay the same, also if the program chose them; for another choice build the problem of the
+    /// [reopened](Scene::reopened) scene. Varying parameters and the estimated error are dropped; the way of differentiation
+    /// and the stop flag are kept.
     ///
     /// ```
     /// use rodfit::{Parameter, Scene};
@@ -501,7 +504,8 @@ impl Problem {
     /// The table `[time]` of the scene: duration, step and scheme.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a scene without it, and for steps that do not resolve the motion of the supports.
+    /// [`Error::Invalid`] for a scene without it, and for a step that does not resolve the motion of the supports. Also for a
+    /// support that is displaced from t = 0 on, without ramp or frequency, unless the motion starts in equilibrium.
     pub fn time(&self) -> Result<&Time, Error> {
         let (file, supports) = (self.scene.path.as_deref(), &self.scene.supports);
         if self.scene.initial.state != InitialState::Equilibrium {
@@ -538,9 +542,9 @@ impl<'a, M: Model> Discretized<'a, M> {
         self.model.frames(&self.setup.rest)
     }
 
-    /// Range of the indices of the free unknowns: all but those that supports hold at both ends, which are outermost.
-    /// Unknowns of inner nodes that a recording prescribes are part of it; see `prescribed`. Empty if
-    /// supports hold all.
+    /// Range of the indices of the free unknowns: all but those that supports hold at both ends, which are outermost. A
+    /// recorded end holds all its recorded nodes; in space with free twist only the position of the outermost one. Other
+    /// unknowns that a recording prescribes are part of the range; see `prescribed`. Empty if supports hold all.
     pub fn free(&self) -> Range<usize> {
         let (supports, dof) = (&self.problem.scene.supports, self.model.dof());
         let held = |end| match (supports.at(end), &supports.path) {

@@ -216,8 +216,8 @@ pub(crate) fn first_director<D: Scalar>(scene: &Scene<D>, nodes: &[Vector<D>]) -
 }
 
 /// Springs of internal friction of all joints, with the stiffness of `loads.damping.friction` as a fraction of that of the
-/// joint. The spring of joint `i` slips at the curvature of the scene times the tributary length of the joint and `times(i)`.
-/// None for a scene without friction.
+/// joint. The spring of joint `i` slips at the integrated curvature, rad, of `friction.curvature` times the tributary length
+/// of the joint and `times(i)`. None for a scene without friction.
 pub(crate) fn springs<D: Scalar, K, const S: usize>(
     scene: &Scene<D>,
     tributary: &TributaryLengths<D>,

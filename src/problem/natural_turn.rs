@@ -90,8 +90,9 @@ pub(crate) fn turning(scene: &Scene, rest: f64, length: f64) -> f64 {
 
 impl Problem {
     /// The warning, with its code, that a given mesh is too coarse for the natural curvature: a joint turns by more than
-    /// [`MAX_RESOLVED_TURN`]. It has the node, both angles and a sufficient number of edges. None for a mesh that the program
-    /// chose, which is as fine as the accuracy requires.
+    /// [`MAX_RESOLVED_TURN`]. It has the node, the natural angle k and the polygon's `2 atan(k/2)`, rad, and the number of
+    /// edges with half of [`MAX_RESOLVED_TURN`]. None for a mesh that the program chose, which is as fine as the accuracy
+    /// requires.
     pub(super) fn natural_turn_note(&self) -> Option<(Code, String)> {
         let turn = largest_turn(&self.scene, &self.mesh)?;
         let (LargestTurn { angle, node, .. }, segments) = (turn, self.segments());

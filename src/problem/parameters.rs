@@ -105,9 +105,10 @@ const TRACE_VISCOSITY: f64 = 1e-200;
 const ROLLER_ROUNDING: f64 = 1e-9;
 
 impl Problem {
-    /// The problem with the Kelvin-Voigt time [`TRACE_VISCOSITY`] in place of zero, if the `parameters` include such a time
-    /// and the rod is not viscous. Otherwise none. An elastic rod does not store its strain rates, so that the derivatives
-    /// would be lost. An error for a Kelvin-Voigt time that the scheme of the scene does not support.
+    /// The problem with the Kelvin-Voigt time [`TRACE_VISCOSITY`] in place of zero for the first such time among the
+    /// `parameters`, if the rod is not viscous. None for a viscous rod, and without such a parameter. Model and corrections
+    /// stay the same. An elastic rod does not store its strain rates, so that the derivatives would be lost. An error for a
+    /// Kelvin-Voigt time that the scheme of the scene does not support.
     pub(crate) fn with_trace_viscosity(
         &self,
         parameters: &[Parameter],
@@ -134,9 +135,9 @@ impl Problem {
 
     /// Rejects a parameter that the scene does not have, or that has no effect in it. These are Kelvin-Voigt times with a
     /// given scheme without viscosity, curvature factors of a straight rod, and compliances of unclamped ends. Rotations of
-    /// pinned ends and motions of recorded ends other than the twist have no effect either. Rejected are also parameters that
-    /// leave the plane of a planar model or rotate a roller. So are the clamp angle beside `initial.shape`, and clamp angle
-    /// and moments of spatial models.
+    /// pinned ends and motions of recorded ends other than the twist have no effect either. Rejected are also axial
+    /// compliances beside a stretch law that is not linear, and parameters that leave the plane of a planar model or rotate a
+    /// roller. So are the clamp angle beside `initial.shape`, and clamp angle and moments of spatial models.
     ///
     /// # Errors
     /// [`Error::Invalid`] with the reason.

@@ -1,9 +1,9 @@
 //! The planar model: a rod with stretch and bending in the plane of its scene.
 //!
-//! [`PlanarModel`] finds the plane of rest shape, loads and motions. It rejects scenes that leave the plane, with the key of
-//! the first such quantity. It selects the second moment of the section that resists bending in the plane. As a [`Model`] it
-//! builds the `PlanarRod` over any number type, with two coordinates per node, in the axes of the plane. With a roller, one
-//! of these axes lies along its direction.
+//! [`PlanarModel`] finds the plane of rest shape, initial shape, loads and motions. It rejects scenes that leave the plane,
+//! also by natural twist or bending or a user-defined energy, with the key of the first such quantity. It selects the second
+//! moment of the section that resists bending in the plane. As a [`Model`] it builds the `PlanarRod` over any number type,
+//! with two coordinates per node, in the axes of the plane. With a roller, one of these axes lies along its direction.
 
 use crate::energy::adapter::Chart;
 use crate::energy::{DeadMoment, PlanarBend, planar_bend};
@@ -53,7 +53,8 @@ impl PlanarModel {
     /// The planar model of a scene on its `mesh`. `start` has the nodes of the initial shape, m, if that is not the rest
     /// shape. The plane is found from nodes, forces, motions and moments of the scene ([`Plane::through`]). The error is a
     /// message with the key of the first quantity that leaves the plane, also a twist, natural bending or a user-defined
-    /// energy. A section whose principal axes are oblique to the plane is rejected too.
+    /// energy. A section whose principal axes are oblique to the plane is rejected too, unless both second moments are equal.
+    /// With a roller, the axes of the plane are rotated so that x (at the end) or y (at the start) lies along its direction.
     pub(crate) fn new(
         scene: &Scene,
         mesh: &Mesh,
@@ -110,7 +111,8 @@ impl PlanarModel {
         Ok(model)
     }
 
-    /// The model of one rod of a structure in the given `plane`, on its mesh. Only the orientation of its section is checked.
+    /// The model of one rod of a structure in the given `plane`, on its mesh. Only the orientation of its section is checked;
+    /// the axes are those of the plane.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a section whose bending leaves the plane.

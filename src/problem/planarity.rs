@@ -107,9 +107,9 @@ pub(super) fn rotations_about_rod<D: Scalar>(scene: &Scene<D>) -> Vec<(String, D
 
 /// Key of the first quantity that leaves the plane, or its normal, to first order along the derivatives of the scene; none if
 /// all stay. Checked are user-defined energies, then vectors, rest nodes and section, then twists. Energies are evaluated at
-/// displaced parameter values. Rates below [`ROUNDING`] of the fastest one, relative to the length of the vector, are
-/// ignored. `model` has the axes of the `plane`; `start` has the nodes of the initial shape, m, if that is not the rest
-/// shape.
+/// displaced parameter values. A rate leaves if its component out of the plane (or in it, of a normal vector) exceeds
+/// [`TOLERANCE`] of it. Rates below [`ROUNDING`] of the fastest one, relative to the length of the vector, are ignored.
+/// `model` has the axes of the `plane`; `start` has the nodes of the initial shape, m, if that is not the rest shape.
 pub(super) fn leaves_plane_to_first_order(
     model: &impl Model,
     plane: &Plane,

@@ -1,9 +1,10 @@
 //! The setup of a problem over any number type of its scene: mesh, rest shape, initial shape, and the rod with its loads and
 //! drag.
 //!
-//! [`Setup`] with dual numbers gives rods with derivatives by the scene's parameters. It distributes point loads and masses
-//! over the nodes next to them, adds the weight of masses, and attaches user-defined energies. [`between_markers`] returns
-//! the nodes of a rod along recorded markers. [`nodal`] and [`nodal_masses`] return loads and masses of nodes.
+//! [`Setup`] with dual numbers gives rods with derivatives by the scene's parameters. It distributes point loads over the
+//! nodes around them by cubic weights, and point masses with their weight over the two nodes next to them. It attaches
+//! user-defined energies. [`between_markers`] returns the nodes of a rod along recorded markers. [`nodal`] and
+//! [`nodal_masses`] return loads and masses of nodes.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -114,8 +115,9 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         model.add_moments(rod, &self.rest, loads);
     }
 
-    /// Forces and moments of a list on the nodes of the mesh, in world axes. It panics for a point outside the rod, which was
-    /// rejected before.
+    /// Forces and moments of a list on the nodes of the mesh, in world axes. Each is divided over the four nodes around its
+    /// point with cubic weights. In the edge of a clamp it is divided over two with linear ones; a node takes it alone. It
+    /// panics for a point outside the rod, which was rejected before.
     fn nodal(&self, points: &[PointForce<D>]) -> Vec<NodalLoad<D>> {
         nodal(points, "loads", &self.mesh).expect("checked when the model was chosen")
     }
@@ -159,7 +161,8 @@ pub(crate) fn between_markers<D: Scalar>(
 }
 
 /// Point loads distributed over the nodes of a mesh, in world axes. Each node of the stencil of a load gets its weight times
-/// force and moment. `table` is the key of their list, for the error of a load outside the rod.
+/// force and moment. The weights are cubic over the four nodes around the point, linear over two in the edge of a clamp, and
+/// 1 at a node. `table` is the key of their list, for the error of a load outside the rod.
 pub(crate) fn nodal<D: Scalar>(
     loads: &[PointForce<D>],
     table: &str,

@@ -47,8 +47,9 @@ struct SoftClamp<D> {
 }
 
 impl<D: Scalar> SoftClamps<D> {
-    /// Compliances of the clamps of a scene, each with the joint and edge on which it acts, on a mesh with `edges` edges.
-    /// Left out are ends without a clamp, and rigid clamps if `D` carries no derivatives.
+    /// Compliances of the clamps of a scene on a mesh with `edges` edges. Each acts on the outermost joint, and along the rod
+    /// on the edge next to the outermost one. Left out are ends without a clamp, and rigid clamps if `D` carries no
+    /// derivatives.
     pub fn new(scene: &Scene<D>, edges: usize) -> Self {
         let supports = &scene.supports;
         let of = |end: End| {

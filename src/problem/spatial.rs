@@ -201,7 +201,8 @@ impl Model for SpatialModel {
         rest.frames.clone()
     }
 
-    /// The frames, tangents, directors and reference twists, converted to the number type `D` without derivatives.
+    /// The frames (tangent and director of each edge, reference twist of each joint, rad), converted to the number type `D`
+    /// without derivatives.
     fn frames_over<D: Nestable>(frames: &Frames<f64>) -> Frames<D> {
         let over = |v: [f64; 3]| v.map(D::from);
         let edge = |frame: &EdgeFrame<f64>| EdgeFrame {

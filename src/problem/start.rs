@@ -191,7 +191,7 @@ impl<M: Model> Discretized<'_, M> {
         BoundaryMotion::new::<M>(ends.collect(), self.recorded())
     }
 
-    /// The three axes of the model as unit vectors of the world.
+    /// The three axes of the model as unit vectors of the world, one per entry; in a plane its x and y axes and its normal.
     fn model_axes(&self) -> [[f64; 3]; 3] {
         let columns = [0, 1, 2].map(|c| {
             self.model.components(std::array::from_fn(|k| if k == c { 1.0 } else { 0.0 }))

@@ -63,9 +63,9 @@ pub(crate) struct StrainGauge {
 }
 
 impl StrainGauge {
-    /// Gauge with the stress-free lengths and integrated curvatures of the rod of a problem, and the half thickness of every
-    /// joint over its length. In space curvatures are absolute values. None if recorded markers prescribe nodes, as their
-    /// distances have tracking errors.
+    /// Gauge with the stress-free lengths and integrated curvatures of the rod of a problem. For every joint it has half the
+    /// thickness over the mean length of its two edges. In space curvatures are absolute values. None if recorded markers
+    /// prescribe nodes, as their distances have tracking errors.
     pub fn new(problem: &Problem) -> Option<Self> {
         if problem.scene().supports.path.is_some() {
             return None;
@@ -96,9 +96,10 @@ impl StrainGauge {
         Some(Self { natural, slopes, places, normal, is_linear, lengths })
     }
 
-    /// Largest absolute strain of a rod with nodes at `position(i)`, m, with its kind and place. For an edge it is the
-    /// relative change of length, for a joint that of bending on the surface. `time`, s, is stored in the result; none for an
-    /// equilibrium.
+    /// Largest absolute strain of a rod with nodes at `position(i)`, m, with its kind and place. For a joint it is half the
+    /// thickness times the change of curvature. For an edge it is the relative change of length, which is compared only with
+    /// a linear law of the stretch. The place is the arc length of the joint, or of the first node of the edge. `time`, s, is
+    /// stored in the result; none for an equilibrium.
     pub fn largest(
         &self,
         position: impl Fn(usize) -> [f64; 3],

@@ -66,8 +66,9 @@ impl<D: Scalar> TributaryLengths<D> {
 
     /// Tributary lengths along arcs, without the parts of the outermost edges behind walls. The part of such an edge outside
     /// of its wall stretches with the next edge. If `arcs.joints` is set, second-order terms follow (see
-    /// [`crate::problem::model`]). Mass of the node next to a wall is moved to the one after it. Length is exchanged between
-    /// the first two joints, at most half of the second.
+    /// [`crate::problem::model`]), with the part `r` of the outermost edge outside of its wall and the next edge `b`. The
+    /// length `r/2` is moved from the node next to a wall to the one after it. With more than two edges, the first joint gets
+    /// `(r^2/2 - b^2/12)/b` of the second, at most half of it.
     pub fn corrected(arcs: Arcs<D>) -> Self {
         let mut line = Self::plain(arcs.lengths);
         for (end, behind) in arcs.behind.into_iter().enumerate() {

@@ -145,23 +145,25 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
 
     const HAS_FRAMES: bool = L::STRIDE > N;
 
-    /// Whether unknown `i` is an angle in rad, and not a length in m.
+    /// Whether unknown `i` is an angle in rad, and not a length in m: in space every fourth unknown (`i % 4 == 3`), in
+    /// the plane none.
     fn is_angle(i: usize) -> bool {
         i % L::STRIDE >= N
     }
 
-    /// A zero matrix with the sparsity pattern of the tangent.
+    /// A zero band matrix with a row for every unknown.
     fn zero_tangent(&self) -> Self::Tangent {
         PatternByOrder::zeros(self.mass.len())
     }
 
-    /// Lumped mass of every degree of freedom, kg (kg m^2 for angles).
+    /// Lumped mass of every unknown, kg (kg m^2 for angles), in their order.
     fn mass(&self) -> &[D] {
         &self.mass
     }
 
-    /// Overwrites `gradient` with the derivative of energy less loads by `q`, N (N m for angles): by the hand-derived
-    /// formulas or by num-dual.
+    /// Overwrites `gradient` with that of energy less work of loads and moments at `q`, N (N m for angles). Edges and
+    /// joints use num-dual for plain numbers with `Derivatives::Dual`, else the hand-derived formulas. Moments and
+    /// user-defined energies are included.
     fn gradient(
         &self,
         q: &[D],
@@ -186,7 +188,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.own.add_gradient(q, frames.edge_frames(), derivatives, gradient);
     }
 
-    /// Overwrites gradient, N, and tangent, N/m, of elastic energy less loads at `q`.
+    /// Overwrites gradient, N, and tangent, N/m, of energy less work of loads and moments at `q`, user-defined energies
+    /// included. `derivatives` selects as in `gradient`.
     fn tangent(
         &self,
         q: &[D],
@@ -223,12 +226,14 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         }
     }
 
-    /// Overwrites `geometry` with lengths, directions and strains of all edges and joints at `q`.
+    /// Resizes `geometry` and overwrites it with lengths, directions and strains of all edges and joints at `q`, as
+    /// plain numbers.
     fn measure(&self, q: &[D], frames: &Self::Frames, geometry: &mut Self::Geometry) {
         D::run_sweep(GeometrySweep { at: self.at(q, frames), geometry });
     }
 
-    /// Overwrites gradient, tangent and, for plain numbers only, the geometry, in one sweep.
+    /// Overwrites gradient, N, and tangent, N/m, at `q` and, over plain numbers only, the geometry, in one sweep.
+    /// Numbers with derivatives leave `geometry` unchanged.
     fn measured_tangent(
         &self,
         q: &[D],
@@ -243,8 +248,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.assemble(self.at(q, frames), derivatives, gradient, tangent, geometry);
     }
 
-    /// Overwrites `tangent` with the whole second derivative of the energy by edge vectors instead of node positions:
-    /// edge `j` has the rows and columns of node `j + 1`, and those of the first node are zero.
+    /// Overwrites `tangent` with the second derivatives of the energy by edge vectors and angles, N/m. Edge `j` has the
+    /// rows and columns of node `j + 1`; those of the first node's coordinates are zero. Constant moments are included,
+    /// user-defined energies are not.
     fn edge_tangent(
         &self,
         q: &[D],
@@ -263,8 +269,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.moments.add_edge_tangent(q, tangent);
     }
 
-    /// Moves the frames to `q` by parallel transport and overwrites `gradient` there, N; in one sweep with the
-    /// hand-derived formulas.
+    /// Moves the frames to `q` by parallel transport and overwrites `gradient` there, N (N m for angles), moments and
+    /// user-defined energies included. The hand-derived formulas do both in one sweep, which in space leaves out active
+    /// friction springs.
     fn moved_gradient(
         &self,
         q: &[D],
@@ -308,24 +315,27 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         (0..self.joint.len()).filter(sharp).find(|i| struck(*i)).map(|i| i + 1)
     }
 
-    /// The index of the first edge that turned by more than 45 degrees in a step from the unknowns `before` to `now`.
+    /// The index of the first edge that turned by more than 45 degrees in a step from the unknowns `before` to `now`;
+    /// `None` without one.
     fn over_rotated_edge(&self, before: &[D], now: &[D], _: &Self::Frames) -> Option<usize> {
         (0..self.stretch.len()).find(|i| turned_far(L::edge(before, *i), L::edge(now, *i)))
     }
 
-    /// The jump of the potential of the dead moments, J, over a step in which the angle of the first edge passes half a
-    /// turn; zero in every other step.
+    /// The jump of the potential of the constant moments, J, over a step in which the angle of the first edge passes
+    /// half a turn; zero in every other step and without moments.
     fn winding_jump(&self, before: &[D], now: &[D]) -> f64 {
         self.moments.jump(before, now)
     }
 
-    /// Name and arc length, m, of the first user-defined energy whose value or gradient at `q` is not finite.
+    /// Name and arc length, m, of the first user-defined energy whose value or gradient at `q` is not finite; `None` if
+    /// all are.
     fn non_finite_energy(&self, q: &[D], frames: &Self::Frames) -> Option<(String, f64)> {
         self.own.non_finite_energy(q, frames.edge_frames())
     }
 
-    /// The energies at `q`, J: stretching, bending, twisting, potential of loads and moments, user-defined. The kinetic
-    /// energy is zero.
+    /// The energies at `q`, J: stretching, bending, twisting, user-defined, and the potential of dead loads and
+    /// constant moments. The angle of a moment's edge is counted along the rod beyond half a turn. The kinetic energy
+    /// is zero, and energies of friction springs are left out.
     fn energies(&self, q: &[D], frames: &Self::Frames) -> Energies {
         let at = self.at(q, frames);
         let mut sums = D::run_sweep(Elastic { at });
@@ -349,7 +359,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         D::run_sweep(Strains { at: self.at(q, frames), edges, joints });
     }
 
-    /// A rod whose elements act as dashpots: no loads and natural strains, and strains stand for strain rates.
+    /// A copy whose elements act as dashpots: strains stand for strain rates. Natural strains, loads, moments,
+    /// user-defined energies and nonlinear parts of laws are removed; stiffnesses, masses and friction springs stay.
     fn dashpots(&self) -> Self {
         let mut rod = self.clone();
         let zero = D::from(0.0);
@@ -364,8 +375,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         rod
     }
 
-    /// Energies of stretching, bending and twisting, J, of the elastic elements at the given `strains` of all elements,
-    /// with natural strains taken as zero.
+    /// Energies of stretching, bending and twisting of the linear laws, J, at the `strains` of all elements (edges,
+    /// then joints), with natural strains taken as zero.
     fn strain_energies(&self, strains: &[D]) -> [D; 3] {
         let (stretch, joints) = strains.split_at(self.stretch.len());
         let mut energies = [D::from(0.0); 3];
@@ -377,8 +388,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         energies
     }
 
-    /// Overwrites the laws of all elements with those of the `elastic` rod under the `viscosity`: scaled stiffness,
-    /// shifted natural strain.
+    /// Overwrites the laws of all elements with those of the `elastic` rod under the `viscosity`: scaled stiffnesses
+    /// and shifted natural strains, with the stress `K (factor s - natural - shift)`.
     fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
         self.set_viscous_from(elastic, viscosity, 0);
     }
@@ -389,13 +400,14 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.set_dashpots_from(dashpots, viscosity, 0);
     }
 
-    /// The number of strains of bending and twisting with springs of internal friction: all or none.
+    /// The number of strains with springs of internal friction: `S` per joint, or zero without internal friction.
     fn sliding_strains(&self) -> usize {
         if self.sliders.is_some() { S * self.joint.len() } else { 0 }
     }
 
-    /// Activates the springs of internal friction for a step that began with the internal variables `before`, from the
-    /// stiffnesses of the `elastic` rod. `None` deactivates them. Without internal friction nothing changes.
+    /// Activates the springs of internal friction for a step that began with the strains `s0` and stretches `z0` of
+    /// `before`: the stretch without slip is `s - s0 + z0`. Stiffnesses are those of the `elastic` rod. `None`
+    /// deactivates the springs; without internal friction nothing changes.
     fn set_springs(&mut self, elastic: &Self, before: Option<&InternalVariables<D>>) {
         let Some(springs) = &mut self.sliders else { return };
         springs.acting.clear();
@@ -409,7 +421,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         }));
     }
 
-    /// Reduces the stretches `z` of friction springs beyond their slip limit to the limit.
+    /// Reduces the stretches `z`, `S` per joint, of friction springs beyond their slip limit `R` to `z R/|z|`. Without
+    /// internal friction they stay.
     fn slip(&self, z: &mut [D]) {
         let Some(springs) = &self.sliders else { return };
         for (i, z) in z.as_chunks_mut::<S>().0.iter_mut().enumerate() {
@@ -417,7 +430,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         }
     }
 
-    /// The smallest distance of a friction spring's stretch in `z` from the limit at which it begins or ceases to slip;
+    /// The smallest distance, over all joints, of the size of the stretch in `z` from the slip limit of its springs;
     /// infinite without internal friction.
     fn distance_to_slipping(&self, z: &[D]) -> f64 {
         let Some(springs) = &self.sliders else { return f64::INFINITY };
@@ -438,8 +451,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<D>
     for DiscreteRod<D, L, N, S>
 {
-    /// Adds a mass, kg, to the coordinates of a node, and its weight under the `gravity` in the rod's axes, m/s^2, to
-    /// the node's load.
+    /// Adds a mass, kg, to the `N` coordinates of a node, and its weight under the first `N` components of `gravity` in
+    /// the rod's axes, m/s^2, to the node's load.
     fn add_mass(&mut self, node: usize, mass: D, gravity: [D; 3]) {
         for c in 0..N {
             self.mass[L::STRIDE * node + c] += mass;
@@ -447,14 +460,14 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<
         }
     }
 
-    /// Adds a dead force, N, in the rod's axes to a node.
+    /// Adds the first `N` components of a dead force, N, in the rod's axes to the load on a node.
     fn add_force(&mut self, node: usize, force: [D; 3]) {
         for c in 0..N {
             self.load[node].force[c] += force[c];
         }
     }
 
-    /// Multiplies the axial stiffness of every edge by its factor.
+    /// Multiplies the axial stiffness of every edge `j`, and the modulus of a nonlinear law, by `factor(j)`.
     fn stiffen_edges(&mut self, factor: impl Fn(usize) -> f64) {
         for (j, edge) in self.stretch.iter_mut().enumerate() {
             edge.stiffness *= factor(j);
@@ -464,7 +477,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<
         }
     }
 
-    /// Replaces the user-defined energies.
+    /// Replaces all user-defined energies by `own`.
     fn set_own(&mut self, own: Extra<D>) {
         self.own = own;
     }

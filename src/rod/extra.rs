@@ -112,7 +112,8 @@ impl<D: Nestable> Extra<D> {
         })
     }
 
-    /// The sum of all energies over all their places at the unknowns `q`, J, without derivatives.
+    /// The sum of all energies over all their places, with their weights, at the unknowns `q`, J, without derivatives;
+    /// zero without energies.
     pub(crate) fn energy(&self, q: &[D], frames: &[EdgeFrame<D>]) -> f64 {
         self.sites(q, frames).map(|at| at.energy.energy(&at.site, at.q).value()).sum()
     }
@@ -165,8 +166,9 @@ impl<D: Nestable> Extra<D> {
         }
     }
 
-    /// Name and arc length, m, of the first energy whose value or gradient (by its own formulas) at `q` is not
-    /// finite; `None` if all are finite. Places with unknowns that are not finite are skipped.
+    /// Name and arc length, m, of the first energy whose value or gradient at `q` is not finite; `None` if all are
+    /// finite. The gradient is by the energy's own formulas, where it has them, else by dual numbers. Places with
+    /// unknowns that are not finite are skipped.
     pub(crate) fn non_finite_energy(
         &self,
         q: &[D],

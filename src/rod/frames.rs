@@ -59,7 +59,7 @@ pub trait ReferenceFrames<D: Scalar>: Clone + Debug + Send + Sync {
 }
 
 impl<D: Scalar> ReferenceFrames<D> for () {
-    /// The empty frames of a planar rod; both lists are ignored.
+    /// The empty frames `()` of a planar rod; both lists are ignored.
     fn from_parts(_: Vec<EdgeFrame<D>>, _: Vec<D>) {}
 }
 

@@ -127,7 +127,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     /// plane.
     fn is_angle(i: usize) -> bool;
 
-    /// Whether unknown `i` of this rod is an angle in rad, and not a length in m.
+    /// Whether unknown `i` of this rod is an angle in rad, and not a length in m. The default is
+    /// [`is_angle`](Rod::is_angle); an [`Assembly`] depends on its layout.
     #[inline(always)]
     fn has_angle_at(&self, i: usize) -> bool {
         Self::is_angle(i)
@@ -140,8 +141,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     fn mass(&self) -> &[D];
 
     /// Overwrites `gradient` with that of the elastic energy less the work of the loads at `q`, N (N m for angles),
-    /// angles being measured from `frames`. `derivatives` selects hand-derived formulas or num-dual; numbers that
-    /// carry derivatives always use the former.
+    /// angles being measured from `frames`. `derivatives` selects hand-derived formulas or num-dual. Edges and joints
+    /// over numbers that carry derivatives always use the former.
     fn gradient(
         &self,
         q: &[D],
@@ -177,7 +178,7 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     }
 
     /// Overwrites `tensions` with predicted axial forces of all edges, N. They are those at `q - change` plus their
-    /// first-order change by `change`, a change of all unknowns. The default does nothing.
+    /// first-order change by `change`, a change of all unknowns. The default leaves `tensions` as they are.
     fn tensions_after(
         &self,
         _change: &[D],
@@ -224,21 +225,22 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         frames.move_to(q);
     }
 
-    /// Moves the frames of this rod to `q`, without changing any energy there.
+    /// Moves the frames of this rod to the unknowns `q`, without changing any energy there. The default is
+    /// [`rebase`](Rod::rebase).
     #[inline(always)]
     fn move_frames(&self, frames: &mut Self::Frames, q: &[D]) {
         Self::rebase(frames, q);
     }
 
-    /// The coordinates of rotations in space: their changes over a step are rotation vectors, and their velocities angular
-    /// velocities in the axes of the body, both times a length.
+    /// Range of the coordinates of bodies in space. Changes of a rotation among them over a step are rotation vectors,
+    /// and its velocities are angular velocities in the axes of the body, both times a length. Empty by default.
     #[inline(always)]
     fn rotation_coordinates(&self) -> Range<usize> {
         0..0
     }
 
-    /// Adds the inertia forces of rotating bodies, beside those of the diagonal masses, to the forces, and their derivatives
-    /// to the tangent if there is one.
+    /// Adds the inertia forces of rotating bodies beyond those of the diagonal masses, N, to `forces`, which contains
+    /// the gradient. Their derivatives are added to `tangent` if it is given. The default does nothing.
     fn add_rotational_inertia(
         &self,
         _q: &[D],
@@ -249,16 +251,18 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     ) {
     }
 
-    /// Converts increments of rotations, by which a simulation takes the [`tangent`](Rod::tangent), to changes of the
-    /// unknowns.
+    /// Replaces increments of rotations in `correction`, the solution of a system with the [`tangent`](Rod::tangent) of
+    /// a simulation, by changes of the unknowns at `q`. The default does nothing.
     #[inline(always)]
     fn convert_correction(&self, _q: &[D], _frames: &Self::Frames, _correction: &mut [D]) {}
 
-    /// Adds `factor` times the products of inertia, which the diagonal masses lack, with `rates` of all unknowns.
+    /// Adds to `out` the product of `factor`, the products of inertia, which the diagonal masses lack, and `rates`.
+    /// Both lists have all unknowns. The default does nothing.
     #[inline(always)]
     fn add_products_of_inertia(&self, _rates: &[D], _factor: D, _out: &mut [D]) {}
 
-    /// Moves the frames to `q` as [`rebase`](Rod::rebase) does and overwrites `gradient` there, N.
+    /// Moves the frames to `q` as [`rebase`](Rod::rebase) does, and overwrites `gradient` there as
+    /// [`gradient`](Rod::gradient) does, N (N m for angles).
     fn moved_gradient(
         &self,
         q: &[D],
@@ -271,7 +275,7 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     }
 
     /// The first inner node (index >= 1) that a step from the unknowns `before` to `now` has taken through a fold;
-    /// `None` without one. Its joint turns by more than a right angle at `now`. Its bends before and after are to
+    /// `None` without one. Its edges at `now` form more than a right angle, and its bends before and after are to
     /// opposite sides, together at least half a turn. A fold of 180 degrees has infinite energy, so that only a step
     /// that is too large passes it.
     fn folded_node(&self, before: &[D], now: &[D], frames: &Self::Frames) -> Option<usize>;
@@ -304,13 +308,13 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     /// stiffnesses stay; strains stand for strain rates.
     fn dashpots(&self) -> Self;
 
-    /// Sums of the energies of stretching, bending and twisting, J, by `strains` of all elements (order of
-    /// [`strains`](Rod::strains)), with natural strains taken as zero.
+    /// Sums of the energies of stretching, bending and twisting of the linear laws, J, by `strains` of all elements
+    /// (order of [`strains`](Rod::strains)), with natural strains taken as zero.
     fn strain_energies(&self, strains: &[D]) -> [D; 3];
 
     /// Overwrites the laws of all elements with those of the `elastic` rod under viscous stress. Stiffnesses and
     /// natural strains are changed such that the stress is `K (factor s - natural - shift)`. Stresses of kinds with
-    /// additional times are added.
+    /// additional times are added; a nonlinear part of the law stays.
     fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>);
 
     /// Overwrites the laws of all elements with those of [dashpots](Rod::dashpots). Every stiffness is multiplied by
@@ -347,13 +351,14 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
 /// A [`Rod`] to which masses, forces and energies can be added.
 pub trait AssembledRod<D: Scalar>: Rod<D> {
     /// Adds a mass, kg, to the coordinates of a node, and its weight under the `gravity` in the rod's axes, m/s^2, to
-    /// the node's load.
+    /// the node's load. In the plane the third component has no effect.
     fn add_mass(&mut self, node: usize, mass: D, gravity: [D; 3]);
 
-    /// Adds a dead force, N, with components in the rod's axes, to the load on a node.
+    /// Adds a dead force, N, with components in the rod's axes, to the load on a node. In the plane the third one has
+    /// no effect.
     fn add_force(&mut self, node: usize, force: [D; 3]);
 
-    /// Multiplies the axial stiffness of every edge by `factor(j)`, with the index `j` of the edge.
+    /// Multiplies the axial stiffness of every edge `j`, and the modulus of a nonlinear law, by `factor(j)`.
     fn stiffen_edges(&mut self, factor: impl Fn(usize) -> f64);
 
     /// Replaces all user-defined energies by `own`.

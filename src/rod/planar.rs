@@ -52,13 +52,14 @@ impl Layout<2, 1> for Plane {
         [x1 - x0, y1 - y0]
     }
 
-    /// Overwrites `gradient` with that of elastic energy less loads, N, by the hand-derived formulas.
+    /// Overwrites `gradient` with that of elastic energy less dead loads, N, by the hand-derived formulas. Constant
+    /// moments and user-defined energies are left out.
     fn gradient<D: Nestable>(at: At<'_, D>, gradient: &mut [D]) {
         D::run_sweep(PlanarGradient { at, gradient });
     }
 
-    /// Calls `add` for each edge and bend with the index of its first unknown and its gradient by num-dual, without
-    /// loads.
+    /// Calls `add(first, gradient)` for each edge, then for each bend with its friction springs: the index of its first
+    /// unknown and its local gradient, N, by num-dual. Loads, moments and user-defined energies are left out.
     fn dual_gradients<D: Nestable>(
         At { elements, q, .. }: At<'_, D>,
         mut add: impl FnMut(usize, &[D]),
@@ -86,7 +87,8 @@ impl Layout<2, 1> for Plane {
         PlanarNodes::<D, V>::new(level, load, gradient, tangent)
     }
 
-    /// A consumer of edge derivatives that adds to `tangent` by edges; `last` is the index of the last edge.
+    /// A consumer of edge derivatives that adds the second ones to `tangent`, N/m, by edges; `last` is the index of the
+    /// last edge.
     fn edge_sink<D: Scalar, V: SimdScalar<D>>(
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
         last: usize,
@@ -95,7 +97,7 @@ impl Layout<2, 1> for Plane {
     }
 
     /// Computes first and second derivatives of all edges and bends by num-dual and passes them to the consumer `to`,
-    /// edge by edge.
+    /// edge by edge. Given tensions replace the axial forces in the geometric stiffness.
     fn derive_by_duals<D: Nestable>(
         At { elements, q, .. }: At<'_, D>,
         to: &mut impl EdgeSink<D, Self, 2, 1>,

@@ -87,9 +87,9 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
         out: &mut [Lanes<G>],
     );
 
-    /// Converts `out`, the derivatives of the stretches of friction springs without slip, to those with slip, in
-    /// place. `z` are the stretches without slip. Springs below their limit keep their derivatives; nothing happens
-    /// without friction.
+    /// Converts `out`, the derivatives of the stretches of friction springs without slip, to those with slip, in place.
+    /// `z` are the stretches without slip. Springs below their limit keep their derivatives; others get those of `z
+    /// R/|z|` with the limit `R`. Nothing happens without friction.
     fn slip_rates<const G: usize>(&self, rates: &Self::Rates<G>, z: &[f64], out: &mut [Lanes<G>]);
 
     /// Overwrites `out` with the derivatives of the stresses of all elements, N for edges and N m for joints, at the

@@ -96,13 +96,14 @@ impl Layout<3, 3> for Space {
         [x1 - x0, y1 - y0, z1 - z0]
     }
 
-    /// Overwrites `gradient` with that of elastic energy less loads, N and N m, by the hand-derived formulas.
+    /// Overwrites `gradient` with that of elastic energy less dead loads, N and N m, by the hand-derived formulas.
+    /// User-defined energies are left out.
     fn gradient<D: Nestable>(at: At<'_, D>, gradient: &mut [D]) {
         D::run_sweep(Gradient { at, gradient });
     }
 
-    /// Calls `add` for each edge and joint with the index of its first unknown and its gradient by num-dual, without
-    /// loads.
+    /// Calls `add(first, gradient)` for each edge, then for each joint with its friction springs: the index of its
+    /// first unknown and its local gradient, N and N m, by num-dual. Loads and user-defined energies are left out.
     fn dual_gradients<D: Nestable>(
         At { elements, q, frames }: At<'_, D>,
         mut add: impl FnMut(usize, &[D]),
@@ -135,7 +136,8 @@ impl Layout<3, 3> for Space {
         D::run_sweep(MovedGradient { elements, q, frames, gradient });
     }
 
-    /// A consumer of edge derivatives that overwrites `gradient` and `tangent` by nodes, less the loads.
+    /// A consumer of edge derivatives that overwrites `gradient`, N and N m, and `tangent`, N/m, by nodes, less the
+    /// loads.
     fn node_sink<'a, D: Scalar, V: SimdScalar<D>>(
         level: V::Level,
         load: &'a [DeadLoad<D, 3>],
@@ -145,7 +147,8 @@ impl Layout<3, 3> for Space {
         SpatialNodes::<D, V>::new(level, load, gradient, tangent)
     }
 
-    /// A consumer of edge derivatives that adds to `tangent` by edges; `last` is the index of the last edge.
+    /// A consumer of edge derivatives that adds the second ones to `tangent`, N/m, by edges; `last` is the index of the
+    /// last edge.
     fn edge_sink<D: Scalar, V: SimdScalar<D>>(
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
         last: usize,
@@ -154,7 +157,7 @@ impl Layout<3, 3> for Space {
     }
 
     /// Computes first and second derivatives of all edges and joints by num-dual and passes them to the consumer `to`,
-    /// edge by edge.
+    /// edge by edge. Given tensions replace the axial forces in the geometric stiffness.
     fn derive_by_duals<D: Nestable>(
         At { elements, q, frames }: At<'_, D>,
         to: &mut impl EdgeSink<D, Self, 3, 3>,

@@ -66,9 +66,9 @@ pub trait Transposed: Sensitive {
     /// m for joints. `coupled` includes the coupling of bending and twisting in a joint.
     fn stiffened(&self, w: &[f64], coupled: bool, out: &mut Vec<f64>);
 
-    /// Adds to `laws` the derivatives of the misfit by stiffness and natural stress of every law, from its
-    /// derivatives `w` by the stresses at the effective strains `strained`. If `strained.counted`, those by relative
-    /// changes of the rest lengths are added too.
+    /// Adds to `laws` the derivatives of the misfit by stiffness and natural stress of every law, from its derivatives
+    /// `w` by the stresses at the effective strains `strained`. If `strained.counted`, those by relative changes of the
+    /// rest lengths are added too. Nonlinear edges add those by modulus and rest length at `strained.now`.
     fn add_to_laws(&self, w: &[f64], strained: Strained<'_>, laws: &mut Laws);
 
     /// Adds to `laws.moment` the derivatives of the misfit by a dead moment on each edge at `q`, from those `d` by
@@ -76,7 +76,8 @@ pub trait Transposed: Sensitive {
     fn add_to_moments(&self, q: &[f64], d: &[f64], laws: &mut Laws);
 
     /// The derivative of the misfit along one parameter: the sum of `laws` times the derivatives along it. Those of
-    /// stiffnesses, natural stresses, rest lengths and loads are in `rates`, those of the moments in `dual`.
+    /// stiffnesses, natural stresses, moduli of nonlinear laws, rest lengths and loads are in `rates`, those of the
+    /// moments in `dual`.
     fn along(&self, dual: &Self::Dual, rates: &Self::Rates<1>, laws: &Laws) -> f64;
 
     /// The part of [`along`](Self::along) by stiffness and natural stress of each joint: one number per joint, from

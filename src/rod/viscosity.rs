@@ -77,7 +77,8 @@ impl<D: Scalar> Viscosity<D> {
     }
 
     /// Overwrites the first `elastic.len()` of `laws` with the `elastic` ones under this stress: changed stiffnesses
-    /// and natural strains. The strains of the first law begin at index `first` of the list of strains.
+    /// and natural strains, with the stress `K (factor s - natural - shift)` plus that of kinds with additional times.
+    /// The strains of the first law begin at index `first` of the list of strains.
     pub(super) fn set_laws<W: Law<D, S>, const S: usize>(
         &self,
         elastic: &[W],

@@ -103,7 +103,8 @@ impl Fault {
 
 impl fmt::Display for Fault {
     /// Writes finding, consequence and action as text, without the code; a corrected defect has the correction in place of
-    /// the action.
+    /// the action. Several occurrences have their number and the time of the first. Missing frames have the error of
+    /// interpolation, m, if it is known; jumps the largest distance, m.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             // Each text has finding, consequence and action.

@@ -2,7 +2,7 @@
 //! fits, and validation.
 //!
 //! Spatial scenes need Poisson's ratio, in (-1, 0.5], or the shear modulus; both together are rejected. A neo-Hookean stretch
-//! is that of an incompressible material: other ratios are rejected beside it.
+//! is that of an incompressible material: ratios below 0.495 are rejected beside it.
 
 use crate::error::Error;
 use crate::scene::number::{Candidates, Quantity};
@@ -63,8 +63,8 @@ impl Material {
         }
     }
 
-    /// Rejects constants that are not finite or not positive, Poisson's ratio outside (-1, 0.5], and Poisson's ratio beside the
-    /// shear modulus.
+    /// Rejects constants that are not finite or not positive, Poisson's ratio outside (-1, 0.5], and Poisson's ratio beside
+    /// the shear modulus. A ratio below 0.495 is rejected beside a neo-Hookean stretch, which is incompressible.
     pub(super) fn check(&self) -> Result<(), Error> {
         if let Some(nu) = self.poisson_ratio {
             if !(nu > -1.0 && nu <= 0.5) {

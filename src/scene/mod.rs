@@ -317,8 +317,10 @@ impl Scene {
         Err(Error::invalid("initial.state", found, allowed))
     }
 
-    /// The checks of [`validate`](Self::validate), table by table, without the file in errors. The first error is returned,
-    /// also of a term that the scheme in `[time]` does not support.
+    /// The checks of [`validate`](Self::validate), table by table, without the file in errors; the first error is returned.
+    /// Across tables, rejected are an axial compliance beside a stretch law that is not linear, and `supports.angle` beside
+    /// `initial.shape`. A recorded start that contradicts the supports, and a term that the scheme in `[time]` does not
+    /// support, are errors too.
     fn check(&self) -> Result<(), Error> {
         self.rod.check()?;
         self.material.check()?;

@@ -34,7 +34,8 @@ struct MotionRate {
 }
 
 impl MotionRate {
-    /// Largest step size, s, of the motion, where an oscillation requires `per_period` steps per period.
+    /// Largest step size, s, of the motion, `time/(fraction per_period)`, where an oscillation requires `per_period` steps
+    /// per period.
     fn step(&self, per_period: f64) -> f64 {
         self.time / (self.fraction * per_period)
     }

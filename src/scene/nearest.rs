@@ -1,7 +1,7 @@
 //! Suggestions for unknown names in messages: the most similar known names, or the parameter of a common symbol (`E`, `rho`).
 //!
-//! [`nearest`] orders given names by the Jaro-Winkler similarity (crate strsim) and returns the best three as text. Errors of
-//! unknown parameters end with it.
+//! [`nearest`] orders given names by the Jaro-Winkler similarity (crate strsim), of the whole name or of its last part, and
+//! returns the best three as text. A symbol of textbooks gives one name. Errors of unknown parameters end with it.
 
 use crate::numerics::total_order;
 use std::cmp::Reverse;

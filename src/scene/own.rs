@@ -252,7 +252,7 @@ impl<D: SceneNumber> Serialize for Attached<D> {
     }
 }
 
-/// Writes the list of energies as a map from names to tables.
+/// Writes the list of energies as a map from names to tables with place and values, in the order of the list.
 pub(super) fn serialize<S: Serializer, D: SceneNumber>(
     energies: &[Attached<D>],
     serializer: S,

@@ -520,7 +520,8 @@ fn user_quantities() -> &'static Mutex<BTreeMap<String, Quantity>> {
     &QUANTITIES
 }
 
-/// Quantities of all built-in parameters by their general path, collected once from the catalog scenes.
+/// Quantities (unit, limits, search range) of all built-in parameters by their general path, which has `#` for list indices.
+/// They are collected once from the catalog scenes.
 fn quantities() -> &'static BTreeMap<String, Quantity> {
     static QUANTITIES: OnceLock<BTreeMap<String, Quantity>> = OnceLock::new();
     // The scenes below have every kind of table, so that their numbers are all parameters.
@@ -539,7 +540,8 @@ fn quantities() -> &'static BTreeMap<String, Quantity> {
 }
 
 /// Six scenes that together contain every built-in parameter: all kinds of shapes, sections, loads, damping and schemes, and
-/// all forms of values along the rod. They need not be valid.
+/// all forms of values along the rod. Shapes, sections, values along the rod and schemes differ; everything else is in each
+/// of them. They need not be valid.
 fn catalog_scenes() -> [Scene; 6] {
     let up = [0.0, 1.0, 0.0];
     let circle = Section::Circle { radius: 1.0 };

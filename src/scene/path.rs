@@ -229,8 +229,9 @@ impl Recorded {
         Ok(())
     }
 
-    /// Rejects a mesh with `segments` edges on which markers are not at nodes or no node is free. Rejects `inner` names that
-    /// are no markers between the nodes that these supports hold.
+    /// Rejects a mesh with `segments` edges on which markers are not at nodes, or on which recorded ends and inner markers
+    /// leave no node free. Rejects `inner` names that are no markers between the nodes that these supports hold: those at
+    /// held markers of a recorded end, two of a clamp, one of a hinge or roller.
     pub(crate) fn check_nodes(&self, supports: [Support; 2], segments: usize) -> Result<(), Error> {
         let nodes = self.nodes(segments)?;
         let ends = supports.into_iter().filter(|support| *support == Support::Recorded).count();

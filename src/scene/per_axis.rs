@@ -1,4 +1,7 @@
 //! Numbers of one quantity that a plane has once and space three times, one for each axis.
+//!
+//! [`PerAxis`] is read from a number or a list of three. It is used for moments of inertia of bodies and compliances of
+//! joints. As a `NumberTree` its numbers are parameters: `key` for one number, `key.0` to `key.2` for three.
 
 use crate::error::Error;
 use crate::scene::number::{NumberVisitor, Quantity, SceneNumber};
@@ -22,7 +25,7 @@ pub enum PerAxis<D = f64> {
 }
 
 impl<D: Copy> PerAxis<D> {
-    /// The numbers of three axes; the same for all if there is one.
+    /// The numbers of three axes; one number is repeated three times.
     pub fn all(&self) -> [D; 3] {
         match self {
             Self::One(value) => [*value; 3],
@@ -36,7 +39,8 @@ impl NumberTree for PerAxis {
     type Kind = Quantity;
     type Over<D> = PerAxis<D>;
 
-    /// Returns the part under `key` with every number converted by the visitor.
+    /// The same numbers over `D`, each converted by the visitor with the `quantity`. One number has the path `key`, three
+    /// have `key.0`, `key.1` and `key.2`.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -58,8 +62,8 @@ impl NumberTree for PerAxis {
         }
     }
 
-    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the
-    /// part.
+    /// Rejects numbers that are not finite or have a sign that the `quantity` does not allow. Their path is `key`, or
+    /// `key[i]` for three.
     fn check_numbers(&self, key: &str, quantity: Quantity) -> Result<(), Error> {
         match self {
             Self::One(value) => quantity.check(key, *value),

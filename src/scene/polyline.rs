@@ -37,8 +37,8 @@ enum PointSource {
 }
 
 impl PointSource {
-    /// The error at point `i` with the found and the allowed value. It has the file and line (the first without one), or the
-    /// key of the scene with the index.
+    /// The error at point `i` with the found and the allowed value. It has the file and the line of the point (line 1 if the
+    /// point has none), or the key of the scene with the index in brackets.
     fn error(&self, i: usize, found: &str, allowed: &str) -> Error {
         match self {
             Self::File(path, lines) => Error::Data {
@@ -65,8 +65,9 @@ const STRAIGHT: f64 = 1e-9;
 
 impl Polyline {
     /// Reads the columns x, y, z of a file, in m or in the unit of their header. For an initial shape (`on_a_rod`) it also
-    /// reads a column s, the arc length of each point on the rod at rest. Errors are blanks, a column s of a rest shape, and
-    /// arc lengths that do not increase. Fewer than three points and repeated points are errors too.
+    /// reads a column s, the arc length of each point on the rod at rest. Errors are a missing column, another unit, blanks,
+    /// a column s of a rest shape, and arc lengths that do not increase. Fewer than three points, and a point that equals the
+    /// one before, are errors too.
     pub fn read(path: &Path, on_a_rod: bool) -> Result<Self, Error> {
         let table = Table::read(path)?;
         let column = |name: &str| {
@@ -284,7 +285,8 @@ impl Polyline {
 
     /// Positions, m, of the nodes of a rod with the rest mesh `rest` in this shape. They are at their arc lengths, if the
     /// file gives those of the points, or at the same fractions of the length as at rest. Rejects given arc lengths that
-    /// leave more than [`UNCOVERED`] of the rod uncovered at an end.
+    /// leave more than 1e-6 of the rod (`UNCOVERED`) uncovered at an end, and a corner above 90 degrees if a node is not at a
+    /// point.
     pub fn nodes_of<D: Scalar>(&self, rest: &Mesh<D>) -> Result<Vec<Vector<D>>, Error> {
         // A shape without arc lengths is stretched to the rod: the same fractions of the length.
         if !self.given {

@@ -204,8 +204,10 @@ fn interpolation_error(known: &[TimedPosition], frames: usize, step: f64) -> Opt
 }
 
 /// Jumps of a marker from one frame to the next that exceed `least`, m, and [`JUMP_TO_STEPS`] times its largest displacement
-/// in the frames around. They also exceed noise, extent and resolution of the recording by constants. Next to the first and
-/// last frame there are none. `step` is the usual interval, s. None without jumps.
+/// in the frames around. They also exceed [`JUMP_TO_NOISE`] times the noise, [`JUMP_TO_EXTENT`] of the extent, and
+/// [`JUMP_TO_RESOLUTION`] times the resolution. The noise is the median second difference over `sqrt(6)`. Next to the first
+/// and last frame, and over missing frames, there are none. `step` is the usual interval, s. All jumps are one defect; none
+/// without jumps.
 fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault> {
     let frames = marker.seen.len();
     let steps: Vec<Option<f64>> = (1..frames)
@@ -251,8 +253,10 @@ fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault>
 }
 
 /// Frequency, Hz, above which only [`VARIANCE_ABOVE`] of the variance of a motion lie, all axes together, without that of
-/// white noise. It is found by harmonics of the positions on a uniform grid; without such a frequency it is that of Nyquist.
-/// None for a marker whose motion does not exceed noise and rounding, and for a duration of zero.
+/// white noise. It is found by harmonics of the positions on a uniform grid. The variance above it, less its share of the
+/// noise, is at most [`VARIANCE_ABOVE`] of that of the motion plus [`NOISE_UNCERTAINTY`] of that of the noise. Without such a
+/// frequency it is that of Nyquist. None for a variance up to [`LEAST_VARIANCE`] times that of the noise or to rounding
+/// ([`STILL`]), and for a duration of zero.
 fn bandwidth(times: &[f64], marker: &Marker) -> Option<f64> {
     let (start, end) = (*times.first()?, *times.last()?);
     let intervals = intervals(times.len());

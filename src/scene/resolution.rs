@@ -85,7 +85,8 @@ impl Resolution {
         self.words_over("the length")
     }
 
-    /// [`words`](Self::words) with the error as a fraction of `whole`, such as `a frequency`, in place of the length.
+    /// [`words`](Self::words) with the error as a fraction of `whole`, such as `a frequency`, in place of the length. The
+    /// number of edges, step, s, and scheme are listed only if the program chose them.
     pub(crate) fn words_over(&self, whole: &str) -> String {
         let Self { segments, step, scheme, chosen, .. } = self;
         // Only the settings that the program chose are listed.
@@ -121,7 +122,9 @@ impl Resolution {
         self.warning_over("the length")
     }
 
-    /// [`warning`](Self::warning) with the error as a fraction of `whole`, such as `a frequency`, in place of the length.
+    /// [`warning`](Self::warning) with the error as a fraction of `whole`, such as `a frequency`, in place of the length. A
+    /// limit of work advises a shorter or damped motion (with a step) or a larger accuracy. A given mesh or step that is too
+    /// coarse has another code, and advises to leave it out.
     pub(crate) fn warning_over(&self, whole: &str) -> Option<(Code, String)> {
         let Self { accuracy, error, bound: Some(bound), .. } = self else { return None };
         // The consequence for the user depends on the reason: work or a given mesh.
@@ -232,7 +235,8 @@ impl Scene {
         self
     }
 
-    /// The scene in which mesh, step and scheme that the program chose are left open again, without a resolution.
+    /// The scene in which mesh, step and scheme that the program chose are left open again, without a resolution. With the
+    /// scheme the tolerance returns to its default. Given settings stay.
     pub fn reopened(&self) -> Scene {
         let chosen = self.chosen();
         let mut scene = Scene { resolution: None, ..self.clone() };
@@ -249,7 +253,8 @@ impl Scene {
         scene
     }
 
-    /// Rejects an accuracy outside [`ALLOWED`]. Rejects an open mesh beside loads or masses on node indices.
+    /// Rejects a given accuracy outside 1e-8 to 0.1 ([`ALLOWED`]). Rejects an open mesh beside loads or masses on node
+    /// indices, which would depend on the choice.
     pub(super) fn check_accuracy(&self) -> Result<(), Error> {
         if let Some(accuracy) = self.accuracy.filter(|a| !ALLOWED.contains(a)) {
             let allowed = "1e-8 .. 0.1, the largest error over the rod's length";

@@ -1,8 +1,8 @@
 //! `[rod]`: shape, section, taper, masses, natural curvature, bending and twist, and mesh of the rod, with the validation of
 //! these keys.
 //!
-//! Numbers of edges are 2 to 1e7, and a mesh must have enough edges that each turns by less than half a turn. The additional
-//! natural bending is interpolated at the nodes of a mesh.
+//! Numbers of edges are 2 to 1e7. A mesh of a formula (arc, helix) must have so many edges that they turn by less than half a
+//! turn on average. Natural bending, given as pairs at equally spaced nodes, is interpolated linearly at the nodes of a mesh.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;

@@ -1,4 +1,7 @@
 //! A scene file of either kind: one rod, or a structure.
+//!
+//! [`SceneFile::load`] decides by the text: a file with a key `rods` is read as a structure, any other as the scene of one
+//! rod. Commands that accept both kinds use it.
 
 use crate::error::Error;
 use crate::scene::{Scene, StructureScene};
@@ -14,7 +17,8 @@ pub enum SceneFile {
 }
 
 impl SceneFile {
-    /// Reads and validates a scene file; one with `[[rods]]` is a structure.
+    /// Reads and validates a scene file, and the files that it names. One with a key `rods` is a structure, any other the
+    /// scene of one rod.
     ///
     /// # Errors
     /// A file that cannot be read or is not a scene, and values that are not allowed.

@@ -234,8 +234,9 @@ impl<D: Scalar> Shape<D> {
         Ok(rest.arc_length.iter().map(|s| point(*s * stretch)).collect())
     }
 
-    /// The shape as its length and a function of arc length, or as a polyline that has been read with the factor on its
-    /// coordinates. An error for one that has not.
+    /// The shape as its length, m, and the position as a function of arc length, m, in closed form; or as a polyline that has
+    /// been read with the factor on its coordinates. Arc length 0 is at the origin, for a helix at the radius along x,
+    /// rotated with its axis. An error for a polyline that has not been read.
     fn curve(&self) -> Result<ShapeCurve<'_, D>, Error> {
         Ok(match *self {
             Self::Straight { length, direction } => {

@@ -1,4 +1,9 @@
-//! Scenes of several rods: `[[rods]]`, `[[materials]]`, `[[bodies]]`, `[[joints]]` and `[[supports]]`.
+//! Scenes of several rods: `[[rods]]`, `[[materials]]`, `[[bodies]]`, `[[joints]]` and `[[supports]]`, and their validation.
+//!
+//! [`StructureScene`] is generic over the type of its numbers, as [`Scene`]: `map_numbers` converts each by its path, in
+//! which rods, materials and bodies have their names. Rods name materials, joints and loads name rods and bodies.
+//! [`StructureScene::validate`] rejects invalid numbers and names, and keys that structures do not have (friction, a missing
+//! time step). `part` returns the scene of one rod alone, from which the module `structure` builds models.
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::Scalar;
@@ -120,7 +125,7 @@ table! {
 }
 
 impl<D: Copy> NamedMaterial<D> {
-    /// The material without its name.
+    /// The material with the constants of this one, without its name.
     fn material(&self) -> Material<D> {
         let Self { density, youngs_modulus, poisson_ratio, shear_modulus, stretch_law, .. } = *self;
         Material { density, youngs_modulus, poisson_ratio, shear_modulus, stretch_law }
@@ -147,7 +152,8 @@ impl NumberTree for RodMaterial {
     type Kind = TableKind;
     type Over<D> = RodMaterial<D>;
 
-    /// Returns the part under `key` with every number converted by the visitor.
+    /// The material over `D`: a name is copied, the numbers of own constants are converted by the visitor below the path
+    /// `key`.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -160,8 +166,7 @@ impl NumberTree for RodMaterial {
         }
     }
 
-    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the
-    /// part.
+    /// Rejects own constants that are not finite or not of an allowed sign, with paths below `key`; a name is accepted.
     fn check_numbers(&self, key: &str, kind: TableKind) -> Result<(), Error> {
         match self {
             Self::Name(_) => Ok(()),
@@ -231,7 +236,7 @@ table! {
 }
 
 impl<D> StructureJoint<D> {
-    /// What it connects.
+    /// The ends of rods and the body that the joint connects, in the order of the file.
     pub fn connects(&self) -> &[JointEnd<D>] {
         match self {
             Self::Rigid { connects }
@@ -277,7 +282,7 @@ pub enum RodEnd {
 }
 
 impl RodEnd {
-    /// Index of the end: 0 or 1.
+    /// Index of the end: 0 for the start, 1 for the other end.
     pub fn index(self) -> usize {
         usize::from(self == Self::End)
     }
@@ -353,7 +358,9 @@ table! {
 const SEGMENTS: usize = 6;
 
 impl StructureScene {
-    /// Rejects numbers and names that are not allowed.
+    /// Rejects numbers and names that are not allowed; files are not read. Checked are names (letters, digits, _ and -, not
+    /// twice), rods of at least `SEGMENTS` edges, materials, loads on one rod or one body, and possible moments of inertia.
+    /// The state must be rest or equilibrium. Friction is rejected, and a `[time]` needs a step up to its end.
     ///
     /// # Errors
     /// [`Error::Invalid`] with file, key, and the found and the allowed value.
@@ -361,7 +368,9 @@ impl StructureScene {
         self.check().map_err(|error| error.in_file(self.path.as_deref()))
     }
 
-    /// The checks of [`validate`](Self::validate), without the file in the error.
+    /// The checks of [`validate`](Self::validate), without the file in the error; the first error is returned. In this order:
+    /// signs of numbers, at least one rod, names, numbers of edges and materials of rods, targets of loads. Then each of
+    /// three moments of inertia of a body is at most the sum of the others, and state, friction and `[time]` follow.
     fn check(&self) -> Result<(), Error> {
         self.check_numbers("", TABLE)?;
         ensure(!self.rods.is_empty(), "rods", "an empty list", "at least one rod")?;
@@ -432,17 +441,18 @@ impl StructureScene {
 }
 
 impl<D: Copy> StructureScene<D> {
-    /// Index of the rod of a name; `key` is that of the name.
+    /// Index of the rod with this name in `[[rods]]`. An error with `key` and the known names for an unknown one.
     pub fn rod(&self, key: &str, name: &str) -> Result<usize, Error> {
         index(self.rods.iter().map(|rod| &rod.name), key, name, "rods")
     }
 
-    /// Index of the body of a name; `key` is that of the name.
+    /// Index of the body with this name in `[[bodies]]`. An error with `key` and the known names for an unknown one.
     pub fn body(&self, key: &str, name: &str) -> Result<usize, Error> {
         index(self.bodies.iter().map(|body| &body.name), key, name, "bodies")
     }
 
-    /// The material of a rod.
+    /// The material of a rod: its own constants, or those of the entry of `[[materials]]` that it names. An error, with the
+    /// key of the rod, for an unknown name.
     pub fn material_of(&self, rod: &StructureRod<D>) -> Result<Material<D>, Error> {
         match &rod.material {
             RodMaterial::Own(material) => Ok(material.clone()),
@@ -456,7 +466,8 @@ impl<D: Copy> StructureScene<D> {
     }
 }
 
-/// Index of a name in a list.
+/// Index of `name` among the `names` of the list `list` of the scene. The error has `key` and the known names, or that the
+/// list is empty.
 fn index<'a>(
     names: impl Iterator<Item = &'a String> + Clone,
     key: &str,
@@ -474,7 +485,8 @@ fn index<'a>(
 }
 
 impl StructureScene {
-    /// The scene over another number type, as [`Scene::map_numbers`].
+    /// The scene over another number type. `convert` returns the new number of the path, value and quantity (unit, limits) of
+    /// each physical number, in the order of the tables. It is called for all numbers, also those without effect.
     pub fn map_numbers<D: From<f64>>(
         &self,
         mut convert: impl FnMut(&str, f64, Quantity) -> D,
@@ -493,7 +505,9 @@ impl StructureScene {
         NumberTree::map_numbers(self, "", TABLE, &mut NumberVisitor::new(&mut convert))
     }
 
-    /// The scene of one rod alone, in plain numbers, with these supports of its ends.
+    /// The scene of the rod of this index alone, in plain numbers, with these supports of its start and end. Its model is
+    /// that of `dimension`. It has the numbers of [`fill_part`](Self::fill_part), the path of the file, and no point loads.
+    /// An error for an unknown material.
     pub(crate) fn part(
         &self,
         rod: usize,
@@ -513,7 +527,9 @@ impl StructureScene {
 }
 
 impl<D: Scalar> StructureScene<D> {
-    /// Writes the numbers of one rod into its scene.
+    /// Replaces shape, section, taper, natural curvature, masses and material in `scene` by those of the rod of this index.
+    /// Gravity, damping and `[time]` become those of the structure. Other keys are unchanged. An error for an unknown
+    /// material.
     pub(crate) fn fill_part(&self, rod: usize, scene: &mut Scene<D>) -> Result<(), Error> {
         let own = &self.rods[rod];
         scene.rod.shape = own.shape.clone();

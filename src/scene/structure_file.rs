@@ -1,4 +1,8 @@
-//! Reading of the files of structures.
+//! Reading of the files of structures (TOML), and of the polylines that they name.
+//!
+//! [`StructureScene::load`] and [`StructureScene::from_toml`] parse a text, validate the scene and read the points of shapes;
+//! paths are relative to the folder of the file. A message lists all required keys that are missing, or a likely mistake.
+//! [`StructureScene::files`] lists the files of a structure.
 
 use crate::error::Error;
 use crate::input::hints::{STRUCTURE, explained};
@@ -24,7 +28,8 @@ const REQUIRED: [Rule; 9] = [
 ];
 
 impl StructureScene {
-    /// Whether the text of a scene file is that of a structure: it has `[[rods]]`.
+    /// Whether the text of a scene file is valid TOML with a key `rods` at its root, that of a structure. False for other
+    /// texts.
     pub(crate) fn is_text_of(text: &str) -> bool {
         toml::from_str::<toml::Table>(text).is_ok_and(|table| table.contains_key("rods"))
     }
@@ -52,7 +57,8 @@ impl StructureScene {
         Self::read(text, &folder.as_ref().join("scene"))
     }
 
-    /// Files of the structure: its own, and those of its shapes.
+    /// Paths of the files of the structure: first its own, if it has one, then those of polylines, below its folder. They
+    /// need not exist.
     pub fn files(&self) -> Vec<PathBuf> {
         let folder = self.path.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
         let shapes = self.rods.iter().filter_map(|rod| match &rod.shape {
@@ -64,7 +70,8 @@ impl StructureScene {
         self.path.iter().cloned().chain(shapes).collect()
     }
 
-    /// Reads and validates the text of the file of a structure with this path.
+    /// Reads and validates the text of the file of a structure with this path, and reads the polylines that it names. Errors
+    /// have the path; a text that cannot be parsed lists missing keys, a likely mistake, or line and token.
     pub(crate) fn read(text: &str, path: &Path) -> Result<Self, Error> {
         let mut scene: Self = parse(text, &REQUIRED)
             .map_err(|error| explained(error, text, &STRUCTURE).in_file(Some(path)))?;

@@ -60,7 +60,8 @@ fn clamped() -> Support {
 }
 
 impl<D: Default> Default for Supports<D> {
-    /// A rigid clamp at the start and a free end.
+    /// A rigid clamp at the start, with its wall in the middle of the first edge, and a free end; no motion, roller and
+    /// recording.
     fn default() -> Self {
         Self {
             start: clamped(),

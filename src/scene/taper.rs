@@ -104,7 +104,8 @@ impl<D> Taper<D> {
 
 impl<D: Scalar> Taper<D> {
     /// Section and material at a place, a fraction of the rod length: their numbers times the factors there, 1 for those not
-    /// given. Poisson's ratio and `up` are unchanged.
+    /// given. Factors of numbers of another kind of section have no effect. Poisson's ratio, the law of the stretch and `up`
+    /// are unchanged.
     pub(crate) fn at(
         &self,
         place: f64,

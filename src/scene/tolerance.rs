@@ -71,7 +71,8 @@ impl Serialize for StepTolerance {
 }
 
 impl<'de> Deserialize<'de> for StepTolerance {
-    /// Reads a number, or the word `rounding`; an error for other words.
+    /// Reads a number, also an integer, without a check of its range, or the word `rounding`. An error for other words and
+    /// types.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         /// Reader of a number or the word `rounding`.
         struct ToleranceVisitor;

@@ -63,7 +63,8 @@ impl Track {
     /// SI; or a file of another program, which is recognized by its first bytes. Without columns z, all z are 0.
     ///
     /// # Errors
-    /// A file that cannot be read, or the number of an invalid line.
+    /// Those of [`read_as`](Self::read_as): a file that cannot be read, the number of an invalid line, a first time other
+    /// than 0.
     pub fn read(path: &Path) -> Result<Self, Error> {
         Self::read_as(path, &Recording::default(), &[])
     }
@@ -73,7 +74,8 @@ impl Track {
     /// of the file is missing.
     ///
     /// # Errors
-    /// Those of [`read`](Self::read), an unknown marker, and settings that contradict the file.
+    /// A file that cannot be read or has an invalid line, an unknown marker, one without a column x or y or with fewer than
+    /// two positions. Also settings that contradict the file, and a first time other than 0.
     pub fn read_as(path: &Path, recording: &Recording, names: &[String]) -> Result<Self, Error> {
         let (format, bytes) = marker_files::open(path, recording.format)?;
         // The format is given or recognized by the first bytes of the file.
@@ -132,7 +134,7 @@ impl Track {
     /// is missing. Velocities are central differences. It is not examined.
     ///
     /// # Errors
-    /// A message about a marker with fewer than two positions.
+    /// A message about the first marker with fewer than two positions, or that there is no marker.
     pub fn new(
         times: Vec<f64>,
         markers: Vec<(String, Vec<Option<[f64; 3]>>)>,
@@ -175,8 +177,8 @@ impl Track {
     }
 
     /// The recording marked as examined, with the bandwidth of the markers `driven` (indices), which drive a support. To its
-    /// earlier defects their missing frames and jumps are added, unless an earlier defect explains these. Integrated motions
-    /// are detrended for both.
+    /// earlier defects their missing frames and jumps are added. Jumps within two frame intervals of lost frames, and those
+    /// of a marker with glitches, are left out. Integrated motions are detrended for both.
     pub(super) fn guarded(self, driven: &[usize]) -> Self {
         // The drift of an integrated motion is no motion of the marker.
         let detrended = self.is_integrated.then(|| self.detrended());

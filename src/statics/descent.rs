@@ -7,13 +7,14 @@
 //! lambda M (q1 - q0) + dE/dq(q1) = 0,
 //! ```
 //!
-//! an implicit step of gradient descent in the metric `M`, by Newton's method with the exact tangent `K`. `lambda`
-//! decreases by a factor from step to step until it is zero. The last steps are Newton iterations on the equilibrium
-//! itself, until the corrections are rounding errors. A step is repeated with a larger `lambda` where Newton's method
-//! fails, or where `K + lambda M` is not positive definite at its end.
+//! an implicit step of gradient descent in the metric `M` (the masses), by Newton's method with the exact tangent `K`.
+//! `lambda` is multiplied by [`DECREASE`] after each step, and is zero below [`SMALLEST`] of its first value. The last
+//! steps are Newton iterations on the equilibrium itself, until the corrections are rounding errors. A step is repeated
+//! with [`INCREASE`] times `lambda` where Newton's method fails or a joint passes through a fold. So is one where `K +
+//! lambda M` is not positive definite at its start or end, apart from negligible stiffnesses.
 //!
-//! A rod in an exactly symmetric unstable equilibrium stays there. Where the descent approaches such a saddle, as without
-//! any load out of a plane, the rod is displaced slightly along the softest motion. Long rods use [edge
+//! A rod in an exactly symmetric unstable equilibrium stays there. After [`SADDLES`] steps that begin at an indefinite
+//! matrix, the rod is displaced slightly along the softest motion, once. Long rods use [edge
 //! coordinates](crate::statics::edge_coordinates) with another metric.
 //!
 //! Input: a rod, boundary conditions ([`DescentSettings`]), initial unknowns and frames. Output: [`EquilibriumState`], or an
@@ -130,8 +131,8 @@ enum DescentStep {
 }
 
 impl<'a, R: Rod<f64>> Descent<'a, R> {
-    /// A descent of `rod` from the unknowns `q`, with the masses, or the weights of edge coordinates for long rods,
-    /// as its metric. Nothing is evaluated yet.
+    /// A descent of `rod` from the unknowns `q`, where springs are stress-free. The metric is the masses, or with edge
+    /// coordinates in `settings` their [weights](EdgeCoordinates::metric). Nothing is evaluated yet.
     pub fn new(rod: &'a R, settings: DescentSettings, q: Vec<f64>) -> Self {
         let (n, tangent) = (q.len(), rod.zero_tangent());
         Self {
@@ -152,9 +153,10 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         }
     }
 
-    /// Overwrites gradient and tangent with those at the current state, springs to the initial state included in the
-    /// gradient, and decouples prescribed unknowns. In edge coordinates the tangent is by edge vectors, the gradient
-    /// by nodes.
+    /// Overwrites gradient and tangent with those at the current state. The gradient includes the springs to the
+    /// initial state; their stiffness is added to the tangent when it is factored. Prescribed unknowns get a zero
+    /// gradient and are decoupled in the tangent. In edge coordinates the tangent is by edge vectors, the gradient by
+    /// nodes.
     fn assemble(&mut self, frames: &R::Frames) {
         let (q, settings, tangent) = (&self.q, &self.settings, &mut self.tangent);
         let derivatives = settings.derivatives;
@@ -185,11 +187,14 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         self.settings.free.clone()
     }
 
-    /// The equilibrium that the descent reaches from its initial unknowns, whose angles are measured from `frames`.
-    /// The frames are moved to the equilibrium. The unknowns of this descent are moved out: it can be used once.
+    /// The equilibrium that the descent reaches from its initial unknowns, whose angles are measured from `frames`. The
+    /// first `lambda` is the largest `|g_i|/m_i` (times the length for angles) over [`FIRST_STEP`] lengths, with
+    /// gradient `g` and masses `m`. The frames move with every step, so that angles of the result are measured from the
+    /// frames at the equilibrium. The residual includes the forces of springs. The unknowns of this descent are moved
+    /// out: it can be used once.
     ///
     /// # Errors
-    /// [`Error::Equilibrium`] where none is found.
+    /// [`Error::Equilibrium`] with iterations and residual after [`STEPS`] steps, failed ones included.
     pub fn descend(&mut self, mut frames: R::Frames) -> Result<EquilibriumState<R::Frames>, Error> {
         self.assemble(&frames);
         // The first lambda limits the first step to about a part of the rod's length.
@@ -253,9 +258,10 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
     }
 
     /// Solves one step of the descent with this `lambda`, 1/s^2, from the current state by Newton's method, at most
-    /// [`ITERATIONS`] iterations. `Still`: the first correction is below [`STEP_TOLERANCE`], or without `lambda`
-    /// corrections or forces are rounding errors. `Moved`: a small correction at a minimum of the step. `Saddle`: the
-    /// matrix is indefinite at the start. `Failed`: a singular matrix, a correction above [`LARGEST_CORRECTION`], no
+    /// [`ITERATIONS`] iterations; overwrites the unknowns. `Still`: the first correction is below [`STEP_TOLERANCE`],
+    /// or without `lambda` corrections or forces are rounding errors. `Moved`: with `lambda`, a correction below
+    /// [`INTERMEDIATE_TOLERANCE`], or a stalled one below [`STALLED`], at a minimum of the step. `Saddle`: the matrix
+    /// is indefinite at the start. `Failed`: a singular matrix, a correction above [`LARGEST_CORRECTION`], no
     /// convergence, or an indefinite matrix at the end.
     fn step(&mut self, frames: &R::Frames, lambda: f64) -> DescentStep {
         let (edges, length) = (self.settings.edges, self.settings.length);
@@ -328,9 +334,10 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         DescentStep::Failed
     }
 
-    /// Displaces the free unknowns of the current state along the softest motion of the last factored matrix, found
-    /// by two inverse iterations. The largest displacement is [`SADDLE_DISPLACEMENT`] of the rod's length; angles
-    /// count with that length as the lever.
+    /// Displaces the free unknowns of the current state along the softest motion of the last factored matrix. It is
+    /// found by two inverse iterations from a fixed vector without symmetry. The largest displacement is
+    /// [`SADDLE_DISPLACEMENT`] of the rod's length; angles count with that length as the lever. Nothing moves if the
+    /// motion is not finite.
     fn leave_saddle(&mut self) {
         // Fractional parts of multiples of the golden ratio: a start vector without any symmetry.
         for (i, x) in self.correction.iter_mut().enumerate() {
@@ -353,16 +360,17 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         }
     }
 
-    /// Whether the forces on all free unknowns are below their rounding level: [`ROUNDING`] times `eps` times `(|K|
-    /// |q|)_i`.
+    /// Whether the forces on all free unknowns are at most their rounding level: [`ROUNDING`] times `eps` times `(|K|
+    /// |q|)_i`, with the tangent assembled last. Overwrites `correction`.
     fn is_balanced(&mut self) -> bool {
         self.tangent.absolute_product(&self.q, &mut self.correction);
         let level = |i: usize| ROUNDING * f64::EPSILON * self.correction[i];
         self.free().all(|i| self.gradient[i].abs() <= level(i))
     }
 
-    /// Whether the factored matrix is positive definite; if not, whether `K + lambda M` plus the negligible stiffness
-    /// is, which is factored for this test.
+    /// Whether the factored matrix has no negative pivots, and so is positive definite. If it has some, a second matrix
+    /// is factored for this test: `K + lambda M` plus the negligible stiffness, without the springs. Its definiteness
+    /// is the result.
     fn is_minimum(&mut self, lambda: f64) -> bool {
         if self.factors.negative_pivots() == 0 {
             return true;

@@ -9,8 +9,9 @@
 //!
 //! In every vector, edge `j` has the indices of node `j + 1`; angles keep theirs.
 //!
-//! [`EdgeCoordinates`] converts forces, changes and weights of unknowns between both, for descents to equilibria and for
-//! their derivatives and stability. It is used above [`MANY_NODES`] nodes.
+//! [`EdgeCoordinates`] converts forces, changes and weights of unknowns between both, for descents to equilibria and
+//! for their derivatives and stability. It is used above [`MANY_NODES`] nodes, for a rod without held nodes beside
+//! those at its start and without user-defined energies (`Discretized::edge_coordinates`).
 
 use crate::numerics::scalar::Scalar;
 use crate::rod::Rod;
@@ -27,15 +28,17 @@ pub(crate) struct EdgeCoordinates {
 }
 
 impl EdgeCoordinates {
-    /// The edge coordinates of a rod with `stride` unknowns per node and the `free` range of its `unknowns`. `None`
-    /// for at most [`MANY_NODES`] nodes, without a held first node, and with a held end.
+    /// The edge coordinates of a rod with `stride` unknowns per node, of whose `unknowns` those in the range `free`
+    /// move. `None` unless the position of the first node is held, the last unknown is free, and there are more than
+    /// [`MANY_NODES`] nodes.
     pub fn new(stride: usize, free: &Range<usize>, unknowns: usize) -> Option<Self> {
         let hangs = free.start >= stride.min(3) && free.end == unknowns;
         (hangs && unknowns > MANY_NODES * stride).then_some(Self { stride })
     }
 
-    /// Weights of squared changes of the unknowns, as masses are in node coordinates, kg (kg m^2 for angles). An edge
-    /// vector has the sum of all node masses times their number; an angle keeps its inertia.
+    /// Weights of squared changes of the unknowns, one per unknown, in place of the masses of node coordinates, kg (kg
+    /// m^2 for angles). An edge vector has the sum of all node masses times the number of nodes; an angle keeps its
+    /// inertia.
     pub fn metric<R: Rod<f64>>(&self, rod: &R) -> Vec<f64> {
         let mass = rod.mass();
         let total: f64 = mass.iter().step_by(self.stride).sum();
@@ -45,8 +48,8 @@ impl EdgeCoordinates {
         mass.iter().enumerate().map(one).collect()
     }
 
-    /// Replaces forces on nodes by forces on edges, `T' f`, in place: the sum over all nodes from the end of each
-    /// edge on. Angles stay.
+    /// Replaces forces on nodes by forces on edges, `T' f`, in place: entry `i` becomes the sum over node `i` and all
+    /// nodes after it. Edge `j` has the entries of node `j + 1`, the first node the sum of all. Angles stay.
     pub fn edge_forces<D: Scalar, R: Rod<D>>(&self, forces: &mut [D]) {
         for i in (0..forces.len() - self.stride).rev().filter(|i| !R::is_angle(*i)) {
             let beyond = forces[i + self.stride];
@@ -54,8 +57,8 @@ impl EdgeCoordinates {
         }
     }
 
-    /// Replaces changes of edge vectors by changes of node positions, `T e`, in place: running sums along the rod.
-    /// Angles stay.
+    /// Replaces changes of edge vectors by changes of node positions, `T e`, in place: running sums along the rod, from
+    /// the change of the first node's position on. Angles stay.
     pub fn node_changes<D: Scalar, R: Rod<D>>(&self, changes: &mut [D]) {
         for i in (self.stride..changes.len()).filter(|i| !R::is_angle(*i)) {
             let before = changes[i - self.stride];

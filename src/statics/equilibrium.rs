@@ -1,10 +1,11 @@
 //! The equilibrium of a problem: shape, energies, reactions and stability, and their summary as text.
 //!
-//! [`Problem::equilibrium`] finds it by a [descent](crate::statics::descent) from the initial shape. It is stable if
-//! its tangent has no negative eigenvalue. Their number is that of the negative pivots of the factored tangent
-//! (Sylvester's law of inertia). Motions without resistance, such as the spin of a straight rod between hinges, do
-//! not count: a negligible stiffness is added to the tangent. A planar rod is also examined out of its plane, in the
-//! spatial model, if a shear modulus is given and no moment acts. Output: [`Equilibrium`], with warnings and codes.
+//! [`Problem::equilibrium`] finds it by a [descent](crate::statics::descent) from the initial shape. It is stable if no
+//! motion decreases the energy to second order and none that deforms the rod is without stiffness (`marginal`). Motions
+//! are counted by the negative pivots of the factored tangent (Sylvester's law of inertia), near zero by the second
+//! variation. Rigid motions and spins without resistance, such as the spin of a straight rod between hinges, do not
+//! count. A planar rod is also examined out of its plane, in the spatial model, if a shear modulus or Poisson's ratio
+//! is given and no moment acts. Output: [`Equilibrium`], with warnings and codes.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -70,7 +71,8 @@ fn is_zero(count: &usize) -> bool {
 }
 
 impl Equilibrium {
-    /// Whether no unstable or marginal direction was found among those examined.
+    /// Whether no unstable or marginal direction was counted so far: those in the model, and out of the plane once they
+    /// are added.
     fn is_stable(&self) -> bool {
         self.negative_directions + self.marginal_directions == 0
     }
@@ -85,8 +87,9 @@ impl std::fmt::Display for Equilibrium {
 
 impl Equilibrium {
     /// The result as text for a terminal. Headline: stable, stable in its plane only, marginal, or unstable with the
-    /// number of directions. Below it tip, energy, warnings (that of a coarse mesh first), model, numerics if the
-    /// command chose them, iterations and residual.
+    /// number of directions; marginal and unstable ones have a code. Below it tip (m), energy (J), warnings (that of a
+    /// coarse mesh first) and model. Then numerics if the command chose or checked them, and a line with Newton
+    /// iterations and residual (N).
     pub fn summary(&self) -> Summary {
         let directions = |n: usize| match n {
             1 => "1 unstable direction".to_string(),
@@ -151,7 +154,9 @@ impl Problem {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Equilibrium`] where none is found, [`Error::Interrupted`].
+    /// [`Error::Equilibrium`] where none is found, [`Error::Interrupted`], [`Error::SingularEquilibrium`] where the
+    /// inertia of the tangent cannot be found. [`Error::Invalid`] for ends that move too far, and those of a recorded
+    /// start.
     pub fn equilibrium(&self) -> Result<Equilibrium, Error> {
         match self.discretized() {
             AnyProblem::Planar(discretized) => {
@@ -183,9 +188,9 @@ impl Problem {
     }
 }
 
-/// The equilibrium of a model with energies, reactions, warnings (implausible values, large strains) and the counts
-/// of its unstable and marginal directions in the model. The caller sets `stable` and `stable_in_plane`, which are
-/// absent.
+/// The equilibrium of a model with energies, reactions, positions of all nodes and the tip. Warnings, in this order:
+/// implausible values, then a large strain. The counts of unstable and marginal directions are those in the model. The
+/// caller sets `stable` and `stable_in_plane`, which are absent, as `resolution` is.
 fn model_equilibrium<M: Model>(
     problem: &Problem,
     discretized: &Discretized<'_, M>,

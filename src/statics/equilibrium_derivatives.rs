@@ -2,8 +2,9 @@
 //!
 //! An equilibrium satisfies `g(q, p) = 0` with the gradient `g` of the energy. Newton steps `q -= K^-1 g(q, p)` in dual
 //! numbers, with the tangent `K` in plain numbers, give the derivatives of the implicit function: every step makes one
-//! more order exact. Input: an equilibrium in plain numbers and a setup over dual numbers. Output: its unknowns with
-//! derivatives.
+//! more order exact. At a neutral equilibrium `K` is singular: a small stiffness is added, and the nodes move with the
+//! initial position. Long rods are solved in edge coordinates. Input: an equilibrium in plain numbers and a setup over
+//! dual numbers. Output: its unknowns with derivatives.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -43,11 +44,11 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// The rod over `D` and the unknowns of an equilibrium, m and rad, with the derivatives that `D` carries. Angles
-    /// are measured from the frames of the equilibrium, which have no derivatives. A neutral equilibrium moves with
-    /// the initial position.
+    /// are measured from the frames of the equilibrium, which have no derivatives. Held unknowns get the derivatives of
+    /// supports at the end of their motion. The nodes of a neutral equilibrium move with the initial position.
     ///
     /// # Errors
-    /// [`Error::Indifferent`] where the tangent is singular.
+    /// [`Error::Indifferent`] where the tangent is singular, and those of a recorded start.
     pub(crate) fn differentiated_equilibrium<D: Nestable>(
         &self,
         CheckedEquilibrium { rest, neutral }: &CheckedEquilibrium<FramesOf<M>>,
@@ -66,7 +67,8 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// World positions of the nodes `tracked` at an equilibrium, m, in their order, with derivatives. `seed` returns
-    /// the number of a parameter over `D`.
+    /// the number of a parameter over `D` from the parameter and its value. Errors are those of
+    /// [`differentiated_equilibrium`](Self::differentiated_equilibrium).
     pub(crate) fn nodes_at_equilibrium<D: Nestable>(
         &self,
         equilibrium: &CheckedEquilibrium<FramesOf<M>>,
@@ -77,13 +79,14 @@ impl<M: Model> Discretized<'_, M> {
         Ok(tracked.iter().map(|i| self.model.position(&q, *i)).collect())
     }
 
-    /// Adds the derivatives to the unknowns `q` of an equilibrium of `rod` by Newton steps with the tangent of the
-    /// same rod in `plain` numbers. One step removes the residual, and one more per order adds derivatives. A
-    /// `neutral` equilibrium gets a small additional stiffness, and [`ADDED_STEPS`] more steps. Long rods are solved
-    /// in edge coordinates; prescribed unknowns stay.
+    /// Adds the derivatives to the unknowns `q` of an equilibrium of `rod` by Newton steps: hand-derived gradient, and
+    /// tangent of the same rod in `plain` numbers. One step removes the residual, and one more per order adds
+    /// derivatives. For a `neutral` equilibrium [`ADDED_STIFFNESS`] times the negligible stiffness is added, and
+    /// [`ADDED_STEPS`] more steps are made. Long rods are solved in edge coordinates; held and prescribed unknowns
+    /// stay.
     ///
     /// # Errors
-    /// A zero pivot of the tangent.
+    /// The row of a zero pivot of the tangent.
     pub(crate) fn differentiate<D: Nestable>(
         &self,
         rod: &M::Rod<D>,
@@ -115,9 +118,9 @@ impl<M: Model> Discretized<'_, M> {
         Ok(())
     }
 
-    /// Replaces the forces `x`, N, on the free unknowns of a rod in equilibrium at `q` by the displacements `K^-1 x`
-    /// that they cause, m. Prescribed unknowns get zero. `None` where the tangent is singular, or for long rods in
-    /// edge coordinates.
+    /// Replaces the forces `x`, N, on all unknowns of a rod in equilibrium at `q` by the displacements `K^-1 x` of its
+    /// free unknowns, m (rad for angles). Held and prescribed unknowns get zero. `None` where the tangent is singular,
+    /// or for long rods in edge coordinates; the displacements are then not computed.
     pub(crate) fn displacement_under_forces(
         &self,
         rod: &M::Rod<f64>,
@@ -142,8 +145,9 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// Sets the unknowns `q` that supports hold to their values at `moment`, with derivatives: initial positions,
-    /// angles of recorded ends with their initial directors, and then the motion of supports. Free unknowns stay.
+    /// Sets the unknowns `q` outside the free range to their values at `moment`, with derivatives. Coordinates get the
+    /// initial positions, angles of recorded ends those of their initial directors, and other angles stay. Then the
+    /// motion of clamped, pinned and recorded supports is applied. Errors are those of a recorded start.
     pub(crate) fn hold<D: Nestable>(
         &self,
         setup: &Setup<D, M>,

@@ -1,10 +1,11 @@
-//! Search for the equilibrium of a model: boundary conditions and loads are applied in stages, each followed by a
-//! [descent](crate::statics::descent) to an equilibrium.
+//! Search for the equilibrium of a model under its loads by [descents](crate::statics::descent).
 //!
-//! The search starts from the initial shape, with the perturbation of the scene, or from the recorded shape. Ends
-//! that move far are moved in several stages. Limp rods that stand are first [loaded step by
-//! step](crate::statics::standing). Output: unknowns and frames of the last equilibrium, number of Newton iterations
-//! in all, largest unbalanced force. The search does not examine stability.
+//! The search starts from the initial shape, with the perturbation of the scene, or from the recorded shape. Ends that
+//! move far are moved in several stages, each followed by a descent under the full loads. Only a rod that stands on a
+//! clamp under loads far above buckling (`F L^2/(E I)` above 100, its other end free) is first [loaded step by
+//! step](crate::statics::standing). Output: unknowns and frames of the last equilibrium, number of Newton iterations in
+//! all, largest unbalanced force. Moved ends are then at the end of their motion, or on request at their places at t =
+//! 0. The search does not examine stability.
 
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
@@ -17,17 +18,19 @@ use crate::statics::edge_coordinates::EdgeCoordinates;
 use crate::statics::standing::StandingLoads;
 
 impl<M: Model> Discretized<'_, M> {
-    /// The equilibrium under the loads of the scene that the rod reaches from its initial shape. Moved ends are at
-    /// the end of their motion.
+    /// The equilibrium under the loads of the scene that the rod reaches from its initial or recorded shape, with the
+    /// perturbation of the scene. Moved ends are at the end of their motion. The search is made anew at every call.
     ///
     /// # Errors
-    /// [`Error::Equilibrium`] where none is found, [`Error::Interrupted`].
+    /// [`Error::Equilibrium`] where none is found, [`Error::Interrupted`], [`Error::Invalid`] for ends that move too
+    /// far, and those of a recorded start.
     pub fn equilibrium(&self) -> Result<EquilibriumState<FramesOf<M>>, Error> {
         self.equilibrium_of(&self.rod(), true)
     }
 
     /// Unknowns of the equilibrium at t = 0, m and rad, under the loads and the forces `initial.point` that hold the
-    /// rod until then. Moved ends are at their places at t = 0. Angles are measured from the initial frames.
+    /// rod until then. Moved ends are at their places at t = 0. Angles are measured from the initial frames. Errors are
+    /// those of [`equilibrium`](Self::equilibrium).
     pub(crate) fn held_equilibrium(&self) -> Result<Vec<f64>, Error> {
         let rod = self.setup.rod_with_release_forces(self.model, &self.rod());
         let mut found = self.equilibrium_of(&rod, false)?;
@@ -35,9 +38,11 @@ impl<M: Model> Discretized<'_, M> {
         Ok(found.q)
     }
 
-    /// The equilibrium of `rod`, which may have other loads than the scene. Moved ends are at the end of their motion
-    /// (`settled`), or at their places at t = 0. [`Error::Interrupted`] if the problem is stopped, checked before
-    /// every stage.
+    /// The equilibrium of `rod`, which may have other loads than the scene. The start is perturbed, and a limp standing
+    /// rod is first [loaded step by step](Self::raise_loads). Moved ends are at the end of their motion (`settled`), or
+    /// at their places at t = 0. In each stage ends move by an equal part, other nodes by their
+    /// [share](Self::carried_share). The iterations are those of all descents. [`Error::Interrupted`] if the problem is
+    /// stopped, checked at the start and before every stage.
     fn equilibrium_of(
         &self,
         rod: &M::Rod<f64>,
@@ -76,7 +81,8 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// The equilibrium of `rod` that one descent from the unknowns `q`, measured from `frames`, reaches with the
-    /// supports of the scene.
+    /// supports of the scene, without springs; in edge coordinates for long rods. [`Error::Equilibrium`] where none is
+    /// found.
     fn descend(
         &self,
         rod: &M::Rod<f64>,
@@ -97,7 +103,8 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// Unknowns and frames of the shape from which equilibria are searched, over `D`: the recorded shape if the scene
-    /// starts there, else the initial one. Twists that the scene gives to recorded ends are added to the angles.
+    /// starts there, else the initial one, without the perturbation. Twists that the scene gives to recorded ends are
+    /// added to the angles. Errors are those of a recorded start.
     pub(super) fn begin_at_rest<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -110,9 +117,10 @@ impl<M: Model> Discretized<'_, M> {
         Ok((q, frames))
     }
 
-    /// Moves a limp rod that stands, in `q` and `frames`, to the equilibria under increasing parts of its loads.
-    /// Where the loads determine no side and the scene has no perturbation, it is displaced slightly before. Returns
-    /// the number of Newton iterations; 0 for other rods. A part without an equilibrium is left out.
+    /// Moves a limp rod that stands, in `q` and `frames`, to the equilibria under increasing parts of its loads,
+    /// without the full ones. Where the loads determine no side and the scene has no perturbation, it is displaced
+    /// slightly before. If not `settled`, the loads include the forces `initial.point`. Returns the number of Newton
+    /// iterations; 0 for other rods. A part without an equilibrium is left out.
     fn raise_loads(&self, q: &mut Vec<f64>, frames: &mut FramesOf<M>, settled: bool) -> usize {
         let Some(StandingLoads { parts, push }) = self.standing_loads(q) else { return 0 };
         if push > 0.0 && self.scene().initial.perturbation == 0.0 {

@@ -5,7 +5,7 @@
 //! shift lies below all eigenvalues, where `K - shift M` has no negative pivot. Later shifts lie just above the
 //! eigenvalues that are already found. Vectors are kept orthogonal to these, so that the lowest of the others converge
 //! first. Completeness is verified: by Sylvester's law `K - lambda M` has as many negative pivots as there are
-//! eigenvalues below `lambda`, for a `lambda` just above the last one found.
+//! eigenvalues below `lambda`, for a `lambda` just above the last one found. Modes and stability use the result.
 
 use crate::error::Error;
 use crate::numerics::tangent::{Factors, Tangent};
@@ -69,10 +69,11 @@ struct VerifiedBatch<F> {
 impl<T: Tangent<f64>> Pencil<f64, T> {
     /// The `count` lowest eigenpairs in ascending order, or all if there are fewer, with eigenvectors of unit norm in
     /// `M`. `scale`, 1/s^2, is the order of magnitude of a small eigenvalue, where the search for the first shift
-    /// starts. Start vectors are random with a fixed seed.
+    /// starts. Start vectors are random with a fixed seed. A batch that is incomplete or does not converge is repeated
+    /// with twice as many vectors.
     ///
     /// # Errors
-    /// Iterations that do not converge, and singular factors.
+    /// [`Error::Unconverged`] after [`DOUBLINGS`] doublings, [`Error::SingularEquilibrium`] for singular factors.
     pub fn lowest(&self, count: usize, scale: f64) -> Result<Vec<PencilMode>, Error> {
         let available = self.order();
         let count = count.min(available);
@@ -123,8 +124,8 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
     }
 
     /// A shift below all eigenvalues, and the factors of `K - shift M`. Its distance from zero starts at `scale` and
-    /// grows by factors of four until no pivot is negative. Bisection then reduces it to within [`SHIFT_MARGIN`] of
-    /// an insufficient one, if there is any.
+    /// grows by factors of four until no pivot is negative. Bisection then reduces it to within [`SHIFT_MARGIN`] of an
+    /// insufficient one, if there is any. An error only if the distance overflows.
     fn lower_shift(&self, scale: f64) -> Result<(T::Factors, f64), Error> {
         // Distances of the shift from zero: sufficient, and insufficient.
         // Growth by factors of four until no pivot is negative.
@@ -149,10 +150,10 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         Ok((found, -distance))
     }
 
-    /// Iterates the subspace until its first `batch` values converge, and overwrites its basis and values. Returns
-    /// whether they do within [`ITERATIONS`] iterations: to [`EIGENVALUE_TOLERANCE`], or to [`STALLED`] without
-    /// further decrease. `found` are the modes to which vectors are kept orthogonal, `factors` those of the shifted
-    /// matrix.
+    /// Iterates the subspace until its first `batch` values converge, and overwrites its basis (Ritz vectors of unit
+    /// norm in `M`) and values (ascending distances from the shift). Returns whether they do within [`ITERATIONS`]
+    /// iterations: to [`EIGENVALUE_TOLERANCE`], or to [`STALLED`] without further decrease. `found` are the modes to
+    /// which vectors are kept orthogonal, `factors` those of the shifted matrix.
     fn iterate(
         &self,
         factors: &T::Factors,
@@ -202,9 +203,10 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         Ok(false)
     }
 
-    /// The largest number of the first `batch` values that are the lowest eigenvalues after the `known` ones, with a
-    /// shift just above them and its factors. `None` where eigenvalues were missed, or where no gap separates them
-    /// from others.
+    /// The largest number of the first `batch` values after which a gap follows, with a shift just above them and its
+    /// factors. A gap is twice [`CLUSTER_DISTANCE`] of the value, or twice [`ROUNDING_MARGIN`] rounding errors if that
+    /// is more. The negative pivots at that shift must be this number plus the `known` eigenvalues found before. `None`
+    /// where eigenvalues were missed, where no gap separates them, and for singular factors.
     fn verify(
         &self,
         batch: usize,
@@ -236,8 +238,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Gram-Schmidt orthonormalization of `basis` in the metric of the diagonal `mass`, in place, twice for accuracy.
-/// `images`, the products of the vectors with a matrix, are combined with the same coefficients.
+/// Gram-Schmidt orthonormalization of the independent vectors `basis` in the metric of the diagonal `mass`, in place,
+/// twice for accuracy. `images`, the products of the vectors with a matrix, are combined with the same coefficients.
 fn orthonormalize(basis: &mut [Vec<f64>], images: &mut [Vec<f64>], mass: &[f64]) {
     for k in 0..basis.len() {
         for _ in 0..2 {

@@ -1,10 +1,10 @@
-//! Statics of a rod: equilibria under the loads, `dE/dq = 0`, with derivatives by parameters, stability, and
-//! reactions.
+//! Statics of a rod: equilibria under the loads, `dE/dq = 0`, with derivatives by parameters, stability, and reactions.
 //!
 //! Input: a discretized problem. Output: unknowns and frames at equilibrium, found by pseudo-transient continuation.
-//! From it follow stability (inertia of the tangent), forces and moments of the supports, lowest eigenvalues of
-//! stiffness and mass, and displacements by shear, which the model omits. For recorded motions: the shapes of least
-//! energy at the first two frames of a recording.
+//! From it follow the number of unstable motions, forces and moments of the supports, and displacements by shear, which
+//! the model omits. Motions are counted by the inertia of the tangent, near zero by the second variation. Also here:
+//! the lowest eigenvalues of stiffness and mass, and the reactions of a rod in motion. For recorded motions: the shapes
+//! of least energy at the first two frames of a recording.
 
 pub(crate) mod descent;
 pub(crate) mod edge_coordinates;

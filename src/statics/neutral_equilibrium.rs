@@ -48,10 +48,12 @@ impl MotionMeasure {
 
 impl<M: Model> Discretized<'_, M> {
     /// Whether the equilibrium at `q` is neutral: the tangent has an eigenvalue between minus and plus one negligible
-    /// stiffness. The motion of the smallest one must be a rigid motion or a spin.
+    /// stiffness. The motion of the eigenvalue nearest to one negligible stiffness, by inverse iteration, must be a
+    /// rigid motion or a spin.
     ///
     /// # Errors
-    /// [`Error::Indifferent`] for other motions without resistance, as at a critical load.
+    /// [`Error::Indifferent`], with the node that moves most, for other motions without resistance, as at a critical
+    /// load. [`Error::SingularEquilibrium`] for zero pivots at all shifts.
     pub(crate) fn is_neutral(&self, q: &[f64], frames: &FramesOf<M>) -> Result<bool, Error> {
         let pencil = Pencil::resting(self, &self.rod(), q, frames);
         let factors = pencil.factors(SHIFTS[0]).or_else(|_| pencil.factors(SHIFTS[1]))?;
@@ -78,8 +80,9 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// Displacement, strains and energies of the motion with the rates `x` of all unknowns from the state `q`. The
-    /// motion is scaled to a largest displacement of the rod's length, or a largest rotation of an edge of 1 rad.
-    /// Strains are rates by central differences.
+    /// motion is scaled: no component of a displacement exceeds the rod's length, no rotation of an edge about itself 1
+    /// rad, and one of them reaches this limit. Strains are rates by central differences. Energies are those of these
+    /// strains with the elastic stiffness. `node` is the one with the largest component.
     pub(crate) fn measure_motion(
         &self,
         q: &[f64],

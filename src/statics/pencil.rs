@@ -2,9 +2,9 @@
 //! stability.
 //!
 //! Its eigenvalues `K x = omega^2 M x` are squared angular frequencies. At an equilibrium negligible stiffnesses can
-//! replace the masses: then eigenvalues count unstable motions. Output: factors of `K - s M`, the number of eigenvalues
-//! below `s` (inertia), rounding errors of eigenvalues. For a planar rod the pencil of motions out of its plane follows
-//! from the spatial model.
+//! replace the masses: eigenvalues are then multiples of these, and those below -1 are unstable motions. Output:
+//! factors of `K - s M`, the number of eigenvalues below `s` (inertia), rounding errors of eigenvalues. For a planar
+//! rod the pencil of motions out of its plane follows from the spatial model.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -38,8 +38,8 @@ pub(crate) struct Pencil<D, T> {
 pub(crate) type OutOfPlaneTangent<D> = BandMatrix<D, OUT_OF_PLANE_BANDWIDTH>;
 
 impl<D: Nestable, T: Tangent<D>> Pencil<D, T> {
-    /// The pencil of a rod at `q` with its tangent there and its masses, by the hand-derived formulas. Prescribed
-    /// unknowns are decoupled and have no mass.
+    /// The pencil of a rod at `q`, over any scalar: its tangent there by the hand-derived formulas, its masses and its
+    /// free range, in node coordinates. Prescribed unknowns are decoupled and have no mass.
     pub fn at<M: Model>(
         discretized: &Discretized<'_, M>,
         rod: &M::Rod<D>,
@@ -61,8 +61,8 @@ impl<D: Nestable, T: Tangent<D>> Pencil<D, T> {
 
 impl<T: Tangent<f64>> Pencil<f64, T> {
     /// The pencil of a rod at an equilibrium `q` with [negligible stiffnesses](Discretized::negligible_stiffness) in
-    /// place of masses: eigenvalues are multiples of these, and those of stable motions are above -1. Long rods are
-    /// in edge coordinates.
+    /// place of masses: eigenvalues are multiples of these, and those of stable motions are above -1. Long rods are in
+    /// edge coordinates; in node coordinates prescribed unknowns have no mass.
     pub fn resting<M: Model>(
         discretized: &Discretized<'_, M>,
         rod: &M::Rod<f64>,
@@ -123,7 +123,7 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
     }
 
     /// Rounding error of the eigenvalue of a mode `x` by rounding of the tangent, `eps |x|' |K| |x| / x' M x`, 1/s^2,
-    /// over the free unknowns.
+    /// with sums over the free unknowns.
     pub fn rounding(&self, x: &[f64]) -> f64 {
         let (mut product, mut own) = (vec![0.0; x.len()], 0.0);
         self.tangent.absolute_product(x, &mut product);
@@ -136,8 +136,9 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
 
 impl<D: Nestable> Pencil<D, TangentOf<SpatialRod<D>, D>> {
     /// The pencil of motions out of the plane of a planar rod, from that of its spatial model. Unknowns are, node by
-    /// node, the deflection along the `normal` and the angle of the edge after the node. In-plane motions are not
-    /// coupled to them.
+    /// node, the deflection along the `normal`, m, and the angle of the edge after the node, rad. Entries of `K` are
+    /// sums over the components along the normal. In-plane motions are not coupled to them. A node with one held
+    /// component has a held deflection.
     pub fn out_of_plane(&self, normal: [f64; 3]) -> Pencil<D, OutOfPlaneTangent<D>> {
         let unknowns = self.mass.len() / 2;
         // Spatial unknowns of an unknown of the result, with their weights.

@@ -53,8 +53,9 @@ pub(crate) struct MotionResistances<'a> {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// The reactions at both ends in a `state` of motion of the rod, in world axes. They include viscous stress at
-    /// the last strain rates, drag, mass damping and the inertia of ends moved by the scene.
+    /// The reactions at both ends in a `state` of motion of the rod, in world axes. They include viscous stress at the
+    /// strain rates stored in the state, drag, mass damping and the inertia of ends that `supports.motion` or a
+    /// recording moves.
     pub(crate) fn reactions(
         &self,
         rod: &M::Rod<f64>,
@@ -78,7 +79,8 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// The reactions at both ends in a state whose held unknowns have the given `acceleration`, m/s^2 (one entry per
-    /// unknown). Drag, inertia and mass damping of nodes behind a wall are left out. A free end has zero.
+    /// unknown). Drag, inertia and mass damping of nodes behind a wall are left out. A clamp holds two nodes, a
+    /// recorded end those at its held markers, other supports one. A free end has zero.
     fn reactions_with(
         &self,
         rod: &M::Rod<f64>,
@@ -178,7 +180,8 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// Weight (from the masses of all unknowns), point and line forces on every node, N, in world axes.
+    /// Weight (gravity times the mass of the node), point and line forces on every node, N, in world axes, one entry
+    /// per node. `mass` has the masses of all unknowns. Moments are left out.
     pub(super) fn nodal_loads(&self, mass: &[f64]) -> Vec<[f64; 3]> {
         let weight = |i: usize| scale(self.scene().loads.gravity, mass[M::STRIDE * i]);
         let mut forces: Vec<[f64; 3]> = (0..self.nodes()).map(weight).collect();

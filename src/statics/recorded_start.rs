@@ -62,6 +62,10 @@ impl<M: Model> Discretized<'_, M> {
     /// The initial state of the recorded motion: the relaxed shape of the first frame with the twist of the ends and
     /// prescribed places at t = 0. With it the change to the relaxed shape of the second frame (without these twists
     /// and places), and the time between, s.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] without `supports.path`, those of the descents to the relaxed shapes, and
+    /// [`Error::Indifferent`] where derivatives are requested and the tangent is singular.
     pub(crate) fn recorded_start<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -82,7 +86,8 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// Unknowns and initial frames of the rod, relaxed in the first frame of the recording, with the twist that the
-    /// scene gives to its ends.
+    /// scene gives to its ends. Places at t = 0 are not prescribed. Errors are those of
+    /// [`recorded_start`](Self::recorded_start).
     pub(crate) fn recorded_shape<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -108,9 +113,9 @@ impl<M: Model> Discretized<'_, M> {
         )
     }
 
-    /// The rod without supports, with springs between marked nodes and the markers of frame `frame` (0 or 1). Springs
-    /// of held nodes are stiffer by [`HELD_FACTOR`]. The axial stiffness is multiplied by [`AXIAL_FACTOR`], or by
-    /// zero between two held nodes.
+    /// The rod without loads and supports, with springs between marked nodes and the markers of frame `frame` (0 or 1).
+    /// A spring has the stiffness `sqrt(AXIAL_FACTOR) E sqrt(A I)/l^2`, one of a held node [`HELD_FACTOR`] times that.
+    /// The axial stiffness is multiplied by [`AXIAL_FACTOR`], or by zero between two held nodes.
     fn sprung_rod<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -135,8 +140,9 @@ impl<M: Model> Discretized<'_, M> {
         Ok(setup.tied(self.model, axial, &ties))
     }
 
-    /// The unknowns of least energy in the first two frames, m and rad, without derivatives. Computed at the first
-    /// call, then stored in the problem.
+    /// The unknowns of least energy in the first two frames, m and rad, without derivatives: one list per frame.
+    /// Computed at the first call, then stored in the problem. Errors are those of [`relax`](Self::relax), with the
+    /// file of the scene.
     fn relaxed(&self, track: &Track) -> Result<&[Vec<f64>], Error> {
         let start = &self.problem.start;
         if start.get().is_none() {
@@ -148,9 +154,11 @@ impl<M: Model> Discretized<'_, M> {
         Ok(start.get().map_or(&[], Vec::as_slice))
     }
 
-    /// The unknowns of least energy in the first two frames, by two descents. The first starts from the initial
-    /// shape, rotated about the center line to least energy if the rod is curved. The second starts from the first
-    /// result, displaced by the motion of the markers. Angles are measured from the initial frames.
+    /// The unknowns of least energy in the first two frames, by two descents without supports. The first starts from
+    /// the initial shape, rotated about the center line to least energy if the rod is curved or has
+    /// `rod.natural_bending`. The second starts from the first result, whose nodes are displaced by the motion of the
+    /// markers, interpolated between them. Angles are measured from the initial frames. [`Error::Equilibrium`] if a
+    /// descent finds no equilibrium.
     fn relax(&self, track: &Track) -> Result<Vec<Vec<f64>>, Error> {
         let (mut q, frames) = self.begin(self.setup);
         let rod = self.sprung_rod(self.setup, track, 0)?;
@@ -195,8 +203,9 @@ impl<M: Model> Discretized<'_, M> {
             .collect())
     }
 
-    /// The unknowns of least energy in the first two frames over `D`, with the derivatives that `D` carries, by the
-    /// implicit function theorem. [`Error::Indifferent`] for a singular tangent.
+    /// The unknowns of least energy in the first two frames over `D`, one list per frame, with the derivatives that `D`
+    /// carries, by the implicit function theorem. Plain numbers are those stored in the problem. Errors: those of
+    /// [`relax`](Self::relax), and [`Error::Indifferent`] for a singular tangent.
     fn relaxed_over<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -229,8 +238,8 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// Adds the derivatives to the unknowns `q` of a relaxed rod, by Newton steps with the tangent of the rod in
-    /// `plain` numbers and the springs on angles. One step removes the residual, and one more per order adds
-    /// derivatives. The row of a zero pivot is the error.
+    /// `plain` numbers and the springs on angles. Plain forces that remain at `q` are balanced, so that values stay.
+    /// One step removes rounding errors, and one more per order adds derivatives. The row of a zero pivot is the error.
     fn differentiate_sprung<D: Nestable>(
         &self,
         rod: &M::Rod<D>,
@@ -273,9 +282,10 @@ fn spring<D: Nestable, M: Model>(setup: &Setup<D, M>, segments: usize) -> D {
     material.youngs_modulus * (section.area * i1).sqrt() / (edge * edge)
 }
 
-/// Adds the common angle of least energy to the angles of all edges in `q`: the best of [`ROTATIONS`] angles, refined
-/// by golden sections. A straight round rod, with equal energies, keeps its angles, and so does a rod in the plane.
-/// Thus the relaxed shape does not depend on the orientation of the markers in the world.
+/// Adds the common angle of least energy to the angles of all edges in `q`: the best of [`ROTATIONS`] evenly spaced
+/// angles, refined by [`SECTIONS`] golden sections between its neighbors. If the energies differ by at most
+/// [`EQUAL_ENERGY`] of the largest, as for a straight round rod, angles stay, and so they do in the plane. Thus the
+/// relaxed shape does not depend on the orientation of the markers in the world.
 fn minimize_rotation_energy<M: Model>(
     rod: &M::Rod<f64>,
     q: &mut [f64],

@@ -16,9 +16,10 @@ use crate::statics::edge_coordinates::EdgeCoordinates;
 pub(super) const NEGLIGIBLE: f64 = 1e-9;
 
 impl<M: Model> Discretized<'_, M> {
-    /// Squared frequencies below this count as zero, 1/s^2: [`NEGLIGIBLE`] of `omega_b^2` plus rounding errors of the
-    /// edges' stiffness. These are larger for a rod that no end holds, which moves along itself against the rounding
-    /// errors of all edges and of their elimination.
+    /// Squared frequencies below this count as zero, 1/s^2: [`NEGLIGIBLE`] of `omega_b^2` plus rounding errors `c eps
+    /// E/(rho L^2)` of the edges' stiffness. For `n` nodes `c` is `n^1.5` if a clamp, a hinge or a recording holds the
+    /// rod. Else it is `10 n^2`: the rod moves along itself against the rounding errors of all edges and their
+    /// elimination.
     pub(crate) fn zero_squared_frequency(&self) -> f64 {
         let (_, material) = self.scene().at(0.5);
         let speed_squared = material.youngs_modulus / material.density;
@@ -39,9 +40,10 @@ impl<M: Model> Discretized<'_, M> {
         10.0 * f64::EPSILON * (self.nodes() as f64).powi(4)
     }
 
-    /// Negligible stiffness of every unknown, N/m (N m for angles): [`NEGLIGIBLE`] of the stiffness of the whole rod
-    /// in bending (the softer direction) or, for angles, in torsion, plus rounding errors of the tangent. `edges`:
-    /// for edge coordinates.
+    /// Negligible stiffness of every unknown, N/m (N m for angles): [`NEGLIGIBLE`] of the stiffness of the whole rod in
+    /// bending (the softer direction) or, for angles, in torsion. Rounding errors `10 eps n^4` of that stiffness are
+    /// added (`n^2` with `edges`, for edge coordinates), for nodes times the ratio of both bending stiffnesses. In node
+    /// coordinates nodes also get their mass times [`zero_squared_frequency`](Self::zero_squared_frequency).
     pub(crate) fn negligible_stiffness(&self, edges: Option<EdgeCoordinates>) -> Vec<f64> {
         let (section, _) = self.scene().at(0.5);
         let [i1, i2] = section.moments().second_moments;
@@ -56,7 +58,7 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// The fraction `part` of the bending stiffness of the whole rod, for every unknown in node coordinates, N/m (N m
-    /// for angles).
+    /// for angles): `part omega_b^2` times the mass, or the scale of inertia of an angle.
     pub(super) fn part_of_bending_stiffness(&self, part: f64) -> Vec<f64> {
         let squared = part * self.bending_frequency_squared();
         self.stiffness(None, squared, squared)

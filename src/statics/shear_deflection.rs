@@ -16,8 +16,8 @@ use crate::rod::Rod;
 use crate::scene::Support;
 
 impl Problem {
-    /// Displacement of every node in world axes by shear at the equilibrium under the loads, m, for
-    /// `E/(kappa G) = 1`. It is proportional to that ratio. The equilibrium is searched anew.
+    /// Displacement of every node in world axes by shear at the equilibrium under the loads, m, for `E/(kappa G) = 1`.
+    /// It is proportional to that ratio. The equilibrium is searched anew; errors are those of the search.
     pub(crate) fn shear_deflections(&self) -> Result<Vec<[f64; 3]>, Error> {
         match self.discretized() {
             AnyProblem::Planar(discretized) => deflections(&discretized),
@@ -26,8 +26,9 @@ impl Problem {
     }
 }
 
-/// Internal force in every edge, N: the sum of the external forces `on_node(i)` on the nodes up to its start. The
-/// outermost edge at a clamp, if there is more than one edge, has that of its neighbor.
+/// Internal force in every edge, N: the sum of the external forces `on_node(i)` (loads and reactions) on the nodes up
+/// to its start. It is the force of the part before the edge on the part behind it. The outermost edge at a clamp, if
+/// there is more than one edge, has the force of its neighbor, as a clamp holds both of its nodes.
 pub(crate) fn internal_forces<M: Model>(
     discretized: &Discretized<'_, M>,
     on_node: impl Fn(usize) -> [f64; 3],
@@ -58,8 +59,10 @@ pub(crate) fn free_part<M: Model>(discretized: &Discretized<'_, M>, j: usize) ->
     (1.0 - behind_start - behind_end).max(0.0)
 }
 
-/// Displacements by shear of all nodes of a model in world axes at equilibrium, m, for `E/(kappa G) = 1`. They are
-/// sums of the shear shifts of the edges, zero at the held end; between two held ends a rotation makes both zero.
+/// Displacements by shear of all nodes of a model in world axes at equilibrium, m, for `E/(kappa G) = 1`. Edge `j` adds
+/// `-l Q/(E A)`, with its length `l` outside of walls and the transverse internal force `Q`. The running sums are zero
+/// at the held end. Between two held ends a part that is linear in the node's index is subtracted, so that both are
+/// zero.
 fn deflections<M: Model>(discretized: &Discretized<'_, M>) -> Result<Vec<[f64; 3]>, Error> {
     let rest = discretized.equilibrium()?;
     let (rod, scene) = (discretized.rod(), discretized.scene());

@@ -9,9 +9,10 @@
 //! ```
 //!
 //! evaluated element by element in dual numbers. There, strains and their rates are differences of neighboring nodes.
-//! The rounding error is that of forces in elements times squared slopes of the motion,
-//! `eps n (EA + EI n^2/L^2) sum |dx|^2/h`. It is some `n^3` times smaller for the motion of a rigid body. Output:
-//! numbers of unstable and of marginal motions.
+//! The rounding error is that of forces in elements times squared slopes of the motion, `eps n (EA + EI n^2/L^2) sum
+//! |dx|^2/h`. It is some `n^3` times smaller for the motion of a rigid body. With more than [`MAX_UNCERTAIN`] such
+//! eigenvalues, and in edge coordinates, the inertia decides alone. Output: numbers of unstable and of marginal
+//! motions, for equilibria and modes; a rigid motion or spin without stiffness is neither.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -67,10 +68,15 @@ impl MotionStiffness {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// Numbers of unstable and marginal motions of an equilibrium at `q` with the tangent of `pencil`, whose masses
-    /// are [negligible stiffnesses](Self::negligible_stiffness). Eigenvalues beyond [`UNCERTAIN_LEVELS`] are counted
-    /// by inertia; of the others the second variation decides. With more than [`MAX_UNCERTAIN`] of these, or in edge
-    /// coordinates, inertia decides alone. `in_model` maps vectors of the pencil to the unknowns of the model.
+    /// Numbers of unstable and marginal motions of an equilibrium at `q` with the tangent of `pencil`, whose masses are
+    /// [negligible stiffnesses](Self::negligible_stiffness). Eigenvalues beyond [`UNCERTAIN_LEVELS`] are counted by
+    /// inertia; of the others the second variation decides. A motion without stiffness is marginal, unless it is rigid
+    /// or a spin, which is not counted. With more than [`MAX_UNCERTAIN`] of the others, in edge coordinates, or without
+    /// eigenvectors, inertia decides alone, and no motion is marginal. `in_model` maps vectors of the pencil to the
+    /// unknowns of the model.
+    ///
+    /// # Errors
+    /// [`Error::SingularEquilibrium`] for zero pivots at all shifts.
     pub(crate) fn stability<T: Tangent<f64>>(
         &self,
         q: &[f64],
@@ -110,9 +116,10 @@ impl<M: Model> Discretized<'_, M> {
         Ok(stability)
     }
 
-    /// Principal stiffnesses `x' K x`, J, in the space of `motions`, ascending, each with its tolerance and its
-    /// motion as a combination of these. `K x` is the derivative of the gradient in dual numbers. The motions are
-    /// rates of all unknowns and vanish where supports hold the rod.
+    /// Principal stiffnesses `x' K x`, J, in the space of `motions`, ascending, one per motion. Each has its tolerance
+    /// and its motion as a combination of these, with coefficients of unit norm. `K x` is the derivative of the
+    /// hand-derived gradient in dual numbers. The motions are rates of all unknowns and vanish where supports hold the
+    /// rod. If the small eigenvalue problem fails, the motions themselves are returned in their order.
     pub(crate) fn stiffnesses(
         &self,
         q: &[f64],
@@ -159,9 +166,10 @@ impl<M: Model> Discretized<'_, M> {
         principal.into_iter().map(stiffness).collect()
     }
 
-    /// The uncertainty of the stiffness of a motion `x`, J: rounding errors of the elements' forces plus the
-    /// negligible stiffness. The former are `eps n k |dx|^2/h`, summed over neighboring nodes, with axial plus
-    /// bending or torsional stiffness `k`.
+    /// The uncertainty of the stiffness of a motion `x`, J: rounding errors of the elements' forces plus the negligible
+    /// stiffness, `sum k_i x_i^2` with [`NEGLIGIBLE`] of bending. The former are `eps n k |dx|^2/l`, summed over
+    /// neighboring nodes, for `n` nodes and edges of length `l`. `k` is the axial plus bending stiffness, `E A + E I
+    /// (n/L)^2`, for angles the torsional one.
     fn stiffness_tolerance(&self, x: &[f64]) -> f64 {
         let (section, material) = self.scene().at(0.5);
         let moments = section.moments();

@@ -1,9 +1,10 @@
 //! Load steps for limp rods that stand: loads that push a rod towards its clamp are increased step by step.
 //!
-//! Such a rod buckles at `F L^2/(E I)` near 8 (Greenhill 1881). Far above, a descent from the standing shape to the
-//! hanging one passes many saddles, and may end in another equilibrium. Slightly above the critical load the rod bends
-//! to the side that the loads determine, and from there it follows the stable branch. Above [`LIMP`] the fractions of
-//! the loads for these steps are returned, and a small displacement where the loads determine no side.
+//! Such a rod, clamped at its start and free at its end, buckles at `F L^2/(E I)` near 8 (Greenhill 1881). Far above, a
+//! descent from the standing shape to the hanging one passes many saddles, and may end in another equilibrium. Slightly
+//! above the critical load the rod bends to the side that the loads determine, and from there it follows the stable
+//! branch. Above [`LIMP`] (without loads across the rod [`LIMP_SYMMETRIC`]) the output is a list of load fractions for
+//! these steps. A small displacement is added where the loads determine no side.
 
 use crate::numerics::vector::{add, dot, sub};
 use crate::problem::{Discretized, Model, Setup};
@@ -33,10 +34,11 @@ pub(super) struct StandingLoads {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// The load steps from the shape `q`: from [`FIRST_LOAD`] on, by factors of [`LOAD_RATIO`], below the full loads.
-    /// `None` unless the rod is clamped at its start and free at its end, without motion of the ends, recorded start
-    /// and user-defined energies. `None` too if the loads do not push it towards the clamp, or it is stiffer than
-    /// [`LIMP`] ([`LIMP_SYMMETRIC`] without loads across it).
+    /// The load steps from the shape `q`, as fractions of the full loads: [`FIRST_LOAD`] over `F L^2/(E I)`, then by
+    /// factors of [`LOAD_RATIO`], below 1. `F` is the size of the sum of all loads, and `E I` the softer bending
+    /// stiffness halfway along. `None` unless the rod is clamped at its start and free at its end, without motion of
+    /// the ends, recorded start and user-defined energies. `None` too if the loads do not push it towards the clamp, or
+    /// `F L^2/(E I)` is below [`LIMP`] ([`LIMP_SYMMETRIC`] without loads across it, where `push` is [`PUSH`]).
     pub(super) fn standing_loads(&self, q: &[f64]) -> Option<StandingLoads> {
         let (scene, last) = (self.scene(), self.nodes() - 1);
         let supports = &scene.supports;
@@ -49,8 +51,6 @@ impl<M: Model> Discretized<'_, M> {
             return None;
         }
         let forces = self.nodal_loads(self.rod().mass());
-        // The rod stands if the loads push it towards the wall: the sum of force times position relative to the wall is
-        // negative, and the total force points against the axis from the wall to the tip.
         // The rod stands if the sum of force times position relative to the wall is negative, and the total force points against
         // the axis from the wall to the tip.
         let wall = self.model.position(q, 0);

@@ -1,4 +1,9 @@
 //! The definition of a structure: its scene, its assembly at rest and its scales.
+//!
+//! [`Structure::new`] validates a scene of rods, bodies and joints and builds its assembly at rest. The assembly over another
+//! number type, such as dual numbers, follows for derivatives. Scales are the total length, the frequency of bending of the
+//! whole, and the stiffness and frequency that count as zero. Equilibria, modes and simulations of the structure are methods
+//! in other modules.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -53,7 +58,8 @@ pub struct Structure {
 }
 
 impl Structure {
-    /// The structure of a scene.
+    /// The structure of a scene, which is validated; model (planar or spatial) and assembly at rest are built. Derivatives of
+    /// energies are hand-derived ones.
     ///
     /// # Errors
     /// [`Error::Invalid`] with file, key, and the found and the allowed value.
@@ -66,25 +72,28 @@ impl Structure {
         Ok(Self { scene, blueprint, at_rest, derivatives: Derivatives::Hand })
     }
 
-    /// The structure with other derivatives of the energies in simulations.
+    /// The structure whose simulations compute gradients and Hessians of energies by hand-derived formulas or dual numbers.
+    /// Equilibria and modes always take the hand-derived ones.
     pub fn with_derivatives(self, derivatives: Derivatives) -> Self {
         Self { derivatives, ..self }
     }
 
-    /// The scene.
+    /// The validated scene, in plain numbers.
     pub fn scene(&self) -> &StructureScene {
         &self.scene
     }
 
-    /// The assembly at rest.
+    /// The assembly with unknowns, frames and meshes at rest, in plain numbers, without the deformation by loads.
     pub fn at_rest(&self) -> &AssemblyAtRest<f64> {
         &self.at_rest
     }
 
-    /// The assembly at rest over another number type; `seed` returns the number of a path, value and quantity of the scene.
+    /// The assembly at rest over another number type, with the model and joints of this structure. `seed` returns the number
+    /// of type `D` for the path, value and quantity (unit and limits) of each number of the scene.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
+    /// Those of the assembly as in [`new`](Self::new): a joint without inertia, loads outside of rods. The numbers are not
+    /// validated again.
     pub fn at_rest_over<D: Nestable>(
         &self,
         seed: impl FnMut(&str, f64, Quantity) -> D,
@@ -92,7 +101,7 @@ impl Structure {
         self.blueprint.build(&self.scene.map_numbers(seed))
     }
 
-    /// Sum of the lengths of all rods, m.
+    /// Sum of the lengths of all rods at rest, m; the scale of lengths of the structure.
     pub fn length(&self) -> f64 {
         self.at_rest.meshes.iter().map(|mesh| mesh.length).sum()
     }
@@ -102,17 +111,19 @@ impl Structure {
         self.at_rest.meshes.iter().map(|mesh| mesh.nodes.len() - 1).sum()
     }
 
-    /// Number of unknowns that move.
+    /// Number of unknowns that move: all coordinates of rods, bodies and springs but those of carried and fixed nodes and of
+    /// gaps.
     pub fn dof(&self) -> usize {
         self.at_rest.q.len() - self.at_rest.assembly.tied().count()
     }
 
-    /// The scenes of the single rods.
+    /// The scenes of the single rods, in the order of `[[rods]]`, in plain numbers.
     pub(super) fn parts(&self) -> impl Iterator<Item = &Scene> {
         self.blueprint.parts.iter()
     }
 
-    /// Square of the lowest frequency scale of bending of a rod, `E I/(rho A L^4)` with the sum of all lengths, 1/s^2.
+    /// The square of the frequency scale of bending, 1/s^2: the smallest `E I/(rho A L^4)` of all rods. Material, area and
+    /// smaller second moment are those halfway along each rod; L is the sum of all lengths.
     pub(super) fn bending_frequency_squared(&self) -> f64 {
         let length = self.length();
         let squared = self.parts().map(|scene| {
@@ -125,7 +136,9 @@ impl Structure {
         squared.fold(f64::INFINITY, f64::min)
     }
 
-    /// Rounding errors of the squared frequency of a motion without resistance, 1/s^2, by the axial stiffness of the edges.
+    /// Rounding errors of the squared frequency of a motion without resistance, 1/s^2, due to the axial stiffness of the
+    /// edges: `10 eps n^2 (E/rho)/L^2`. Here `n` is the number of nodes of all rods, `E/rho` the largest of all rods halfway
+    /// along them, and L the sum of all lengths.
     pub(super) fn rounding_frequency_squared(&self) -> f64 {
         let nodes: usize = self.at_rest.meshes.iter().map(|mesh| mesh.nodes.len()).sum();
         let speeds = self.parts().map(|scene| {
@@ -136,8 +149,10 @@ impl Structure {
         10.0 * f64::EPSILON * (nodes as f64).powi(2) * speed / self.length().powi(2)
     }
 
-    /// Stiffness of every unknown, N/m, that counts as none: a billionth of that of bending as a whole, or rounding errors
-    /// of the tangent where these are larger.
+    /// Stiffness of every unknown that counts as none: N/m, and N m for angles of edges in space; zero for unknowns without
+    /// effect. It is the mass of the unknown times `f (E I/(rho A L^4))`, with the smallest such square of a frequency. The
+    /// factor f is [`NEGLIGIBLE`] plus rounding errors `10 eps n^4` for `n` nodes in all. For angles of edges it is `f G J/L`
+    /// over the number of edges of the rod.
     pub(super) fn negligible_stiffness(&self) -> Vec<f64> {
         let nodes: usize = self.at_rest.meshes.iter().map(|mesh| mesh.nodes.len()).sum();
         let noise = 10.0 * f64::EPSILON * (nodes as f64).powi(4);

@@ -1,4 +1,10 @@
 //! The equilibrium of a structure under its loads, and its stability in its plane or in space.
+//!
+//! The [descent](crate::statics::Descent) starts from the rest shape, under the full loads. Stability follows from the
+//! numbers of eigenvalues of the tangent below -1 and between -1 and 1, in units of the negligible stiffness: motions that
+//! lower the energy, and marginal ones. In a plane only motions in the plane are examined. Straight round rods between balls
+//! spin without resistance; they are counted separately. [`Structure::equilibrium`] returns a [`StructureEquilibrium`] with
+//! shape, energies and these counts; its summary is text. Modes and simulations take `equilibrium_state`.
 
 use crate::code::Code;
 use crate::energy::Derivatives;
@@ -50,10 +56,13 @@ fn is_zero(count: &usize) -> bool {
 }
 
 impl Structure {
-    /// The equilibrium under the loads that the structure reaches from its rest shape.
+    /// The equilibrium under the loads that a descent (`statics::descent`) reaches from the rest shape, with positions,
+    /// energies and stability. Unstable and marginal equilibria are results too, with the numbers of such motions. Of the
+    /// marginal motions, spins of straight round rods between balls are subtracted.
     ///
     /// # Errors
-    /// [`Error::Equilibrium`] where none is found.
+    /// [`Error::Equilibrium`] where none is found; [`Error::SingularEquilibrium`] if the tangent has zero pivots at all
+    /// shifts.
     pub fn equilibrium(&self) -> Result<StructureEquilibrium, Error> {
         let found = self.equilibrium_state()?;
         let energies = self.at_rest.assembly.energies(&found.q, &found.frames);
@@ -78,7 +87,8 @@ impl Structure {
         })
     }
 
-    /// Rods in space whose spin about themselves meets no resistance: straight and round ones with no clamped end.
+    /// Indices of the rods in space whose spin about themselves meets no resistance. These are straight at rest and round
+    /// (second moments halfway equal within 1e-9), without a clamped end: each end is free or pinned. Empty in a plane.
     fn spinning_rods(&self) -> impl Iterator<Item = usize> {
         let is_round = |scene: &Scene| {
             let [i1, i2] = scene.at(0.5).0.moments().second_moments;
@@ -96,7 +106,9 @@ impl Structure {
         (0..count).filter(spins)
     }
 
-    /// The unknowns and frames of the equilibrium.
+    /// Unknowns and frames of the equilibrium, by a descent from the rest shape, with the number of iterations and the
+    /// largest unbalanced force. Springs of the negligible stiffness hold the angles of rods that spin freely. Hand-derived
+    /// derivatives are taken.
     pub(super) fn equilibrium_state(&self) -> Result<EquilibriumState<AssemblyFrames<f64>>, Error> {
         let negligible = self.negligible_stiffness();
         // Weak springs hold the spins of rods.
@@ -119,7 +131,7 @@ impl Structure {
         Descent::new(&self.at_rest.assembly, settings, self.at_rest.q.clone()).descend(frames)
     }
 
-    /// The state at rest.
+    /// The state at rest, without the deformation by loads, as an equilibrium with zero iterations and zero residual.
     pub(super) fn rest_state(&self) -> EquilibriumState<AssemblyFrames<f64>> {
         EquilibriumState {
             q: self.at_rest.q.clone(),
@@ -129,7 +141,9 @@ impl Structure {
         }
     }
 
-    /// The pencil of the tangent at a state with masses, of which those of unknowns without effect are set to zero.
+    /// The pencil `K - s M` of the tangent K at a `state`, with hand-derived derivatives, over all unknowns. M has the
+    /// entries of `mass`, kg or another weight, of which those of unknowns without effect (carried, fixed, gaps) are set to
+    /// zero.
     pub(super) fn pencil(
         &self,
         state: &EquilibriumState<AssemblyFrames<f64>>,
@@ -144,7 +158,9 @@ impl Structure {
 }
 
 impl StructureEquilibrium {
-    /// The result as text for a terminal.
+    /// The result as text for a terminal: stability, the end of each rod, m, energy, J, iterations and residual, N. In a
+    /// plane the status has the note that motions out of it are not examined. A marginal or unstable equilibrium has its
+    /// code.
     pub fn summary(&self) -> Summary {
         let summary = match [self.negative_directions, self.marginal_directions] {
             [0, 0] if self.stable == Some(true) => Summary::new("stable equilibrium", Tone::Good),

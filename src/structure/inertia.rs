@@ -1,8 +1,10 @@
 //! Masses, centers and moments of inertia of the bodies of a planar structure, with those of the nodes that they carry.
 //!
-//! A body carries the mass of the inner node of each clamped end, which is without the part behind the joint, and that of
-//! the outer node of each hinged end. The mass of a sprung clamp counts at the joint, with its moment of inertia about
-//! it: an error of second order in the length of an edge, with which all masses are constant and diagonal.
+//! A body has its own mass, and that of a node of each rod end on it: the inner node of a clamped end, which is without the
+//! part behind the joint, or the outer node of a hinged end. The mass of a sprung clamp counts at the joint, with its moment
+//! of inertia about it: an error of second order in the length of an edge, with which all masses are constant and diagonal.
+//! Center and moment of inertia are those of the sum. [`BodiesAtRest`] has the bodies with their weights and forces, the
+//! springs, the centers of mass, and the coordinates at rest.
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -33,17 +35,18 @@ struct CarriedMass<D> {
     inertia: D,
 }
 
-/// Components of a vector in the axes of a plane.
+/// The scalar products of a vector of the world with the x and y axes of a plane.
 fn in_plane<D: Scalar>(plane: &Plane, vector: [D; 3]) -> [D; 2] {
     [plane.x, plane.y].map(|axis| vector[0] * axis.x + vector[1] * axis.y + vector[2] * axis.z)
 }
 
-/// `a.a`.
+/// `a.a`, the square of the length of a planar vector.
 fn square<D: Scalar>(a: [D; 2]) -> D {
     a[0] * a[0] + a[1] * a[1]
 }
 
-/// Moment of inertia of a body about the normal of a plane, kg m^2.
+/// Moment of inertia of a body about the normal of a plane through its center of mass, kg m^2. A single number is it; of
+/// three principal moments it is `n'I n` with the normal n in the axes of the body (`orientation`, a rotation vector).
 fn inertia_about_normal<D: Scalar>(body: &RigidBody<D>, plane: &Plane) -> D {
     match body.inertia {
         PerAxis::One(inertia) => inertia,
@@ -57,10 +60,14 @@ fn inertia_about_normal<D: Scalar>(body: &RigidBody<D>, plane: &Plane) -> D {
 }
 
 impl<D: Nestable> BodiesAtRest<D> {
-    /// The bodies of a plan with these rods.
+    /// The bodies of a plan with their carried masses of these `rods`, their loads, and the springs of the plan. A body has
+    /// center, m, mass, and the moment of inertia about its center. A joint that does not rotate (hinged) has none. A body of
+    /// the scene has its weight and the forces of `loads.point` on it, which act at its own center of mass. `z` has the
+    /// centers at rest; rotations are zero, in m: angle times the radius of gyration.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a rigid joint without a moment of inertia.
+    /// [`Error::Invalid`] for a rigid joint without a moment of inertia, and a spring that is too stiff for the rod beside it
+    /// ([`LEAST_COMPLIANCE`]).
     pub fn new(
         plan: &StructurePlan,
         plane: &Plane,
@@ -137,8 +144,9 @@ impl<D: Nestable> BodiesAtRest<D> {
     }
 }
 
-/// The spring of a plan for a clamp with a moment of inertia, kg m^2, about the joint; `length`, m, is the scale of its
-/// rotation.
+/// The spring number `spring` of a plan, for a clamp with the moment of inertia `inertia`, kg m^2, about the joint. `length`,
+/// m, is the scale of the coordinate of its rotation. Stiffness, N m/rad, is the reciprocal of the first compliance of the
+/// joint, with the rest angle of the scene; 1 and 0 for other kinds of joints.
 fn joint_spring<D: Nestable>(
     plan: &StructurePlan,
     scene: &StructureScene<D>,
@@ -159,7 +167,9 @@ fn joint_spring<D: Nestable>(
     }
 }
 
-/// Rejects a spring so much stiffer than the rod beside it that the tangent loses the stiffness of the rod.
+/// Rejects a spring so much stiffer than the joint of the rod beside it that the tangent loses the stiffness of the rod. Its
+/// first compliance must be at least [`LEAST_COMPLIANCE`] over the bending stiffness, N m, of the outermost joint at this
+/// `end`. `Ok` for joints without springs.
 fn check_compliance<D: Nestable>(
     plan: &StructurePlan,
     scene: &StructureScene<D>,
@@ -181,7 +191,8 @@ fn check_compliance<D: Nestable>(
 /// exceed 1e-5 of that of the edge.
 pub(super) const LEAST_COMPLIANCE: f64 = 1e-11;
 
-/// The error of a rigid joint whose rods lie on each other.
+/// The error, with the key `joints[i]`, that a rotating joint has no moment of inertia, since its rods lie on each other. `i`
+/// is the joint of the `body` of the plan, 0 if it has none.
 pub(super) fn without_inertia(plan: &StructurePlan, body: usize) -> Error {
     let joint = plan.bodies[body].joint.unwrap_or_default();
     let found = "a joint without a moment of inertia";

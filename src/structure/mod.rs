@@ -1,8 +1,9 @@
-//! Structures: several rods in a plane or in space with rigid bodies and joints, simulated, at rest, and vibrating.
+//! Structures: several rods in a plane or in space with rigid bodies and joints; their equilibria, modes and simulations.
 //!
 //! A [`Structure`] is a [scene](crate::StructureScene) with its [assembly](crate::rod::assembly). Joints are rigid, hinged
-//! (`ball` and `hinge` are the same in a plane), or have rotational springs. Derivatives along any number are those of
-//! the same functions over dual numbers.
+//! (`ball` and `hinge` are the same in a plane), or have rotational springs. Output: [`StructureEquilibrium`] with stability,
+//! [`StructureModes`], and [`StructureMotion`] with its [`StructureReport`]. Derivatives along any number of the scene are
+//! those of the same functions over dual numbers.
 
 mod blueprint;
 mod definition;

@@ -1,4 +1,9 @@
 //! Natural frequencies and mode shapes of a structure in its plane or in space.
+//!
+//! [`Structure::modes`] solves `K x = w^2 M x` with the tangent K at the equilibrium, or at rest, and the diagonal masses M.
+//! The lowest eigenpairs are [`StructureModes`], with displacements of all nodes; the summary is a table. Squared frequencies
+//! within rounding errors of zero become zero, and negative ones are unstable modes with growth rates. A warning follows if
+//! rounding errors of fine meshes affect the frequencies.
 
 use crate::energy::Derivatives;
 use crate::error::{Error, ensure};
@@ -109,7 +114,8 @@ impl Structure {
     /// The `count` lowest modes, in the plane or in space, about the equilibrium, or with `rest` about the rest shape.
     ///
     /// # Errors
-    /// Those of [`equilibrium`](Self::equilibrium), and iterations that do not converge.
+    /// Those of the [equilibrium](Self::equilibrium), except with `rest`, and iterations for eigenvalues that do not
+    /// converge.
     pub fn modes(&self, count: usize, rest: bool) -> Result<StructureModes, Error> {
         let state = match rest {
             true => self.rest_state(),
@@ -144,7 +150,8 @@ impl Structure {
 }
 
 impl StructureModes {
-    /// The result as text for a terminal.
+    /// The result as text for a terminal: the number of modes, or of unstable ones among them, and a table. It has a row per
+    /// mode with frequency in Hz and rad/s, or for an unstable one the growth rate, 1/s. Warnings follow.
     pub fn summary(&self) -> Summary {
         let unstable = self.modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
         let count = self.modes.len();

@@ -1,4 +1,9 @@
 //! Places of the rods of a structure: meshes at their origins, points of joints, and the common plane.
+//!
+//! The mesh of each rod is shifted, without rotation, to its origin or so that its end is at another point of a joint. The
+//! point of a clamped end is the middle of its outer edge; of a pinned end it is its outer node. That of a body is its
+//! position plus the offset. [`check_joints`] rejects joints whose points are apart, [`common_plane`] structures that are not
+//! in one plane. The construction of an assembly uses them.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -28,7 +33,7 @@ pub(super) struct PlacedRod<D: Nestable, L: AssemblyLayout> {
 }
 
 impl<D: Nestable, L: AssemblyLayout> PlacedRod<D, L> {
-    /// Position of a node at rest, m.
+    /// Position of node `i` at rest, m, in the axes of the model.
     pub fn node(&self, i: usize) -> L::Place<D> {
         L::place(|c| self.q[L::STRIDE * i + c])
     }
@@ -38,25 +43,25 @@ impl<D: Nestable, L: AssemblyLayout> PlacedRod<D, L> {
         self.q.len().div_ceil(L::STRIDE)
     }
 
-    /// Mass of a node, kg.
+    /// Mass of node `i`, kg, with its point masses.
     pub fn mass(&self, i: usize) -> D {
         self.rod.mass()[L::STRIDE * i]
     }
 
-    /// The middle of the outer edge of an end, m.
+    /// The middle of the outer edge at rest of an end, 0 (start) or 1, m, in the axes of the model.
     pub fn wall(&self, end: usize) -> L::Place<D> {
         let [outer, inner] = end_nodes(self.nodes(), end).map(|i| L::STRIDE * i);
         L::place(|c| (self.q[outer + c] + self.q[inner + c]) * 0.5)
     }
 }
 
-/// Indices of the outer node of an end of a rod with `n` nodes, and of the node inside of it.
+/// Indices of the outermost node of an end (0 start, else end) of a rod with `n` nodes, and of the node next to it.
 pub(super) fn end_nodes(n: usize, end: usize) -> [usize; 2] {
     if end == 0 { [0, 1] } else { [n - 1, n - 2] }
 }
 
-/// The point of an end with a support, of a rod with these nodes: the middle of the outer edge at a clamp, else the outer
-/// node.
+/// The point, m, at which an end (0 or 1) of a rod with these nodes is joined: the middle of its outer edge for a clamped
+/// `support`, else its outer node.
 pub(super) fn end_point<D: Scalar>(nodes: &[Vector<D>], end: usize, support: Support) -> Vector<D> {
     let [outer, inner] = end_nodes(nodes.len(), end).map(|i| nodes[i]);
     match support {
@@ -65,7 +70,9 @@ pub(super) fn end_point<D: Scalar>(nodes: &[Vector<D>], end: usize, support: Sup
     }
 }
 
-/// The mesh of every rod at its place; `scenes` are those of the single rods.
+/// The mesh of every rod, in order, shifted to its place in the order of the plan. A rod is at `origin`, or at zero without
+/// one, or its end is at another point of a joint. If that point is of a body without an offset, the shift is zero. `scenes`
+/// are those of the single rods. Errors are those of [`Scene::mesh`].
 pub(super) fn placed_meshes<D: Scalar>(
     plan: &StructurePlan,
     structure: &StructureScene<D>,
@@ -88,7 +95,8 @@ pub(super) fn placed_meshes<D: Scalar>(
     Ok(meshes)
 }
 
-/// The place of a point of a joint; none of a body without an offset there.
+/// The point `at` of a joint in the world, m: that of the end of a rod ([`end_point`]), or the position of a body plus the
+/// offset of the joint. None for a body without an offset there.
 fn point<D: Scalar>(
     plan: &StructurePlan,
     structure: &StructureScene<D>,
@@ -107,7 +115,8 @@ fn point<D: Scalar>(
     }
 }
 
-/// Rejects joints whose points are apart.
+/// Rejects the first joint of which a point is farther from its first point than [`JOINT_TOLERANCE`] of the length of the
+/// longest rod. Points of bodies without an offset are not compared. The error has the key `joints[i]`.
 pub(super) fn check_joints(
     plan: &StructurePlan,
     structure: &StructureScene,
@@ -134,7 +143,9 @@ pub(super) fn check_joints(
     Ok(())
 }
 
-/// The plane of all rods, bodies and loads.
+/// The plane through all nodes of the rods, gravity, point forces and positions of bodies ([`Plane::through`]). A structure
+/// on one line takes the plane with the first `up` of a section. An error, with the key, for a quantity that leaves the
+/// plane. Offsets of joints may leave it by [`PLANE_TOLERANCE`] of the longest rod, axes of hinges must be normal to it.
 pub(super) fn common_plane(structure: &StructureScene, meshes: &[Mesh]) -> Result<Plane, Error> {
     let loads = structure.loads.point.iter().enumerate();
     let forces = loads.map(|(k, load)| KeyedVector {

@@ -1,5 +1,8 @@
-//! Discrete choices of a structure, which have no derivatives: what holds every end of a rod, the order of the bodies'
-//! coordinates, and which joint places which rod.
+//! Discrete choices of a structure, which have no derivatives: supports of rod ends, coordinates of bodies, places of rods.
+//!
+//! A [`StructurePlan`] states for every end of a rod whether it is free, at a wall, or on a body. A joint without a body of
+//! `[[bodies]]` gets a body of its own. Coordinates of bodies and springs are numbered for a small envelope of the tangent.
+//! Each rod is placed by its origin or by a joint to a placed point. The construction of the assembly follows the plan.
 
 use crate::error::{Error, ensure};
 use crate::numerics::envelope::reverse_cuthill_mckee;
@@ -18,7 +21,8 @@ pub(super) enum EndHold {
 }
 
 impl EndHold {
-    /// The support of the end in the scene of the rod alone.
+    /// The support of the end in the scene of the rod alone: free, pinned at a hinge, or clamped at a wall, a rigid joint or
+    /// a spring.
     pub fn support(self) -> Support {
         match self {
             Self::Free => Support::Free,
@@ -85,7 +89,8 @@ pub(super) struct StructurePlan {
     pub joints: Vec<Vec<JointPoint>>,
 }
 
-/// The rod and end, or the body, of a connection of a joint.
+/// The rod and end, or the body, of entry `number` of a joint: `rod` with `at`, or `body` with an optional offset. Other
+/// combinations and unknown names are an error with `key`.
 fn joint_point(
     scene: &StructureScene,
     key: &str,
@@ -105,7 +110,9 @@ fn joint_point(
 }
 
 impl StructurePlan {
-    /// The choices for a validated scene, in a plane or in space.
+    /// The choices for a validated scene, in a plane or in space, from supports, then joints in order. Errors: rollers and
+    /// recorded supports, an end in two joints or supports, a joint with fewer than two entries or with two bodies. Rods and
+    /// bodies that nothing connects, and a rod that nothing places, are errors too.
     pub fn new(scene: &StructureScene, in_space: bool) -> Result<Self, Error> {
         let mut plan = Self {
             ends: vec![[EndHold::Free; 2]; scene.rods.len()],
@@ -142,7 +149,7 @@ impl StructurePlan {
         Ok(plan)
     }
 
-    /// Sets what holds an end of a rod, of which nothing else holds it.
+    /// Sets the hold of an end, `(rod, end)`. An error, with `key`, if a joint or support holds it already.
     fn hold(
         &mut self,
         scene: &StructureScene,
@@ -157,7 +164,10 @@ impl StructurePlan {
         Ok(())
     }
 
-    /// Adds a joint of the scene: its body, if it names none, its springs, and what holds the ends that it connects.
+    /// Adds joint `number` of the scene: its points, and the hold of each rod end that it connects. It acts on the body that
+    /// it names, or a new one, which does not rotate if the ends are pinned. Pinned are those of a ball, and of a hinge in a
+    /// plane. Springs, and hinges in space, add a spring for each entry after the first. Errors: fewer than two entries, two
+    /// bodies, an end held twice, and a spring whose body is not the first entry.
     fn add_joint(
         &mut self,
         scene: &StructureScene,
@@ -203,7 +213,8 @@ impl StructurePlan {
         Ok(())
     }
 
-    /// Rejects rods and bodies that nothing connects.
+    /// Rejects a rod with two free ends, unless it is the only rod and there is no body. Also rejects a body of `[[bodies]]`
+    /// that no joint holds. The error has the name of the first one.
     fn check_connected(&self, scene: &StructureScene) -> Result<(), Error> {
         let several = self.ends.len() > 1 || !scene.bodies.is_empty();
         for (rod, ends) in scene.rods.iter().zip(&self.ends) {
@@ -220,7 +231,9 @@ impl StructurePlan {
         Ok(())
     }
 
-    /// Numbers the coordinates of bodies, those of bodies with a common rod near each other.
+    /// Numbers the coordinates of bodies and springs, those of bodies with a common rod near each other (reverse
+    /// Cuthill-McKee). A point has 2 in a plane, 4 in space; a rotating body 3 and 8; a spring 1 and 4, after its body. In
+    /// space every fourth one has no effect. Sets their sum, `coordinates`.
     fn number_coordinates(&mut self, in_space: bool) {
         // Coordinates of a point, of a rotating body and of a clamp; in space with gaps.
         let [point, body_size, clamp] = if in_space { [4, 8, 4] } else { [2, 3, 1] };
@@ -243,7 +256,9 @@ impl StructurePlan {
         }
     }
 
-    /// Finds what places each rod: its origin, or the first joint to a placed rod or body.
+    /// Appends a placement for each rod: rods with an `origin` first, and the first rod, at zero without one. Others follow
+    /// one by one, by the first joint that connects them to a placed rod or to a body with an offset. An error for a rod that
+    /// no joint places.
     fn place_rods(&mut self, scene: &StructureScene) -> Result<(), Error> {
         let mut placed = vec![false; scene.rods.len()];
         let with_origin = |i: &usize| scene.rods[*i].origin.is_some();

@@ -1,9 +1,12 @@
 //! Masses, centers and moments of inertia of the bodies of a structure in space, with those of the nodes and edges that they
 //! carry.
 //!
-//! A body carries the mass of the inner node of each clamped end, which is without the part behind the joint, half of the
-//! rotational inertia of the outer edge about itself, and the mass of the outer node of each hinged end. Its axes are the
-//! principal ones of the sum. The mass of a sprung clamp counts at the joint, with its moment of inertia about it.
+//! A body has its own mass, and that of nodes of the rod ends on it. For a clamped end it is the mass of the inner node,
+//! which is without the part behind the joint. Half of the rotational inertia of the outer edge about itself is added. For a
+//! hinged end it is the mass of the outer node. Its axes are the principal ones of the sum. The mass of a sprung clamp counts
+//! at the joint, with its moment of inertia about it. An elastic joint is a rotational spring, or a hinge: a stiff spring
+//! ([`HINGE_STIFFNESS`]) across its axis. [`SpatialBodiesAtRest`] has bodies with loads, springs, centers, coordinates at
+//! rest and the references of the rotations.
 
 use crate::error::{Error, ensure};
 use crate::numerics::rotation::{
@@ -52,7 +55,8 @@ fn outer<D: Scalar>(v: Vector<D>) -> Matrix3<D> {
     components_of(|i, j| v[i] * v[j])
 }
 
-/// The inertia tensor of a body in world axes, kg m^2.
+/// The inertia tensor of a body about its center of mass, in world axes, kg m^2: `R diag(I) R'` with the rotation R by
+/// `orientation`. An error unless the body has three principal moments.
 fn body_tensor<D: Scalar>(body: &RigidBody<D>) -> Result<Matrix3<D>, Error> {
     let PerAxis::Three(principal) = body.inertia else {
         let key = format!("bodies.{}.inertia", body.name);
@@ -65,7 +69,8 @@ fn body_tensor<D: Scalar>(body: &RigidBody<D>) -> Result<Matrix3<D>, Error> {
     Ok(product(&axes, &product(&diagonal, &transpose(&axes))))
 }
 
-/// The inertia tensor of masses about a center, kg m^2.
+/// The inertia tensor of all masses about `center`, kg m^2: the sum of their own tensors and of `m (a.a 1 - a a')` with the
+/// arms a from the center.
 fn tensor_about<D: Scalar>(masses: &[PlacedInertia<D>], center: Vector<D>) -> Matrix3<D> {
     let mut sum = [[D::from(0.0); 3]; 3];
     for own in masses {
@@ -84,8 +89,9 @@ fn tensor_about<D: Scalar>(masses: &[PlacedInertia<D>], center: Vector<D>) -> Ma
     sum
 }
 
-/// The principal axes of a tensor, in the columns, in plain numbers, by Jacobi's rotations. Products of inertia that are
-/// rounding errors cause no rotation, so that axes of equal moments are those of the world where possible.
+/// The principal axes of a symmetric tensor, in the columns, in plain numbers, by [`SWEEPS`] sweeps of Jacobi's rotations,
+/// not sorted. Products of inertia up to [`NO_PRODUCT`] of the trace cause no rotation, so that axes of equal moments are
+/// those of the world where possible.
 fn principal_axes<D: Scalar>(tensor: &Matrix3<D>) -> Matrix3<f64> {
     let mut own = tensor.map(|row| row.map(|x| x.value()));
     let trace = own[0][0] + own[1][1] + own[2][2];
@@ -111,23 +117,28 @@ const SWEEPS: usize = 12;
 /// Products of inertia below this part of the trace are zero.
 const NO_PRODUCT: f64 = 1e-14;
 
-/// Axes of the clamp at an end of a rod: both directors and the tangent of the outer edge, in the columns.
+/// Axes of the clamp at an end of a rod at rest, in the columns: first director, second director (tangent x first) and
+/// tangent of the outer edge.
 pub(super) fn clamp_axes<D: Nestable>(rod: &PlacedRod<D, Space>, end: usize) -> Matrix3<D> {
     let frame = &rod.frames.edges[end_edge(rod, end)];
     let (tangent, director) = (frame.tangent, frame.director);
     transpose(&[director, cross(tangent, director), tangent])
 }
 
-/// Index of the outer edge of an end.
+/// Index of the outermost edge of an end, 0 (start) or 1.
 pub(super) fn end_edge<D: Nestable>(rod: &PlacedRod<D, Space>, end: usize) -> usize {
     if end == 0 { 0 } else { rod.nodes() - 2 }
 }
 
 impl<D: Nestable> SpatialBodiesAtRest<D> {
-    /// The bodies of a plan with these rods.
+    /// The bodies of a plan with their carried masses of these `rods`, their loads, and the elastic joints. A body has
+    /// center, mass, and principal moments of inertia about its center; a joint that does not rotate has none. A body of the
+    /// scene has its weight and the forces of `loads.point` on it, which act at its own center of mass. `z` has the centers
+    /// at rest, m; coordinates of rotations are zero.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a body without three moments of inertia, a hinge without axis, or a spring that is too stiff.
+    /// [`Error::Invalid`] for a body without three moments of inertia, a rotating joint without inertia, or a hinge without
+    /// axis. Also for a spring with a rest angle, or one that is too stiff for its rod ([`LEAST_COMPLIANCE`]).
     pub fn new(
         plan: &StructurePlan,
         scene: &StructureScene<D>,
@@ -179,7 +190,10 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
         Ok(built)
     }
 
-    /// Adds the reference of a rotation with these axes and this inertia tensor in them; none without inertia.
+    /// Adds the reference of a rotation with the axes `axes`, at rest, and returns the rotation. `coordinate` is its first
+    /// coordinate, `tensor` its inertia, kg m^2, in these axes. The scale of its coordinates, m, is the radius of gyration by
+    /// half the trace and `mass`. Products of inertia keep their derivatives only. None, and nothing added, if a moment is at
+    /// most 1e-12 of the trace or the scale is not a normal number.
     fn add_rotation(
         &mut self,
         coordinate: usize,
@@ -205,7 +219,11 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
         Some(SpatialRotation { coordinate, reference, length, inertia, products })
     }
 
-    /// The elastic joint of a plan at an end of a rod.
+    /// The elastic joint number `spring` of a plan at an end of a rod, with a rotation of its own for the sprung clamp. A
+    /// spring joint has the reciprocals of its compliances in the axes of the clamp. A hinge is free about its axis, and
+    /// resists across it with [`HINGE_STIFFNESS`] times the largest stiffness of the joint of the rod beside it. Errors: a
+    /// rest angle other than zero, a compliance below [`LEAST_COMPLIANCE`] over that stiffness, a hinge without axis, no
+    /// inertia.
     fn spring(
         &mut self,
         plan: &StructurePlan,
@@ -264,12 +282,15 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
     }
 }
 
-/// The part of the rotational inertia of the outer edge of an end, about itself, that belongs to the rod, kg m^2.
+/// The rotational inertia about itself of the half ([`BEFORE_JOINT`]) of the outer edge of an end that belongs to the rod, kg
+/// m^2.
 fn edge_inertia<D: Nestable>(rod: &PlacedRod<D, Space>, end: usize) -> D {
     rod.rod.mass[4 * end_edge(rod, end) + 3] * BEFORE_JOINT
 }
 
-/// The masses of body `b` of a plan.
+/// The masses of body `b` of a plan: its own with its inertia tensor, then one per rod end on it. A clamped end has the inner
+/// node at its place, with the inertia of half the outer edge about its tangent. A hinged end has the outer node, a sprung
+/// clamp the inner node at the joint. Errors are those of [`body_tensor`].
 fn carried_masses<D: Nestable>(
     plan: &StructurePlan,
     scene: &StructureScene<D>,
@@ -310,7 +331,8 @@ fn carried_masses<D: Nestable>(
     Ok(masses)
 }
 
-/// The axes of a rotation at rest, in the columns; those of the world for none.
+/// The axes of a rotation at rest, in the columns, from its entry in `references`; the identity (world axes) without a
+/// rotation.
 pub(super) fn rest_axes<D: Scalar>(
     rotation: Option<&SpatialRotation<D>>,
     references: &[RotationReference<D>],
@@ -318,7 +340,7 @@ pub(super) fn rest_axes<D: Scalar>(
     rotation.map_or_else(identity, |rotation| references[rotation.reference].axes)
 }
 
-/// Components of a vector of the world in axes.
+/// Components of a vector of the world along `axes`, which are unit vectors in the columns.
 pub(super) fn in_axes<D: Scalar>(axes: &Matrix3<D>, vector: Vector<D>) -> Vector<D> {
     times(&transpose(axes), vector)
 }

@@ -1,4 +1,9 @@
-//! Simulations of structures.
+//! Simulations of structures: steps with bisection, the start at rest or in equilibrium, and the report of a run.
+//!
+//! [`Structure::simulation`] returns a [`StructureMotion`] at t = 0, which advances to given times; a step that fails, or
+//! that the control of the energy rejects, is halved. [`Structure::simulation_over`] is a simulation over dual numbers, for
+//! derivatives, without bisection. [`StructureReport`] collects times, energies and ends of the rods, with a warning if the
+//! energy changes too much. In space only Newmark-beta and generalized-alpha integrate.
 
 use crate::dynamics::{
     BisectedSteps, Simulation, StepControl, StepperSettings, Work, advance, energy_warning,
@@ -31,12 +36,12 @@ pub struct StructureMotion<'a> {
 impl BisectedSteps for StructureMotion<'_> {
     type Rod = Assembly<f64>;
 
-    /// The simulation.
+    /// The simulation of the assembly at its present state.
     fn simulation(&self) -> &Simulation<f64, Assembly<f64>> {
         &self.simulation
     }
 
-    /// Makes a step to a time, s.
+    /// Makes a trial step to a time, s, without bisection. Errors are those of the step; the state is then the one before it.
     fn step_to(&mut self, time: f64) -> Result<(), Error> {
         self.simulation.step_to(time)
     }
@@ -46,20 +51,21 @@ impl BisectedSteps for StructureMotion<'_> {
         self.simulation.step_back();
     }
 
-    /// Completes an accepted step.
+    /// Keeps the time of the end of an accepted step; always `Ok`.
     fn accepted(&mut self) -> Result<(), Error> {
         self.taken.push(self.simulation.state().time);
         Ok(())
     }
 
-    /// The control of the energy, with the simulation.
+    /// The energy control of the steps, mutable, with the simulation.
     fn control(&mut self) -> (&mut StepControl, &Simulation<f64, Assembly<f64>>) {
         (&mut self.control, &self.simulation)
     }
 }
 
 impl StructureMotion<'_> {
-    /// Advances to `time`, s; a rejected step is replaced by two of half its size.
+    /// Advances to `time`, s, in one step. A step that fails or that the control of the energy rejects is replaced by two of
+    /// half its size, and so on.
     ///
     /// # Errors
     /// Those of a step that bisection does not save; the state is then the last valid one.
@@ -67,7 +73,7 @@ impl StructureMotion<'_> {
         advance(self, time)
     }
 
-    /// Time, s.
+    /// Time of the present state, s, from t = 0 on.
     pub fn time(&self) -> f64 {
         self.simulation.state().time
     }
@@ -105,17 +111,17 @@ impl StructureMotion<'_> {
         self.simulation.energies()
     }
 
-    /// The simulation of the assembly.
+    /// The simulation of the assembly, with unknowns, velocities and frames of its present state.
     pub fn simulation(&self) -> &Simulation<f64, Assembly<f64>> {
         &self.simulation
     }
 }
 
 impl Structure {
-    /// `[time]` of the scene.
+    /// The table `[time]` of the scene: duration, step and scheme.
     ///
     /// # Errors
-    /// A scene without it.
+    /// [`Error::Invalid`] for a scene without it.
     pub fn time(&self) -> Result<&Time, Error> {
         self.scene.time.as_ref().ok_or_else(|| {
             Error::invalid("time", "no such table", "[time] with end and step, to simulate")
@@ -123,10 +129,12 @@ impl Structure {
         })
     }
 
-    /// A simulation at its start.
+    /// A simulation at t = 0, without velocity: at rest, or in the equilibrium under the loads if `initial.state` requires
+    /// it. The control of the energy is that of the scene of the first rod.
     ///
     /// # Errors
-    /// A scene without `[time]`, and those of the [equilibrium](Self::equilibrium) that it starts from.
+    /// A scene without `[time]` or rods, another scheme than Newmark-beta and generalized-alpha in space, and those of the
+    /// [equilibrium](Self::equilibrium) that it starts from.
     pub fn simulation(&self) -> Result<StructureMotion<'_>, Error> {
         let simulation = self.simulation_of(&self.scene)?;
         let parts = self.parts().next();
@@ -137,8 +145,9 @@ impl Structure {
         Ok(StructureMotion { structure: self, simulation, control, taken: Vec::new() })
     }
 
-    /// A simulation over another number type, without bisection of steps; `seed` returns the number of a path, value and
-    /// quantity of the scene. With dual numbers it has the derivatives of the motion.
+    /// A simulation at t = 0 over another number type `D`, without bisection of steps. `seed` returns the number for the
+    /// path, value and quantity (unit and limits) of each number of the scene. With dual numbers it has the derivatives of
+    /// the motion, also those of an equilibrium at the start.
     ///
     /// # Errors
     /// As [`simulation`](Self::simulation).
@@ -188,8 +197,10 @@ impl Structure {
         Ok(Simulation::new(assembly, q, frames, 0..n, damping, settings, derivatives))
     }
 
-    /// Unknowns and frames of the equilibrium with the derivatives by the numbers of an assembly, whose frames at rest are
-    /// given: Newton iterations over `D` from the equilibrium in plain numbers.
+    /// Unknowns and frames of the equilibrium of an `assembly`, with the derivatives that its numbers carry. From the
+    /// equilibrium in plain numbers, one Newton iteration over `D` is made per order of derivatives, none for `f64`. Frames
+    /// at walls have the derivatives of those at `rest`. Errors: no equilibrium, [`Error::SingularEquilibrium`] for a
+    /// singular tangent.
     fn differentiated_equilibrium<D: Nestable>(
         &self,
         assembly: &Assembly<D>,
@@ -215,7 +226,8 @@ impl Structure {
     }
 }
 
-/// Rejects schemes that do not integrate rotations in space.
+/// Rejects every scheme but Newmark-beta and generalized-alpha, with the key `time.scheme`. It is called for structures in
+/// space.
 fn check_scheme(time: &Time) -> Result<(), Error> {
     let allowed = "\"newmark-beta\" or \"generalised-alpha\", for a structure in space: only these integrate rotations of bodies";
     let integrates = matches!(time.scheme, Scheme::NewmarkBeta | Scheme::GeneralisedAlpha);
@@ -248,12 +260,13 @@ pub struct StructureReport {
 }
 
 impl StructureReport {
-    /// A report of a structure, before the first state.
+    /// A report of a structure without states: only the number of unknowns is set.
     pub fn new(structure: &Structure) -> Self {
         Self { dof: structure.dof(), ..Self::default() }
     }
 
-    /// Adds the present state.
+    /// Adds time, energies and the end (`tip`) of every rod of the present state of `motion`. Its shape and work replace the
+    /// previous ones.
     pub fn push(&mut self, motion: &StructureMotion<'_>) {
         self.push_energies(motion);
         self.shape = motion.shape();
@@ -262,14 +275,16 @@ impl StructureReport {
         }
     }
 
-    /// Adds the energies of the present state, without positions.
+    /// Adds time and energies of the present state of `motion`, and replaces the work by that so far. Positions are
+    /// unchanged.
     pub fn push_energies(&mut self, motion: &StructureMotion<'_>) {
         self.work = motion.simulation.work();
         self.times.push(motion.time());
         self.energies.push(motion.energies());
     }
 
-    /// Largest change of the total energy since the start, J, and the largest kinetic energy, J.
+    /// Largest absolute difference of the total energy from that of the first state, J, and the largest kinetic energy, J,
+    /// over all added states; zeros without any.
     fn energy_change(&self) -> [f64; 2] {
         let first = self.energies.first().map_or(0.0, Energies::total);
         let change = self.energies.iter().map(|energies| (energies.total() - first).abs());
@@ -277,7 +292,9 @@ impl StructureReport {
         [change.fold(0.0, f64::max), kinetic.fold(0.0, f64::max)]
     }
 
-    /// Sets the warnings, and the status by the outcome of the run of a structure.
+    /// Sets the status, `completed` or the text of the error in `outcome`. Replaces the warnings by that of the energy, if
+    /// its change relative to the largest kinetic energy exceeds the limit for the scene of the first rod. None with damping,
+    /// and without kinetic energy.
     pub fn finish(&mut self, structure: &Structure, outcome: &Result<(), Error>) {
         let [change, kinetic] = self.energy_change();
         let warning =
@@ -290,7 +307,8 @@ impl StructureReport {
         };
     }
 
-    /// The result as text for a terminal.
+    /// The result as text for a terminal: status, ends of all rods at the last time, change of the energy, unknowns, steps
+    /// and Newton iterations, and the warnings.
     pub fn summary(&self) -> Summary {
         let tone = Tone::of_result(self.status == "completed", !self.warnings.is_empty());
         let tips = self.shape.rods.iter().map(|(name, rod)| {

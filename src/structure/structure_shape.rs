@@ -1,4 +1,8 @@
-//! Positions of the rods and bodies of a structure.
+//! Positions of the rods and bodies of a structure, by their names, and their CSV.
+//!
+//! [`Structure::shape_at`] converts unknowns and frames to a [`StructureShape`] in the world: all nodes and the end of each
+//! rod, and the pose of each body of `[[bodies]]`. Nodes that bodies carry are placed by these. `displacements` does the same
+//! for a mode shape. Equilibria, motions and modes show these positions.
 
 use crate::numerics::rotation::{identity, product, rotation_vector, transpose};
 use crate::numerics::vector::dot;
@@ -49,12 +53,14 @@ pub struct StructureShape {
 }
 
 impl Structure {
-    /// Positions at the unknowns `q`; in space with the frames at rest.
+    /// Positions of all rods and bodies at the unknowns `q`, m. In space rotations of bodies refer to the frames at rest.
     pub fn shape(&self, q: &[f64]) -> StructureShape {
         self.shape_at(q, &self.at_rest.frames)
     }
 
-    /// Positions at the unknowns `q` with their frames.
+    /// Positions of all rods and bodies in the world, m, at the unknowns `q`, with the `frames` from which rotations and
+    /// angles are measured. Entries of carried nodes in `q` have no effect: the bodies place them. Bodies of joints are left
+    /// out.
     pub fn shape_at(&self, q: &[f64], frames: &AssemblyFrames<f64>) -> StructureShape {
         let mut q = q.to_vec();
         let assembly = &self.at_rest.assembly;
@@ -75,7 +81,9 @@ impl Structure {
         shape
     }
 
-    /// The pose of body `i` at the coordinates `z` of all bodies.
+    /// The pose of body `i` of the plan at the coordinates `z` of all bodies: its own center of mass in the world, m, and its
+    /// rotation from rest, rad. In a plane that is the angle about the normal, zero for a body that does not rotate. In space
+    /// it is the rotation vector and its size. `frames` has the references of rotations in space, without effect in a plane.
     fn body_pose(&self, i: usize, z: &[f64], frames: &AssemblyFrames<f64>) -> BodyPose {
         match (&self.at_rest.assembly, &self.blueprint.models) {
             (Assembly::Plane(rods), RodModels::Plane { plane, .. }) => {
@@ -98,7 +106,8 @@ impl Structure {
         }
     }
 
-    /// World components of the positions, or of changes of them, in the unknowns of a rod.
+    /// Positions of all nodes in the world from the unknowns `own` of one rod, or with `are_positions` false their changes,
+    /// which are rotated only. In space angles of edges are dropped.
     fn node_vectors(&self, own: &[f64], are_positions: bool) -> Vec<[f64; 3]> {
         match &self.blueprint.models {
             RodModels::Plane { plane, .. } => {
@@ -114,7 +123,8 @@ impl Structure {
         }
     }
 
-    /// Displacements along a change of the unknowns at a state.
+    /// Displacements of all nodes in world axes, by the name of the rod, along a `change` of the unknowns at a `state`, to
+    /// first order. Those of carried nodes follow from the bodies, of fixed nodes are zero.
     pub(super) fn displacements(
         &self,
         state: &EquilibriumState<AssemblyFrames<f64>>,
@@ -129,7 +139,8 @@ impl Structure {
             .collect()
     }
 
-    /// The end of rod `k` with these nodes.
+    /// Position of the end of rod `k` with these `nodes`, m: the weighted sum of the stencil of its tip. It is the wall or
+    /// joint between two nodes, else the last node.
     fn tip(&self, k: usize, nodes: &[[f64; 3]]) -> [f64; 3] {
         let mesh = &self.at_rest.meshes[k];
         match crate::scene::Point::Tip.stencil(mesh) {
@@ -140,7 +151,8 @@ impl Structure {
 }
 
 impl StructureShape {
-    /// Writes all nodes as rows of CSV at a time, s: `time,rod,node,x,y,z`.
+    /// Writes a row of CSV, without header, for each node of each rod: `time,rod,node,x,y,z` with the `time`, s, name, node
+    /// index from 0 and position, m. Rods are in the order of their names.
     ///
     /// # Errors
     /// Those of the writer.
@@ -153,7 +165,8 @@ impl StructureShape {
         Ok(())
     }
 
-    /// All nodes as CSV: `rod,node,x,y,z`.
+    /// All nodes as CSV with the header `rod,node,x,y,z`: name, node index from 0 and position, m. Rods are in the order of
+    /// their names.
     pub fn to_csv(&self) -> String {
         let mut text = String::from("rod,node,x,y,z\n");
         for (name, rod) in &self.rods {

@@ -201,8 +201,10 @@ impl Summary {
         lines
     }
 
-    /// The wrapped and indented lines of a block. With `repeats_label` the label of a fact, which equals that of the block
-    /// above, is left blank. A table that is too wide is indented less.
+    /// The wrapped and indented lines of a block. Texts of facts begin behind the label at [`LABEL_WIDTH`]; with
+    /// `repeats_label` the label, which equals that of the block above, is left blank. Tables are indented by 4 below a
+    /// title, by 2 without one or if they are too wide. Verbatim lines are neither wrapped nor indented. Control characters
+    /// are escaped.
     fn block_lines(block: &SummaryBlock, repeats_label: bool, style: TextStyle) -> Vec<String> {
         match block {
             SummaryBlock::Fact { label, text } => {

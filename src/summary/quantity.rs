@@ -19,7 +19,8 @@ const SECONDS_PER_MINUTE: f64 = 60.0;
 /// p-values below this are displayed as this upper bound.
 const SMALLEST_P: f64 = 1e-99;
 
-/// A number with `digits` significant digits (at least one), rounded, with an exponent outside [`FIXED_POINT`]. Zero is `0`.
+/// A number rounded to `digits` significant digits (at least one). Its absolute value is written without an exponent from
+/// 1e-3 to below 1e4 ([`FIXED_POINT`]), else as `1.5e-5`. Zero is `0`.
 pub(crate) fn number(value: f64, digits: usize) -> String {
     let digits = digits.max(1);
     match value.abs() {
@@ -35,8 +36,9 @@ pub(crate) fn number(value: f64, digits: usize) -> String {
     }
 }
 
-/// An SI value with `digits` significant digits and its unit. Units of [`PREFIXED`] have a prefix (mm, us) for a value below
-/// a tenth of the unit. Masses in kg are shown in g below 1 kg. Without a unit it is the number alone.
+/// An SI value with `digits` significant digits and its unit. Units of [`PREFIXED`] have the largest prefix (mm, us, down to
+/// p) of which the value is at least a tenth; smaller values have none. Masses in kg are shown in g, with prefixes, below 1
+/// kg. Without a unit it is the number alone.
 pub(crate) fn quantity(value: f64, unit: &str, digits: usize) -> String {
     let (value, unit) = if unit == "kg" { (value * 1e3, "g") } else { (value, unit) };
     let size = value.abs();

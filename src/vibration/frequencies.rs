@@ -47,14 +47,16 @@ pub struct NaturalFrequency {
 }
 
 impl Problem {
-    /// The frequencies of named modes about the equilibrium under the loads, in the order of the names, with exact
-    /// derivatives by `parameters`. A plain number as a name counts from 1 on in ascending order: the modes in the
-    /// plane of a planar scene, or all modes of a spatial one; see [`ModeName`].
+    /// The angular frequencies, rad/s, of named modes about the equilibrium under the loads, in the order of the names.
+    /// Each has its exact derivatives by the `parameters`, in their order. A number without a filter as a name counts
+    /// from 1 on in ascending order: the modes in the plane of a planar scene, or all modes of a spatial one; see
+    /// [`ModeName`]. Free rigid motions are not counted.
     ///
     /// # Errors
     /// Those of [`equilibrium`](Problem::equilibrium). [`Error::Mode`] for a mode without stiffness, and with `parameters`
     /// for a mode with the frequency of another one in the same plane, as the pairs of bending modes of a round rod in
-    /// space.
+    /// space. [`Error::OutOfRange`] for a number above that of the modes, [`Error::Invalid`] for a filter or parameter
+    /// that the scene cannot have, [`Error::Indifferent`] at a stability limit.
     pub fn natural_frequencies<N: Into<ModeName> + Copy>(
         &self,
         modes: &[N],
@@ -113,9 +115,9 @@ struct NamedModes<'a> {
 }
 
 impl<'a> NamedModes<'a> {
-    /// The named modes in plain numbers, in the order of the names, with the equilibrium, which is searched here. If
-    /// they are `differentiated`, every one must have a frequency of its own. Names that the problem cannot have are
-    /// an error.
+    /// The named modes in plain numbers, in the order of the names, with the equilibrium, which is searched here. Modes
+    /// in and out of the plane of a planar problem are computed separately. If they are `differentiated`, every one
+    /// must have a frequency of its own in its plane. Errors are those of [`Problem::natural_frequencies`].
     fn new(problem: &'a Problem, names: &[ModeName], differentiated: bool) -> Result<Self, Error> {
         for name in names {
             name.among.check(problem, "modes")?;
@@ -165,7 +167,8 @@ impl<'a> NamedModes<'a> {
     }
 
     /// The frequencies, rad/s, in the order of the modes, with the derivatives that `D` carries, by inverse iteration
-    /// at the differentiated equilibrium. `seed` returns the number of a parameter over `D`.
+    /// at the differentiated equilibrium. `seed` returns the number of a parameter over `D`. [`Error::Indifferent`] or
+    /// [`Error::SingularEquilibrium`] for singular matrices.
     fn frequencies<D: Nestable>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
@@ -214,9 +217,10 @@ impl<'a> NamedModes<'a> {
     }
 }
 
-/// The modes of a rod with the given names, in their order. The number of computed modes is doubled until all names
-/// are found. [`Error::OutOfRange`] for a number above the number of modes that pass its filter. A mode without
-/// stiffness is an error, and, if they are `differentiated`, one whose frequency is not its own.
+/// The modes of a rod with the given names, in their order. The number of computed modes is doubled until all names are
+/// found, each with one more mode above it. A number counts the modes that pass its filter, from 1 on.
+/// [`Error::OutOfRange`] for zero or a number above theirs. A mode without stiffness is [`Error::Mode`], and, if they
+/// are `differentiated`, one whose frequency is not its own.
 pub(super) fn find_named_modes<M: Model, T: Tangent<f64>>(
     rod: &VibratingRod<'_, M, T>,
     names: &[ModeName],
@@ -286,8 +290,9 @@ fn checked_mode(
     }
 }
 
-/// The angular frequency of a mode, rad/s, with the derivatives that `D` carries: [`ITERATIONS`] inverse iterations
-/// on the pencil over `D` from the mode `pair` in plain numbers. The value is that of `pair`.
+/// The angular frequency of a mode, rad/s, with the derivatives that `D` carries: [`ITERATIONS`] inverse iterations on
+/// the pencil over `D` from the mode `pair` in plain numbers. The squared value is that of `pair`, the derivatives are
+/// those of the last quotient. [`Error::SingularEquilibrium`] for a zero pivot.
 fn frequency<D: Nestable, T: Tangent<D>>(
     pencil: &Pencil<D, T>,
     pair: &Eigenpair,

@@ -1,11 +1,13 @@
-//! Modes of small vibrations about a state: the lowest frequencies (rad/s), their shapes and kinds.
+//! Modes of small vibrations about a state, the equilibrium or the rest shape: the lowest frequencies (rad/s), their
+//! shapes and kinds.
 //!
-//! They solve `K v = omega^2 M v` with the exact tangent `K` at the state. The lowest and all unstable modes are computed.
-//! A planar scene with a torsional stiffness has modes out of its plane too. These are computed separately, so that modes
-//! of equal frequency do not mix.
+//! They solve `K v = omega^2 M v` with the exact tangent `K` at the state. The lowest modes are computed, and all
+//! unstable ones (up to [`MAX_UNSTABLE`] in a plane). A planar scene with a torsional stiffness has modes out of its
+//! plane too. These are computed separately, so that modes of equal frequency do not mix.
 //!
 //! A mode has a plane, a [`ModeKind`] and a number among the modes of its plane. A measured frequency names its mode by
-//! these ([`ModeName`](crate::vibration::ModeName)). Free motions have no number.
+//! these ([`ModeName`](crate::vibration::ModeName)). Rigid motions of frequency zero have no number. Output: [`Modes`],
+//! with a summary as text, and the eigenpairs for frequencies with derivatives.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -305,8 +307,8 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         self.pencil.order()
     }
 
-    /// Largest possible number of free rigid motions: 0 with a clamp or a recorded end that cannot turn freely, else
-    /// 3 in or out of a plane and 6 in space.
+    /// Largest possible number of free rigid motions: 0 with a clamp or a recorded end without `free_twist`, else 3 in
+    /// or out of a plane and 6 in space.
     pub fn most_free(&self) -> usize {
         let supports = &self.discretized.scene().supports;
         let clamped = [End::Start, End::End].into_iter().any(|end| match supports.at(end) {
@@ -327,8 +329,10 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         (0..self.discretized.nodes()).map(|i| rod.mass()[M::STRIDE * i]).collect()
     }
 
-    /// The `count` lowest modes in ascending order, with kinds and shapes. Squared frequencies below their rounding
-    /// error are set to zero, unless they are counted as unstable; those of uncertain sign are recomputed first.
+    /// The `count` lowest modes in ascending order (all, if there are fewer), with kinds and shapes. Squared
+    /// frequencies below [zero](Discretized::zero_squared_frequency) or their rounding error are set to zero, unless
+    /// they are counted as unstable. A few of uncertain sign are first [recomputed](Self::refine), and stay as they are
+    /// then.
     pub fn lowest(&self, count: usize) -> Result<Vec<Eigenpair>, Error> {
         let zero = self.discretized.zero_squared_frequency();
         let scale = self.discretized.bending_frequency_squared();
@@ -348,10 +352,10 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         Ok(found.into_iter().enumerate().map(pair).collect())
     }
 
-    /// Recomputes squared frequencies within [`UNCERTAIN_LEVELS`] of the `rounding` error, 1/s^2, from the second
-    /// variation of the energy, and overwrites these modes of `found` in ascending order. Returns the range of their
-    /// indices. It is empty without such modes, with more than [`MAX_UNCERTAIN`], and in edge coordinates; then
-    /// nothing changes.
+    /// Recomputes squared frequencies of at most [`UNCERTAIN_LEVELS`] times the `rounding` error in size, 1/s^2, from
+    /// the second variation of the energy. One within its tolerance becomes zero. Overwrites these modes of `found` in
+    /// ascending order, with vectors that combine the old ones, and returns the range of their indices. It is empty
+    /// without such modes, with more than [`MAX_UNCERTAIN`], and in edge coordinates; then nothing changes.
     fn refine(&self, found: &mut [PencilMode], rounding: f64) -> Range<usize> {
         // Only eigenvalues within the uncertainty of their sign, if they are few.
         let level = UNCERTAIN_LEVELS * rounding;
@@ -390,9 +394,9 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         }
     }
 
-    /// Kind of a mode from its `rates` of the unknowns and its nodal `shape`: rigid without strains, or for a spin
-    /// with `squared` zero. Torsion if the energy of twist exceeds both others, axial if stretch exceeds bending and
-    /// the motion is along the rod, else bending.
+    /// Kind of a mode from its `rates` of the unknowns and its nodal `shape`. Rigid: without strains, or a spin with
+    /// `squared` zero. Torsion: the energy of twist exceeds both others. Axial: that of stretch exceeds that of
+    /// bending, and the motion is [along the rod](Self::is_axial). Else bending.
     fn kind(&self, squared: f64, rates: &[f64], shape: &[[f64; 3]]) -> ModeKind {
         // Strains of the motion: none of a rigid one, twist only of a spin.
         let motion = self.discretized.measure_motion(self.q, self.frames, rates);
@@ -408,8 +412,9 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         }
     }
 
-    /// Whether more than half of the kinetic energy of the nodal `shape` is motion along the rod's tangents.
-    /// Stretching alone does not distinguish axial modes: lateral modes of a sagging cable stretch it too.
+    /// Whether more than half of the kinetic energy of the nodal `shape` is motion along the rod's tangents, which are
+    /// central differences of nodes. Stretching alone does not distinguish axial modes: lateral modes of a sagging
+    /// cable stretch it too.
     fn is_axial(&self, shape: &[[f64; 3]]) -> bool {
         let (masses, last) = (self.node_masses(), shape.len() - 1);
         let place = |i: usize| self.discretized.model.position(self.q, i);
@@ -434,8 +439,9 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         shape
     }
 
-    /// Appends the `count` lowest modes and all unstable ones (at most [`MAX_UNSTABLE`] beyond) to `modes`, numbered
-    /// from 1 on without free motions. Returns the numbers of unstable and marginal ones.
+    /// Appends to `modes` the `count` lowest modes, or as many as there are unstable ones (at most [`MAX_UNSTABLE`]) if
+    /// these are more. They are numbered from 1 on in ascending order without free motions, which have no number.
+    /// Returns the numbers of unstable and marginal motions of the rod.
     fn add_modes(&self, count: usize, modes: &mut Vec<Mode>) -> Result<Stability, Error> {
         let pairs = self.lowest(count.max(self.stability.unstable.min(MAX_UNSTABLE)))?;
         let mut number = 0;
@@ -462,9 +468,9 @@ impl std::fmt::Display for Modes {
 }
 
 impl Modes {
-    /// The result as text for a terminal. Headline: number of frequencies and state, or number of unstable modes.
-    /// Below it a table of modes, warnings (marginal modes, coarse mesh, implausible values), and numerics if the
-    /// command chose them.
+    /// The result as text for a terminal. Headline: number of frequencies and state; for an unstable rod first the
+    /// number of unstable modes, and that of the listed ones if it differs. Below it a table of modes, warnings
+    /// (marginal modes, coarse mesh, implausible values), and numerics if the command chose or checked them.
     pub fn summary(&self) -> Summary {
         let about = match self.about {
             LinearizationPoint::Equilibrium => "the equilibrium under the loads",
@@ -502,8 +508,8 @@ impl Modes {
         }
     }
 
-    /// A table with a row per mode: Hz and rad/s, or for unstable modes the growth rate, 1/s; direction relative to
-    /// the plane, kind and number.
+    /// A table with a row per mode, in ascending order: frequency in Hz and rad/s, or for unstable modes the growth
+    /// rate, 1/s; direction relative to the plane (empty in space), kind, and number (empty for free motions).
     fn table(&self) -> SummaryTable {
         let mut table = SummaryTable::new([
             TextColumn::right("Hz"),

@@ -1,7 +1,8 @@
 //! Names of modes: a number, and a filter of the modes among which it counts. Measured frequencies name their modes by
 //! these.
 //!
-//! A filter has a plane (in or out of the plane of a planar scene), a kind and a direction. Modes are counted from 1 on
+//! A filter has a plane (in or out of the plane of a planar scene), a kind and a direction. Without a plane, torsion
+//! and directions near the normal are out of the plane of a planar scene, all others in it. Modes are counted from 1 on
 //! in ascending order of frequency; free rigid motions are not counted. Filters that a problem cannot satisfy are
 //! rejected.
 
@@ -32,7 +33,8 @@ pub struct ModeName {
 }
 
 impl From<usize> for ModeName {
-    /// The mode with this number, from 1 on, and the default filter.
+    /// The mode with this number, from 1 on, among those of the default filter: in a planar scene the modes in its
+    /// plane, in a spatial one all.
     fn from(number: usize) -> Self {
         Self { number, among: ModeFilter::default() }
     }
@@ -46,15 +48,16 @@ impl From<&ModeName> for ModeName {
 }
 
 impl From<&usize> for ModeName {
-    /// The mode with this number, from 1 on, and the default filter.
+    /// The mode with this number, from 1 on, among those of the default filter: in a planar scene the modes in its
+    /// plane, in a spatial one all.
     fn from(number: &usize) -> Self {
         Self::from(*number)
     }
 }
 
 impl ModeFilter {
-    /// The plane of these modes in a planar problem. It is the stated one; else out of the plane for torsion, or a
-    /// direction nearer to the normal than to the plane; else in it. `None` in a spatial problem.
+    /// The plane of these modes in a planar problem. It is the stated one; else out of the plane for torsion, or for a
+    /// direction within 45 degrees of the normal; else in it. `None` in a spatial problem.
     pub(crate) fn plane_of(&self, problem: &Problem) -> Option<ModePlane> {
         problem.planar()?;
         let across = self.direction.is_some_and(|d| {
@@ -84,10 +87,10 @@ impl ModeFilter {
 
     /// Rejects modes that the problem cannot have; `key` names the table in messages. These are a zero or infinite
     /// direction, a plane in a spatial scene, torsion in the plane, and axial modes out of it. Modes out of the plane
-    /// need a spatial model.
+    /// are also rejected without a shear modulus or Poisson's ratio, and with moments.
     ///
     /// # Errors
-    /// The key, the value and the allowed values.
+    /// [`Error::Invalid`] with the key, the value and the allowed values.
     pub(crate) fn check(&self, problem: &Problem, key: &str) -> Result<(), Error> {
         if let Some(d) = self.direction
             && !(d.iter().all(|d| d.is_finite()) && dot(d, d).is_normal())

@@ -45,8 +45,9 @@ impl ThicknessEffect {
     }
 }
 
-/// The relative reductions of the squared frequencies of named modes about a state by shear and rotary inertia, in
-/// the order of the names. The state and the modes are computed here.
+/// The relative reductions of the squared frequencies of named modes about a state by shear and rotary inertia, in the
+/// order of the names. The state and the modes are computed here. Errors: those of the equilibrium, [`Error::Mode`] for
+/// a mode without stiffness, [`Error::OutOfRange`] for a number above that of the modes.
 pub(crate) fn thickness_effects(
     problem: &Problem,
     names: &[ModeName],
@@ -102,9 +103,10 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         Ok(())
     }
 
-    /// The effect on one mode: the integrals of squared shear force over axial stiffness, and of squared rotation of
-    /// sections times their inertia and the squared frequency, edge by edge. Both are divided by twice the kinetic
-    /// energy of the mode. Parts of edges behind walls are left out.
+    /// The effect on one mode, for `E/(kappa G) = 1`: the integrals of squared shear force over axial stiffness, and of
+    /// squared rotation of sections times their inertia and the squared frequency. Both are midpoint sums over edges,
+    /// without the parts behind walls, over twice the kinetic energy of the mode. The shear force is transverse to the
+    /// edge: internal force of inertia and reactions plus tension times rotation.
     fn thickness_effect(&self, pair: &Eigenpair) -> ThicknessEffect {
         let (discretized, scene) = (self.discretized, self.discretized.scene());
         let edges = discretized.nodes() - 1;

@@ -68,8 +68,9 @@ formats! {
 }
 
 impl Format {
-    /// The format of a file by its first bytes; a plain table if no program is recognized. A byte-order mark and blank
-    /// lines are skipped.
+    /// The format of a file by its first 4096 bytes: by the text of its first cell, or names of columns in the first line;
+    /// for Tracker by `t` at the start of the second line. A plain table if no program is recognized. A byte-order mark and
+    /// blank lines are skipped; case is ignored in first cells.
     pub fn detect(bytes: &[u8]) -> Self {
         let text = String::from_utf8_lossy(&bytes[..bytes.len().min(FIRST)]);
         let text = text.trim_start_matches('\u{feff}');

@@ -260,7 +260,9 @@ impl Recording {
     ///
     /// # Errors
     ///
-    /// A key that is missing, not allowed for this file, or has a wrong value; a result that is not finite.
+    /// The key `sigma`, which is for tables with one marker only. A missing `fps` for frame numbers, `scale` for pixels, or
+    /// `y` for pixels and TrackMate without a direction. A key that contradicts the file, or has a wrong value, and a result
+    /// that is not finite.
     pub fn convert(&self, file: &MarkerFile, marker: &MarkerData) -> Result<Converted, Error> {
         let refused = |message: String| file.error(1, message);
         if self.sigma.is_some() {
@@ -416,9 +418,9 @@ impl Recording {
         Ok(())
     }
 
-    /// The columns of clock, positions and standard deviations in a table with one marker, with their factors to s and m.
-    /// The clock is `t`, `time` or `frame`; beside a time, `frame` is used if `fps` is given. An error for other columns,
-    /// no or two clocks, and missing or contradicting keys.
+    /// The columns of clock, positions and standard deviations in a table with one marker, with their factors to s and m. The
+    /// clock is `t`, `time` or `frame`; beside a time, `frame` is used if `fps` is given. An error for other columns, no
+    /// clock or both `t` and `time`, and missing or contradicting keys.
     pub fn columns(&self, table: &Table) -> Result<ClockedColumns, Error> {
         let known = ["t", "time", "frame", "x", "y", "z"];
         self.check_columns(table, &known)?;

@@ -58,7 +58,9 @@ impl Table {
         Self::of_text(path, bytes).map_err(|error| describe_table(path, bytes, error))
     }
 
-    /// Parses bytes as a table, without a description of files that are none; see [`Table::of`].
+    /// Parses bytes as a table, without a description of files that are none; see [`Table::of`]. A byte-order mark and
+    /// comments are skipped, and names become lower case. Errors are a line with another number of fields than the header,
+    /// and a field that is no number.
     fn of_text(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let delimiter = delimiter(bytes);

@@ -77,8 +77,8 @@ fn readable_files() -> String {
     )
 }
 
-/// The description of a binary file by its first bytes, or `a binary file` with a zero among the first 4096; `None` for a
-/// text.
+/// The description of a binary file by its first bytes ([`BINARY`], C3D, MP4), or `a binary file` with a zero among the first
+/// 4096; `None` for a text.
 fn binary(bytes: &[u8]) -> Option<&'static str> {
     if let Some((_, found)) = BINARY.iter().find(|(start, _)| bytes.starts_with(start)) {
         return Some(found);
@@ -93,7 +93,9 @@ fn binary(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
-/// The description of a text that is no table with a header, by its first lines; `None` for a table.
+/// The description of a text that is no table with a header, by its first two lines that are neither blank nor comments.
+/// Described are a line `sep=` of Excel, JSON, XML or HTML, an OpenSim storage file, numbers without a header, and columns
+/// with spaces between them. `None` for other texts, and for a first line that does not end within the examined bytes.
 fn text(bytes: &[u8]) -> Option<String> {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(EXAMINED)]).to_lowercase();
     let text = text.trim_start_matches('\u{feff}');

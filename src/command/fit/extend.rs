@@ -19,9 +19,10 @@ struct BetterFit {
 }
 
 /// Refits with each effect that may explain the residuals of the `first` report, one at a time, by `solve`. Sets `file` to
-/// that of the best refit that improves on the first and returns its report, with warnings on other refits of similar
-/// likelihood. Else returns the first report, with a warning if any candidate was tried. Candidates without improvement are
-/// printed. An interruption ends the search with the refits so far.
+/// that of the best refit that improves on the first (best grade, then smallest RMS residual) and returns its report. Another
+/// improving refit that explains the residuals as well, with a contradicting value, adds a warning and lowers the grade. Else
+/// returns the first report, with a warning if any candidate was tried. Candidates without improvement are printed. An
+/// interruption ends the search with the refits so far.
 pub fn extended_fit(
     file: &mut FitFile,
     first: FitReport,

@@ -1,8 +1,8 @@
 //! `rodfit fit --save`: the scene files (TOML) with fitted values.
 //!
 //! Experiments with the same fitted parameters, whose scenes differ in their recordings only, share one file. With several
-//! groups of experiments, the path of the option gets the name of the scene file or of the experiment. Mesh and step that the
-//! program chose are not written.
+//! groups of experiments, the path of the option gets the name of the scene file or of the experiment. Paths of data files
+//! become absolute. Mesh, step and scheme that the program chose are not written.
 
 use crate::command::fit::fit_name::path_with_name;
 use crate::command::output::{Output, Outputs};

@@ -131,8 +131,9 @@ impl Measures {
         if is_given { measured(&new) } else { new }
     }
 
-    /// Rejects sizes that are not finite and positive, sizes of another section, and a rectangle for a rod that is not
-    /// planar.
+    /// Rejects sizes and a density that are not finite and positive, and sizes of another section than that of
+    /// [`kind`](Self::kind). A rectangle for a rod that is not planar is rejected too. The first error has the name of its
+    /// option.
     fn check(&self, is_planar: bool) -> Result<(), Error> {
         let option = |name, value| SizeOption { name, value };
         let options = [

@@ -1,8 +1,9 @@
 //! `rodfit init`: writes a template of an experiment, a scene file (TOML), a fit file (TOML) and data, into a folder.
 //!
 //! Templates are cantilever, droop, frequencies, helix and cable. The data are synthetic (a simulation with noise), or the
-//! recording of the user (`--from`), whose frame rate, units and lengths are then written into the files. Existing files are
-//! an error unless `--overwrite` is given. The printed summary lists the values to be filled in and the next command.
+//! recording of the user (`--from`), whose frame rate, units and end time are then written into the files; of a cable also
+//! its lengths. Existing files are an error unless `--overwrite` is given. The printed summary lists the values to be filled
+//! in and the next command.
 
 mod cable;
 mod measures;

@@ -154,8 +154,10 @@ fn frame_times(frames: usize) -> Vec<f64> {
     (0..frames).map(|k| FRAME_INTERVAL * k as f64).collect()
 }
 
-/// The prescribed motion of recording number `recording`, with [`TRANSIENT_FRAMES`] in front: two grippers with two markers each
-/// move and rotate independently by sums of sines. The inner markers lie on a parabola between them.
+/// The prescribed motion of recording number `recording`, with [`TRANSIENT_FRAMES`] in front: two grippers with two markers
+/// each move and rotate in the x-y plane. Each of the six coordinates is a sine of time, less its value at 0, with an
+/// amplitude and a frequency of its own. The inner markers lie on a parabola between them, which is 0.07 m below the chord in
+/// its middle.
 fn gripper_motion(recording: usize) -> Result<Track, Error> {
     // The grippers are closer than the cable is long, so that the cable sags.
     let span = 0.65 * MARKER_DISTANCE * (MARKERS - 1) as f64;

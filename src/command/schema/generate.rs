@@ -197,8 +197,9 @@ fn links_in_documentation_become_text() {
     assert_eq!(plain(words), "The motion, by `Scene::load` in [0, 1]. [a");
 }
 
-/// Adds to `found` the paths of the properties and definitions of a schema whose description is missing or refers to its
-/// neighbors.
+/// Adds to `found` the paths of the properties and definitions of a schema whose description is missing, marked `(none)`, or
+/// refers to its neighbors: it begins with a word such as `Its` or `The same`. Alternatives (`anyOf`, `oneOf`, `allOf`) are
+/// searched too.
 fn dependent_descriptions(path: &str, value: &Value, found: &mut Vec<String>) {
     let starts =
         ["The same", "Of ", "On ", "Likewise", "Its ", "It ", "As many", "Those ", "In the same"];

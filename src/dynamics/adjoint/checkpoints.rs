@@ -1,9 +1,10 @@
 //! Stored states of a run for its reverse sweep, within a given memory.
 //!
-//! If all states fit, they are stored. Otherwise whole simulations are stored at checkpoints, evenly spaced. The
-//! states between two checkpoints are recomputed when the sweep reaches them, with further levels of checkpoints
-//! inside if needed (Griewank and Walther, *Evaluating Derivatives*, chapter 12). [`Checkpoints::reverse`] and
-//! [`Checkpoints::forward`] call a function with each state and the linearized step that led to it.
+//! If all states fit, they are stored. Otherwise whole simulations are stored at checkpoints, evenly spaced. The states
+//! between two checkpoints are recomputed when the sweep reaches them, with further levels of checkpoints inside if
+//! needed (Griewank and Walther, *Evaluating Derivatives*, chapter 12). [`Checkpoints::reverse`] and
+//! [`Checkpoints::forward`] call a function with the state after each accepted step and the linearized step that led to
+//! it. The initial state comes without a step, last or first.
 
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;
@@ -58,8 +59,9 @@ impl Capacity {
         Self { states: fit(bytes / 7 * 4, numbers), simulations: fit(bytes / 7 * 3, whole) }
     }
 
-    /// The number of steps between checkpoints of a run of `steps` steps: all of them (at least 1) if their states
-    /// fit. Else `steps` over the number of simulations, at least as many as states fit.
+    /// The number of steps between checkpoints of a run of `steps` steps: all of them (at least 1) if their states fit.
+    /// Else `steps` over the number of simulations that fit, rounded up, or the number of states that fit if that is
+    /// larger.
     fn stretch(&self, steps: usize) -> usize {
         match steps <= self.states {
             true => steps.max(1),
@@ -69,8 +71,8 @@ impl Capacity {
 }
 
 impl<R: Rod<f64>> Checkpoints<R> {
-    /// Storage for a run of about `steps` steps in about `bytes` bytes. It begins with the simulation in its initial
-    /// state. All states are stored if they fit, else checkpoints.
+    /// Storage for a run of about `steps` steps in about `bytes` bytes, with the simulation in its initial state as the
+    /// first checkpoint. All states are stored if `steps` of them fit, else checkpoints after equal numbers of steps.
     pub fn new(simulation: &Simulation<f64, R>, steps: usize, bytes: usize) -> Self {
         let room = Capacity::of(simulation, bytes);
         // All states where they fit; otherwise they are recomputed from checkpoints.
@@ -82,9 +84,9 @@ impl<R: Rod<f64>> Checkpoints<R> {
         Self { starts: vec![(0, simulation.clone())], states, times: Vec::new(), room, stretch }
     }
 
-    /// Stores the state after an accepted step, or the simulation after every `stretch` steps. If bisected steps
-    /// exceed the capacity for states, these are discarded, and checkpoints are stored from there on. The time of the
-    /// step is stored in any case.
+    /// Stores the state after an accepted step, or the simulation after every `stretch` steps. If bisected steps exceed
+    /// the capacity for states, all stored states are discarded, and checkpoints are stored from there on. The time of
+    /// the step is stored in any case.
     pub fn push(&mut self, simulation: &Simulation<f64, R>) {
         // The times are stored in any case: recomputed steps end at the same times.
         self.times.push(simulation.state().time);

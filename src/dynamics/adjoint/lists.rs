@@ -85,7 +85,8 @@ pub struct RequestedParameters {
 }
 
 impl RequestedParameters {
-    /// Divides the `parameters` into entries of lists and others, and checks each (one entry for a whole list).
+    /// Divides the `parameters` into entries of natural-strain lists and others, each in their order, and checks them.
+    /// Of a list only the first requested entry is checked: all of its entries are variable, or none.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a parameter that the scene does not have, or that its model cannot vary.
@@ -127,7 +128,9 @@ impl RequestedParameters {
 }
 
 /// Overwrites the entries of `gradient` for the list parameters `listed` with the derivatives of the misfit by them.
-/// `laws` are its derivatives by the laws of all joints. Entries without influence on a joint get zero.
+/// `laws` are its derivatives by the laws of all joints. Per list, one rod in dual numbers gives the derivative by the
+/// value at each joint, which is divided among the entries by their interpolation weights. Entries without influence
+/// get zero.
 pub fn add_natural_strains<M: Model>(
     discretized: &Discretized<'_, M>,
     laws: &Laws,

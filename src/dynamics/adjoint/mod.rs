@@ -6,8 +6,9 @@
 //! all elements, masses, loads, damping and drag, and ends with those by the initial state. Their products with the
 //! derivatives of these numbers by a parameter are the gradient.
 //!
-//! The reverse sweep needs the states of the run. Where they exceed the memory, simulations at checkpoints are stored, and
-//! the steps between are repeated.
+//! The reverse sweep needs the states of the run. Where they exceed the memory (56 MiB by default), simulations at
+//! checkpoints are stored, and the steps between are repeated. Schemes are Newmark-beta and generalised-alpha only.
+//! [`Reversible`] also has the product with a direction of parameters, by one forward sensitivity.
 
 mod checkpoints;
 mod lists;
@@ -140,8 +141,9 @@ impl Reversible {
         Ok(Self { problem: problem.clone(), trajectory, checkpoints, steps, bytes })
     }
 
-    /// The run repeated with a trace of viscosity, from which derivatives by a damping time of zero are computed;
-    /// `None` if no parameter needs it.
+    /// The run repeated from its start, in the same memory, with a Kelvin-Voigt time that has no effect on the motion.
+    /// It makes the rod store strain rates, which derivatives by a Kelvin-Voigt time of zero need. `None` if no
+    /// parameter is such a time, or the rod is viscous already. Errors are those of a run.
     fn with_trace_viscosity(&self, parameters: &[Parameter]) -> Result<Option<Self>, Error> {
         // Damping times of zero: derivatives are those of a run with a trace of viscosity.
         let Some(problem) = self.problem.with_trace_viscosity(parameters)? else { return Ok(None) };
@@ -160,7 +162,7 @@ impl Reversible {
     }
 
     /// Zero derivatives of a misfit by positions and velocities of all tracked nodes at all recorded times, to which
-    /// those of a misfit are added.
+    /// those of a misfit are added ([`TrajectorySlopes::add`], [`TrajectorySlopes::add_motion`]).
     pub fn slopes(&self) -> TrajectorySlopes<'_> {
         let motions = vec![[[0.0; 3]; 2]; self.trajectory.record().motions().len()];
         TrajectorySlopes { trajectory: &self.trajectory, problem: &self.problem, motions }
@@ -226,8 +228,9 @@ impl Reversible {
     }
 }
 
-/// The derivatives of the recorded motion along a `direction`, in the order of the records. Method: one forward
-/// sensitivity over the stored states; one dual number has all components of the direction.
+/// The derivatives of the recorded motion along a `direction`: `[dq, dv]` of every tracked node in world axes, record
+/// after record. Method: one forward sensitivity over the stored states; one dual number has all components of the
+/// direction. Parameters that are not in it have the component zero.
 fn along<M: Model>(
     discretized: &Discretized<'_, M>,
     checkpoints: &Checkpoints<M::Rod<f64>>,
@@ -310,7 +313,8 @@ impl TrajectorySlopes<'_> {
 }
 
 /// Simulates `steps` steps of a problem, records them in `trajectory`, and returns its stored states or checkpoints,
-/// within about `bytes` bytes.
+/// within about `bytes` bytes. No derivatives are computed. Errors: a trajectory that has records or is of another
+/// scene, more steps than the scene has, and those of the run.
 fn checkpoints<M: Model>(
     problem: &Problem,
     discretized: &Discretized<'_, M>,
@@ -337,8 +341,10 @@ where
 }
 
 /// The derivatives of a misfit by the `requested` parameters, in their order, from those by the recorded motion,
-/// `slopes`. A reverse sweep goes over all accepted steps. At each recorded time its slopes are added to the
-/// derivatives by the state; then the transposed step is applied. At the start the sums become the gradient.
+/// `slopes` (tracked nodes within records). A reverse sweep goes over all accepted steps from zero derivatives at the
+/// end. At each recorded time its slopes are added to the derivatives by the state; then the transposed step is
+/// applied. At the start the sums become the gradient. Errors are those of the linearizations, of repeated steps and of
+/// the start in dual numbers.
 fn gradient<M: Model>(
     discretized: &Discretized<'_, M>,
     checkpoints: &Checkpoints<M::Rod<f64>>,
@@ -401,8 +407,9 @@ where
     if M::STRIDE > 3 { rod.no_laws(false).stretch.len() } else { 0 }
 }
 
-/// The moving supports of the run, with the derivatives of their motion by each requested parameter that changes it.
-/// Entries of lists never do.
+/// The moving supports of the run, with their motion in dual numbers for each requested parameter outside of lists.
+/// Only parameters along which the motion has a derivative are added; entries of lists never have one. None are added
+/// if no end is clamped or pinned, or no support moves.
 fn moving_supports<M: Model>(
     discretized: &Discretized<'_, M>,
     checkpoints: &Checkpoints<M::Rod<f64>>,

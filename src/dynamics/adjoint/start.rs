@@ -35,9 +35,10 @@ where
     pub supports: MovingSupports<M::Rod<f64>>,
 }
 
-/// The gradient of the misfit by the requested parameters, in their order. Derivatives by initial state and numbers
-/// of the simulation are multiplied with the derivatives of these by each parameter. The parts by moving supports are
-/// added. Entries of lists follow from one product per list if [`laws`] permits it.
+/// The gradient of the misfit by the requested parameters, in their order. Derivatives by initial state and numbers of
+/// the simulation are multiplied with the derivatives of these by each parameter, from one simulation in dual numbers
+/// each. The parts by moving supports are added. Entries of lists follow from one product per list if [`laws`] permits
+/// it, else they are treated as other parameters. Errors are those of the simulations at their start.
 pub fn gradient<M: Model>(
     discretized: &Discretized<'_, M>,
     by_start: ByStart<'_, M>,

@@ -68,7 +68,8 @@ trait LaneGroup<R: Sensitive>: Send + Sync {
     /// The reference frames `now` with their derivatives along the parameter in `lane`.
     fn frames(&self, lane: usize, now: &R::Frames) -> DualFrames<R, f64>;
 
-    /// Advances the derivatives from the start of a linearized step to its end.
+    /// Advances the derivatives from the start of a linearized step to its end. [`Error::SingularTangent`] where the
+    /// step has no derivatives.
     fn advance(&mut self, step: &Linearization<'_, f64, R>) -> Result<(), Error>;
 }
 
@@ -111,8 +112,9 @@ enum SensitivityMethod<R: Sensitive> {
     Direct(Vec<DualSimulation<R>>),
 }
 
-/// Appends groups of four, two and one parameters to `groups`, taken in the `order` of their indices, and writes the
-/// place of each to `places`. `None` for schemes that solve no equations.
+/// Appends groups of parameters to `groups`, with the indices of `order`: as many groups of four as possible, then one
+/// of two and one of one. Writes group and lane of each parameter to `places`, at its index. `None` for schemes that
+/// solve no equations.
 fn add_groups<R: Sensitive>(
     mut order: &[usize],
     simulations: &[DualSimulation<R>],
@@ -191,7 +193,8 @@ impl<R: Sensitive> Sensitivities<R> {
     }
 
     /// Unknowns, velocities and frames of the state `plain` as dual numbers, with their derivatives along parameter
-    /// `k`.
+    /// `k`, in this order. The values are those of `plain`; the frames of schemes that solve no equations are those of
+    /// the dual simulation.
     pub(crate) fn motion(
         &self,
         k: usize,
@@ -211,7 +214,8 @@ impl<R: Sensitive> Sensitivities<R> {
         (dual(&plain.q, 0), dual(&plain.v, 1), frames)
     }
 
-    /// dq/dp and dv/dp of unknown `i` along parameter `k`.
+    /// `[dq/dp, dv/dp]` of unknown `i` along parameter `k`: from its group and lane, or from its dual simulation for
+    /// schemes that solve no equations.
     fn rate(&self, k: usize, i: usize) -> [f64; 2] {
         match &self.0 {
             SensitivityMethod::Implicit(groups, places) => {
@@ -226,10 +230,11 @@ impl<R: Sensitive> Sensitivities<R> {
     }
 
     /// Makes the next step of `simulation`, to `time`, s. With a scheme that solves no equations the first dual
-    /// simulation makes the step, and `simulation` takes over its real part.
+    /// simulation makes the step, and `simulation` takes over its real part; the other dual simulations follow in
+    /// [`advance`](Self::advance).
     ///
     /// # Errors
-    /// Those of [`Simulation::step_to`].
+    /// Those of [`Simulation::step_to`]; no state then moves.
     pub fn step_to(&mut self, simulation: &mut Simulation<f64, R>, time: f64) -> Result<(), Error> {
         let SensitivityMethod::Direct(duals) = &mut self.0 else { return simulation.step_to(time) };
         // The plain state is the real part of the first dual simulation: one step less.
@@ -240,7 +245,8 @@ impl<R: Sensitive> Sensitivities<R> {
         Ok(())
     }
 
-    /// Undoes the step that was just made or attempted, in `simulation` and in the first dual simulation.
+    /// Undoes the step that was just made or attempted, in `simulation` and, for schemes that solve no equations, in
+    /// the first dual simulation if it moved. Derivatives of implicit schemes have not been advanced yet.
     pub fn step_back(&mut self, simulation: &mut Simulation<f64, R>) {
         simulation.step_back();
         if let SensitivityMethod::Direct(duals) = &mut self.0

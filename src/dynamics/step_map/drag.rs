@@ -19,8 +19,9 @@ fn set_duals<const G: usize>(x: &[f64], rates: &[[f64; G]], g: usize, to: &mut V
 }
 
 impl<R: Sensitive> StepMap<'_, R> {
-    /// Adds to `out` the derivatives of the drag in the equations of the step, N, at fixed unknowns at the end. `held`
-    /// are the derivatives of unknowns that supports hold.
+    /// Adds to `out` the derivatives of minus the drag in the equations of the step, N, at fixed unknowns at the end.
+    /// There is a part for each lane with drag. Those of places `q0 + h v0` and of the velocities of mass damping are
+    /// included. `held` are the derivatives of unknowns that supports hold; their velocity is that at the end.
     pub fn add_drag<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -55,7 +56,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// Adds to `state.unbalanced` the derivatives of the drag at the end of the step, N, the start of the next one.
+    /// Adds to `state.unbalanced` the derivatives of minus the drag at the end of the step, N, by places and velocities
+    /// there and by drag numbers. It is the drag at the start of the next step.
     pub fn add_next_drag<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -72,7 +74,8 @@ impl<R: Sensitive> StepMap<'_, R> {
 
 impl<R: Transposed> StepMap<'_, R> {
     /// Transpose of [`add_drag`](Self::add_drag): from the derivatives `d` of a misfit by the forces, adds those by the
-    /// state and by drag numbers. Returns those by the predicted places `q0 + h v0`; empty without drag.
+    /// state at the start, by drag numbers and by the scheme's parameter. Returns those by the predicted places `q0 + h
+    /// v0`, one per unknown; empty without drag.
     pub fn drag_transposed(
         &self,
         d: &[f64],

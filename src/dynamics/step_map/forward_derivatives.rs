@@ -38,10 +38,11 @@ impl<R: Sensitive, const G: usize> pulp::NullaryFnOnce for Application<'_, R, G>
 }
 
 impl<R: Sensitive> StepMap<'_, R> {
-    /// Replaces the derivatives of the state at the start of the step by those at its end, along `G` parameters.
+    /// Replaces the derivatives of the state at the start of the step by those at its end, along `G` parameters, in
+    /// `state`. `room` are work lists. Compiled for the vector unit of the processor.
     ///
     /// # Errors
-    /// [`Error::SingularTangent`] where the step has no derivatives.
+    /// [`Error::SingularTangent`] where a matrix with negative pivots is not solved accurately.
     pub fn apply<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -51,7 +52,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         with_simd(Application { map: self, parameters, state, room })
     }
 
-    /// The work of [`apply`](Self::apply), compiled for the caller's instruction set.
+    /// The work of [`apply`](Self::apply), compiled for the caller's instruction set. Stages: held unknowns, forces at
+    /// fixed unknowns, drag, right-hand sides, solution, state at the end. With a history, internal variables and the
+    /// forces at the next start follow; without it an averaging scheme has none there. Frames are moved last.
     #[inline(always)]
     fn apply_inlined<const G: usize>(
         &self,
@@ -103,8 +106,10 @@ impl<R: Sensitive> StepMap<'_, R> {
         Ok(())
     }
 
-    /// Overwrites `room.held` with the derivatives, at the end of the step, of place and velocity of all unknowns that
-    /// supports hold. A support that no parameter moves keeps the derivative of its place.
+    /// Overwrites `room.held` with the derivatives, at the end of the step, of place and velocity of all unknowns
+    /// outside the free range, in ascending order. If the parameters have moving supports, they follow from their
+    /// motion in dual numbers at that time. Otherwise the derivative of the place stays, and that of the velocity is
+    /// zero.
     fn hold<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -137,8 +142,10 @@ impl<R: Sensitive> StepMap<'_, R> {
         }));
     }
 
-    /// Overwrites `direct` with the derivatives of the forces at the end, N, at fixed free unknowns: by laws, loads and
-    /// stresses, by frames and by held unknowns.
+    /// Overwrites `direct` with the derivatives of the forces at the end, N, at fixed free unknowns: by laws and loads,
+    /// or with a history by stresses, then by frames and by held unknowns, through their columns of the tangent. In
+    /// space `turned` gets the angles, rad, by which directors of free edges turn with their frames; these are left to
+    /// the solution. Drag is not included.
     #[inline(always)]
     fn set_forces<const G: usize>(
         &self,
@@ -183,8 +190,10 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// The counterpart of [`set_forces`](Self::set_forces) for averaging schemes: the weighted sum over the quadrature
-    /// stages, at fixed unknowns at the end. The derivatives of the start enter through the stage positions.
+    /// The counterpart of [`set_forces`](Self::set_forces) for averaging schemes: overwrites `direct` with the weighted
+    /// sum over the quadrature stages and, with a history, the viscous stage at the end. A stage is at `q0 + place (q1
+    /// - q0)`: the start enters with the factor `1 - place`, held unknowns at the end with `place`, through the tangent
+    /// of the stage.
     fn set_average_forces<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -233,7 +242,9 @@ impl<R: Sensitive> StepMap<'_, R> {
     }
 
     /// Adds mass damping to the derivatives of the forces, `room.direct`, and overwrites `room.right` with the
-    /// right-hand side of the equations. `A`: whether the scheme uses accelerations.
+    /// right-hand side of the equations, of the free unknowns
+    /// ([`NodalEquations::residual`](super::nodal::NodalEquations::residual)). `A`: whether the scheme uses
+    /// accelerations.
     #[inline(always)]
     fn set_right<const G: usize, const A: bool>(
         &self,
@@ -259,8 +270,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// Adds to the derivatives of forces, `room.direct`, and right-hand sides, `room.right`, the parts by masses, mass
-    /// damping and the scheme's parameter. Skipped where these have no derivatives.
+    /// Adds to the derivatives of forces, `room.direct`, and right-hand sides, `room.right`, of free unknowns the parts
+    /// by masses, mass damping and the scheme's parameter. Each part is skipped if none of these has derivatives.
     fn add_numbers<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -290,8 +301,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// Solves `J x = right` for `G` right-hand sides with the factors of the step, into `room.solution`. Entries of
-    /// prescribed unknowns are zero.
+    /// Solves `J x = right` for `G` right-hand sides with the factors of the step, into `room.solution`. Right-hand
+    /// sides of prescribed unknowns, and so their solutions, are zero. In space the turns of directors, `room.turned`,
+    /// are taken into account: with `m M` the masses in `J`, `J (x + turned) = right + m M turned`.
     ///
     /// # Errors
     /// [`Error::SingularTangent`] where a matrix with negative pivots is not solved to half of all digits.
@@ -336,8 +348,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         Ok(())
     }
 
-    /// Overwrites unknowns, velocities, accelerations and forces of `state` with their derivatives at the end, from
-    /// `room.solution`. `A`: whether the scheme uses accelerations.
+    /// Overwrites unknowns, velocities, accelerations and forces of free unknowns in `state` with their derivatives at
+    /// the end. They follow by the equations of the scheme from those at the start, `room.direct`, `room.right` and
+    /// `room.solution`. The parameter of the scheme is held here. `A`: whether the scheme uses accelerations.
     #[inline(always)]
     fn set_end<const G: usize, const A: bool>(
         &self,
@@ -365,8 +378,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// Adds the derivatives of velocities and accelerations by the scheme's parameter. Then sets the held unknowns to
-    /// `room.held`, and prescribed velocities and accelerations to zero.
+    /// Adds the derivatives of velocities and accelerations of free unknowns by the scheme's parameter. Then sets place
+    /// and velocity of unknowns outside the free range to `room.held`, and velocities and accelerations of recorded
+    /// unknowns inside it to zero.
     fn add_scheme<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -393,8 +407,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// Writes the derivatives of the forces that the next step takes as those of its start: those at the end, and those of
-    /// the difference of the viscous stresses. An averaging scheme takes the viscous stress alone.
+    /// Completes `state.unbalanced` to the derivatives of the forces that the next step takes as those of its start. To
+    /// those at the end it adds those of the difference of the viscous stresses. Drag at the end is subtracted before;
+    /// the caller adds that of the next start. An averaging scheme has the viscous stress alone.
     #[inline(always)]
     fn set_next_forces<const G: usize>(
         &self,

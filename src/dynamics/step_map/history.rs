@@ -91,8 +91,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         lists(&now.strain, if moment == HistoryMoment::End { before } else { now })
     }
 
-    /// Overwrites `effective` with the effective strains of a moment, `f1 s1 + f0 s0 + fr r0 + fz z0`. `has_own_times`
-    /// adds those of kinds of strain with damping times of their own.
+    /// Overwrites `effective` with the effective strains of a moment, `f1 s1 + f0 s0 + fr r0 + fz z0`, one per strain.
+    /// If `has_own_times`, the strains with damping times of their kind, `own[0] s1 + own[1] s0 + own[2] r0`, are
+    /// listed beside them, else that list is empty. Derivatives are not set.
     #[inline(always)]
     fn set_effective<const G: usize>(
         &self,
@@ -125,7 +126,9 @@ impl<R: Sensitive> StepMap<'_, R> {
     }
 
     /// Overwrites `room.stress` with the derivatives of the stresses at the end of the step, N or N m, at fixed
-    /// unknowns and frames. Leaves the derivatives of strains by rest lengths in `room.rest`.
+    /// unknowns and frames. They are those of Kelvin-Voigt, Maxwell and friction stress, by laws, past strains and
+    /// damping numbers. Leaves in `room.rest` the derivatives of strains by rest lengths, and in `room.effective` the
+    /// effective strains without friction.
     #[inline(always)]
     pub fn set_end_stress<const G: usize>(
         &self,
@@ -188,8 +191,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         self.subtract_end_strains(parameters, internal, room);
     }
 
-    /// Replaces the effective strains at the end of the step, whose derivatives are those at fixed unknowns, by those of
-    /// the next start less those at the end, whose derivatives are complete.
+    /// Replaces in `room.effective` the effective strains at the end of the step, whose derivatives are those at fixed
+    /// unknowns. They become those of the next start less those at the end, with complete derivatives. An averaging
+    /// scheme subtracts none.
     #[inline(always)]
     fn subtract_end_strains<const G: usize>(
         &self,
@@ -230,7 +234,8 @@ impl<R: Sensitive> StepMap<'_, R> {
     }
 
     /// Overwrites `room.slid` with the derivatives of the stretches of friction springs, with slip, at the end of the
-    /// step. `room.strain` has those of the strains.
+    /// step. Without slip they change as the strains, whose derivatives are in `room.strain`; with slip they are those
+    /// of the limit. Empty without internal friction.
     fn slide<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -254,8 +259,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         self.step.rod.slip_rates(&parameters.laws, z, slid);
     }
 
-    /// Replaces the derivatives of the stretches of the Maxwell springs by those at the end of the step. `strain` are
-    /// the derivatives of the strains there.
+    /// Replaces the derivatives of the stretches of the Maxwell springs by those at the end of the step, of `z1 = left
+    /// z0 + taken (s1 - s0)`. They are by `z0`, by both strains, whose derivatives at the end are in `strain`, and by
+    /// the relaxation time. No effect without a Maxwell branch.
     fn relax<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -284,8 +290,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         Some(relaxation(damping.maxwell.as_ref()?, self.step.after.time - self.step.before.time))
     }
 
-    /// Writes the effective strains at the end of the step without internal friction, with their derivatives at fixed
-    /// unknowns.
+    /// Overwrites `room.effective` with the effective strains at the end of the step without internal friction, and
+    /// their derivatives at fixed unknowns. Those are by rest lengths, by past strains, rates and stretches, and by
+    /// damping numbers.
     #[inline(always)]
     fn set_end_strains<const G: usize>(
         &self,
@@ -316,8 +323,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         self.add_by_numbers(HistoryMoment::End, parameters, effective);
     }
 
-    /// Adds the derivatives of effective strains by the damping numbers and the parameter of the scheme, which the
-    /// factors of their form depend on.
+    /// Adds the derivatives of effective strains of a moment by the damping numbers and the parameter of the scheme:
+    /// for each number the derivatives of the factors of the form times strains, rates and stretches. Mass damping has
+    /// no part in them; numbers without derivatives are skipped.
     #[inline(always)]
     fn add_by_numbers<const G: usize>(
         &self,
@@ -349,9 +357,10 @@ impl<R: Sensitive> StepMap<'_, R> {
 }
 
 impl<R: Transposed> StepMap<'_, R> {
-    /// Transpose of `set_stress`. From the derivatives `d` of a misfit by the forces of a moment follow those by laws
-    /// and numbers, added to `slopes`. Those by past strains, rates and stretches are added to `state`. Those by the
-    /// strains `s1` stay in `room.by_strain`.
+    /// Transpose of the stresses of a moment. From the derivatives `d` of a misfit by the forces follow those by laws
+    /// and numbers, added to `slopes`. Those by past strains, rates and stretches are added to `state`, with a history
+    /// only. Those by the effective strains stay in `room.by_strain`; through them those by rest lengths are added too.
+    /// Friction is left out.
     pub fn stress_transposed(
         &self,
         moment: HistoryMoment,
@@ -423,9 +432,10 @@ impl<R: Transposed> StepMap<'_, R> {
         }
     }
 
-    /// Transpose of [`advance_history`](Self::advance_history). The derivatives of a misfit by the internal variables
-    /// at the end of the step are replaced by those at its start. The parts by unknowns, frames, rest lengths and
-    /// relaxation time are added.
+    /// Transpose of [`advance_history`](Self::advance_history) without friction. The derivatives of a misfit by the
+    /// internal variables at the end of the step are replaced by those at its start. The parts by unknowns and frames
+    /// at the end are added to `state`, those by rest lengths and relaxation time to `slopes`. `room.by_strain` has
+    /// those by the strains of the end.
     pub fn history_transposed(
         &self,
         state: &mut StateRates<1>,
@@ -467,7 +477,8 @@ impl<R: Transposed> StepMap<'_, R> {
 }
 
 /// Adds `(ds/dq)^T by_strain` to `by_q`, and the counterpart for the frames to `by_frames`. `by_strain` are the
-/// derivatives of a misfit by the strains, `q` the unknowns, `base` their reference frames.
+/// derivatives of a misfit by the strains, `q` the unknowns, `base` their reference frames, `geometry` that at `q`.
+/// Method: the forces of stresses `by_strain`, divided by the rest length for stretching.
 pub fn add_by_strains<R: Transposed>(
     rod: &R,
     geometry: &R::Geometry,

@@ -98,7 +98,8 @@ impl NodalEquations {
         Self { h: coefficients.h, damping, value, slope, by_end: value.end.recip() }
     }
 
-    /// `[n, r]` of an unknown with mass `m` from `[q0, v0, a0, n0, f]`; `A`: whether the scheme has accelerations.
+    /// `[n, r]` of an unknown with mass `m` from `[q0, v0, a0, n0, f]`, by the first two equations of the header. `A`:
+    /// whether the scheme has accelerations; without them `a0` is ignored.
     #[inline(always)]
     pub fn residual<const A: bool, const G: usize>(
         &self,
@@ -166,8 +167,8 @@ impl NodalEquations {
         [n1, n1 * self.by_end, -(m * n1 * self.by_end)]
     }
 
-    /// Of an unknown with mass `m`: the velocity that mass damping acts on, m/s; its change less that at constant
-    /// momentum, m; the force at the end, N, where `force` is that without mass damping.
+    /// Of an unknown with mass `m`: the velocity that mass damping acts on, m/s; its change less that without forces,
+    /// `change - h v0 + i a0`, m; the force at the end, N, which is `force` plus mass damping `c m` times the velocity.
     #[inline(always)]
     fn motion(&self, m: f64, step_motion: &StepMotion, force: f64) -> [f64; 3] {
         let velocity = dot(&self.value.damped, step_motion);
@@ -176,8 +177,9 @@ impl NodalEquations {
         [velocity, inertial, force + self.damping * m * velocity]
     }
 
-    /// The derivatives by the scheme's parameter of the residual at fixed forces, and of the mass damping force. `n1`
-    /// and `n0`: forces at the end and at the start, N.
+    /// The derivatives by the scheme's parameter: of the residual at fixed forces, `m i' a0 + end' n1 + start' n0`, kg
+    /// m, and of the mass damping force, `c m (d' . motion)`, N. `n1` and `n0`: forces at the end and at the start, N.
+    /// A prime is the derivative of a factor.
     #[inline(always)]
     fn by_scheme(&self, m: f64, step_motion: &StepMotion, [n1, n0]: [f64; 2]) -> [f64; 2] {
         let StepFactors { end, start, inertia, damped, .. } = &self.slope;
@@ -185,7 +187,9 @@ impl NodalEquations {
         [residual, self.damping * m * dot(damped, step_motion)]
     }
 
-    /// Adds to the derivatives `[n, r]` the parts by those of the mass and of the mass damping, `[mass, damping]`.
+    /// Adds to the derivatives `[n, r]` the parts by those of the mass and of the mass damping, `[mass, damping]`. With
+    /// the velocity `v` that mass damping acts on, and the change `x` less that without forces, the force gets `e =
+    /// (damping m + mass c) v`, and the right-hand side `-mass x - end e`.
     #[inline(always)]
     pub fn with_mass_and_damping<const G: usize>(
         &self,
@@ -199,8 +203,9 @@ impl NodalEquations {
         [n + rate, r - mass * inertial - rate * self.value.end]
     }
 
-    /// Adds to the derivatives `[n, r]` the parts by that of the scheme's parameter, `scheme`. `forces`: those at the
-    /// end without mass damping and all at the start, N.
+    /// Adds to the derivatives `[n, r]` the parts by that of the scheme's parameter, `scheme`: the force gets the
+    /// derivative of mass damping, the right-hand side minus `end` times that and minus the derivative of the residual.
+    /// `forces`: those at the end without mass damping and all at the start, N.
     #[inline(always)]
     pub fn with_scheme<const G: usize>(
         &self,
@@ -217,7 +222,8 @@ impl NodalEquations {
     }
 
     /// Transpose of [`with_mass_and_damping`](Self::with_mass_and_damping) and [`with_scheme`](Self::with_scheme): from
-    /// the derivatives of a number by `[n, r]`, those by mass, mass damping and the scheme's parameter.
+    /// the derivatives of a number by `[n, r]`, those by mass, mass damping and the scheme's parameter, in this order.
+    /// `forces` are those of `with_scheme`.
     #[inline(always)]
     pub fn numbers_transposed(
         &self,

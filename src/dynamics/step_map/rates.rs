@@ -48,7 +48,8 @@ fn internal_lanes<const G: usize>(lists: [&[Dual64]; G]) -> Vec<Lanes<G>> {
 }
 
 impl<const G: usize> StateRates<G> {
-    /// The derivatives that the present states of `simulations` contain, one lane per simulation.
+    /// The derivatives that the present states of `simulations` contain, one lane per simulation: unknowns, velocities,
+    /// accelerations, forces, frames and internal variables. Lists are empty where those of a simulation are.
     pub fn new<R: Sensitive>(simulations: [&DualSimulation<R>; G]) -> Self {
         let states = simulations.map(|simulation| simulation.state());
         let internal = states.map(|state| &state.internal);
@@ -69,7 +70,8 @@ impl<const G: usize> StateRates<G> {
 }
 
 impl StateRates<1> {
-    /// Zero derivatives of a misfit by the state of a simulation with so many reference `frames`.
+    /// Zero derivatives of a misfit by the state of a simulation with so many reference `frames`. Accelerations have
+    /// entries for every scheme; stretches of friction springs have none.
     pub fn zeros<R: Rod<f64>>(simulation: &Simulation<f64, R>, frames: usize) -> Self {
         let state = simulation.state();
         let (unknowns, strains) = (vec![[0.0]; state.q.len()], state.internal.strain.len());
@@ -90,7 +92,7 @@ impl StateRates<1> {
     }
 
     /// The derivative of a misfit through the state: the sum of these derivatives by the state times those of the state
-    /// along one parameter.
+    /// along one parameter. Friction springs are left out.
     pub fn product(&self, along: &Self) -> f64 {
         let unknowns = |a: &[[f64; 1]], b: &[[f64; 1]]| dot(a.as_flattened(), b.as_flattened());
         let strains = |a: &[Lanes<1>], b: &[Lanes<1>]| -> f64 {
@@ -148,7 +150,9 @@ pub struct ParameterRates<R: Sensitive, const G: usize> {
 }
 
 impl<R: Sensitive, const G: usize> ParameterRates<R, G> {
-    /// The derivatives that the numbers of `simulations` contain. `None` for schemes that solve no equations.
+    /// The derivatives that the numbers of `simulations` contain, one lane each. Masses are absent if none has a
+    /// derivative, and drag has the lanes with a fluid. Supports are present if an end is clamped or pinned and a
+    /// support moves. `None` for schemes that solve no equations.
     pub fn new(simulations: [&DualSimulation<R>; G]) -> Option<Self> {
         let parameter = |simulation: &DualSimulation<R>| Some(simulation.newton()?.parameter());
         let parameters: [Dual64; G] = all(simulations.map(parameter))?;

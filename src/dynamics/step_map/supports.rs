@@ -62,9 +62,10 @@ impl<R: Transposed> MovingSupports<R> {
         self.moved.iter().map(|moved| (moved.parameter, moved.sum))
     }
 
-    /// Adds `q dq/dp + v dv/dp` to each sum. `q` and `v` are the derivatives of a misfit by places and velocities at
-    /// the end of a step. Then sets `q` and `v` of prescribed unknowns to zero; without such a motion `v` of held
-    /// unknowns only.
+    /// Adds `q dq/dp + v dv/dp`, over all prescribed unknowns, to the sum of each parameter. `q` and `v` are the
+    /// derivatives of a misfit by places and velocities at the end of a step. Then sets `q` and `v` of prescribed
+    /// unknowns to zero; derivatives by held angles are first subtracted from those by the turns of `frames`. Without a
+    /// motion with numbers only `v` outside of the free range becomes zero.
     pub fn transpose(
         &mut self,
         step: &Linearization<'_, f64, R>,

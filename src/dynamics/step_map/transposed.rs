@@ -27,10 +27,11 @@ impl<'a, R: Transposed> StepMap<'a, R> {
     }
 
     /// Replaces the derivatives of a misfit by the state at the end of the step, `state`, by those by the state at its
-    /// start. Adds those by the numbers of the simulation to `slopes` and `supports`.
+    /// start. Adds those by laws, masses, numbers of damping and scheme, and drag to `slopes`, those by parameters that
+    /// move supports to `supports`. Stages of [`apply`](Self::apply) are transposed in reverse order.
     ///
     /// # Errors
-    /// [`Error::SingularTangent`] where the step has no derivatives.
+    /// [`Error::SingularTangent`] where a matrix with negative pivots is not solved accurately.
     pub fn apply_transposed(
         &self,
         state: &mut StateRates<1>,
@@ -101,7 +102,9 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         state.unbalanced = vec![[0.0]; d.len()];
     }
 
-    /// The transpose of [`set_end`](Self::set_end) and [`add_scheme`](Self::add_scheme), up to the solution.
+    /// The transpose of [`set_end`](Self::set_end) and [`add_scheme`](Self::add_scheme), for free unknowns. From the
+    /// derivatives by the state at the end follow those by force, right-hand side and solution, which overwrite lists
+    /// of `room`. Those by the start overwrite `state`. That by the scheme's parameter is added to `slopes`.
     fn end_transposed(
         &self,
         state: &mut StateRates<1>,
@@ -127,6 +130,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
     }
 
     /// Adds `J^-1` times the derivatives by the solution to those by the right-hand side. `J` is symmetric.
+    /// [`Error::SingularTangent`] where a matrix with negative pivots is not solved accurately.
     fn solve_transposed(
         &self,
         StepWorkspace { right, solution, .. }: &mut StepWorkspace<R, 1>,
@@ -141,7 +145,10 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         Ok(())
     }
 
-    /// The transpose of [`set_right`](Self::set_right) and [`add_numbers`](Self::add_numbers).
+    /// The transpose of [`set_right`](Self::set_right) and [`add_numbers`](Self::add_numbers), for free unknowns. From
+    /// the derivatives by force and right-hand side, those by the start are added to `state`, those by the forces at
+    /// the start overwritten. Those by masses, mass damping and the scheme's parameter are added to `slopes`.
+    /// `room.direct` then has those by the forces at fixed unknowns.
     fn right_transposed(
         &self,
         state: &mut StateRates<1>,
@@ -165,8 +172,9 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         }
     }
 
-    /// The transpose of [`set_end_stress`](Self::set_end_stress) and [`set_forces`](Self::set_forces): from the
-    /// derivatives `d` by the forces, adds those by laws, loads, frames, past strains and held unknowns.
+    /// The transpose of [`set_end_stress`](Self::set_end_stress) and [`set_forces`](Self::set_forces). From the
+    /// derivatives `d` by the forces, adds those by laws and loads to `slopes`, and those by frames, past strains and
+    /// held unknowns to `state`.
     fn forces_transposed(
         &self,
         d: &[f64],

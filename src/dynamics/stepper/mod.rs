@@ -134,7 +134,7 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
     }
 
     /// Overwrites the accelerations of `state` at the start, m/s^2, with minus forces over masses, for
-    /// generalised-alpha only.
+    /// generalised-alpha only. Those of held and prescribed unknowns are zero. No effect for other schemes.
     pub fn find_acceleration(&self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         if let Self::Newton(newton) = self {
             newton.find_acceleration(system, state);

@@ -141,7 +141,9 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
     }
 
     /// Solves for the increments `u` (positions) and `w` (velocities) of `stage`, from the stepper's gradient and
-    /// velocities there and the increments of earlier stages. `damped` is `1 + a c` with the mass damping `c`.
+    /// velocities there and the increments of earlier stages with the weights `RATE`. `damped` is `1 + a c` with the
+    /// mass damping `c`. The velocities are eliminated as in the header. Increments of held unknowns are not computed:
+    /// `u` is zero there.
     fn solve(&mut self, stage: usize, step: &Step<'_, D, R>, damped: D) {
         let a = GAMMA * step.h;
         let (earlier_u, u) = self.u.split_at_mut(stage);

@@ -61,8 +61,8 @@ impl<D: Scalar> Splitting<D> {
     }
 
     /// Advances `state` (unknowns, velocities, frames) over a step by the kicks and drifts of the scheme. For Verlet,
-    /// `state.unbalanced` must be the gradient at `state.q` before, and it is after. Adds the gradient evaluations to
-    /// `work`.
+    /// `state.unbalanced` must be the gradient at `state.q` before, and it is after; PEFRL leaves that of its last kick
+    /// there. Adds the gradient evaluations to `work`: one for Verlet, four for PEFRL.
     pub(crate) fn step<R: Rod<D>>(
         &self,
         step: &Step<'_, D, R>,

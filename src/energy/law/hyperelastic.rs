@@ -32,7 +32,8 @@ struct ForceShape<D> {
 }
 
 impl<D: Scalar> Beyond<D> {
-    /// The part of a law beyond the linear one, for the axial stiffness EA at no strain, N; none of the linear law.
+    /// The part of a law beyond the linear one, with the axial stiffness EA at no strain, N, as its modulus; `None` for
+    /// the linear law.
     pub fn new(law: StretchLaw, stiffness: D) -> Option<Self> {
         match law {
             StretchLaw::Linear => None,
@@ -40,7 +41,8 @@ impl<D: Scalar> Beyond<D> {
         }
     }
 
-    /// Those of edges in SIMD lanes; none of edges with a linear law.
+    /// The parts of edges in SIMD lanes, all with the law of `first`. `of(lane)` returns the part of an edge; without
+    /// one the modulus is zero. `None` if `first` is.
     #[inline(always)]
     pub(crate) fn side_by_side<V: SimdScalar<D>>(
         level: V::Level,
@@ -56,7 +58,7 @@ impl<D: Scalar> Beyond<D> {
         Some(Beyond { law, modulus })
     }
 
-    /// The part with its numbers in another type.
+    /// The part with its modulus converted to another number type.
     pub fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> Beyond<E> {
         Beyond { law: self.law, modulus: convert(self.modulus) }
     }
@@ -72,13 +74,13 @@ impl<D: Scalar> Beyond<D> {
         self.modulus * integral
     }
 
-    /// The force, N, at the strain `s`.
+    /// The force beyond the linear law, `C x(s)`, N, at the strain `s`.
     #[inline(always)]
     pub fn force(&self, s: D) -> D {
         self.modulus * self.force_shape(s)
     }
 
-    /// The derivative of the force by the modulus, at the strain `s`.
+    /// The derivative `x(s)` of the force by the modulus, dimensionless, at the strain `s`.
     #[inline(always)]
     pub(crate) fn force_shape(&self, s: D) -> D {
         self.shape(s).force
@@ -92,7 +94,7 @@ impl<D: Scalar> Beyond<D> {
         [self.modulus * slope, self.modulus * force]
     }
 
-    /// `x` and its slope.
+    /// `x` and `dx/ds` at the strain `s`, by the formulas of the header; zeros of a linear law.
     #[inline(always)]
     fn shape(&self, s: D) -> ForceShape<D> {
         match self.law {

@@ -39,7 +39,7 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
     /// The strains at which there is no stress.
     fn natural(&self) -> [D; S];
 
-    /// The law with other stiffnesses and natural strains.
+    /// The law with another stiffness and other natural strains; a nonlinear part stays.
     fn with(&self, stiffness: Self::Stiffness, natural: [D; S]) -> Self;
 
     /// Replaces stiffnesses and natural strains.
@@ -50,9 +50,10 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
 
     /// Energies of stretching, bending and twisting of the linear law, J, at the difference of the strains from the natural ones.
     /// The energy of a coupling counts half for each of its kinds.
+    /// Joints use strains integrated over their length, an edge its rest length.
     fn energies(&self, difference: &[D; S]) -> [D; 3];
 
-    /// The strains less the natural ones.
+    /// The strains less the natural ones, entry by entry.
     #[inline(always)]
     fn difference(&self, strains: &[D; S]) -> [D; S] {
         let (mut difference, natural) = (*strains, self.natural());
@@ -62,14 +63,15 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
         difference
     }
 
-    /// The stresses beyond those of the linear law at these strains, after their derivatives by the strains; none of a
-    /// linear law.
+    /// The part of a nonlinear law beyond the linear one at these strains: derivatives of its stresses by the strains,
+    /// and the stresses, N or N m. `None` for a linear law, the default.
     #[inline(always)]
     fn beyond(&self, _strains: &[D; S]) -> Option<(Self::Stiffness, [D; S])> {
         None
     }
 
-    /// The stresses at these strains: N of an edge, N m of a joint.
+    /// The stresses at these strains, N of an edge, N m of a joint: `K (s - natural)` plus the part beyond the linear
+    /// law.
     #[inline(always)]
     fn stress(&self, strains: &[D; S]) -> [D; S] {
         let mut stress: [D; S] = self.stiffness().times(&self.difference(strains));
@@ -81,7 +83,8 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
         stress
     }
 
-    /// The derivatives of the stresses by the strains at these strains, and the stresses.
+    /// The derivatives of the stresses by the strains, and the stresses, at these strains; both with the part beyond
+    /// the linear law.
     #[inline(always)]
     fn response(&self, strains: &[D; S]) -> (Self::Stiffness, [D; S]) {
         let mut stress: [D; S] = self.stiffness().times(&self.difference(strains));
@@ -99,7 +102,8 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
         (stiffness, stress)
     }
 
-    /// The law of a viscous step, with the stress `K (factor s - natural - shift)` and the same part beyond.
+    /// The law of a viscous step, with the stress `K (factor s - natural - shift)` and the same part beyond: stiffness
+    /// `factor K`, natural strains `(natural + shift)/factor`.
     #[inline(always)]
     fn viscous(&self, factor: D, shift: &[D; S]) -> Self {
         let natural = self.natural();
@@ -107,8 +111,9 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
         self.with(self.stiffness().scaled(factor, &[factor; S]), natural)
     }
 
-    /// The law of a viscous step with the additional stress `K' (kinds s - own)`, where `kinds` are factors of each
-    /// kind of strain and `K'` is the stiffness without the coupling of bending and twisting.
+    /// The law of a viscous step with the stress `K (factor s - natural - shift) + K' (kinds s - own)`. `kinds` are
+    /// factors of stretching, bending and twisting, and `K'` is the stiffness without the coupling of bending and
+    /// twisting. Expressed as one stiffness, and natural strains with the same stress without strain.
     fn viscous_by_kind(&self, factor: D, shift: &[D; S], kinds: &[D; 3], own: &[D; S]) -> Self {
         if S == 1 {
             return self
@@ -123,8 +128,8 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
         self.with(stiffness, stiffness.inverse_times(&stress))
     }
 
-    /// The law with every stiffness times the factor of its kind, that of the coupling times `coupling`, and these
-    /// natural strains.
+    /// The law with every stiffness times the factor of its kind (`kinds` of stretching, bending, twisting), that
+    /// between bending and twisting times `coupling`, and the given natural strains.
     fn dashpot(&self, coupling: D, kinds: &[D; 3], natural: [D; S]) -> Self {
         let factors = components(|c| kinds[Self::KINDS[c]]);
         self.with(self.stiffness().scaled(coupling, &factors), natural)

@@ -20,7 +20,8 @@ pub struct LawRate<K, const S: usize, const G: usize> {
 }
 
 impl<K: Symmetric<Lanes<G>, S>, const S: usize, const G: usize> LawRate<K, S, G> {
-    /// The derivatives that dual laws contain, one for each parameter.
+    /// The derivatives of `K` and of `-K s_natural` that dual laws contain, one lane for each parameter. The part
+    /// beyond a linear law is left out.
     pub fn from_duals<L: Law<Dual64, S>>(duals: [&L; G]) -> Self {
         let offsets = duals.map(|law| law.stiffness().times(&law.natural()));
         Self {
@@ -31,13 +32,13 @@ impl<K: Symmetric<Lanes<G>, S>, const S: usize, const G: usize> LawRate<K, S, G>
         }
     }
 
-    /// Whether no parameter changes the law.
+    /// Whether all derivatives, of stiffness and of stress without strain, are zero.
     pub fn is_zero(&self) -> bool {
         (0..K::PLACES.len()).all(|k| self.stiffness.entry(k) == Lanes::ZERO)
             && self.offset == [Lanes::ZERO; S]
     }
 
-    /// The derivatives of the stresses at these strains.
+    /// The derivatives of the stresses at fixed strains `s`: `dK s + dw`.
     #[inline(always)]
     pub fn stress(&self, strains: &[f64; S]) -> [Lanes<G>; S] {
         let mut stress: [Lanes<G>; S] = self.stiffness.times(strains);
@@ -47,7 +48,8 @@ impl<K: Symmetric<Lanes<G>, S>, const S: usize, const G: usize> LawRate<K, S, G>
         stress
     }
 
-    /// The derivatives of a number that has these `slopes` by the law.
+    /// The derivatives along the parameters of a number that has these `slopes` by the law: sum of rates times slopes
+    /// over the entries of the stiffness and the stresses without strain. The modulus is left out.
     pub fn along(&self, slopes: &LawSlopes) -> Lanes<G> {
         let mut sum = Lanes::ZERO;
         for k in 0..K::PLACES.len() {
@@ -72,8 +74,9 @@ pub struct LawSlopes {
 }
 
 impl LawSlopes {
-    /// Adds the derivatives of a number that has those `w` by the stresses, at the strains `strains`. The stiffness
-    /// without the coupling of bending and twisting counts the strains `own` besides.
+    /// Adds the derivatives of a number that has those `w` by the stresses, at the strains `strains`: `w_r s_c` by each
+    /// entry of the stiffness (both triangles), `w` by the stress without strain. Strains `own` are added to `strains`
+    /// for all entries but the coupling of bending and twisting. That by the modulus stays.
     #[inline(always)]
     pub fn add<K: Symmetric<f64, S>, const S: usize>(
         &mut self,

@@ -49,7 +49,7 @@ pub struct Spring<D, K, const S: usize> {
 }
 
 impl<D, K, const S: usize> From<Sliders<D>> for Springs<D, K, S> {
-    /// Converts `Sliders<D>` to `Springs<D, K, S>`.
+    /// The springs of a rod with these sliders, none of them active.
     fn from(sliders: Sliders<D>) -> Self {
         Self { sliders: Arc::new(sliders), acting: Vec::new() }
     }
@@ -66,7 +66,8 @@ struct Stretched<D, const S: usize> {
 }
 
 impl<D: Scalar, const S: usize> Stretched<D, S> {
-    /// The pull, size and reduction of a stretch `z` without slip, under the elastic stiffness and the limit of the stretch.
+    /// The pull `K z`, the size `sqrt(z.K z/k)` and, if the size is above `limit`, the factor `limit/size`. `elastic`
+    /// is the joint's own stiffness `K` with the mean bending stiffness `k`. A single strain has the size `|z|`.
     fn new<K: Symmetric<D, S>>(elastic: &K, z: &[D; S], limit: D) -> Self {
         let pull: [D; S] = elastic.times(z);
         let squared = product(z, &pull) / elastic.mean();
@@ -80,7 +81,7 @@ impl<D: Scalar, const S: usize> Stretched<D, S> {
     }
 }
 
-/// `a.b`.
+/// The scalar product `a.b` over the `S` strains.
 fn product<D: Scalar, const S: usize>(a: &[D; S], b: &[D; S]) -> D {
     let mut sum = a[0] * b[0];
     for c in 1..S {
@@ -90,7 +91,8 @@ fn product<D: Scalar, const S: usize>(a: &[D; S], b: &[D; S]) -> D {
 }
 
 impl<D: Scalar> Sliders<D> {
-    /// The stretch of the springs of joint `i` with the stiffness `elastic`, which is `z` without slip.
+    /// The stretch of the springs of joint `i` after slip: `z` up to the limit `R`, else `z R/|z|`. `z` is the stretch
+    /// without slip, `elastic` the joint's own stiffness.
     pub fn stretch_with_slip<K: Symmetric<D, S>, const S: usize>(
         &self,
         i: usize,
@@ -101,8 +103,8 @@ impl<D: Scalar> Sliders<D> {
         factor.map_or(z, |factor| components(|c| z[c] * factor))
     }
 
-    /// The distance of the size of the stretch `z` from the limit at which the springs of joint `i` begin or cease to
-    /// slip.
+    /// The absolute difference between the size of the stretch `z` and the limit at which the springs of joint `i`
+    /// begin or cease to slip, without derivatives.
     pub fn distance_to_slipping<K: Symmetric<D, S>, const S: usize>(
         &self,
         i: usize,
@@ -113,7 +115,8 @@ impl<D: Scalar> Sliders<D> {
         (Stretched::new(elastic, z, limit).size.value() - limit.value()).abs()
     }
 
-    /// Stiffness and stresses of the springs of joint `i`, which are stretched by `z` without slip.
+    /// Stiffness and stresses, N m, of the springs of joint `i` at the stretch `z` without slip, by the formulas of the
+    /// header. The stiffness of a slipping spring with one strain is zero.
     pub fn response<K: Symmetric<D, S>, const S: usize>(
         &self,
         i: usize,
@@ -138,7 +141,8 @@ impl<D: Scalar> Sliders<D> {
         (stiffness, components(|c| pull[c] * self.stiffness * factor))
     }
 
-    /// Energy of springs that are stretched by `z`, J.
+    /// Energy `g z.K z/2` of springs at the stretch `z`, J, with the joint's own stiffness `elastic` and the fraction
+    /// `g`.
     pub fn energy<K: Symmetric<D, S>, const S: usize>(&self, elastic: &K, z: &[D; S]) -> D {
         product(z, &elastic.times(z)) * self.stiffness * 0.5
     }
@@ -149,14 +153,15 @@ impl<D: Scalar> Sliders<D> {
 pub struct SliderRates<const G: usize>(Vec<Lanes<G>>);
 
 impl<const G: usize> SliderRates<G> {
-    /// The derivatives that dual sliders contain, one for each parameter.
+    /// The derivatives of the limits that dual sliders contain, one entry per joint and one lane for each parameter.
     pub fn from_duals(duals: [&Sliders<Dual64>; G]) -> Self {
         let count = duals.iter().map(|sliders| sliders.limits.len()).min().unwrap_or(0);
         Self((0..count).map(|i| Lanes(duals.map(|sliders| sliders.limits[i].eps))).collect())
     }
 
-    /// The derivatives of [`stretch_with_slip`](Sliders::stretch_with_slip) at the stretch `z` without slip, where `z` has the derivatives `rate`
-    /// and the elastic stiffness has the derivatives `stiffer`.
+    /// The derivatives of [`stretch_with_slip`](Sliders::stretch_with_slip) of joint `i` at the stretch `z` without
+    /// slip. `z` has the derivatives `rate`, which are returned for a spring that sticks. Else they are those of `z
+    /// R/|z|`, by `z`, by the limit `R`, and by the elastic stiffness with the derivatives `stiffer`.
     pub fn slip_rate<K: Symmetric<f64, S>, R: Symmetric<Lanes<G>, S>, const S: usize>(
         &self,
         sliders: &Sliders<f64>,

@@ -1,7 +1,9 @@
 //! Stiffnesses: symmetric matrices of the derivatives of the stresses of an edge or a joint by its strains.
 //!
 //! An edge and a planar joint have one strain and the stiffness `[k]`. A spatial joint has the strains `k1`, `k2` of
-//! bending and `tau` of twisting, and a [`Stiffness`].
+//! bending and `tau` of twisting, and a [`Stiffness`]. The trait [`Symmetric`] has entries of the upper triangle,
+//! products, scaling by kinds of strain, and the solution of `K s = w`. Entries are numbers, or derivatives of them in
+//! SIMD lanes.
 
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use std::fmt::Debug;
@@ -26,21 +28,22 @@ pub trait Symmetric<T: StiffnessEntry, const S: usize>: Copy + Debug + Send + Sy
     /// Entry `k`, in the order of [`PLACES`](Self::PLACES).
     fn entry(&self, k: usize) -> T;
 
-    /// The matrix with these entries.
+    /// The matrix with `entry(k)` for every entry `k`, in the order of [`PLACES`](Self::PLACES).
     fn from_entries(entry: impl FnMut(usize) -> T) -> Self;
 
-    /// The product with `s`.
+    /// The product of the full symmetric matrix with the strains `s`.
     fn times<U: Copy, V: Add<Output = V>>(&self, s: &[U; S]) -> [V; S]
     where
         T: Mul<U, Output = V>;
 
-    /// Whether entry `k` couples bending and twisting.
+    /// Whether entry `k` couples bending (strain 0 or 1) and twisting (strain 2).
     #[inline(always)]
     fn is_coupling(k: usize) -> bool {
         Self::PLACES[k][0] < 2 && Self::PLACES[k][1] == 2
     }
 
-    /// The mean stiffness of bending; of a single strain its stiffness.
+    /// The mean of both stiffnesses of bending (diagonal entries of the first two strains); for a single strain its
+    /// stiffness.
     fn mean(&self) -> T {
         if S == 3 { (self.entry(0) + self.entry(3)) * 0.5 } else { self.entry(0) }
     }
@@ -51,8 +54,8 @@ pub trait Symmetric<T: StiffnessEntry, const S: usize>: Copy + Debug + Send + Sy
         Self::from_entries(|k| if Self::is_coupling(k) { T::from(0.0) } else { self.entry(k) })
     }
 
-    /// The matrix with a factor of the coupling of bending and twisting, and one of each strain; both bending strains
-    /// have the factor of the first.
+    /// The matrix with each entry times the factor of its row's strain, and the couplings of bending and twisting times
+    /// `coupling`. The entry between both bending strains has the factor of the first.
     #[inline(always)]
     fn scaled(&self, coupling: T, factors: &[T; S]) -> Self
     where
@@ -64,7 +67,7 @@ pub trait Symmetric<T: StiffnessEntry, const S: usize>: Copy + Debug + Send + Sy
         })
     }
 
-    /// The solution `s` of `K s = w`, by the factors `K = L D L'`.
+    /// The solution `s` of `K s = w`, by the factors `K = L D L'` without pivoting; not finite if a pivot is zero.
     fn inverse_times(&self, w: &[T; S]) -> [T; S]
     where
         T: Scalar,
@@ -101,19 +104,19 @@ pub trait Symmetric<T: StiffnessEntry, const S: usize>: Copy + Debug + Send + Sy
 impl<T: StiffnessEntry> Symmetric<T, 1> for [T; 1] {
     const PLACES: &'static [[usize; 2]] = &[[0, 0]];
 
-    /// Entry `k`, in the order of `PLACES`.
+    /// The only entry.
     #[inline(always)]
     fn entry(&self, _: usize) -> T {
         self[0]
     }
 
-    /// The matrix with these entries.
+    /// The matrix `[entry(0)]`.
     #[inline(always)]
     fn from_entries(mut entry: impl FnMut(usize) -> T) -> Self {
         [entry(0)]
     }
 
-    /// The product with `s`.
+    /// The product of the only entry with the only strain.
     #[inline(always)]
     fn times<U: Copy, V: Add<Output = V>>(&self, s: &[U; 1]) -> [V; 1]
     where
@@ -138,14 +141,14 @@ pub struct Stiffness<D> {
 impl<T: StiffnessEntry> Symmetric<T, 3> for Stiffness<T> {
     const PLACES: &'static [[usize; 2]] = &[[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2]];
 
-    /// Entry `k`, in the order of `PLACES`.
+    /// Entry `k` in the order `b11, b12, c1, b22, c2, twist`. Panics from 6 on.
     #[inline(always)]
     fn entry(&self, k: usize) -> T {
         let ([b11, b12, b22], [c1, c2]) = (self.bend, self.coupling);
         [b11, b12, c1, b22, c2, self.twist][k]
     }
 
-    /// The matrix with these entries.
+    /// The matrix with the entries `b11, b12, c1, b22, c2, twist` from `entry(0)` to `entry(5)`.
     #[inline(always)]
     fn from_entries(mut entry: impl FnMut(usize) -> T) -> Self {
         Self {
@@ -155,7 +158,7 @@ impl<T: StiffnessEntry> Symmetric<T, 3> for Stiffness<T> {
         }
     }
 
-    /// The product with `s`.
+    /// The product of the full symmetric matrix with the strains `[k1, k2, tau]`.
     #[inline(always)]
     fn times<U: Copy, V: Add<Output = V>>(&self, s: &[U; 3]) -> [V; 3]
     where
@@ -171,7 +174,7 @@ impl<T: StiffnessEntry> Symmetric<T, 3> for Stiffness<T> {
 }
 
 impl<D: StiffnessEntry> Stiffness<D> {
-    /// The stiffnesses of joints in SIMD lanes.
+    /// The stiffnesses of joints as one stiffness in SIMD lanes: lane `k` has the numbers of `stiffness(&all[k])`.
     #[inline(always)]
     pub(crate) fn side_by_side<V: SimdScalar<D>, L>(
         level: V::Level,
@@ -192,7 +195,7 @@ impl<D: StiffnessEntry> Stiffness<D> {
         }
     }
 
-    /// Converts every number.
+    /// The stiffness with every number converted to another type.
     #[inline]
     pub fn map<E: StiffnessEntry>(&self, mut convert: impl FnMut(D) -> E) -> Stiffness<E> {
         Stiffness::from_entries(|k| convert(self.entry(k)))

@@ -95,7 +95,9 @@ struct DesignErrors<'a> {
 
 impl CandidateDesigns {
     /// The planned measurements and the candidates for the recordings of `planned` experiments, with their rows in one
-    /// Jacobian. Only the first [`MOST_MOVED`] recordings get other marker positions. Error: a marker that is not on the rod.
+    /// Jacobian. In each experiment the planned measurements come first; then, recording by recording, marker positions,
+    /// later frames and frames between. Only the first [`MOST_MOVED`] recordings get other marker positions. Error: a
+    /// marker that is not on the rod.
     pub fn new(planned: &[Experiment]) -> Result<Self, Error> {
         let mut blocks: Vec<CandidateRows> = Vec::new();
         let mut moved = 0;
@@ -131,7 +133,8 @@ impl CandidateDesigns {
         Ok(Self { blocks })
     }
 
-    /// The `planned` experiments with all candidate recordings as further measurements, in the order of the rows.
+    /// The `planned` experiments with all candidate recordings after the planned measurements of each, in the order of the
+    /// rows.
     pub fn experiments(&self, planned: &[Experiment]) -> Vec<Experiment> {
         let with_candidates = |(e, experiment): (usize, &Experiment)| {
             let own = self.blocks.iter().filter(|block| block.experiment == e);
@@ -167,8 +170,8 @@ impl CandidateDesigns {
     }
 
     /// The elements of `rows`, one per row of the Jacobian, of all samples for which `keep` is true, then those of the
-    /// priors. Arguments of `keep` are the block, the index of the sample in it, and its time, s. A measurement that is no
-    /// motion is kept whole or not, with 0 and 0.
+    /// priors. Arguments of `keep` are the block, the index of the sample in it, and its time, s. A sample has one row per
+    /// measured coordinate. A measurement that is no motion is kept whole or not, with 0 and 0.
     fn select<T: Clone>(
         &self,
         rows: &[T],
@@ -327,8 +330,8 @@ impl DesignErrors<'_> {
 impl Advice {
     /// Marks the best choice: that with the smallest geometric mean of the standard errors of all unknowns at the point, on
     /// their scales: relative errors of positive parameters, absolute ones of others. An unidentified one counts
-    /// [`NOT_IDENTIFIED`]. Of durations and rates it is the smallest one within a factor of [`NEARLY_BEST`]. No choice is
-    /// marked where none identifies any parameter.
+    /// [`NOT_IDENTIFIED`]. Of durations and rates it is the smallest one (the first of the list) whose mean is within a
+    /// factor of [`NEARLY_BEST`] of the smallest mean. No choice is marked where none identifies any parameter.
     fn mark_best(&mut self, ParameterPoint { unknowns, x }: ParameterPoint) {
         let log_error = |choice: &Choice| -> f64 {
             let of_unknown = |((unknown, x), error): ((&Unknown, &f64), &Option<f64>)| {
@@ -364,8 +367,9 @@ pub(crate) fn standard_errors(
     Ok(unknowns.iter().zip(x).zip(&found.deviation).map(error).collect())
 }
 
-/// Candidate arc lengths of the marker of a recording, m, ascending: the ends of [`MARKER_POSITIONS`] equal parts of the rod,
-/// without those within [`LEAST_MOVE`] of the length from the planned one. Error: a marker that is not on the rod.
+/// Candidate arc lengths of the marker of a recording, m, ascending: the far ends of [`MARKER_POSITIONS`] equal parts of
+/// the rod, the tip included, without those within [`LEAST_MOVE`] of the length from the planned one. Error: a marker that
+/// is not on the rod.
 fn marker_positions(experiment: &Experiment, observation: &Observation) -> Result<Vec<f64>, Error> {
     let length = experiment.problem.length();
     let planned = experiment.problem.arc_length(observation.point)?;
@@ -379,9 +383,11 @@ fn frame_spacing(motion: &PointMotion) -> Option<f64> {
     usual_spacing(&times).or_else(|| times.first().copied().filter(|t| *t > 0.0))
 }
 
-/// Candidate recordings of an observation: one with frames after its end up to [`LONGER`] times the duration, and one with
-/// frames between its own for each of [`RATE_FACTORS`]. Values are zero where any frame has the coordinate. Experiments with
-/// recorded supports get no later frames. Recordings without frames are left out; without a spacing there are none.
+/// Candidate recordings of an observation, with values of zero in the coordinates that any frame has, and without stated
+/// factors of sigma. One has frames after the last one at the usual spacing, for [`LONGER`] - 1 times the duration of the
+/// experiment. It is left out with recorded supports. For each of [`RATE_FACTORS`] one has the frames between the planned
+/// ones (and before the first, from t = 0 on) that no smaller factor has. Recordings without frames are left out; without a
+/// usual spacing there are none.
 fn additional_frames(
     experiment: &Experiment,
     observation: &Observation,

@@ -24,9 +24,10 @@ struct RowGroup {
     rows: Vec<usize>,
 }
 
-/// The contributions of all groups of a plan at `point`, in their order; empty for a single group of values. `rows` are the
-/// Jacobian of all candidates in units of the noise, then those of the priors. Standard errors are one per unknown in its
-/// unit, none if unidentified. Error: a covariance cannot be computed.
+/// The contributions of all groups of a plan at `point`, in their order; empty for fewer than two groups. `rows` are the
+/// Jacobian of all candidates in units of the noise, then those of the priors. Each has the standard errors by its rows
+/// alone and by those of all other groups, both with the priors. Standard errors are one per unknown in its unit, none if
+/// unidentified. Error: a covariance cannot be computed.
 pub(crate) fn contributions(
     designs: &CandidateDesigns,
     planned: &[Experiment],
@@ -59,8 +60,8 @@ pub(crate) fn contributions(
     groups.iter().enumerate().map(contribution).collect()
 }
 
-/// The rows of every measurement of a plan, as indices in the common Jacobian. Of its only measurement, if that is a motion,
-/// they are those of every measured coordinate.
+/// The rows of every measurement of a plan, as indices in the common Jacobian. A plan of a single measurement that is a
+/// motion has a group per measured coordinate instead, in the order x, y, z.
 fn row_groups(designs: &CandidateDesigns, planned: &[Experiment]) -> Vec<RowGroup> {
     let own: Vec<_> = designs.planned_blocks().collect();
     if let [block] = &own[..]

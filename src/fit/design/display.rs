@@ -25,7 +25,8 @@ impl fmt::Display for Design {
 
 impl Design {
     /// The result as text for a terminal, in the order of the module. The first line is whether the plan determines all
-    /// parameters, or how many not. Candidate designs without any standard error are left out.
+    /// parameters, or how many not. Candidate designs without any standard error are left out. Correlations, singular
+    /// values and contributions are not shown.
     pub fn summary(&self) -> Summary {
         let unknown = self.parameters.iter().filter(|e| !e.identifiable).count();
         let mut summary = match (unknown, self.parameters.len()) {
@@ -79,8 +80,8 @@ impl Advice {
         }
     }
 
-    /// The table of the choices, a row each: value with its unit in the heading, standard error relative to each of the
-    /// `parameters` (`-` if unidentified), and the marks `planned` and `best`.
+    /// The table of the choices, a row each: value with its unit in the heading, standard error of each of the `parameters`
+    /// (in per cent of a positive one, in the unit of another; `-` if unidentified), and the marks `planned` and `best`.
     fn table(&self, parameters: &[Estimate]) -> SummaryTable {
         let heading = match self.variable {
             DesignVariable::MarkerPosition => "m from the clamp",

@@ -38,8 +38,10 @@ pub(crate) struct PlannedFit<'a> {
 
 impl PlannedFit<'_> {
     /// The expected uncertainties of the plan and of its candidate designs, by a simulation with derivatives and the
-    /// assessment of the exact fit. Rows of motions after the growth of their sensitivities are left out, with a warning.
-    /// Errors: a measurement without sigma, an unknown without a value, a simulation that fails, or a failed assessment.
+    /// assessment of the exact fit. Where the program chose mesh or step, they are chosen again at these values. Rows of
+    /// motions after the onset of an exponential growth of their sensitivities are set to zero, with a warning. A parameter
+    /// that neither the plan nor a candidate determines is listed as never identifiable. Errors: a measurement without
+    /// sigma, an unknown without a value, a simulation that fails, or a failed assessment.
     pub fn design(self) -> Result<Design, Error> {
         // 1. The plan with all candidate recordings, simulated at the given values.
         let since = Instant::now();

@@ -22,9 +22,10 @@ pub(crate) struct UsableRows {
 }
 
 impl UsableRows {
-    /// The usable rows of experiments with all candidate recordings, from the growth of their sensitivities. `sigmas` has the
-    /// standard deviation of each measurement in its unit. `residuals` and `rows` are the unweighted residuals of the
-    /// simulation, in sigmas, and their Jacobian. Rows whose growth weight is below 1 are not usable; those of priors are.
+    /// The usable rows of experiments with all candidate recordings, from the growth of their sensitivities. `sigmas` has
+    /// the standard deviation of each measurement in its unit. `residuals` and `rows` are the unweighted residuals of the
+    /// simulation, in sigmas, and their Jacobian. Rows whose growth weight is below 1, those after the onset, are not
+    /// usable; all others and those of priors are.
     pub fn new(
         mut experiments: Vec<Experiment>,
         unknowns: &[Unknown],

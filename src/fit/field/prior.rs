@@ -40,7 +40,8 @@ impl SmoothPrior {
     }
 
     /// Replaces `z` by `c A^-1 z`, the symmetric root of the covariance: independent numbers become deviations from the
-    /// scene, in their unit.
+    /// scene, in their unit. `A` is tridiagonal, with `1 + 2 k` (`1 + k` at both ends) and `-k` for `k = (l/spacing)^2`,
+    /// and is solved by Gaussian elimination.
     pub fn multiply(&self, z: &mut [f64]) {
         let (n, k) = (z.len(), self.stiffness);
         // Gaussian elimination of the tridiagonal matrix with 1 + k or 1 + 2 k on its diagonal and -k beside it.

@@ -113,7 +113,8 @@ pub(super) struct FieldOptimum<'a> {
 
 impl FieldReport {
     /// The report of an optimum: values with standard errors for each list and single parameter, and the warnings. The
-    /// effective number of parameters is the sum of `l/(1 + l)` over the eigenvalues `l`.
+    /// variance of a value is that of the prior less `l/(1 + l) (C v)^2` for each eigenpair `(l, v)`, at least 0. The
+    /// effective number of parameters is the sum of `l/(1 + l)` over the eigenvalues `l`; negative ones count as 0.
     pub(super) fn new(optimum: FieldOptimum<'_>) -> Self {
         let FieldOptimum { space, z, ritz, residuals, .. } = &optimum;
         // (1 + J'J)^-1 is 1 less l/(1 + l) along every eigenvector with eigenvalue l.
@@ -190,8 +191,8 @@ impl FieldReport {
     }
 
     /// Texts of all warnings in a fixed order: no convergence, residuals outside [`USUAL_RMS`] sigmas, missing directions,
-    /// lists with values above [`UNDETERMINED`], correlations of several parameters. The last one, on the local minimum, is
-    /// always there.
+    /// lists with values above [`UNDETERMINED`], correlations, if there are several lists or any single parameter. The last
+    /// one, on the local minimum, is always there.
     fn all_warnings(&self, optimum: &FieldOptimum<'_>) -> Vec<String> {
         let mut warnings = Vec::new();
         if !self.converged {
@@ -247,8 +248,10 @@ impl fmt::Display for FieldReport {
 }
 
 impl FieldReport {
-    /// The result as text for a terminal: whether it converged, a table of single parameters, one of each list with a row per
-    /// value, then warnings, number of determined combinations, residuals and cost.
+    /// The result as text for a terminal. The first line is whether it converged, with the numbers of values along the rod
+    /// and of compared coordinates. Then follow a table of single parameters (estimate, standard error, unit), and one of
+    /// each list with a row per value: arc length, estimate, standard error. Warnings, number of determined combinations,
+    /// residuals in sigmas and cost come last.
     pub fn summary(&self) -> Summary {
         let count: usize = self.fields.iter().map(|field| field.values.len()).sum();
         let estimates = format!("{count} values along the rod from {} coordinates", self.values);

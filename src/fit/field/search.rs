@@ -56,7 +56,8 @@ const TEST_INTERVAL: usize = 4;
 
 impl FieldFit {
     /// Finds the values with the largest posterior probability and their standard errors, from the values of the scene
-    /// (single parameters: means of their priors). The report is returned also without convergence, with a warning.
+    /// (single parameters: means of their priors). The minimum is the one of the basin of this start. The report is
+    /// returned also without convergence, with a warning.
     ///
     /// # Errors
     /// A fit that this method does not support, as an [`Error::Invalid`] with the key; those of [`Reversible::run`] at the
@@ -96,9 +97,9 @@ struct FieldSearch<'a> {
 }
 
 impl FieldSearch<'_> {
-    /// One row per measured coordinate of all observations, in their order. It is the residual, simulated less measured value
-    /// over sigma (1 without one). The row has it as a linear function of the position of the point at the time of the
-    /// sample, as the camera records it.
+    /// One row per measured coordinate of all observations, in their order. It is the residual, simulated less measured
+    /// value over the standard deviation of the value, by sigma (1 without one) and its factors. The row has it as a linear
+    /// function of the position of the point at the time of the sample, as the camera records it.
     fn observation_rows(&self, problem: &Problem) -> Vec<ObservationRow> {
         let view = View::new(problem, |_, value| value);
         let all = self.fit.observations.iter().flat_map(|observation| {
@@ -198,10 +199,14 @@ impl FieldSearch<'_> {
         Ok(())
     }
 
-    /// Descends from a trial by damped Gauss-Newton steps, at most [`STEPS`] accepted ones. The damping rises after a step
-    /// that lowers the misfit by too little or fails, and falls after a good one. Returns the last trial, and whether the
-    /// search converged: an undamped step predicts a decrease of the misfit below [`LEAST_GAIN`]. Error: a stop, or values
-    /// that the scene does not allow.
+    /// Descends from a trial by Gauss-Newton steps, first without damping, at most [`STEPS`] accepted ones. A step is
+    /// accepted if it lowers the misfit by more than [`LEAST_GAIN_RATIO`] of the predicted decrease, or if both are below
+    /// [`LEAST_GAIN`]. Otherwise, or if its simulation fails, the damping is multiplied by [`MORE_DAMPING`], to
+    /// [`FIRST_DAMPING`] at least. After a gain above [`GOOD_GAIN_RATIO`] of the prediction it is divided by
+    /// [`LESS_DAMPING`], and below [`NEGLIGIBLE_DAMPING`] it becomes zero. Returns the last accepted trial, and whether the
+    /// search converged: an accepted step predicted less than [`LEAST_GAIN`], and no damping was left. It ends without
+    /// convergence after [`STEPS`], or above [`MAX_DAMPING`]. Error: a stop, a product with the Jacobian that fails, or
+    /// values that the scene does not allow.
     fn descend(&mut self, mut trial: FieldTrial) -> Result<(FieldTrial, bool), Error> {
         let mut damping = 0.0_f64;
         for _ in 0..STEPS {
@@ -249,9 +254,10 @@ impl FieldSearch<'_> {
         Ok((trial, false))
     }
 
-    /// The report of the trial at the optimum. It computes the eigenvectors of `J'J` with eigenvalues above
-    /// [`LEAST_INFORMATION`], to the accuracy that the standard errors need. With [`ERROR_PRODUCTS`] products they count as
-    /// incomplete, which is a warning. Error: a product fails.
+    /// The report of the trial at the optimum. Lanczos's method computes the eigenvectors of `J'J` for the standard errors.
+    /// It ends when an eigenvalue below [`LEAST_INFORMATION`] appears and all larger ones are accurate, tested every
+    /// [`TEST_INTERVAL`] products. After [`ERROR_PRODUCTS`] products the directions count as incomplete, which is a
+    /// warning. Error: a product fails.
     fn report(
         mut self,
         trial: &FieldTrial,

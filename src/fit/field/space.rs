@@ -57,9 +57,10 @@ pub struct SingleParameter {
 
 impl FieldSpace {
     /// The space of some lists (`fields`) and single parameters (`unknowns`) of a problem. Values of natural bending are at
-    /// equal distances from one end of the rod to the other. Those of other lists are in the middle of equal parts. Errors:
-    /// no list, one that the scene lacks or that is given twice, a sigma or length that is not positive, and parameters
-    /// without derivatives. Single parameters need a prior, and must neither affect the camera nor stand twice.
+    /// equal distances from one end of the rod to the other. Those of other lists are in the middle of equal parts. The
+    /// correlation length of the prior is given in these spacings. Errors: no list, one that the scene lacks or that is
+    /// given twice, a sigma or length that is not positive, and parameters without derivatives. Single parameters need a
+    /// prior, and must neither affect the camera nor stand twice.
     pub fn new(problem: &Problem, fields: &[Field], unknowns: &[Unknown]) -> Result<Self, Error> {
         let scene = problem.scene();
         let (mut lists, mut parameters): (Vec<FieldList>, Vec<Parameter>) = Default::default();

@@ -47,8 +47,8 @@ fn planar_normal(experiment: &Experiment) -> Option<[f64; 3]> {
     (problem.model().0 == "planar").then(|| problem.normal())
 }
 
-/// The constant coordinates of the measurements of all experiments, in their order: label, axis, value in m, and number of
-/// samples.
+/// One entry per constant coordinate of a measurement, of all experiments in the order of the measurements and then x, y, z:
+/// label, axis, value in m, and number of samples. Validation data are included.
 pub(crate) fn all_constant_axes(experiments: &[Experiment]) -> Vec<ConstantAxis> {
     let mut found = Vec::new();
     for experiment in experiments {
@@ -90,7 +90,7 @@ fn constant_axes(measurement: &Measurement, normal: Option<[f64; 3]>) -> Vec<usi
 }
 
 /// Sets the coordinates with the indices `axes` of all samples to `None`, in place, and removes their entries from standard
-/// deviations per value.
+/// deviations per value. Those per sample stay.
 fn remove(measurement: &mut Measurement, axes: &[usize]) {
     // The values that remain are noted, to remove the entries of their standard deviations.
     let (mut kept, values) = (Vec::new(), measurement.values());

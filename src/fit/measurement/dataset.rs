@@ -121,7 +121,8 @@ impl Header {
 
     /// Sets the standard deviations of all points or of all values, in their unit. `sigma` becomes the one with their mean
     /// information, `(mean sigma_i^-2)^(-1/2)`; the factors are theirs over it, and none if all are equal. No change for an
-    /// empty list.
+    /// empty list, and no check of the length: without one per point or per value, `DataKind::sigmas` does not have one for
+    /// each value.
     fn set_sigmas(&mut self, sigmas: &[f64]) {
         let Some(first) = sigmas.first() else { return };
         self.sigma = Some(*first);
@@ -274,7 +275,8 @@ pub trait DataKind: Debug + Send + Sync {
         Vec::new()
     }
 
-    /// The time of every value on the clock of the motion or of its recording, s; `None` for values at rest.
+    /// The time of every value on the clock of the motion or of its recording, s; `None` for values at rest; the default is
+    /// `None` for every value.
     fn times(&self) -> Vec<Option<f64>> {
         vec![None; self.values()]
     }
@@ -284,8 +286,8 @@ pub trait DataKind: Debug + Send + Sync {
         0
     }
 
-    /// Typical size of the measured effect, in the unit of the values: the spread of a motion, the deflection of a shape, a
-    /// typical frequency.
+    /// Typical size of the measured effect, in the unit of the values: the spread of a motion, the deflection of a shape, the
+    /// mean frequency, the spread of readings of a gauge.
     fn size(&self, problem: &Problem) -> f64;
 
     /// Rejects values that cannot be compared with the problem.
@@ -296,7 +298,7 @@ pub trait DataKind: Debug + Send + Sync {
     fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error>;
 
     /// Removes values after the `horizon`, s, and computes approximate arc lengths of points without one, in place; no change
-    /// by default.
+    /// by default. Residuals call it on a copy of the data.
     fn prepare(&mut self, _problem: &Problem, _horizon: f64) {}
 
     /// Adds the simulated outputs with which the values are compared (points, times, modes) to `outputs`.
@@ -342,7 +344,7 @@ pub trait DataKind: Debug + Send + Sync {
 
 impl dyn DataKind + '_ {
     /// Standard deviations of all values, in their unit, in the order of the residuals: a given `sigma` times the factors of
-    /// the header, which are per value, per point, or none.
+    /// the header, which are per value, per point (then for all coordinates of the point), or none (1 for all).
     pub(crate) fn sigmas(&self, header: &Header, sigma: f64) -> Vec<f64> {
         let (factors, values) = (&header.sigma_factors, self.values());
         // The factors are given per value, per point, or not at all.
@@ -360,7 +362,7 @@ impl dyn DataKind + '_ {
     }
 
     /// The values grouped by coordinate, each with its index and abscissa: x, y and z of positions, of which those without
-    /// values are left out, or the one axis of scalars.
+    /// values are left out, or the one axis of scalars. Indices are those in the order of the residuals.
     pub(crate) fn coordinates(&self, problem: &Problem) -> Vec<Coordinate> {
         let abscissas = self.abscissas(problem).into_iter();
         if let Some(axis) = self.axis() {

@@ -76,8 +76,8 @@ impl Experiment {
         self.records().next().is_some()
     }
 
-    /// Whether any measurement is no recorded motion: a shape at rest, readings at rest or frequencies, for which the
-    /// equilibrium is solved.
+    /// Whether any measurement is neither a recorded motion nor a gauge with readings over time: a shape at rest, a gauge at
+    /// rest or frequencies, for which the equilibrium is solved.
     pub(crate) fn rests(&self) -> bool {
         self.records().count() < self.measurements.len()
     }
@@ -88,7 +88,7 @@ impl Experiment {
         modes.map(|mode| mode.number).max().unwrap_or(0)
     }
 
-    /// The time of the latest sample of the recorded motions, s; zero without any.
+    /// The time of the latest sample of the recorded motions and of gauges over time, s; zero without any.
     pub(crate) fn duration(&self) -> f64 {
         let last = |o: &PointMotion| o.samples.last().map_or(0.0, |s| s.time);
         self.records().map(|o| last(&o)).fold(0.0, f64::max)

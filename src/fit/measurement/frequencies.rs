@@ -76,19 +76,21 @@ impl Frequencies {
         Ok(self)
     }
 
-    /// The frequencies with mode numbers that count only the modes in or out of the plane of a planar scene.
+    /// The frequencies with mode numbers that count only the modes in or out of the plane of a planar scene, besides other
+    /// filters that are set. Without this filter those in the plane count.
     pub fn plane(mut self, plane: ModePlane) -> Self {
         self.among.plane = Some(plane);
         self
     }
 
-    /// The frequencies with mode numbers that count only the modes of one kind.
+    /// The frequencies with mode numbers that count only the modes of one kind, besides other filters that are set.
     pub fn of_kind(mut self, kind: ModeKind) -> Self {
         self.among.kind = Some(kind);
         self
     }
 
-    /// The frequencies with mode numbers that count only the modes with most of their motion along a direction.
+    /// The frequencies with mode numbers that count only the modes with most of their motion along a direction in world axes,
+    /// besides other filters that are set.
     pub fn along(mut self, direction: [f64; 3]) -> Self {
         self.among.direction = Some(direction);
         self
@@ -169,7 +171,7 @@ impl DataKind for ModeFrequencies {
     }
 
     /// Calls `each` with simulated less measured angular frequency, rad/s, in the order of the values; `simulated` has those
-    /// of the same modes.
+    /// of the same modes in the same order. There are no errors.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

@@ -134,8 +134,9 @@ impl DataKind for GaugeReadings {
         if spread > 0.0 { spread } else { mean.abs() }
     }
 
-    /// Rejects points that are not on the rod, readings that are not finite, and times that do not strictly increase within 0
-    /// to the end of the simulation.
+    /// Rejects points that are not on the rod and readings that are not finite. Times must strictly increase within 0 to the
+    /// end of the simulation. Readings at rest have no times to check. Errors have the label. An error also for times with a
+    /// scene that has none.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, label, .. } = context;
         refuse_structure(problem, label, "a user-defined measurement")?;

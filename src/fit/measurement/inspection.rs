@@ -89,8 +89,9 @@ pub struct InspectedMarker {
 
 impl Inspection {
     /// Inspects a file: format, clock with gaps, unit, markers, faults along a rod, and an `[[observation]]` table that reads
-    /// the marker that moves most. `recording` may have its format, and the `fps` and `scale` that the file lacks. If the
-    /// table cannot be read by a fit, it has the error as a comment.
+    /// the marker that moves most. `recording` may have its format, and the `fps` and `scale` that the file lacks. The rate is
+    /// 1 over the median step of a clock of times, else that of the file or `fps`. If the table cannot be read by a fit, it
+    /// has the error as a comment.
     ///
     /// # Errors
     ///
@@ -163,7 +164,7 @@ impl Inspection {
 
     /// The `given` recording completed for the file `source`. The marker that moves most is named if there are several. The
     /// confidence threshold is [`SURE`] if the file has confidences. y points down in image coordinates unless given. Time
-    /// zero is the onset of motion, or the first clock reading.
+    /// zero is the frame nearest to the onset of motion, or the first clock reading. Other keys of `given` stay.
     fn interpretation(&self, source: &MarkerFile, given: &Recording) -> Recording {
         let marker = self.most_moving_marker();
         Recording {
@@ -181,9 +182,10 @@ impl Inspection {
         pixels || self.format == Format::TrackMate
     }
 
-    /// The `[[observation]]` table for `source` as TOML text with comments: file, marker, point (the tip), thresholds,
-    /// conversions, time zero and noise. It has `..` for values that the user must fill in. `file` is the name of the file as
-    /// a TOML string.
+    /// The `[[observation]]` table for `source` as TOML text. Its keys are file, the format if given, marker, point (the tip),
+    /// likelihood and axes of a spatial marker. Frame rate and scale that the file lacks, y, origin, time zero and noise
+    /// follow. Values that neither file nor user state are `..`, to be filled in. The noise is omitted if it is unknown or
+    /// zero, or without a factor to meters. `file` is the name of the file as a TOML string.
     fn observation_table(&self, file: &str, source: &MarkerFile) -> String {
         let read = &self.recording;
         let mut lines = vec!["[[observation]]".to_string()];
@@ -357,10 +359,10 @@ fn noise(clocks: &[f64], coordinate: impl Iterator<Item = Option<f64>>) -> Optio
     Some(series.noise().ok()?.sigma)
 }
 
-/// Indices of frames in which a marker jumps. Its deviation from the cubic through two positions on each side exceeds those
-/// of the two frames on each side. It also exceeds [`JUMP`] times the median, and [`JUMP`] times those three and four frames
-/// away. Frames for which `has_no_gap` is false, next to a gap of the clock, and frames without all five positions are left
-/// out.
+/// Indices of frames in which a marker jumps. Its deviation from the cubic through two positions on each side exceeds those of
+/// the two frames on each side. It also exceeds the first [`JUMP`] times the median (upper one) of all frames, and the second
+/// one times those three and four frames away. Frames for which `has_no_gap` is false, next to a gap of the clock, and frames
+/// without all five positions are left out.
 fn jumps(marker: &MarkerData, has_no_gap: impl Fn(Range<usize>) -> bool) -> Vec<usize> {
     // The cubic through the positions at k-2, k-1, k+1 and k+2, evaluated at k: weights -1, 4, 4, -1 over 6.
     let deviation = |k: usize| -> Option<f64> {
@@ -392,8 +394,9 @@ fn jumps(marker: &MarkerData, has_no_gap: impl Fn(Range<usize>) -> bool) -> Vec<
     (0..frames).filter(is_jump).collect()
 }
 
-/// Lost frames and swapped labels, one text each, of the markers in the order of the file, as if along a rod. Empty for fewer
-/// than three markers, for a unit or clock that `recording` does not convert, and for markers that form no track.
+/// Lost frames and swapped labels, one text each, of the markers in the order of the file, as if along a rod; the motion of
+/// all markers determines gaps, and positions without all of the marker's axes count as missing. Empty for fewer than three
+/// markers, for a unit or clock that `recording` does not convert, and for markers that form no track.
 fn faults(source: &MarkerFile, recording: &Recording) -> Vec<String> {
     // Only the conversion to s and m matters for the tests, not the choice of a marker.
     let known = Recording {

@@ -66,8 +66,8 @@ impl Inspection {
         }
     }
 
-    /// The table of the markers: one row each with name, detected frames, range per axis, noise and gaps. Cells are empty for
-    /// axes or noise that the marker does not have.
+    /// The table of the markers: one row each with name, detected frames, range per axis, noise and gaps. Columns for x, y and
+    /// z are always there. Cells are empty for axes or noise that the marker does not have, and for gaps without any.
     fn marker_table(&self) -> SummaryTable {
         let axes = ["x", "y", "z"];
         // One column per axis, also for markers without it, keeps the table aligned.
@@ -90,8 +90,9 @@ impl Inspection {
         table
     }
 
-    /// Likely problems of the file, as warning texts without codes: the unit, then the clock, then converted video and jumps
-    /// of each marker, then faults of markers along a rod.
+    /// Likely problems of the file, as warning texts without codes. First a unit of m with a coordinate beyond [`FAR`], then
+    /// at most [`NAMED_GAPS`] gaps of the clock (further ones as a count). Converted video and jumps of each marker and faults
+    /// of markers along a rod follow.
     fn likely_problems(&self) -> Vec<String> {
         let unit = self.clock_suffix();
         let mut all = Vec::new();

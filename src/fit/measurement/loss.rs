@@ -45,7 +45,8 @@ impl Loss {
         self != Self::Squares
     }
 
-    /// The loss of a residual `r` in units of the noise, by the formula of the variant; `r^2` near zero.
+    /// The loss of a residual `r` in units of the noise. With the scale `c` it is `r^2` (squares; Huber up to `c`), `c (2 |r|
+    /// - c)` (Huber beyond), `2 c^2 (sqrt(1 + (r/c)^2) - 1)` (soft L1) or `c^2 ln(1 + (r/c)^2)` (Cauchy).
     pub fn rho(self, r: f64) -> f64 {
         let c = self.scale();
         let square = r * r;
@@ -74,7 +75,7 @@ impl Loss {
     }
 
     /// The robust residual `sign(r) sqrt(rho(r))`, whose square is the loss of `r` in units of the noise, and its derivative
-    /// by `r`.
+    /// by `r`, `psi(r)` over it (1 at zero).
     pub fn robust(self, r: f64) -> [f64; 2] {
         if !self.is_robust() || r == 0.0 {
             return [r, 1.0];
@@ -83,7 +84,8 @@ impl Loss {
         [robust, self.influence(r)[0] / robust]
     }
 
-    /// The residual whose [robust residual](Self::robust) is `robust`: the inverse function, in units of the noise.
+    /// The residual, in units of the noise, whose [robust residual](Self::robust) is `robust`: the inverse function in closed
+    /// form, with the same sign. Squares leave it as it is.
     pub fn plain(self, robust: f64) -> f64 {
         let c = self.scale();
         let size = match self {
@@ -113,9 +115,10 @@ impl Loss {
         DEVIATION_OF_MEDIAN * Data::new(sizes).median()
     }
 
-    /// The information of the residuals under this loss, relative to normal noise of standard deviation 1 under squares. It
-    /// is the inverse of the variance of an M-estimate, `(mean psi')^2/mean psi^2` (Huber 1981, with his correction for the
-    /// number of fitted `unknowns`). 1 for squares or without residuals, 0 if the mean psi' is not positive.
+    /// The information of the residuals under this loss, relative to normal noise of standard deviation 1 under squares. It is
+    /// the inverse of the variance of an M-estimate (Huber 1981), `(mean psi')^2 f/(mean psi^2 K^2)`. With `n` residuals and
+    /// `p` fitted `unknowns`, `f = (n - p)/n` (at least `1/n`) and `K = 1 + (p/n) var psi'/(mean psi')^2`. 1 for squares or
+    /// without residuals, 0 if the mean psi' is not positive.
     pub fn information(self, residuals: &[f64], unknowns: usize) -> f64 {
         if !self.is_robust() || residuals.is_empty() {
             return 1.0;

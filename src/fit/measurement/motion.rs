@@ -286,10 +286,11 @@ impl PointMotion {
         self.samples.windows(2).map(speed).fold(0.0, f64::max)
     }
 
-    /// Time, s, of the first sample at [`RISEN`] of the first swing, the largest distance from the first position in it:
-    /// about half a period of a free vibration. The first swing ends where the distance falls below [`RETURN`] of its maximum
-    /// so far, if this is at least [`SWING`] of the largest in the record. In space the largest may come much later, when
-    /// sideways motion has built up. Zero without samples.
+    /// Time, s, of the first sample at [`RISEN`] of the first swing: about half a period of a free vibration. The swing is the
+    /// largest distance in it from the first observed value of each coordinate, by samples with all coordinates of the record.
+    /// The first swing ends where the distance falls below [`RETURN`] of its maximum so far, if this is at least [`SWING`] of
+    /// the largest in the record. In space the largest may come much later, when sideways motion has built up. Zero without
+    /// samples.
     pub(crate) fn rise_time(&self) -> f64 {
         // Each coordinate starts at its first observed value.
         let first: [Option<f64>; 3] =
@@ -369,14 +370,16 @@ impl DataKind for PointMotion {
         self.samples.iter().flat_map(|s| std::iter::repeat_n(Some(s.time), values(s))).collect()
     }
 
-    /// Root mean square distance of all observed coordinates from their means, m: the spread of the motion.
+    /// Root mean square distance of all observed coordinates from their means, m: the spread of the motion; zero without
+    /// samples.
     fn size(&self, _problem: &Problem) -> f64 {
         self.spread()
     }
 
-    /// Rejects a point that is not on the rod, an offset longer than the rod, positions that are not finite, and times that
-    /// are negative or do not increase. Times after the end of the simulation are rejected unless the clock has another
-    /// offset.
+    /// Rejects a point that is not on the rod, an offset longer than the rod, and positions that are not finite. Rejects times
+    /// that are negative, not finite or do not strictly increase. Times after the end of the simulation are rejected unless
+    /// the clock has an unknown offset (`other_clock`). Errors have the key of the table or the label. An error without a time
+    /// of the scene.
     fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, label, other_clock } = context;
         match check_place(problem, self.place.as_ref(), self.offset, key)? {
@@ -444,7 +447,7 @@ impl DataKind for PointMotion {
 
     /// Calls `each` with simulated less observed coordinate, m, sample by sample, observed coordinates only. The simulated
     /// position is that of the marker at the sample's time on the clock of the motion, as the camera records it. Nothing
-    /// without a simulated motion.
+    /// without a simulated motion. An error for a point that is not on the rod and times after the end of the motion.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

@@ -103,7 +103,8 @@ impl<Q: Quantity> DynQuantity for Q {
 
 /// A scalar type of a fit, with the function of [`DynQuantity`] that belongs to it.
 pub trait GaugeScalar: Scalar {
-    /// The value of a `quantity` for the state `rod`, with the derivatives of this type.
+    /// The value of a `quantity` for the state `rod`, with the derivatives of this type, by the function of [`DynQuantity`]
+    /// for it.
     fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self;
 }
 

@@ -2,8 +2,8 @@
 //!
 //! Input: a CSV file with arc lengths `s` or node indices and coordinates, a CSV file of at least [`LEAST_OF_A_LINE`] points
 //! in order along the centerline, or planned arc lengths. Output: [`RestShape`], a data set. Its differences in a fit are
-//! simulated less observed coordinate, m, of each point of the rod in equilibrium; without arc lengths, the offset of each
-//! position from the nearest point of the simulated centerline.
+//! simulated less observed coordinate, m, of each point of the rod in equilibrium; without arc lengths, the offset from each
+//! position to the nearest point of the simulated centerline, a cubic curve through the nodes.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
@@ -52,7 +52,7 @@ fn chord(a: [Option<f64>; 3], b: [Option<f64>; 3]) -> f64 {
 }
 
 impl Sighting {
-    /// The arc length of the point from the wall, m; 0 for points that are given as a node or the tip.
+    /// The arc length of the point from the wall, m; 0 for points that are given as a node or the tip, whatever their place.
     fn arc_length(&self) -> f64 {
         if let Point::ArcLength(s) = self.point { s } else { 0.0 }
     }
@@ -73,8 +73,9 @@ impl RestShape {
         Self { header: Header::in_meters(), data }
     }
 
-    /// A shape of points of the centerline of a rod at rest in their order along the rod, x, y and z in m, with unknown arc
-    /// lengths, which are fitted. Chords between the points are their first approximation.
+    /// A shape of points of the centerline of a rod at rest in their order along the rod, x, y and z in m. Their arc lengths
+    /// are unknown and are fitted. Sums of the chords between the points, from the first one on, are their first
+    /// approximation.
     pub fn center_line(positions: &[[Option<f64>; 3]]) -> Self {
         let mut along = 0.0;
         let mut before: Option<[Option<f64>; 3]> = None;
@@ -88,7 +89,8 @@ impl RestShape {
         line
     }
 
-    /// A planned shape of points at these arc lengths from the wall, m, in all three coordinates.
+    /// A planned shape of points at these arc lengths from the wall, m, in all three coordinates, with zeros as placeholders
+    /// for the positions.
     pub fn planned(at: &[f64]) -> Self {
         let sighting = |s: &f64| Sighting { point: Point::ArcLength(*s), position: [Some(0.0); 3] };
         let mut planned = Self::new(at.iter().map(sighting).collect());
@@ -118,8 +120,8 @@ impl RestShape {
     }
 
     /// Reads a CSV file, with the scale, origin and axes of `recording`; the errors have the path and the line. Rows without
-    /// coordinates (for centerlines: with fewer than two) are dropped and counted. An error without any row, or with fewer
-    /// than [`LEAST_OF_A_LINE`] points of a centerline.
+    /// coordinates (for centerlines: with fewer than two) are dropped and counted. An error for columns that are missing or
+    /// unknown, a value that is not finite, no row, or with fewer than [`LEAST_OF_A_LINE`] points of a centerline.
     fn read_file(path: &Path, recording: &Recording) -> Result<Self, marker_files::Error> {
         // Columns are checked before the rows, so that a wrong header has one error.
         let table = Table::read(path)?;
@@ -336,8 +338,8 @@ impl DataKind for EquilibriumShape {
         if self.arc_lengths_fitted { self.sightings.len() } else { 0 }
     }
 
-    /// Root mean square distance of the observed coordinates from those of the unloaded rod, m: the deflection. Points that
-    /// are not on the rod are skipped.
+    /// Root mean square of the differences of the observed coordinates from those of the unloaded rod, m: the deflection; zero
+    /// without any. Unknown arc lengths are approximated by chords. Points that are not on the rod are skipped.
     fn size(&self, problem: &Problem) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0_f64);
         for sighting in self.with_approximate_points(problem) {
@@ -395,8 +397,9 @@ impl DataKind for EquilibriumShape {
     }
 
     /// Calls `each` with simulated less observed coordinate, m, point by point, observed coordinates only. For unknown arc
-    /// lengths it is the coordinate of the offset from the nearest point of the polygon of nodes. Positions are those that
-    /// the camera records. Nothing without a simulated equilibrium.
+    /// lengths it is that of the offset from the observed point to the foot of its perpendicular. The foot is on the cubic
+    /// curve through the nodes (`NodeCurve`). Positions are those that the camera records. Nothing without a simulated
+    /// equilibrium. An error for a point that is not on the rod.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

@@ -26,7 +26,9 @@ impl Ar1Correlation {
         Self(std::iter::once(0.0).take(times.len()).chain(after).collect())
     }
 
-    /// The product of the correlation matrix `R` with `values`, by a forward and a backward pass.
+    /// The product `R values` of the correlation matrix `R` with `values`, one per value of the series: a forward pass sums
+    /// correlations with earlier values, a backward pass those with later ones. `R_ij` is the product of the correlations of
+    /// neighbors between `i` and `j`, 1 for `i = j`.
     pub fn apply(&self, values: &[f64]) -> Vec<f64> {
         let mut sums = values.to_vec();
         for k in 1..sums.len() {

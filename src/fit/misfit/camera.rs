@@ -45,7 +45,7 @@ impl<D: Nestable> View<D> {
 
 impl<D: Scalar> View<D> {
     /// The time of the motion, s, at `time`, s, on the clock of the recording: `time - offset`, at least zero, with
-    /// derivatives by the offset if above zero.
+    /// derivatives by the offset if above zero, without any at zero.
     pub fn time(&self, time: f64) -> D {
         let since = -self.time_offset + time;
         if since.value() > 0.0 { since } else { D::from(0.0) }

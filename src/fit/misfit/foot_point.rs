@@ -36,9 +36,9 @@ struct CurvePoint<D> {
 }
 
 impl<D: Scalar> NodeCurve<'_, D> {
-    /// The vector from the `observed` point to the foot point, m, with derivatives, searched about the arc length `near`, m.
-    /// Its component along a coordinate that was not observed is the coordinate of the foot point. The arc length of a foot
-    /// at an end of the search range is fixed.
+    /// The vector from the `observed` point to the foot point, m, with derivatives of first and second order, searched about
+    /// the arc length `near`, m. Its component along a coordinate that was not observed is the coordinate of the foot point.
+    /// The arc length of a foot at an end of the search range is fixed.
     pub fn offset(&self, observed: &[Option<f64>; 3], near: f64) -> [D; 3] {
         let plain_nodes: Vec<[f64; 3]> = self.nodes.iter().map(|x| x.map(|c| c.value())).collect();
         let plain_arcs: Vec<f64> = self.arc_length.iter().map(D::value).collect();
@@ -68,7 +68,8 @@ impl<D: Scalar> NodeCurve<'_, D> {
     }
 
     /// Position and tangent at an arc length `s`, m, by the cubic Lagrange polynomial through the four nodes around it (fewer
-    /// if the rod has fewer).
+    /// if the rod has fewer). Both carry the derivatives of nodes, arc lengths and `s`. The tangent is `dx/ds`, of length
+    /// about 1.
     fn interpolate(&self, s: D) -> CurvePoint<D> {
         let near = Stencil::around(self.arc_length, s.value());
         let zero = [D::from(0.0); 3];
@@ -95,8 +96,9 @@ impl<D: Scalar> NodeCurve<'_, D> {
 
 impl NodeCurve<'_, f64> {
     /// The arc length, m, of the point of the curve nearest to the `observed` one, and whether that point is a foot of a
-    /// perpendicular. Nodes within [`SEARCH_RADIUS`] lengths of `near`, m, compete; bisection follows between the neighbors
-    /// of the nearest. `false`: the end of that range is nearest.
+    /// perpendicular. Nodes within [`SEARCH_RADIUS`] lengths of `near`, m, compete; bisection follows between the neighbors of
+    /// the nearest. `false`: the end of that range is nearest, and its arc length is returned. If no node competes, the last
+    /// node counts as nearest. The distance is that of the observed coordinates.
     fn foot(&self, observed: &[Option<f64>; 3], near: f64) -> (f64, bool) {
         let last = self.arc_length.len() - 1;
         let (start, end) = (self.arc_length[0].max(0.0), self.arc_length[last]);

@@ -21,8 +21,8 @@ use crate::structure::Structure;
 use num_dual::HyperDual64;
 
 impl Residuals {
-    /// Second derivatives of half the sum of squares of the residuals at `x`, robust losses and priors included, by the
-    /// unknowns on their scales; a symmetric matrix, exact to rounding (hyper-dual numbers).
+    /// Second derivatives of half the sum of squares of the residuals at `x`, robust losses, leverage weights and priors
+    /// included, by the unknowns on their scales; a symmetric matrix, exact to rounding (hyper-dual numbers).
     ///
     /// # Errors
     ///

@@ -33,9 +33,9 @@ pub(crate) fn first_sigmas(experiments: &[Experiment]) -> Vec<f64> {
     all(experiments).map(first).collect()
 }
 
-/// Whether estimating the sigmas that are not given from the residuals changes the optimum: at least one is not given, and it
-/// has a robust loss, or there are several measurements or a prior. A single squared measurement has one common factor, which
-/// changes nothing.
+/// Whether estimating the sigmas that are not given from the residuals changes the optimum. At least one sigma must be
+/// missing; also, a measurement without sigma has a robust loss, or there are several measurements (with sigma or without), or
+/// a prior. A single squared measurement has one common factor, which changes nothing.
 pub(crate) fn weights_depend_on_the_fit(fitted: &[Experiment], unknowns: &[Unknown]) -> bool {
     let mut unknown = all(fitted).filter(|(_, m)| m.sigma().is_none());
     let robust = unknown.clone().any(|(_, m)| m.loss().is_robust());

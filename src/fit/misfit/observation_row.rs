@@ -26,7 +26,8 @@ pub(crate) struct ObservationRow {
 
 impl ObservationRow {
     /// One row for every observed coordinate of the `samples` of a point, sample by sample and x, y, z in each, as the camera
-    /// `view` records them. `weights` has the inverse of the standard deviation of each coordinate, 1/m; rows end with it.
+    /// `view` records them. `weights` has the inverse of the standard deviation of each observed coordinate in this order,
+    /// 1/m; rows end with it. The time of a row is that of the motion by the camera's clock.
     pub fn from_samples(
         view: &View<f64>,
         point: Point,

@@ -125,9 +125,10 @@ impl ObservedExperiment {
         own.filter(|p| !p.is_of_the_camera()).collect()
     }
 
-    /// The problem with the parameters at `point`, and the number of time steps up to the last sample; zero without a
-    /// measured motion. The motion lasts longer than the scene where the offset of the camera's clock requires it. An error
-    /// beyond [`MAX_DURATION_RATIO`] times the duration of scene or recording.
+    /// The problem with the parameters at `point`, and the number of time steps up to the last sample; zero without a measured
+    /// motion. The mesh layout and the step size stay. The motion lasts longer than the scene, by whole steps, where the
+    /// offset of the camera's clock requires it. An error beyond [`MAX_DURATION_RATIO`] times the duration of scene or
+    /// recording.
     pub(super) fn problem_and_steps(
         &self,
         ParameterPoint { unknowns, x }: ParameterPoint,
@@ -159,8 +160,8 @@ impl ObservedExperiment {
 
     /// Simulates the experiment at `point`: the motion up to its last sample on the camera's clock, and the equilibrium, each
     /// if a measurement requires it. With `derived`, both carry derivatives by the parameters of the unknowns that change the
-    /// rod. `count` receives the work, steps times segments, also that of a run that fails. `after` is called at the start of
-    /// the motion and after every step.
+    /// rod. `count` receives the work, steps times segments, also that of a run that fails; a static solution counts as 20
+    /// steps. `after` is called at the start of the motion and after every step.
     pub fn run(
         &self,
         point: ParameterPoint,
@@ -271,8 +272,9 @@ impl ObservedExperiment {
         Ok((residuals, rows))
     }
 
-    /// Calls `each` with every plain residual `(simulated - measured)/sigma` and its loss, in the order of measurements and
-    /// values. An error for points that are not on the rod and times after the end of the simulation.
+    /// Calls `each` with every plain residual (without robust loss and leverage weight) `(simulated - measured)/sigma` and its
+    /// loss, in the order of measurements and values. An error for points that are not on the rod and times after the end of
+    /// the simulation.
     pub fn for_each_residual<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

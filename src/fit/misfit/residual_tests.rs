@@ -99,7 +99,9 @@ pub(crate) struct ResidualSeries<'a> {
 impl ResidualTests {
     /// Tests the residuals of the coordinate `axis` of an `observation`; `None` for fewer than [`FEWEST_VALUES`]. P-values
     /// below `significance` are findings. Autocorrelation passes if the series has a positive correlation and its innovations
-    /// have a p-value of at least [`LEAST_INNOVATION_P`]. The verdict is a text of the findings.
+    /// have a p-value of at least [`LEAST_INNOVATION_P`]. The verdict is a text of the findings. Whiteness and trend are tests
+    /// of the influences (half the derivatives of the loss), normality of the whitened residuals themselves. The p-value of
+    /// the trend is twice the smaller one of the slopes of values and of sizes, with the effective sample size of AR(1) noise.
     pub(crate) fn new(
         observation: String,
         axis: &str,
@@ -250,8 +252,9 @@ fn periodicity_p_value(r: &[f64]) -> f64 {
     (count as f64 * (1.0 - share).powi(count as i32 - 1)).min(1.0)
 }
 
-/// Two-sided p-value of the slope of `values` over `times` (linear regression) by Student's t. Degrees of freedom are the
-/// `effective` number of independent values less 2, at least 1. The p-value is 1 if all values or all times are equal.
+/// Two-sided p-value of the slope of `values` over `times` (linear regression) by Student's t, `r sqrt(f/(1 - r^2))` with the
+/// correlation `r` of both and `f` degrees of freedom. Degrees of freedom are the `effective` number of independent values
+/// less 2, at least 1. The p-value is 1 if all values or all times are equal.
 fn trend(times: &[f64], values: &[f64], effective: f64) -> f64 {
     let n = values.len() as f64;
     let mean = |x: &[f64]| x.iter().sum::<f64>() / n;

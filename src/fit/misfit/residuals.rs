@@ -65,9 +65,9 @@ struct ExperimentResiduals {
 }
 
 impl Residuals {
-    /// The residuals of `experiments` up to `horizons`, s, one per experiment, without leverage weights. `sigmas` has one per
-    /// measurement, in its unit. `full_work` is the work of one full simulation, steps times segments. An error for points
-    /// that are not on the rod.
+    /// The residuals of `experiments` up to `horizons`, s, one per experiment, without leverage weights and with a work
+    /// counter of their own. `sigmas` has one per measurement, in its unit. `full_work` is the work of one full simulation,
+    /// steps times segments. An error for points that are not on the rod.
     pub(crate) fn new(
         experiments: &[Experiment],
         sigmas: &[f64],
@@ -111,7 +111,8 @@ impl Residuals {
         &self.unknowns
     }
 
-    /// Parameters and their values in SI units at a solver's vector `x`, which is on the unknowns' scales.
+    /// One pair per unknown, in their order: its parameter, and its value in the parameter's unit at a solver's vector `x`,
+    /// which is on the unknowns' scales.
     pub fn values(&self, x: &[f64]) -> Vec<(Parameter, f64)> {
         let pairs = self.unknowns.iter().zip(x);
         pairs.map(|(unknown, x)| (unknown.parameter, unknown.from_scale(*x))).collect()
@@ -123,7 +124,7 @@ impl Residuals {
         self.work.total() / self.full_work
     }
 
-    /// Number of residuals, those of the priors included.
+    /// Number of residuals: all values of the measurements up to the horizons, and one per unknown with a prior.
     pub fn len(&self) -> usize {
         let priors = self.unknowns.iter().filter(|u| u.prior.is_some()).count();
         self.counts().iter().sum::<usize>() + priors
@@ -154,7 +155,7 @@ impl Residuals {
         weights
     }
 
-    /// An error if the length of the vector `x` is not the number of unknowns.
+    /// An error with the key `x` if the length of the vector `x` is not the number of unknowns.
     pub(crate) fn check_length(&self, x: &[f64]) -> Result<(), Error> {
         let (n, found) = (self.unknowns.len(), format!("{} numbers", x.len()));
         ensure(x.len() == n, "x", found, format!("{n} numbers, one for each unknown"))
@@ -280,8 +281,8 @@ impl Residuals {
         ParameterPoint { unknowns: &self.unknowns, x }
     }
 
-    /// For every unknown with a prior: its index, and the residual of the prior at `x` with its derivative by this unknown on
-    /// its scale.
+    /// For every unknown with a prior: its index, and the residual of the prior at `x`, `(value - mean)/sigma` in the
+    /// parameter's unit, with its derivative by this unknown on its scale.
     fn prior_residuals(&self, x: &[f64]) -> impl Iterator<Item = (usize, Dual64)> {
         let seeded = self.unknowns.iter().zip(x).enumerate();
         seeded.filter_map(|(i, (unknown, x))| {
@@ -299,7 +300,7 @@ impl Residuals {
     }
 
     /// The residuals with the evaluation at `x`, Jacobian included, as the last one. It follows from `runs`, simulations of
-    /// all experiments with derivatives there, which are not repeated.
+    /// all experiments with derivatives there, which are not repeated. It panics with fewer runs than experiments.
     pub(crate) fn with_runs(self, x: &[f64], runs: &[ExperimentRun]) -> Result<Self, Error> {
         let parts = self.map_experiments(|k, _| self.part(k, x, &runs[k], true))?;
         let known = self.assembled(x, parts, true);
@@ -417,8 +418,9 @@ impl CostFunction for Residuals {
 impl Gradient for Residuals {
     type Param = Vec<f64>;
     type Gradient = Vec<f64>;
-    /// The gradient of the objective at `x` for argmin's solvers, on the unknowns' scales: by the adjoint where that costs
-    /// less, or else `J' r`.
+    /// The gradient of the objective at `x` for argmin's solvers, on the unknowns' scales: by the adjoint of the motions where
+    /// that costs less (`adjoint_gradient`), or else `J' r` with the Jacobian and the residuals with robust loss and leverage
+    /// weights.
     fn gradient(&self, x: &Vec<f64>) -> Result<Vec<f64>, argmin::core::Error> {
         if let Some(gradient) = self.adjoint_gradient(x)? {
             return Ok(gradient);

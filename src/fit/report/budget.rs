@@ -21,8 +21,9 @@ const DIGITS: usize = 2;
 /// Significant digits of the values of inputs.
 const VALUE_DIGITS: usize = 4;
 
-/// The `summary` with the budget of the estimate `e` as a table, one row per source, if its quoted interval is expanded by
-/// stated input uncertainties. Its Monte Carlo check, if there is one, is added as a fact.
+/// The `summary` with the budget of the estimate `e` as a table, if its quoted interval is expanded by stated input
+/// uncertainties. It has one row per source in the order of the budget. Its Monte Carlo check, if there is one, is added as a
+/// fact.
 pub(crate) fn add_budget(mut summary: Summary, e: &Estimate) -> Summary {
     let unit = e.name.unit();
     // Without a stated input uncertainty the budget has only the noise, which the table of estimates has already.
@@ -106,8 +107,8 @@ fn two_decimals(sensitivity: f64) -> String {
     }
 }
 
-/// The change of the estimate `e` for +1 % of an input as signed text: in per cent, or without a relative change (parameters
-/// that may be zero) in the unit of the parameter.
+/// The change of the estimate `e` for +1 % of an `input` (of its value) as signed text: in per cent, or without a relative
+/// change (parameters that may be zero) in the unit of the parameter.
 fn change(input: &InputSensitivity, e: &Estimate) -> String {
     match input.relative {
         Some(relative) => format!("{:+.2} %", 100.0 * relative),

@@ -108,8 +108,9 @@ impl FitReport {
         }
     }
 
-    /// The `summary` with facts: RMS residual (of positions, if any) and noise of each measurement, noise estimate, summary
-    /// of the local minima, and work in full simulations with the wall time.
+    /// The `summary` with facts. They are the RMS residual (of positions, if any) with the noise (sigma) of each fitted
+    /// measurement, and the noise estimate. Three or more equal noises in a row are one text. The summary of the local minima,
+    /// if not empty, and the work in full simulations with the wall time follow.
     fn add_cost(&self, mut summary: Summary) -> Summary {
         let pairs = self.sigma.iter().zip(&self.units);
         let sigma: Vec<String> =
@@ -146,7 +147,8 @@ impl FitReport {
     }
 
     /// The noise estimated from differences of the samples, as text: its value or range over the coordinates that have an
-    /// estimate, with the reasons of the others. If none has one: the first reason. `None` without recorded motions.
+    /// estimate, with the number and the reasons of the others, in the unit of the first coordinate. If none has one: the
+    /// first reason. `None` without recorded motions.
     fn noise_scale_text(&self) -> Option<String> {
         let values: Vec<f64> = self.noise_scale.iter().filter_map(|scale| scale.value).collect();
         let first = self.noise_scale.first()?;

@@ -70,8 +70,9 @@ fn signed(value: f64, unit: &str, bias: &UndetectedBias) -> String {
     }
 }
 
-/// The bias as text: a range in per cent where both signs of the effect have different ones, else in per cent, or in the unit
-/// of a parameter that may be zero. The sign is `+-` if the data do not determine the size of the effect.
+/// The bias as text: a range in per cent where both signs of the effect have different biases (`both_signs`), else one number.
+/// It is in per cent, or without a relative bias in the unit of the parameter. The sign is `+-` if the data do not determine
+/// the size of the effect.
 fn size_of_bias(bias: &UndetectedBias) -> String {
     if let Some([low, high]) = bias.both_signs() {
         return format!("{:+.0} to {:+.0} %", 100.0 * low, 100.0 * high);

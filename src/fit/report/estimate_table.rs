@@ -43,8 +43,10 @@ pub(crate) fn is_from_clusters(e: &Estimate) -> bool {
     e.cluster_jackknife.as_ref().is_some_and(|clusters| clusters.reported)
 }
 
-/// A sentence with the errors that the intervals contain, and a second one with the largest undetected biases, which they do
-/// not. `None` if no parameter has a standard error and no combination an interval.
+/// A sentence with the errors that the intervals contain, and a second one with the largest undetected biases, if there are
+/// any. The first of these applies: stated input uncertainties, differences between experiments, corrected discretization
+/// error, noise only (with an estimated discretization error or without). `None` if no parameter has a standard error and no
+/// combination an interval.
 pub(crate) fn interval_content(report: &FitReport) -> Option<String> {
     let is_expanded = report.parameters.iter().any(|e| QuotedEstimate::new(e).is_expanded);
     // Undetected biases may exceed the interval, and are reported beside it.
@@ -86,8 +88,9 @@ pub(crate) fn interval_content(report: &FitReport) -> Option<String> {
     })
 }
 
-/// The largest undetected bias of every parameter that exceeds its interval, as one text with size and effect of each; `None`
-/// without any.
+/// The largest undetected bias of every parameter by [`biases_beyond_interval`] (above one standard error, of at most three
+/// parameters), as one text. Each has its size in per cent, the parameter and the effect; `+-` where the data do not determine
+/// the sign. `None` without any.
 fn largest_biases(report: &FitReport) -> Option<String> {
     let biases = biases_beyond_interval(&report.undetected_bias, &report.parameters);
     let text = |(relative, bias): &(f64, &UndetectedBias)| {
@@ -106,8 +109,9 @@ fn largest_biases(report: &FitReport) -> Option<String> {
     })
 }
 
-/// The table cells of estimate, error and interval of a row: of an interval, of a one-sided bound (`at least`, `at most`), of
-/// a value without error, or `not identifiable`.
+/// The table cells of estimate, error and interval of a row: of an interval, of a one-sided bound (`at least` without, `at
+/// most` with the estimate), of a value without error, or `not identifiable`. Estimate and interval have digits by the
+/// standard error ([`digits`]).
 fn cells(row: &QuotedEstimate) -> [String; 3] {
     match (row.interval, row.value, row.std) {
         (Some(QuotedInterval::AtLeast(bound)), ..) => {

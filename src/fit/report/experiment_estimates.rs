@@ -31,7 +31,9 @@ pub(crate) fn own_estimate(e: &Estimate, experiment: &str) -> Option<String> {
     Some(digits(own.value, jackknife.std_error.min(jackknife.residual_std_error)))
 }
 
-/// The `summary` with the table; unchanged if no interval is from the differences between experiments.
+/// The `summary` with a table of the estimates by each experiment alone: one row per experiment, at most [`LISTED`] (the title
+/// counts the others), one column per compared parameter with its unit. Unchanged if no interval is from the differences
+/// between experiments.
 pub(super) fn add_experiment_estimates(summary: Summary, estimates: &[Estimate]) -> Summary {
     let compared = compared_estimates(estimates);
     let Some(names) = compared.first().and_then(|e| e.cluster_jackknife.as_ref()) else {

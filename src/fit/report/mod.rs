@@ -152,7 +152,9 @@ pub struct FitReport {
 
 impl FitReport {
     /// The report of the `outcome` of a fit that began at `since` (for the wall time). `experiments` include the validation
-    /// data, those of `search` do not; sigmas and units are those of the fitted measurements.
+    /// data, those of `search` do not. Sigmas, units and data units are those of the fitted measurements; resolutions and
+    /// left-out rows are those of all `experiments`. The cost is the work of `search` in full simulations on its mesh. The
+    /// budgets of all estimates are joined to one list.
     pub(crate) fn new(
         outcome: FitOutcome,
         search: &Search,
@@ -237,6 +239,7 @@ impl FitReport {
     }
 
     /// One description per omitted effect with the largest biases above a standard error, with all its biased parameters.
+    /// Effects without such a bias are left out.
     pub fn undetected_bias_texts(&self) -> Vec<String> {
         largest_biases(&self.undetected_bias).iter().map(|all| all[0].with(all)).collect()
     }
@@ -259,6 +262,7 @@ impl FitReport {
     }
 
     /// Code of the grade and all estimates with standard errors or one-sided bounds in one line, for a list of several fits.
+    /// The code has at least 22 characters, then the estimates follow, separated by semicolons.
     pub fn in_a_line(&self) -> String {
         let value = |e: &Estimate| {
             let unit = e.name.unit();
@@ -312,8 +316,8 @@ fn dropped(experiments: &[Experiment]) -> Vec<DroppedRows> {
     all.map(|(e, m)| DroppedRows { observation: e.label(m), rows: m.dropped() }).collect()
 }
 
-/// A value as text in exponential form, with digits down to at least the second significant one of its `error`, at most 15
-/// after the point.
+/// A `value` as text in exponential form, with `ceil(log10(|value/error|)) + 1` digits after the point, 1 to 15. These reach
+/// at least the second significant digit of its `error`; 15 digits if the number is not finite, as for a value of zero.
 pub(crate) fn digits(value: f64, error: f64) -> String {
     let needed = (value.abs() / error.abs().max(f64::MIN_POSITIVE)).log10().ceil() + 1.0;
     let after_point = if needed.is_finite() { needed.clamp(1.0, 15.0) as usize } else { 15 };

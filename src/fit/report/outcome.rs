@@ -35,8 +35,9 @@ pub(crate) struct FitOutcome {
 
 impl FitOutcome {
     /// The outcome of an assessed optimum, with its grade, warnings and local minima. `experiments` include the validation
-    /// data; `keeps_plots`: with data of plots, which need one more simulation. If that fails, there is a warning and no
-    /// shapes. Local minima have no values if a parameter is not identifiable.
+    /// data; `keeps_plots`: with data of plots, which need one more simulation. If that fails, there is a note and no shapes.
+    /// The fit counts as interrupted if the stop flag is set by now. The summary of the local minima has no values if a
+    /// parameter is not identifiable.
     pub fn assessed(
         Fitted { search, optimum }: Fitted,
         mut assessment: FitAssessment,
@@ -123,7 +124,8 @@ impl FitOutcome {
     }
 
     /// The outcome of recordings that cannot be fitted for a `reason`, as without motion: the grade is unusable, parameters
-    /// have no values. The sigmas are the sizes of the observed motions, and the RMS residual is the largest of them.
+    /// have no values, and the only warning is the reason with the code `NoMotion`. The sigmas are the sizes of the observed
+    /// motions, and the RMS residual is the largest of them. Local minima and series of plots are empty.
     pub fn unsearched(search: &Search, reason: &str, keeps_plots: bool) -> Self {
         let sizes: Vec<f64> = all(search.experiments).map(|(e, m)| m.size(&e.problem)).collect();
         let estimates = search.unknowns.iter().map(|u| Estimate::without_error(u, None));

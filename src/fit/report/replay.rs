@@ -49,8 +49,8 @@ pub(crate) fn static_plots(search: &Search, optimum: Option<&Optimum>, sigma: &[
     }
 }
 
-/// The settings of the simulation of an experiment: scene, model, scheme, step and end (only with a measured motion), mesh
-/// and measurements.
+/// The settings of the simulation of an experiment: scene file, model with its reason, number of edges, length and
+/// measurements. Scheme with its parameter, step and end follow only with a measured motion.
 fn settings(experiment: &Experiment) -> SimulationSettings {
     // Settings are shown on the page with the number of values of each measurement.
     let measured = |measurement: &Measurement| Measured {
@@ -137,9 +137,10 @@ pub(crate) fn measurement_series(
     measurement.coordinates(problem).into_iter().map(series).collect()
 }
 
-/// Adds to `plots` the results of a simulation at `x`, the unknowns on their scales, in recorded coordinates. These are the
-/// curves of the model in their series, and about [`SHAPES`] shapes of the rod at evenly spaced times, or the one at rest.
-/// Results before an error remain.
+/// Simulates every fitted experiment at `x`, the unknowns on their scales, and adds the results to `plots`, in recorded
+/// coordinates. These are the curves of the model in the series of motions and shapes at rest. Shapes of the rod follow: about
+/// [`SHAPES`] at evenly spaced times of a motion, and the one at rest. `plots` must have the series of [`static_plots`] in
+/// their order. Results before an error remain.
 pub(crate) fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Result<(), Error> {
     let residuals = search.all_residuals()?;
     let mut all = plots.series.iter_mut();

@@ -114,7 +114,8 @@ fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
     summary
 }
 
-/// The correlations between two estimates as text, the largest magnitudes first, at most [`CORRELATIONS`].
+/// The correlations between two estimates as text, the largest magnitudes first, at most [`CORRELATIONS`]. Pairs without a
+/// value are left out.
 fn correlations(report: &FitReport) -> Vec<String> {
     let n = report.parameters.len();
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();

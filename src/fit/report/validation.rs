@@ -19,8 +19,9 @@ pub(crate) fn add_validation_error(summary: Summary, report: &FitReport) -> Summ
     summary.facts("Validation error", validation_text(report))
 }
 
-/// The mean errors of held-out recordings as text, or else the RMS errors of held-out observations in the unit of the first
-/// one, the worst with its name. `None` without validation data.
+/// With held-out recordings of driven ends the text of their errors: mean, median and worst of the mean errors, m per
+/// coordinate. Otherwise that of the RMS errors of the held-out observations in the unit of the first one: median and worst,
+/// of a single one the expected error too. The worst has its name. `None` without validation data.
 fn validation_text(report: &FitReport) -> Option<String> {
     if let Some(held_out) = report.recordings.as_ref().and_then(|r| r.held_out.as_ref()) {
         let [mean, median, worst] =

@@ -3,9 +3,10 @@
 //! Input: a search with its experiments and the first period of each. The mesh has at least [`COARSE_SEGMENTS`] edges,
 //! [`COARSE_PER_MODE`] edges per measured mode, and a turning angle per edge of at most [`COARSE_TURN`]
 //! ([`COARSE_CORRECTED_TURN`] for corrected elements); a mesh that is coarser already stays. The step is a fraction of the
-//! first period, never below that of the scene, and keeps the numerical damping of the scene. Output: [`CoarseModel`]. Its
-//! points are converted to the full model by a shift of `ln E` only, by the ratio of the free lengths of the rod on both
-//! meshes.
+//! first period, at most one that resolves moving supports, never below that of the scene. It keeps the numerical damping of
+//! the scene, and it stays if Newmark's beta is unknown. Meshes of rods driven by a recording stay too. Output:
+//! [`CoarseModel`]. Its points are converted to the full model by a shift of `ln E` only, by the ratio of the free lengths of
+//! the rod on both meshes.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -92,10 +93,10 @@ fn free_length_ratio(problem: &Problem) -> f64 {
     }
 }
 
-/// The problem of an experiment on a coarse mesh with steps of about `step`, s, at least the scene's own and at most those
-/// that resolve moving supports. The numerical damping `(beta - 1/2) h` stays. Schemes with a stability limit become the
-/// default one. The mesh stays where it is coarse already or a recording drives the rod, whose markers are at nodes. The step
-/// stays if Newmark's beta is among the `unknowns`.
+/// The problem of an experiment on a coarse mesh with steps of `step`, s, at most those that resolve moving supports, and
+/// never below the scene's own. The numerical damping `(beta - 1/2) h` stays. With the step, schemes with a stability limit
+/// become the default one. The mesh is described in the module's header. The mesh stays where it is coarse already or a
+/// recording drives the rod, whose markers are at nodes. The step stays if Newmark's beta is among the `unknowns`.
 fn coarse(experiment: &Experiment, unknowns: &[&Unknown], step: f64) -> Result<Problem, Error> {
     let problem = &experiment.problem;
     let mut scene = problem.scene().clone();

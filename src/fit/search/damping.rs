@@ -15,7 +15,8 @@ use crate::fit::unknown::Unknown;
 /// threshold costs more descents.
 const LEAST_RISE: f64 = 10.0;
 
-/// Whether the parameter of an unknown is positive or zero (`may_vanish`): a damping, a drag or the like.
+/// Whether zero is allowed for the parameter of an unknown and switches its effect off (`may_vanish`): a damping, a drag or
+/// the like.
 pub(crate) fn is_damping(unknown: &Unknown) -> bool {
     unknown.parameter.quantity().may_vanish
 }
@@ -23,8 +24,8 @@ pub(crate) fn is_damping(unknown: &Unknown) -> bool {
 impl Search<'_> {
     /// The optimum of a further fit from larger dampings, if that has a lower objective; else the same optimum, also where no
     /// damping is raised or the fit fails. The start of each damping is the minimum of the parabola of the objective over the
-    /// damping itself (Gauss-Newton curvature with the weights of the loss), if more than [`LEAST_RISE`] times its value. An
-    /// interruption is an error.
+    /// damping itself, if more than [`LEAST_RISE`] times its value. Its curvature is that of Gauss-Newton, with the leverage
+    /// weights. A start beyond a bound is moved to it. An interruption is an error.
     pub fn with_raised_damping(&self, optimum: Optimum) -> Result<Optimum, Error> {
         let losses = self.all_residuals()?.weighted_losses();
         let mut start = optimum.x.clone();

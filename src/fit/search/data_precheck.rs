@@ -92,10 +92,11 @@ pub(crate) struct Suspicion {
 }
 
 impl DataPrecheck {
-    /// Checks the `fitted` experiments. The last one without any motion gives the fatal reason. Experiments with an unknown
-    /// of the camera or the clamp angle, which change the recorded start, have no other checks. In the others each released
-    /// motion may add suspicions: a late release, a far start, and (without a late release) an implausible time scale. An
-    /// error for a start too far from the point in the scene.
+    /// Checks the `fitted` experiments. The last one without any motion gives the fatal reason. Experiments with an unknown of
+    /// the camera or the clamp angle, which change the recorded start, have no other checks. In the others each released
+    /// motion may add suspicions: a late release, a far start, and (without a late release) an implausible time scale.
+    /// Constant coordinates and repeated frames are left empty, for the caller to set. An error for a start too far from the
+    /// point in the scene, or a point that is not on the rod.
     pub fn new(fitted: &[Experiment], unknowns: &[Unknown]) -> Result<Self, Error> {
         let mut precheck = Self::default();
         let mut add = |code: Code, text: Option<String>| {
@@ -140,8 +141,9 @@ impl DataPrecheck {
 }
 
 impl Experiment {
-    /// Whether the scene releases the rod from rest, gravity, loads, flow, moving ends or an initial velocity drive it, and
-    /// all measurements (at least one) are recorded motions [without motion](PointMotion::is_still).
+    /// Whether the scene releases the rod from its rest shape (`initial.state`), something drives it, and all measurements (at
+    /// least one) are recorded motions [without motion](PointMotion::is_still). Gravity, forces, flow, moving ends and an
+    /// initial velocity drive it.
     fn has_no_motion(&self) -> bool {
         let scene = self.problem.scene();
         // A rod that the scene keeps at rest, or starts with a velocity, may be recorded without motion.
@@ -299,7 +301,7 @@ impl<'a> Release<'a> {
     /// The warning text that the recording starts away from the position of the point in the scene, with the likely cause. Of
     /// the first three observed samples the nearest counts. Its distance is that less the largest speed times its time and
     /// less [`START_NOISE`] standard deviations of the noise. `None` up to the first [`START_DISTANCE`] of the length; an
-    /// error above the second.
+    /// error above the second. `label` names the measurement.
     fn check_start_position(&self, label: &str) -> Result<Option<String>, Error> {
         let samples = &self.observation.samples;
         let length = self.experiment.problem.length();
@@ -376,10 +378,12 @@ impl<'a> Release<'a> {
     }
 
     /// The warning text for a straight rod under its weight whose point moves up, falls too slowly, or swings too slowly or
-    /// too fast. It has consistent factors on time or length. A point that still falls is compared with a free fall
-    /// ([`SLOWEST_FALL`]). With three or more passes of the mean position, `mean way down * (pi/half period)^2/g` must be in
-    /// [`TIME_SCALE`]. `None` if plausible, within noise, or not checked. Not checked are other shapes, no gravity, other
-    /// loads, driven ends, initial velocities, rods nearly along gravity, and points off the first mode's main motion.
+    /// too fast. It has consistent factors on time or length. Below two passes of the mean position a point that still falls
+    /// is compared with a free fall ([`SLOWEST_FALL`]). With three or more passes, `mean way down * (pi/half period)^2/g` must
+    /// be in [`TIME_SCALE`]; the half period is the mean time between passes, at least three samples. `None` if plausible,
+    /// with two passes, within [`SWING_NOISE`] of the noise, or not checked. Checked are points in the half of a rod away from
+    /// its only support, or in the middle half between two supports. Not checked are other shapes, free rods, no gravity,
+    /// other loads, drag, driven ends, initial velocities, and rods nearly along gravity.
     fn check_time_scale(&self, label: &str) -> Option<String> {
         let problem = &self.experiment.problem;
         let scene = problem.scene();

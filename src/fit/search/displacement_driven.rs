@@ -106,8 +106,9 @@ impl Search<'_> {
     }
 
     /// The start points, on the unknowns' scales. If every unknown has a [start](Self::driven_start) this is the only point.
-    /// Else they are minima of a scan over the first period (not above both neighbors), the lowest first. At most
-    /// [`DESCENTS`] are taken, with a misfit of at most [`COMPETITIVE`] times the lowest.
+    /// Else they are minima of a scan of the full model over the first period, the lowest first. These are points not above
+    /// those before and after in the order of the grid. At most [`DESCENTS`] are taken, with a misfit of at most
+    /// [`COMPETITIVE`] times the lowest.
     fn driven_starts(&self) -> Result<Vec<Vec<f64>>, Error> {
         // A start of all unknowns makes a scan unnecessary: the recording forces the motion.
         let given = |u: &Unknown| Some(u.to_scale(self.driven_start(u)?));
@@ -152,7 +153,8 @@ impl Search<'_> {
 
     /// Fits the whole recordings from the start `x`, on the unknowns' scales. Leverage weights at the start, loose fits and
     /// weights at their ends alternate until no weight changes by [`SAME_WEIGHT`], with at most [`WEIGHTINGS`] weightings. A
-    /// final fit with full tolerances follows, and is recorded as a minimum. The weights become those of the search.
+    /// final fit with full tolerances follows, and is recorded as a minimum. The weights become those of the search. An error
+    /// if the start or one of the fits fails.
     fn fit_driven(&mut self, x: Vec<f64>) -> Result<Optimum, Error> {
         self.leverage_weights.clear();
         let residuals = self.all_residuals()?;

@@ -70,7 +70,7 @@ impl Search<'_> {
 
     /// The optimum over the other unknowns with unknown `i` held at `held` on its scale, by a fit of the full model to the
     /// whole records. The others start at `from`, a point of all unknowns on their scales. The work is added to that of this
-    /// search; its journal does not change.
+    /// search; its journal does not change. An error if the start cannot be simulated or the user stops.
     pub fn optimum_with_held(&self, i: usize, held: f64, from: &[f64]) -> Result<Optimum, Error> {
         let mut start = from.to_vec();
         start[i] = held;
@@ -107,9 +107,9 @@ impl<'a> Fitted<'a> {
         self.search.measured(self.optimum)
     }
 
-    /// The optimum of a fit from this one with the unknowns of the indices `held` fixed at their values. Its minimum replaces
-    /// this one in the journal. Reason: a step along a direction that the data do not determine may end at the limit of its
-    /// length, and then the search stops short of the optimum along the others.
+    /// The optimum of a fit from this one with the unknowns of the indices `held` fixed at their values. The others start at
+    /// this optimum. The new minimum replaces this one in the journal. Reason: a step along an undetermined direction may end
+    /// at the limit of its length. The search then stops short of the optimum along the others.
     pub fn without_undetermined(self, held: &[usize]) -> Result<Optimum, Error> {
         let found = self.search.optimum_with_all_held(held, &self.optimum.x)?;
         self.search.follow(&self.optimum.x, &found.x, &found);

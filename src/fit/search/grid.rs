@@ -156,8 +156,9 @@ impl ScanGrid {
         misfit - self.axes.iter().enumerate().map(rise).sum::<f64>()
     }
 
-    /// The points with a finite misfit below those of all neighbors, diagonal ones included, the lowest first. A point at an
-    /// end of an axis is none, unless the axis has fewer than [`FEWEST_VALUES`] values.
+    /// The points with a finite misfit below those of all neighbors, diagonal ones included, the lowest first. Each has its
+    /// spacing on every axis, the larger distance to the next value. A point at an end of an axis is none, unless the axis has
+    /// fewer than [`FEWEST_VALUES`] values.
     pub fn minima(&self) -> Vec<GridMinimum> {
         let is_minimum = |point: usize| {
             let is_inner = |(i, axis): (&usize, &Vec<f64>)| {

@@ -151,8 +151,8 @@ pub(crate) fn local_minima(
 
 /// The selection as text: the number of scanned `points` (0: from the given start), the number of minima, and the next
 /// `fitted` one after the chosen one with the ratio of the misfits. The best unrefined minimum of the scan (`scanned`)
-/// follows, with the number of worse ones. `next_is_comparable`: the next one has the mesh of the chosen one. Empty without a
-/// chosen minimum.
+/// follows, with the number of worse ones. `next_is_comparable`: the next one has the mesh of the chosen one. Ratios are over
+/// the chosen minimum for fitted ones, and over the lowest of the scan for scanned ones. Empty without a chosen minimum.
 fn summary(
     unknowns: &[Unknown],
     fitted: &[LocalMinimum],

@@ -49,9 +49,9 @@ impl<'a> Search<'a> {
 
     /// Fits at most [`MOST_FOLLOWED`] recorded minima again that may be lower than `optimum`, and replaces their records.
     /// `variance` is that of the noise of the residuals, in units of the sigmas squared. `lower` is the lowest of their ends,
-    /// if lower than `optimum` and more than [`SAME`] away; it must have converged if `optimum` has. `unreached` is an end
-    /// without convergence whose doubled objective is lower by more than [`EXPLAINED_BY_NOISE`] variances. Failed fits are
-    /// skipped; an interruption is an error.
+    /// if lower than `optimum` and more than [`SAME`] away; it must have converged if `optimum` has. If `optimum` has
+    /// converged, `unreached` is the last end without convergence whose doubled objective is below the lowest so far by more
+    /// than [`EXPLAINED_BY_NOISE`] variances. Failed fits are skipped; an interruption is an error.
     pub fn compare_minima(
         &self,
         optimum: &Optimum,

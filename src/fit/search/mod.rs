@@ -81,8 +81,8 @@ pub(crate) struct Search<'a> {
 
 impl<'a> Search<'a> {
     /// A search before its first evaluation, with the given sigmas, or preliminary ones by [`first_sigmas`], and no leverage
-    /// weights. `tolerance` is that of the minimum, in standard errors. An error if the size of a simulation cannot be
-    /// determined.
+    /// weights. `tolerance` is that of the minimum, in standard errors. An error if a motion was measured and its scene has no
+    /// time.
     pub fn new(
         experiments: &'a [Experiment],
         unknowns: &'a [Unknown],
@@ -107,9 +107,10 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// A copy of the search with experiments, unknowns, sigmas, weights and tolerance. Its counter of the work and its
-    /// journal are new; progress reports, the suspicion and the special stops are off. Threads run such searches side by
-    /// side.
+    /// A copy of the search with the same experiments, unknowns, sigmas, leverage weights and tolerance. Its counter of the
+    /// work is zero and its journal empty, both its own; `numerics` is 0. It has no progress callback, no suspicion, and stops
+    /// neither at the first fit nor where the objective hardly changes. Threads run such searches side by side, and the caller
+    /// adds their work.
     pub fn detached(&self) -> Self {
         Self {
             work: WorkCounter::default(),
@@ -123,8 +124,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The search continued with the same experiments on other meshes or with other steps, under a new number of mesh and
-    /// steps. Journal, work, sigmas and weights stay. It does not stop at the first fit.
+    /// The search continued with the same experiments on other meshes or with other steps. The journal counts a new number of
+    /// mesh and steps for it. Journal and work counter are shared with this search; sigmas, leverage weights and tolerance are
+    /// copied. It does not stop at the first fit. An error if a motion was measured and its scene has no time.
     pub fn with_experiments<'b>(&self, experiments: &'b [Experiment]) -> Result<Search<'b>, Error>
     where
         'a: 'b,
@@ -140,19 +142,21 @@ impl<'a> Search<'a> {
     }
 
     /// Work so far (steps times segments of all simulations) over that of one full simulation of all experiments on the
-    /// present mesh.
+    /// present mesh: a number of simulations.
     pub fn simulations(&self) -> f64 {
         self.work.total() / self.full_work
     }
 
-    /// The time of the last sample of each experiment, s, by [`Experiment::duration`].
+    /// The time of the last sample of each experiment's recorded motions and timed gauges, s, in their order; zero for an
+    /// experiment without any.
     pub fn durations(&self) -> Vec<f64> {
         self.experiments.iter().map(Experiment::duration).collect()
     }
 
     /// About the first period of every experiment times `stretch`, s: twice the shortest rise time of its recorded motions
-    /// times `stretch`. It is at least the time of [`FIRST_SAMPLES`] samples and [`FIRST_SAMPLES_PER_UNKNOWN`] per unknown,
-    /// at most the duration; zero without recorded motions.
+    /// times `stretch`. It is at least the earliest time of the sample with index [`FIRST_SAMPLES`] plus
+    /// [`FIRST_SAMPLES_PER_UNKNOWN`] per unknown, and at most the duration. Records with fewer samples do not count for this;
+    /// if all have fewer, it is the duration. Zero without recorded motions.
     pub fn first_periods(&self, stretch: f64) -> Vec<f64> {
         let enough = FIRST_SAMPLES + FIRST_SAMPLES_PER_UNKNOWN * self.unknowns.len();
         let wait = |o: &PointMotion| o.samples.get(enough).map_or(f64::MAX, |s| s.time);
@@ -184,14 +188,16 @@ impl<'a> Search<'a> {
         self.journal.visit(visit, self.work.total());
     }
 
-    /// The residuals of the whole records, as functions of the unknowns on their scales, with the leverage weights. Their
-    /// evaluations add to the work of this search.
+    /// The residuals of the whole records, as functions of the unknowns on their scales, with robust losses and the leverage
+    /// weights of the search. Their evaluations add to the work of this search. An error for a measured point that is not on
+    /// the rod.
     pub fn all_residuals(&self) -> Result<Residuals, Error> {
         Ok(self.residuals(&self.durations())?.with_leverage_weights(&self.leverage_weights))
     }
 
     /// The residuals of the records up to `horizons`, s, one per experiment, as functions of the unknowns on their scales,
-    /// without leverage weights. Their evaluations add to the work of this search.
+    /// with robust losses, without leverage weights. Shapes, frequencies and readings at rest are complete at any horizon.
+    /// Their evaluations add to the work of this search. An error for a measured point that is not on the rod.
     pub fn residuals(&self, horizons: &[f64]) -> Result<Residuals, Error> {
         let (sigmas, unknowns) = (&self.sigmas, self.unknowns);
         let residuals =

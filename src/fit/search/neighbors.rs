@@ -43,8 +43,8 @@ struct LinePoint {
 impl Search<'_> {
     /// Starts near an optimum, on the unknowns' scales: minima of the coarse objective along at most [`MOST_LINES`] scanned
     /// unknowns, all others as at the optimum. They are more than half a [`SPACING`] from it and below [`HIGHEST`] times its
-    /// objective, the lowest first, at most [`MOST_STARTS`]. If the coarse model fails at the optimum the full one is
-    /// evaluated.
+    /// objective, the lowest first, at most [`MOST_STARTS`]. Each experiment ends after [`PERIODS`] first periods. If the
+    /// coarse model fails at the optimum the full one is evaluated. An error if the user stops.
     pub fn neighboring_starts(&self, optimum: &Optimum) -> Result<Vec<Vec<f64>>, Error> {
         let first = self.first_periods(1.0);
         let horizons: Vec<f64> =
@@ -104,8 +104,10 @@ impl Search<'_> {
         values.map(point).collect()
     }
 
-    /// The objective (half the sum of squares) of a coarse model up to `horizons`, s, at `points` of the full one, in their
-    /// order, by several threads; infinite where the simulation fails. The work is added to that of this search.
+    /// The objective of a `coarse` model at each of `points` of the full model, in their order. It is half the sum of squares
+    /// of the robust residuals, priors included: one number for all experiments. Each experiment is simulated up to its own of
+    /// the `horizons`, s. The returned points stay those of the full model. Infinite where a simulation fails; an interruption
+    /// is an error. Several threads compute; the work is added to that of this search.
     fn coarse_objectives(
         &self,
         coarse: &CoarseModel,

@@ -2,10 +2,10 @@
 //!
 //! Input: residuals as functions of the unknowns, and a start on the unknowns' scales. A run ends by [`Tolerances`]: a small
 //! Gauss-Newton step, a change of the model below a fraction of the residuals' standard deviation, or the number of
-//! iterations. Runs of rods with recorded ends also end after [`PATIENCE`] steps that hardly lower the objective. Bounds and
-//! the length of logarithmic steps ([`LONGEST_LOG_STEP`]) limit each step. Output: [`Optimum`] with the point, the cost,
-//! residuals and Jacobian (robust loss and leverage weights inverted), and the reason of the end. Each iterate enters the
-//! journal of the search.
+//! iterations. Runs of rods with recorded ends, and of the comparison of minima, also end after [`PATIENCE`] steps that hardly
+//! lower the objective. Bounds and the length of logarithmic steps ([`LONGEST_LOG_STEP`]) limit each step. Output: [`Optimum`]
+//! with the point, the cost, residuals and Jacobian (robust loss and leverage weights inverted), and the reason of the end.
+//! Iterates of a run with a stage enter the journal of the search.
 
 use crate::error::Error;
 use crate::fit::measurement::loss::WeightedLoss;
@@ -78,8 +78,9 @@ impl Optimum {
 }
 
 impl Search<'_> {
-    /// Fits the full model to the whole records by the Levenberg-Marquardt method, with sigmas and leverage weights of the
-    /// search, from the point `start` on the unknowns' scales. An error if the start cannot be simulated.
+    /// Fits the full model to the whole records by the Levenberg-Marquardt method from the point `start`, on the unknowns'
+    /// scales. Sigmas and leverage weights are those of the search. Iterates enter the journal. An error if the start cannot
+    /// be simulated or the user stops.
     pub fn polish(&self, start: &[f64]) -> Result<Optimum, Error> {
         self.finish(self.all_residuals()?, start)
     }
@@ -118,8 +119,8 @@ impl Search<'_> {
     }
 
     /// Fits the `residuals` of the whole records from `start`, with the tolerances [`FULL_STEP`], [`FULL_ITERATIONS`] and the
-    /// search's own. Iterates enter the journal as of the full model. An optimum with residuals at rounding level counts as
-    /// converged.
+    /// search's own. Iterates enter the journal as of the full model. An optimum with residuals at rounding level
+    /// ([`Search::is_rounding`]) counts as converged.
     fn finish(&self, residuals: Residuals, start: &[f64]) -> Result<Optimum, Error> {
         let tolerances =
             Tolerances { step: FULL_STEP, noise: self.tolerance, iterations: FULL_ITERATIONS };
@@ -129,10 +130,12 @@ impl Search<'_> {
         Ok(optimum)
     }
 
-    /// Minimizes half the sum of squares of `residuals` (robust losses and weights applied) from the point `start`, within
-    /// the unknowns' bounds, by the Levenberg-Marquardt method. Iterates enter the journal as of `stage`, or not at all
-    /// without one. The optimum has residuals and Jacobian without losses and weights, and `converged` only if a tolerance
-    /// ended the run. An error if the start cannot be simulated or the user stops.
+    /// Minimizes half the sum of squares of `residuals` (robust losses and weights applied) from the point `start`, within the
+    /// unknowns' bounds, by the Levenberg-Marquardt method. Iterates enter the journal as of `stage`, or not at all without
+    /// one. The optimum has residuals and Jacobian without losses and weights, and `converged` only if a convergence criterion
+    /// ended the run. A last step below [`LAST_STEP`] standard errors (less for a smaller search tolerance) is taken without
+    /// another simulation. A start outside of the bounds begins at the nearest bound. The other rules are those of the
+    /// module's header. An error if the start cannot be simulated or the user stops.
     pub fn optimize(
         &self,
         residuals: Residuals,
@@ -224,8 +227,8 @@ struct Observer {
 }
 
 impl Observer {
-    /// Adds the iterate of an optimizer `state` to the journal, with the robust loss of its residuals inverted; nothing
-    /// without a stage.
+    /// Adds the iterate of an optimizer `state` to the journal, with robust loss and leverage weight of its residuals
+    /// inverted, and the work so far; nothing without a stage.
     fn record(&self, state: &LeastSquaresState) {
         if let (Some(stage), Some(x), Some(robust)) =
             (self.stage, state.get_param(), state.get_residuals())

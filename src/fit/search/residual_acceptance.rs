@@ -30,8 +30,9 @@ const ENOUGH: usize = 30;
 pub(crate) const NORMAL: &str = "normal";
 
 impl Search<'_> {
-    /// Whether each measurement has an RMS residual of at most [`UNEXPLAINED`] (a tenth) of its motion or
-    /// [`ACCEPTABLE_SIGMAS`] (three) given sigmas, has no motion at all, or has [white noise](is_noisy) as residuals.
+    /// Whether each measurement satisfies one of three criteria. Its RMS residual is at most [`UNEXPLAINED`] (a tenth) of its
+    /// motion or [`ACCEPTABLE_SIGMAS`] (three) given sigmas; it has no motion at all; or its residuals are [white
+    /// noise](is_noisy). The RMS residual is that of [`spreads`](Self::spreads).
     pub fn has_acceptable_residuals(&self, optimum: &Optimum) -> bool {
         let spreads = self.spreads(optimum);
         self.measured(optimum).zip(spreads).all(|(own, rms)| {
@@ -54,7 +55,7 @@ impl Search<'_> {
     }
 
     /// RMS residual over the RMS size of the motion, both in sigmas: `sqrt(2 cost/sum(count (size/sigma)^2))`. `cost` is the
-    /// objective of the first `counts` values of each measurement.
+    /// objective, `counts` the number of residuals of each measurement in it, which may be a part of the record.
     pub fn unexplained_fraction(&self, cost: f64, counts: &[usize]) -> f64 {
         let own = all(self.experiments).zip(&self.sigmas).zip(counts);
         let square = |(((e, m), sigma), count): (((&Experiment, &Measurement), &f64), &usize)| {
@@ -81,8 +82,8 @@ impl Search<'_> {
         self.is_rounding(optimum) || tests.all(|tests| tests.is_noise())
     }
 
-    /// Significance level of the tests of one coordinate, from the number of measured coordinates of all measurements
-    /// (correction for multiple tests).
+    /// Significance level of the tests of one coordinate, by Bonferroni's correction for the number of measured coordinates of
+    /// all measurements: `min(0.001, 0.02/number)`.
     pub fn significance_level(&self) -> f64 {
         let coordinates = all(self.experiments).map(|(e, m)| m.coordinates(&e.problem).len());
         residual_tests::significance_level(coordinates.sum())

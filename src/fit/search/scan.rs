@@ -108,8 +108,9 @@ fn is_start(unknowns: &[Unknown], x: &[f64]) -> bool {
 impl Search<'_> {
     /// Evaluates the coarse model over the first periods `first`, s, at every combination of scanned values; `refinement`
     /// above 1 adds values half-way. Returns all points with a finite misfit, in the order of the grid and in coordinates of
-    /// the coarse model; an error if there is none. The grid replaces that of the journal, and new lowest points enter its
-    /// history. Reports progress.
+    /// the coarse model; an error if there is none, or if the user stops. Where the coarse model fails at the given start, the
+    /// full model is evaluated. The grid replaces that of the journal, and new lowest points enter its history. Reports
+    /// progress.
     pub fn scan(
         &self,
         coarse: &CoarseModel,
@@ -192,8 +193,9 @@ impl Search<'_> {
 
     /// Scanned values of each unknown on its scale, and all their combinations, of which the values of the last unknown vary
     /// fastest. `first` are the first periods, s; a `refinement` above 1 adds values half-way on the scale. At most
-    /// [`MOST_POINTS`] combinations. In these a shear modulus without start and prior is replaced by [`SHEAR_OF_YOUNGS`]
-    /// times the unknown Young's modulus of the same rod.
+    /// [`MOST_POINTS`] combinations. In these a shear modulus without start and prior is replaced by [`SHEAR_OF_YOUNGS`] times
+    /// the unknown Young's modulus of the same rod, within its bounds. Returns the lists, one per unknown, and the
+    /// combinations.
     fn grid(&self, first: &[f64], refinement: usize) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
         let candidates = |unknown: &Unknown| {
             let mut values = self.candidates(unknown, first);
@@ -241,7 +243,7 @@ impl Search<'_> {
 
     /// Values of an unknown in the scan, in its unit: a range in the first experiment with measurements that has it. `first`
     /// are the first periods, s. For rods with recorded ends an unknown other than Young's modulus has one value: its start,
-    /// prior mean or scene value, or else the middle of the range.
+    /// prior mean or scene value, or else the middle of the range. Empty for an unknown of no experiment.
     fn candidates(&self, unknown: &Unknown, first: &[f64]) -> Vec<f64> {
         let is_single = self.is_displacement_driven() && !unknown.is_stiffness();
         if let Some(start) = self.driven_start(unknown).filter(|_| is_single) {
@@ -279,11 +281,13 @@ impl Unknown {
             || self.parameter.is_of_structure() && self.parameter.path().ends_with("youngs_modulus")
     }
 
-    /// Values in the scan, in the unit of the parameter, within the bounds (else the nearest bound). About the start or the
-    /// prior mean: factors [`MODULUS_RANGE`] for Young's modulus, [`HINT_RANGE`] for other positive parameters, the value
-    /// itself for others. Without one: the range of the parameter's kind, relative to the rod's length, its modulus, or
-    /// `duration` and `rise`, the length of the record and the time of its first swing, s. A modulus `beside_youngs_modulus`
-    /// that is unknown has one value.
+    /// Values in the scan, in the unit of the parameter, strictly within the bounds; if none is, the values moved to the
+    /// nearest bounds. Parameters of kind [`Candidates::Here`] have their start or the scene's value only. Others have, about
+    /// the start or the prior mean: factors [`MODULUS_RANGE`] for Young's modulus, [`HINT_RANGE`] for positive parameters, the
+    /// value itself for the rest. Without start and prior it is the range of the parameter's kind. It is absolute, relative to
+    /// the rod's length or the scene's Young's modulus, or to `duration` and `rise`. These are the length of the record and
+    /// the time of its first swing, s. With an unknown Young's modulus of the same rod (`beside_youngs_modulus`), a shear
+    /// modulus has the scene's Young's modulus as a placeholder, which [`Search::grid`] replaces.
     fn candidates(
         &self,
         problem: &Problem,
@@ -344,8 +348,8 @@ impl Unknown {
     }
 }
 
-/// Keeps every second value of the longest list, in place, until all lists have at most [`MOST_POINTS`] combinations. The
-/// list of Young's modulus counts as [`MODULUS_SHARE`] times shorter.
+/// Keeps every second value of the longest list, its middle one included, in place, until all lists have at most
+/// [`MOST_POINTS`] combinations. The list of Young's modulus counts as [`MODULUS_SHARE`] times shorter.
 fn thin(lists: &mut [Vec<f64>], unknowns: &[Unknown]) {
     let points = |lists: &[Vec<f64>]| lists.iter().map(|l| l.len() as f64).product::<f64>();
     while points(lists) > MOST_POINTS as f64 {

@@ -191,8 +191,9 @@ fn samples(
     samples
 }
 
-/// The growth of sensitivities of every experiment, in their order; `None` where there is none. `rows` are the derivatives of
-/// all residuals by the unknowns on their scales, in units of `sigmas`, one per measurement.
+/// The growth of sensitivities of every experiment, in their order; `None` where there is none. `rows` are the plain
+/// derivatives of all residuals by the unknowns on their scales, experiment by experiment, in units of `sigmas`, one per
+/// measurement of all experiments. Rows of priors at the end are not used.
 pub(crate) fn growths(
     experiments: &[Experiment],
     unknowns: &[Unknown],

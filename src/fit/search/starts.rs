@@ -129,10 +129,10 @@ impl StartResults {
 
 impl Search<'_> {
     /// The optimum with the lowest objective of all starts. The search ends at a converged optimum with acceptable residuals
-    /// that are white noise; one that stops at the first fit needs only plausible residuals. Finer scans follow as long as
-    /// the best optimum is not acceptable or not converged, up to [`MOST_WORK`] or a suspicion. An acceptable one without
-    /// white noise is compared with minima near it. An error if no start leads to an optimum, a scan has no point, or the
-    /// user stops.
+    /// that are white noise; one that stops at the first fit needs only plausible residuals. Finer scans follow as long as the
+    /// best optimum is not acceptable or not converged, up to [`MOST_WORK`] or a suspicion. An acceptable one without white
+    /// noise is compared with minima near it, then the lower one found with those near that, at most [`MOST_NEIGHBORHOODS`]
+    /// times. An error if no start leads to an optimum, a scan has no point, or the user stops.
     pub fn global_optimum(&self) -> Result<Optimum, Error> {
         let is_acceptable = |b: &Optimum| {
             b.converged
@@ -245,9 +245,11 @@ impl Search<'_> {
         is_other.then_some(start)
     }
 
-    /// Scans the coarse model over the first periods of this `level` on its grid; the full model where no point of the coarse
-    /// one can be simulated. Returns the scan with at most [`CANDIDATES`] times the refinement distinct candidates, none
-    /// descended yet.
+    /// Scans the coarse model over the first periods of this `level` on its grid; the full model instead if no point of the
+    /// coarse one has a finite misfit. Returns the scan with at most [`CANDIDATES`] times the refinement [distinct
+    /// candidates](distinct_candidates), none descended yet. Its coarse model for the descents has [`COARSE_STEPS`] steps per
+    /// first period, that of the scan [`SCAN_STEPS`]. An error if the full model has no finite misfit either, a coarse scene
+    /// is invalid, or the user stops.
     fn coarse_scan(&self, level: &ScanLevel) -> Result<CoarseScan, Error> {
         let ScanLevel { stretch, grid, .. } = *level;
         let first = self.first_periods(stretch);
@@ -262,9 +264,12 @@ impl Search<'_> {
     }
 
     /// Starts of the full model, on the unknowns' scales, at most [`FULL_STARTS`], the best first. Candidates of a `scan`
-    /// descend over the first periods: all, or (`Competitive`) the best one and those whose bound is not above the best end.
-    /// Then the horizon grows to the trusted one of the `level`; candidates above [`COMPETITIVE`] times the best misfit are
-    /// dropped, equal ones merged. The ends over the first periods are kept in the `scan`.
+    /// descend over the first periods: all, or (`Competitive`) the best one, then those whose bound is not above the lowest
+    /// end so far. Then the horizon grows to the trusted one of the `level`, with a descent at each. The factor is
+    /// [`UNEXPLAINED_AT_HORIZON`] over the unexplained fraction, at least [`LEAST_GROWTH`]. Before each growth candidates
+    /// above [`COMPETITIVE`] times the lowest misfit are dropped, and neighbors in the order of misfits within [`SAME_COARSE`]
+    /// are merged. In the `scan` descended candidates move from `others` to `descended`, with their ends over the first
+    /// periods. An error if the user stops.
     fn starts(
         &self,
         scan: &mut CoarseScan,
@@ -358,8 +363,9 @@ impl Search<'_> {
     }
 
     /// Fits the full model from the point `start`: over growing parts of the records, from the first horizon of the `level`
-    /// on, then over the whole records, and with raised dampings. The end is recorded as a minimum. An error if any of the
-    /// fits fails.
+    /// on, by its growth factor. Parts end when every horizon reaches `1/(0.5 + 0.5 growth)` of its record. Then follow the
+    /// whole records, and [raised dampings](Search::with_raised_damping). The end is recorded as a minimum. An error if any of
+    /// the fits fails, except that with raised dampings.
     fn refine(&self, start: &[f64], level: &ScanLevel) -> Result<Optimum, Error> {
         let durations = self.durations();
         let first = self.first_periods(level.stretch);
@@ -379,8 +385,8 @@ impl Search<'_> {
     }
 }
 
-/// The scanned points with the lowest misfits that are farther than [`CANDIDATE_DISTANCE`] from every better one kept, at
-/// most `most`, the lowest first.
+/// The scanned points with the lowest misfits that are farther than [`CANDIDATE_DISTANCE`] (maximum norm) from every better
+/// one kept, at most `most`, the lowest first.
 fn distinct_candidates(mut scanned: Vec<Candidate>, most: usize) -> Vec<Candidate> {
     scanned.sort_by_cached_key(|x| total_order(x.cost));
     let mut candidates: Vec<Candidate> = Vec::new();
@@ -393,7 +399,8 @@ fn distinct_candidates(mut scanned: Vec<Candidate>, most: usize) -> Vec<Candidat
     candidates
 }
 
-/// Whether two points on the unknowns' scales are closer than [`SAME_COARSE`]: the same to the coarse model.
+/// Whether the largest coordinate difference of two points on the unknowns' scales is below [`SAME_COARSE`]: the same to the
+/// coarse model.
 fn is_near(x: &[f64], y: &[f64]) -> bool {
     distance(x, y) < SAME_COARSE
 }

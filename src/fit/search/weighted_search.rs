@@ -2,9 +2,10 @@
 //! estimated from its residuals, by iteratively reweighted least squares.
 //!
 //! Input: a search with preliminary sigmas. At the global optimum each sigma that is not given is set to the RMS residual of
-//! its measurement, corrected for the degrees of freedom. The fit is repeated from there until all sigmas change by less than
-//! [`SIGMA_TOLERANCE`], at most [`MOST_WEIGHTINGS`] times. A single measurement with squared loss and without priors needs no
-//! repetition. Output: the optimum, with the sigmas and leverage weights in the search.
+//! its measurement. With a robust loss it is a median; both are corrected for the degrees of freedom. The fit is repeated from
+//! there until all sigmas change by less than [`SIGMA_TOLERANCE`], at most [`MOST_WEIGHTINGS`] times. A single measurement
+//! with squared loss and without priors needs no repetition. Output: the optimum, with the sigmas and leverage weights in the
+//! search.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::all;
@@ -22,8 +23,8 @@ const EXACT: f64 = 1e-12;
 
 impl Search<'_> {
     /// The global optimum; the search's sigmas and leverage weights become those that belong to it. Sigmas and fits alternate
-    /// up to [`MOST_WEIGHTINGS`] times, and the minimum in the journal is replaced. Where sigmas that are not given do not
-    /// change the optimum, the first optimum is the result, with preliminary sigmas.
+    /// up to [`MOST_WEIGHTINGS`] times, then dampings near zero are raised, and the minimum in the journal is replaced. Where
+    /// sigmas that are not given do not change the optimum, the first optimum is the result, with preliminary sigmas.
     pub fn find_optimum(&mut self) -> Result<Optimum, Error> {
         self.journal.reweight(&self.sigmas);
         let optimum = match self.is_displacement_driven() {
@@ -51,9 +52,10 @@ impl Search<'_> {
         Ok(optimum)
     }
 
-    /// The sigma of every measurement, in its unit: the given one, or else the RMS residual at an optimum over `sqrt((1 -
-    /// unknowns/values) share)`. The `share` is that of values not taken by fitted arc lengths. It is at least [`EXACT`]
-    /// times the scale; zero residuals keep the present sigma.
+    /// The sigma of every measurement, in its unit: the given one, or else `s/sqrt((1 - unknowns/values) share)`. `s` is the
+    /// [spread](Search::spreads) of its residuals at an optimum (RMS, or a median with a robust loss). `values` counts all
+    /// residuals, those of the priors included. The `share` is that of the measurement's values not taken by fitted arc
+    /// lengths. The result is at least [`EXACT`] times the scale; zero residuals keep the present sigma.
     pub fn estimated_sigmas(&self, optimum: &Optimum) -> Vec<f64> {
         let total = optimum.residuals.len() as f64;
         let freedom = (1.0 - self.unknowns.len() as f64 / total).max(1.0 / total);

@@ -309,9 +309,9 @@ pub(crate) fn assess(
 }
 
 /// Responses of the unknowns to one standard uncertainty of each of the `knowns`, from one run with derivatives. If
-/// `with_unstated`, they include those to +1 % of every other input. If that run fails, a note is added and it is repeated
-/// for the `knowns` alone; if that fails, another note. None after a failure, after an interruption, or where `fit` has no
-/// identified unknown. Also returns the notes.
+/// `with_unstated`, they include those to +1 % of every other input. If the run with unstated inputs fails, a note is added
+/// and it is repeated for the `knowns` alone. If a run without them fails, another note is added. None after a failure,
+/// after an interruption, or where `fit` has no identified unknown. Also returns the notes.
 fn sensitivities(
     fitted: Fitted,
     fit: &LinearFit,

@@ -174,11 +174,12 @@ impl ParameterBias {
     }
 }
 
-/// Estimates of all unknowns, in their order, from an optimum and its local analysis. Values are corrected by the `bias` of a
-/// mesh and step that the program chose. The 95 % intervals contain the remaining discretization error, within the limits of
-/// the parameter. Without convergence there is no standard error and no two-sided interval. An upper bound gives the interval
-/// from 0 to the bound, a lower bound none. A damping near zero without a bound has an interval that is symmetric in its
-/// unit. An unidentifiable unknown has no value.
+/// Estimates of all unknowns, in their order, from an optimum and its local analysis. Values are corrected by the `bias` of
+/// a mesh and step that the program chose. The 95 % intervals contain the remaining discretization error, within the limits
+/// of the parameter. Without convergence there is no standard error and no two-sided interval. An upper bound gives the
+/// interval from 0 to the bound, a lower bound none. With the correction `c` and the remaining error `e` an upper bound `u`
+/// of the value `v` becomes `v (1 + c) + sqrt((u - v)^2 + (v e)^2)`; the value with a lower bound is not corrected. A
+/// damping near zero without a bound has an interval that is symmetric in its unit. An unidentifiable unknown has no value.
 pub(crate) fn local_estimates(
     Fitted { search, optimum }: Fitted,
     LocalAnalysis { covariance, correlations, bounds, .. }: &LocalAnalysis,

@@ -122,9 +122,10 @@ pub(crate) struct Conclusion {
 
 impl Conclusion {
     /// Grades a result by its end, its unidentifiable directions (`findings`) and its `warnings`, and composes status and
-    /// verdict. In this order: unusable without convergence; not identifiable, unless a warning is worthless; interrupted;
-    /// else the grade of `Grade::from_warnings`. The first suspicion of the check before the search is named as the probable
-    /// cause. For an unusable result the directions are added as notes. The warnings are returned sorted and summarized.
+    /// verdict. In this order: unusable without convergence; not identifiable, unless a warning is worthless; interrupted,
+    /// if all parameters are identified; else the grade of `Grade::from_warnings`. The first suspicion of the check before
+    /// the search is named as the probable cause. For an unusable result the directions are added as notes. The warnings
+    /// are returned sorted and summarized.
     pub fn new(end: FitEnd, findings: &[UnidentifiableDirection], mut warnings: Warnings) -> Self {
         let unidentifiable = summarize(findings);
         // A likely error of the set-up is named as the cause of a bad result.

@@ -179,6 +179,7 @@ impl Warnings {
     }
 
     /// Names of the experiments with a warning `OutlyingExperiment`, in the order of addition; equal neighbors are merged.
+    /// Empty without such warnings.
     pub fn outlying_experiments(&self) -> Vec<&str> {
         let own = self.0.iter().filter(|w| w.code == Code::OutlyingExperiment);
         let mut names: Vec<&str> = own.filter_map(|w| w.experiment.as_deref()).collect();

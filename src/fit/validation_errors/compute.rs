@@ -37,8 +37,10 @@ struct ExperimentComparison {
 }
 
 /// Compares every experiment with its measurements, in parallel; results are in the order of the experiments. With
-/// `keeps_plots` the report has data of plots. Experiments that cannot be simulated are listed with the reason. The wall time
-/// is 0, to be set by the caller. Error: the first failure if no experiment can be simulated, and an interruption.
+/// `keeps_plots` the report has data of plots. Experiments that cannot be simulated are listed with the reason. The wall
+/// time is 0, to be set by the caller. Recordings that prescribe the ends are simulated once more for their errors.
+/// Warnings begin with the name of the experiment, if it has one, and end with their code. Error: the first failure if no
+/// experiment can be simulated, and an interruption.
 pub(super) fn compare_all(
     experiments: &[Experiment],
     keeps_plots: bool,
@@ -103,8 +105,8 @@ pub(super) fn compare_all(
     })
 }
 
-/// A copy of the experiment without constant coordinates. Where its scene leaves mesh or step open, they are chosen for the
-/// accuracy of the measured motion, modes or equilibrium. Error: that choice fails.
+/// A copy of the experiment without constant coordinates. Where its scene leaves mesh, step or scheme open, they are chosen
+/// for the accuracy of the measured motion, modes or equilibrium. Error: that choice fails.
 fn with_resolved_mesh(experiment: &Experiment) -> Result<Experiment, Error> {
     let experiment = without_constant_axes(experiment);
     let problem = &experiment.problem;
@@ -168,8 +170,9 @@ struct DifferenceGroup {
     size: f64,
 }
 
-/// The errors of all measurements of the one experiment of `search`, in their order and in the units of the data files.
-/// Consecutive markers of a recording are one measurement.
+/// The errors of all measurements of the one experiment of `search`, in their order and in the units of the data files. A
+/// difference is the residual times the standard deviation of its value. Consecutive markers of a recording that prescribes
+/// the ends are one measurement.
 fn measurement_errors(search: &Search, found: &Optimum) -> Vec<MeasurementError> {
     // Consecutive markers of a recording form one group.
     let mut groups: Vec<DifferenceGroup> = Vec::new();
@@ -207,7 +210,8 @@ fn measurement_errors(search: &Search, found: &Optimum) -> Vec<MeasurementError>
 
 impl DifferenceGroup {
     /// Mean, median, largest and RMS absolute difference, all 0 without values, and the RMS over the size of the measured
-    /// effect, none if that is 0. `experiment` is the name of the experiment.
+    /// effect, none if that is 0. The size of several markers is the root mean square of theirs, weighted by their numbers
+    /// of values. `experiment` is the name of the experiment.
     fn error(self, experiment: String) -> MeasurementError {
         let mut absolute: Vec<f64> = self.differences.iter().map(|d| d.abs()).collect();
         absolute.sort_by(f64::total_cmp);

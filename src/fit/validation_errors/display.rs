@@ -60,8 +60,8 @@ impl ValidationReport {
         summary.fact("Cost", duration(self.wall_seconds))
     }
 
-    /// The table of all measurements, a row each: mean, median, largest and RMS error with unit, and the RMS over noise and
-    /// measured change.
+    /// The table of all measurements, a row each, in their order. Columns: name, mean, median, largest and RMS absolute
+    /// error with unit, and the [`remarks`](MeasurementError::remarks) with the RMS over noise and measured change.
     fn error_table(&self) -> SummaryTable {
         let mut table = SummaryTable::new([
             TextColumn::wrapped("measurement"),

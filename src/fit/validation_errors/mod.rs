@@ -24,12 +24,14 @@ impl Fit {
         is_validation_only(&self.experiments)
     }
 
-    /// Compares the scenes, with their own values, with all measurements. No parameter is fitted; parameters of the fit are a
-    /// warning, which comes first. Experiments that cannot be simulated are listed in the report.
+    /// Compares the scenes, with their own values, with all measurements. No parameter is fitted; parameters of the fit are
+    /// a warning, which comes first. Fitted and held-out measurements are treated alike. Experiments that cannot be
+    /// simulated are listed in the report.
     ///
     /// # Errors
     ///
-    /// Measurements that cannot be compared with their scenes, an interruption, or no experiment that can be simulated.
+    /// Measurements that cannot be compared with their scenes, planned measurements without data, an interruption, or no
+    /// experiment that can be simulated.
     pub fn predict(&self) -> Result<ValidationReport, Error> {
         let since = Instant::now();
         check_predicted(&self.experiments)?;

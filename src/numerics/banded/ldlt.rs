@@ -189,7 +189,8 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         self.range.len().saturating_sub(W) / 2
     }
 
-    /// Solves in place for all `R` right-hand sides, in blocks of 4, 2 or 1, as many as the registers of `level` hold.
+    /// Solves in place for all `R` right-hand sides, in blocks of at most 4 with four numbers per register and `W <=
+    /// 5`, of 2 with one of both, else of 1. The rest takes smaller blocks.
     #[inline(always)]
     fn solve_blocks<V: PairLevel, E: RightHandSide<D>, const R: usize>(
         &self,

@@ -1,4 +1,8 @@
-//! Ends of rods that bodies carry or walls hold. A place `P` has two components in a plane and three in space.
+//! Ends of rods that bodies carry or walls hold: data types only.
+//!
+//! [`Attachment`] lists the nodes of one end that a body carries, with their arms: one node of a hinged end, two of a
+//! clamped one. In space a clamped end carries the edge between them too. [`FixedNode`] is a node at a wall. A place
+//! `P` is a vector of two components in a plane and of three in space.
 
 /// A node of a rod that a body carries.
 #[derive(Clone, Copy, Debug)]

@@ -1,15 +1,17 @@
-//! Rigid bodies and springs in the plane, and the nodes of rods that they carry.
+//! Rigid bodies and joint springs in the plane: positions of the rods' nodes that they carry, masses, energies,
+//! derivatives.
 //!
 //! A body has the coordinates `x, y`, m, of its center of mass, and those of a rotation `phi = length theta`, m, with a
-//! constant `length`, so that all coordinates are lengths. A node that it carries at the arm `a` from its center, through a
-//! rotational spring with the absolute rotation `psi` of the sprung clamp at the further arm `b`, is at
+//! constant `length`, so that all coordinates are lengths. A node that it carries is at the arm `a` from its center.
+//! Through a rotational spring a second arm `b` follows, which turns with the absolute rotation `psi` of the sprung
+//! clamp:
 //!
 //! ```text
 //! X = x + R(theta) a + R(psi) b.
 //! ```
 //!
-//! Second derivatives by different coordinates vanish, and those by a rotation are minus the rotated arm. Masses are
-//! constant and diagonal.
+//! Second derivatives by different coordinates vanish, and those by a rotation are minus the rotated arm over
+//! `length^2`. The spring has the energy `k (psi - theta - rest angle)^2/2`. Masses are constant and diagonal.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::rod::Energies;
@@ -32,7 +34,8 @@ pub struct Rotation<D> {
 }
 
 impl<D: Scalar> Rotation<D> {
-    /// Cosine and sine of the angle at the coordinates `z` of all bodies, m.
+    /// Cosine and sine, in this order, of the angle: its coordinate in `z` (coordinates of all bodies, m) over
+    /// `length`.
     #[inline]
     fn cosine_and_sine(&self, z: &[D]) -> [D; 2] {
         let angle = z[self.coordinate] * self.length.recip();
@@ -92,14 +95,16 @@ pub struct CarriedPosition<D> {
     pub curvatures: [[D; 2]; MOST],
 }
 
-/// The arm `[x, y]`, m, of a body after the rotation with this cosine and sine.
+/// The arm `[x, y]`, m, at rest after the counter-clockwise rotation with this cosine and sine.
 #[inline]
 fn rotated<D: Scalar>([cosine, sine]: [D; 2], [x, y]: [D; 2]) -> [D; 2] {
     [cosine * x - sine * y, sine * x + cosine * y]
 }
 
 impl<D: Scalar> CarriedPosition<D> {
-    /// Adds an arm that turns with a rotation, whose angle has the cosine and sine `direction`.
+    /// Adds the `arm`, m, turned by the angle with the cosine and sine `direction`, to the position. Appends the
+    /// coordinate of the `rotation` with first derivatives `perp(arm)/length` and second ones `-arm/length^2` of the
+    /// turned arm.
     fn add_arm(&mut self, rotation: &Rotation<D>, direction: [D; 2], arm: [D; 2]) {
         let [x, y] = rotated(direction, arm);
         let (k, by) = (self.count, rotation.length.recip());
@@ -112,7 +117,9 @@ impl<D: Scalar> CarriedPosition<D> {
 }
 
 impl<D: Scalar> Bodies<D> {
-    /// Writes the positions of the nodes of an attachment at the coordinates `z` of all bodies, m, with their derivatives.
+    /// Appends to `to` the position of each node of an attachment, m, at the coordinates `z` of all bodies. First and
+    /// second derivatives are by the body's position, by its rotation, and by that of the sprung clamp, where these
+    /// exist.
     fn place_nodes(
         &self,
         z: &[D],
@@ -143,25 +150,28 @@ impl<D: Scalar> Bodies<D> {
         }
     }
 
-    /// The angle of a rotation, rad.
+    /// The angle of a rotation from rest, rad, at the coordinates `z` of all bodies, m.
     fn angle(z: &[D], rotation: &Rotation<D>) -> D {
         z[rotation.coordinate] * rotation.length.recip()
     }
 
-    /// Rotation of a sprung clamp relative to its body less that at rest, rad.
+    /// Rotation of a sprung clamp less that of its body and less the rest angle, rad: the angle in the spring's energy.
+    /// A body that does not rotate counts zero.
     fn spring_angle(&self, z: &[D], spring: &JointSpring<D>) -> D {
         let body = self.bodies[spring.body].rotation;
         let turned = body.map_or(D::from(0.0), |rotation| Self::angle(z, &rotation));
         Self::angle(z, &spring.rotation) - turned - spring.rest_angle
     }
 
-    /// Both rotations of a spring, with the sign of each in its angle.
+    /// The rotations on which the angle of a spring depends, each with its sign: +1 of the clamp, then -1 of the body
+    /// if that rotates.
     fn turns(&self, spring: &JointSpring<D>) -> impl Iterator<Item = (Rotation<D>, f64)> {
         let body = self.bodies[spring.body].rotation.map(|rotation| (rotation, -1.0));
         [(spring.rotation, 1.0)].into_iter().chain(body)
     }
 
-    /// The point of a body at which its load acts, m: its own center of mass.
+    /// The point of a body at which its load acts, m: center plus turned `load_arm`, or the center of a body without
+    /// rotation.
     pub fn load_point(&self, z: &[D], body: &Body<D>) -> [D; 2] {
         let [x, y] = [z[body.coordinate], z[body.coordinate + 1]];
         let arm = match &body.rotation {
@@ -173,27 +183,28 @@ impl<D: Scalar> Bodies<D> {
 }
 
 impl<D: Scalar> CarriedMotion<D> for CarriedPosition<D> {
-    /// The position, m.
+    /// The position of the carried node, m: two coordinates.
     fn values(&self) -> &[D] {
         &self.position
     }
 
-    /// Number of coordinates on which it depends.
+    /// Number of coordinates on which the position depends: 2 to 4.
     fn count(&self) -> usize {
         self.count
     }
 
-    /// The coordinate with number `k`.
+    /// The coordinate with number `k`, counted from the first one of all bodies.
     fn coordinate(&self, k: usize) -> usize {
         self.coordinates[k]
     }
 
-    /// First derivatives by the coordinate with number `k`.
+    /// First derivatives of the two components of the position by the coordinate with number `k`, dimensionless.
     fn slope(&self, k: usize) -> &[D] {
         &self.slopes[k]
     }
 
-    /// Calls `add` with the second derivatives of `force.position`, by the same coordinate twice.
+    /// Calls `add(i, i, x)` for each of its coordinates `i`, where `x` is the second derivative of `force.position` by
+    /// it, N/m.
     fn add_curvature(&self, force: &[D], mut add: impl FnMut(usize, usize, D)) {
         for (i, curvature) in self.coordinates[..self.count].iter().zip(&self.curvatures) {
             add(*i, *i, force[0] * curvature[0] + force[1] * curvature[1]);
@@ -204,7 +215,8 @@ impl<D: Scalar> CarriedMotion<D> for CarriedPosition<D> {
 impl<D: Nestable> CarryingBodies<D, [D; 2]> for Bodies<D> {
     type Motion = CarriedPosition<D>;
 
-    /// Coordinates of an attachment, counted from the first one of all bodies.
+    /// Coordinates of an attachment, counted from the first one of all bodies: x and y, then the rotations of the body
+    /// and of the sprung clamp, where these exist.
     fn coordinates(&self, attachment: &Attachment<[D; 2]>) -> Vec<usize> {
         let body = &self.bodies[attachment.body];
         let rotation = body.rotation.iter().map(|rotation| rotation.coordinate);
@@ -212,7 +224,8 @@ impl<D: Nestable> CarryingBodies<D, [D; 2]> for Bodies<D> {
         [body.coordinate, body.coordinate + 1].into_iter().chain(rotation).chain(spring).collect()
     }
 
-    /// Writes the positions of the nodes of an attachment at the coordinates `z` of all bodies, m, with their derivatives.
+    /// Appends to `to` the position of each node of an attachment, m, with its derivatives, at the coordinates `z` of
+    /// all bodies.
     fn carry(
         &self,
         z: &[D],
@@ -223,12 +236,13 @@ impl<D: Nestable> CarryingBodies<D, [D; 2]> for Bodies<D> {
         self.place_nodes(z, attachment, to);
     }
 
-    /// Coordinates follow each other without gaps.
+    /// An empty list: in a plane the coordinates of bodies have no gaps.
     fn idle_coordinates(&self) -> Vec<usize> {
         Vec::new()
     }
 
-    /// Writes the mass of every coordinate, kg.
+    /// Writes the mass of every coordinate of bodies, kg: the body's mass for x and y, and inertia over `length^2` for
+    /// a rotation, of springs too.
     fn masses(&self, mass: &mut [D]) {
         let rotations = self.springs.iter().map(|spring| spring.rotation);
         for body in &self.bodies {
@@ -240,7 +254,8 @@ impl<D: Nestable> CarryingBodies<D, [D; 2]> for Bodies<D> {
         }
     }
 
-    /// Writes the gradient of the springs' energies less the loads on bodies, N.
+    /// Overwrites `gradient`, N, with that of the springs' energies less the work of the loads, by the coordinates of
+    /// bodies.
     fn gradient(&self, z: &[D], _: &AssemblyFrames<D>, gradient: &mut [D]) {
         gradient.fill(D::from(0.0));
         for body in &self.bodies {
@@ -261,7 +276,8 @@ impl<D: Nestable> CarryingBodies<D, [D; 2]> for Bodies<D> {
         }
     }
 
-    /// Adds the second derivatives of the energies of springs and loads: `add` takes two coordinates and an entry, N/m.
+    /// Calls `add(row, column, entry)` with the second derivatives of the energies of springs and loads, N/m: entries
+    /// of the lower triangle, diagonal included.
     fn add_tangent(&self, z: &[D], _: &AssemblyFrames<D>, mut add: impl FnMut(usize, usize, D)) {
         for body in &self.bodies {
             if let Some(turn) = &body.rotation {
@@ -283,7 +299,8 @@ impl<D: Nestable> CarryingBodies<D, [D; 2]> for Bodies<D> {
         }
     }
 
-    /// Adds the energies of springs and loads, J.
+    /// Adds `k angle^2/2` of each spring, J, to the bending energy, and minus force times load point of each body to
+    /// the potential.
     fn add_energies(&self, z: &[D], _: &AssemblyFrames<D>, energies: &mut Energies) {
         for body in &self.bodies {
             let place = self.load_point(z, body);
@@ -297,7 +314,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 2]> for Bodies<D> {
         }
     }
 
-    /// The same bodies without springs and loads.
+    /// A copy with zero loads and zero spring stiffnesses; masses and arms stay.
     fn passive(&self) -> Self {
         let mut bodies = self.clone();
         bodies.bodies.iter_mut().for_each(|body| body.load = [D::from(0.0); 2]);

@@ -1,4 +1,8 @@
-//! The tangent of an assembly in the plane or in space, and its factors.
+//! Tangent and factors of an assembly as enums: [`AssemblyTangent`] and [`AssemblyFactors`], with a bordered matrix of
+//! the plane or of space.
+//!
+//! Every operation is that of the matrix inside. Two matrices of different layouts are an error in the program. Sums
+//! then leave the matrix as it is (a debug build panics), and factorizations return [`Singular`] at row 0.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::{Factors, RightHandSide, Singular, Tangent};
@@ -51,18 +55,19 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
         }
     }
 
-    /// The entry of row `i`, column `j`; zero outside the pattern.
+    /// The entry of row `i`, column `j`, in either triangle, without unsymmetric blocks; zero outside the pattern.
     fn get(&self, i: usize, j: usize) -> D {
         of_either!(Self, self, matrix => matrix.get(i, j))
     }
 
-    /// A range with all rows that have an entry in column `j` of the matrix, whose order is `n`.
+    /// A range with all rows that have an entry in column `j` of the matrix, whose order is `n`: all unknowns of the
+    /// rod of the column if no body carries it, else all rows.
     fn coupled(&self, j: usize, n: usize) -> Range<usize> {
         of_either!(Self, self, matrix => matrix.coupled(j, n))
     }
 
-    /// Adds the lower triangle of the leading `size` by `size` part of `block` to the entries from row and column
-    /// `start` on.
+    /// Adds the lower triangle of the leading `size` by `size` part of `block` from row and column `start` on, within
+    /// one rod or within the coordinates of bodies.
     fn add_corner<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]) {
         of_either!(Self, self, matrix => matrix.add_corner(start, size, block));
     }
@@ -72,12 +77,12 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
         of_either!(Self, self, matrix => matrix.uncouple(i));
     }
 
-    /// Sets every entry to zero.
+    /// Sets every entry to zero and removes unsymmetric blocks.
     fn clear(&mut self) {
         of_either!(Self, self, matrix => matrix.clear());
     }
 
-    /// Adds `factor` times `other`.
+    /// Adds `factor` times `other`, without its unsymmetric blocks. A matrix of the other layout changes nothing.
     fn add_scaled(&mut self, other: &Self, factor: f64) {
         match (self, other) {
             (Self::Plane(matrix), Self::Plane(other)) => matrix.add_scaled(other, factor),
@@ -86,17 +91,17 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
         }
     }
 
-    /// Adds `A e_j x[g]`, column `j` times a number, to each vector `out[..][g]`.
+    /// Adds `A e_j x[g]`, column `j` times a number, to vector `g` of `out` (`out[i][g]` is row `i`), for `G` vectors.
     fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
         of_either!(Self, self, matrix => matrix.add_column(j, x, out));
     }
 
-    /// Adds `A x` to `out`, for `G` vectors.
+    /// Adds `A x` to `out`, for `G` vectors (`x[i][g]` is row `i` of vector `g`), without unsymmetric blocks.
     fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
         of_either!(Self, self, matrix => matrix.add_product(x, out));
     }
 
-    /// Writes `|A| |x|` of the real parts to `out`: rounding errors of `A x` are proportional to it.
+    /// Overwrites `out` with `|A| |x|` of the real parts: rounding errors of `A x` are proportional to it.
     fn absolute_product(&self, x: &[D], out: &mut [f64]) {
         of_either!(Self, self, matrix => matrix.absolute_product(x, out));
     }
@@ -105,7 +110,8 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
 impl<D: Scalar> Factors<D> for AssemblyFactors<D> {
     type Matrix = AssemblyTangent<D>;
 
-    /// Factors the rows and columns of `range`.
+    /// Factors the whole matrix, whatever the `range`, and replaces earlier factors. An error has the row of a pivot
+    /// that is zero or not finite, or row 0 for a matrix of the other layout.
     fn factor(&mut self, matrix: &AssemblyTangent<D>, range: Range<usize>) -> Result<(), Singular> {
         match (self, matrix) {
             (Self::Plane(factors), AssemblyTangent::Plane(matrix)) => factors.factor(matrix, range),
@@ -114,7 +120,8 @@ impl<D: Scalar> Factors<D> for AssemblyFactors<D> {
         }
     }
 
-    /// Factors `scale diag(diagonal) + factor matrix` over `range` without forming it.
+    /// Factors `scale diag(diagonal) + factor matrix` without forming it, whatever the `range`. Errors are those of
+    /// `factor`.
     fn factor_sum(
         &mut self,
         diagonal: &[D],
@@ -134,12 +141,13 @@ impl<D: Scalar> Factors<D> for AssemblyFactors<D> {
         }
     }
 
-    /// Number of negative eigenvalues of the factored matrix (Sylvester's law of inertia).
+    /// Number of negative pivots, which is that of negative eigenvalues of the factored matrix (Sylvester's law of
+    /// inertia). It needs a matrix without unsymmetric blocks.
     fn negative_pivots(&self) -> usize {
         of_either!(Self, self, factors => factors.negative_pivots())
     }
 
-    /// Solves `A x = b` in place for `R` right-hand sides, over the factored range.
+    /// Solves `A x = b` in place for `R` right-hand sides (`x[i][r]` is row `i` of number `r`), over all rows.
     fn solve_many<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
         of_either!(Self, self, factors => factors.solve_many(x));
     }

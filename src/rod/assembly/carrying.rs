@@ -1,4 +1,9 @@
-//! Interfaces of the parts of an assembly: its rods, its bodies, and the nodes that these carry.
+//! Interfaces between the parts of an assembly: its rods ([`MemberRod`]), its bodies ([`CarryingBodies`]), and the
+//! nodes that the bodies carry ([`CarriedMotion`]).
+//!
+//! Bodies map their coordinates `z` to the unknowns of carried nodes, with first and second derivatives. They also have
+//! masses, loads and joint springs of their own. Implemented by planar and spatial bodies and by [`DiscreteRod`]; used
+//! by `JoinedRods`.
 
 use crate::energy::frame::EdgeFrame;
 use crate::numerics::scalar::Nestable;
@@ -16,16 +21,18 @@ pub trait MemberRod<D: Nestable>: AssembledRod<D> + Debug {
     /// Number of edges.
     fn edges(&self) -> usize;
 
-    /// Number of strains: those of all edges and joints.
+    /// Number of strains: one per edge, and one (plane) or three (space) per joint.
     fn strain_count(&self) -> usize;
 
-    /// [`set_viscous`](crate::rod::Rod::set_viscous) for a viscosity of several rods, of which the strains of this one begin at `first`.
+    /// [`set_viscous`](crate::rod::Rod::set_viscous) by a `viscosity` that has the strains of several rods; those of
+    /// this rod begin at index `first`.
     fn set_viscous_part(&mut self, elastic: &Self, viscosity: &Viscosity<D>, first: usize);
 
-    /// [`set_dashpots`](crate::rod::Rod::set_dashpots) for such a viscosity.
+    /// [`set_dashpots`](crate::rod::Rod::set_dashpots) by a `viscosity` that has the strains of several rods; those of
+    /// this rod begin at index `first`.
     fn set_dashpots_part(&mut self, dashpots: &Self, viscosity: &Viscosity<D>, first: usize);
 
-    /// Removes mass and load of a node.
+    /// Sets mass and dead load of the coordinates of a node to zero; the inertia of an angle stays.
     fn clear_node(&mut self, node: usize);
 }
 
@@ -37,22 +44,24 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> MemberRod<D>
         self.stretch.len()
     }
 
-    /// Number of strains: those of all edges and joints.
+    /// Number of strains: one per edge, and `S` per joint.
     fn strain_count(&self) -> usize {
         self.stretch.len() + S * self.joint.len()
     }
 
-    /// `set_viscous` for a viscosity of several rods, of which the strains of this one begin at `first`.
+    /// Overwrites the laws with those of `elastic` under the stress of a `viscosity` of several rods. The strains of
+    /// this rod begin at index `first` of it.
     fn set_viscous_part(&mut self, elastic: &Self, viscosity: &Viscosity<D>, first: usize) {
         self.set_viscous_from(elastic, viscosity, first);
     }
 
-    /// `set_dashpots` for such a viscosity.
+    /// Overwrites the laws with those of `dashpots` times the factors of a `viscosity` of several rods. The strains of
+    /// this rod begin at index `first` of it.
     fn set_dashpots_part(&mut self, dashpots: &Self, viscosity: &Viscosity<D>, first: usize) {
         self.set_dashpots_from(dashpots, viscosity, first);
     }
 
-    /// Removes mass and load of a node.
+    /// Sets mass and dead load of the coordinates of a node to zero; the inertia of an angle stays.
     fn clear_node(&mut self, node: usize) {
         self.mass[L::STRIDE * node..][..N].fill(D::from(0.0));
         self.load[node].force = [D::from(0.0); N];
@@ -61,19 +70,22 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> MemberRod<D>
 
 /// The unknowns of a carried node, with their derivatives by the coordinates that carry it.
 pub trait CarriedMotion<D> {
-    /// The unknowns, m; the angle of an edge is measured from its carried frame.
+    /// The unknowns of the node: its coordinates, m, and in space the angle of the edge after it, rad. That is measured
+    /// from the carried frame and therefore zero.
     fn values(&self) -> &[D];
 
-    /// Number of coordinates on which they depend.
+    /// Number of body coordinates on which the unknowns depend.
     fn count(&self) -> usize;
 
-    /// The coordinate with number `k`, counted from the first one of all bodies.
+    /// The body coordinate with number `k` below [`count`](Self::count), as an index from the first one of all bodies.
     fn coordinate(&self, k: usize) -> usize;
 
-    /// First derivatives by the coordinate with number `k`.
+    /// First derivatives of all unknowns by the coordinate with number `k`; of a rotation in space by its increment
+    /// times its scale.
     fn slope(&self, k: usize) -> &[D];
 
-    /// Calls `add` with two coordinates, the second not above the first, and the second derivative of `force.values`.
+    /// Calls `add(i, j, x)`, `j <= i`, where `x` is the second derivative of `force.values` by the coordinates `i` and
+    /// `j`, N/m. Pairs whose second derivative is always zero are left out.
     fn add_curvature(&self, force: &[D], add: impl FnMut(usize, usize, D));
 }
 
@@ -82,13 +94,15 @@ pub trait CarryingBodies<D: Nestable, P>: Clone + Debug + Send + Sync {
     /// The unknowns of a carried node.
     type Motion: CarriedMotion<D> + Debug + Send;
 
-    /// Coordinates of an attachment.
+    /// Indices of the coordinates on which the nodes of an attachment depend: of the body's position, then of its
+    /// rotation, then of the sprung clamp's.
     fn coordinates(&self, attachment: &Attachment<P>) -> Vec<usize>;
 
-    /// Coordinates without effect, which fill gaps.
+    /// Indices of coordinates without effect, which fill gaps; none in a plane.
     fn idle_coordinates(&self) -> Vec<usize>;
 
-    /// Writes the unknowns of the nodes of an attachment with their derivatives.
+    /// Appends to `to` the unknowns of each node of an attachment with their derivatives, at the coordinates `z` of all
+    /// bodies.
     fn carry(
         &self,
         z: &[D],
@@ -97,7 +111,8 @@ pub trait CarryingBodies<D: Nestable, P>: Clone + Debug + Send + Sync {
         to: &mut Vec<Self::Motion>,
     );
 
-    /// The frame of the edge of an attachment, if it has one.
+    /// The frame (tangent and director, world axes) of the edge that an attachment carries. `None` in a plane, for a
+    /// hinged end, and for a body without rotation and spring.
     fn edge_frame(
         &self,
         _z: &[D],
@@ -107,16 +122,19 @@ pub trait CarryingBodies<D: Nestable, P>: Clone + Debug + Send + Sync {
         None
     }
 
-    /// Writes the mass of every coordinate, kg.
+    /// Writes the mass of every coordinate with an effect, kg; that of a rotation is its inertia over its squared
+    /// scale.
     fn masses(&self, mass: &mut [D]);
 
-    /// Writes the gradient of the springs' energies less the loads on bodies, N.
+    /// Overwrites `gradient`, N, with that of the springs' energies less the work of the loads on bodies.
     fn gradient(&self, z: &[D], frames: &AssemblyFrames<D>, gradient: &mut [D]);
 
-    /// Adds the second derivatives of the energies of springs and loads: `add` takes two coordinates and an entry, N/m.
+    /// Calls `add(row, column, entry)`, `column <= row`, with the second derivatives of the energies of springs and
+    /// loads, N/m, and with 1 for idle coordinates.
     fn add_tangent(&self, z: &[D], frames: &AssemblyFrames<D>, add: impl FnMut(usize, usize, D));
 
-    /// Converts derivatives by increments of rotations to those by the coordinates.
+    /// Converts `gradient`, and `tangent` if given, in place: from derivatives by increments of rotations to those by
+    /// the coordinates `z`. The default, of the plane, does nothing.
     fn convert_derivatives<T: Tangent<D>>(
         &self,
         _z: &[D],
@@ -126,7 +144,8 @@ pub trait CarryingBodies<D: Nestable, P>: Clone + Debug + Send + Sync {
     ) {
     }
 
-    /// Increments of rotations from changes of the coordinates.
+    /// The `changes` of all coordinates at `z`, with those of rotations converted to increments times their scales. The
+    /// default, of the plane, returns `changes`.
     fn increments<'a>(
         &self,
         _z: &[D],
@@ -136,12 +155,13 @@ pub trait CarryingBodies<D: Nestable, P>: Clone + Debug + Send + Sync {
         Cow::Borrowed(changes)
     }
 
-    /// Moves the references of all rotations to the coordinates.
+    /// Moves the references of all rotations in `frames` to their axes at the coordinates `z`. The default, of the
+    /// plane, does nothing.
     fn move_references(&self, _z: &[D], _frames: &mut AssemblyFrames<D>) {}
 
-    /// Adds the energies of springs and loads, J.
+    /// Adds the energies of springs, J, to the bending energy, and those of the loads to the potential.
     fn add_energies(&self, z: &[D], frames: &AssemblyFrames<D>, energies: &mut Energies);
 
-    /// The same bodies without springs and loads.
+    /// A copy whose loads and spring stiffnesses are zero.
     fn passive(&self) -> Self;
 }

@@ -1,8 +1,9 @@
-//! Derivatives by the coordinates of a rotation, from those by its increments in the axes of the body.
+//! Conversion of derivatives by increments of a rotation in space, in the axes of the body, to those by its
+//! coordinates.
 //!
-//! The coordinates `z` of a rotation vector `r = z/length` change the rotation by the increment `T dz`, with the [tangent
-//! map](crate::numerics::rotation) `T(r)`. Gradient `g` and Hessian `H` by increments become `T' g` and
-//! `T' H T + (d(T' g)/dr)/length`, of which the symmetric part counts.
+//! The coordinates `z` of a rotation vector `r = z/length` change the rotation by the increment `T dz`, with the
+//! [tangent map](crate::numerics::rotation) `T(r)`. Gradient `g` and Hessian `H` by increments become `T' g` and `T' H
+//! T + (d(T' g)/dr)/length`, with the symmetric part of the last term. Equilibria and modes of assemblies use it.
 
 use crate::numerics::rotation::{
     Matrix3, product, tangent_map, tangent_map_slope, transpose, transposed_times,
@@ -13,13 +14,14 @@ use crate::numerics::vector::Vector;
 use crate::rod::assembly::spatial_motion::SpatialRotation;
 use crate::rod::assembly::tangent::BorderedTangent;
 
-/// Replaces three entries from `first` on by those of `map' entries`.
+/// Replaces three numbers by the product of the transpose of `map` with them.
 fn map_entries<D: Scalar>(map: &Matrix3<D>, entries: [&mut D; 3]) {
     let [a, b, c] = entries;
     [*a, *b, *c] = transposed_times(map, [*a, *b, *c]);
 }
 
-/// Converts the gradient by the coordinates of all bodies, at the rotation vector of one of them, rad.
+/// Replaces the three entries `g` of one rotation in `gradient`, which has all coordinates of bodies, by `T' g`.
+/// `vector` is the rotation vector, rad.
 pub(super) fn convert_gradient<D: Scalar>(
     rotation: &SpatialRotation<D>,
     vector: Vector<D>,
@@ -30,7 +32,9 @@ pub(super) fn convert_gradient<D: Scalar>(
     map_entries(&map, [a, b, c]);
 }
 
-/// Converts the tangent at the rotation vector of a rotation, rad; `gradient` is not yet converted.
+/// Converts the rows and columns of one rotation in `tangent`, in place, at the rotation vector `vector`, rad.
+/// Couplings to rods and to other coordinates are multiplied by `T`, the own block becomes `T' H T` plus the slope
+/// term. `gradient` of all body coordinates is still by increments.
 pub(super) fn convert_tangent<D: Scalar, T: Tangent<D>>(
     rotation: &SpatialRotation<D>,
     vector: Vector<D>,

@@ -1,7 +1,8 @@
-//! Frames of an assembly in space: those of the edges of all rods, and the reference rotations of all bodies.
+//! Frames of an assembly in space: those of the edges of all rods, and the reference rotations of bodies and sprung
+//! clamps.
 //!
-//! The rotation of a body is `R0 exp((z - z0)/length)`, with its coordinates `z` and the reference `R0` at `z0`. The
-//! reference follows accepted states, so that the exponential map is taken of small vectors. In a plane there are none.
+//! A rotation is `R0 exp((z - z0)/length)`, with its coordinates `z` and the reference `R0` at `z0`. References move to
+//! accepted states, so that the exponential map is taken of small vectors. In a plane both lists are empty.
 
 use crate::energy::frame::{EdgeFrame, Frames};
 use crate::numerics::rotation::Matrix3;
@@ -28,7 +29,7 @@ pub struct AssemblyFrames<D> {
 }
 
 impl<D> Default for AssemblyFrames<D> {
-    /// Those of an assembly in a plane.
+    /// Empty lists: the frames of an assembly in a plane.
     fn default() -> Self {
         Self { rods: Vec::new(), rotations: Vec::new() }
     }
@@ -40,7 +41,7 @@ impl<D: Clone> Clone for AssemblyFrames<D> {
         Self { rods: self.rods.clone(), rotations: self.rotations.clone() }
     }
 
-    /// Allocates nothing where there is room.
+    /// Overwrites these frames with a copy of `from`; allocated lists are reused.
     fn clone_from(&mut self, from: &Self) {
         self.rods.clone_from(&from.rods);
         self.rotations.clone_from(&from.rotations);
@@ -48,14 +49,14 @@ impl<D: Clone> Clone for AssemblyFrames<D> {
 }
 
 impl<D: Scalar> ReferenceFrames<D> for AssemblyFrames<D> {
-    /// No frames: sensitivities of assemblies are those of simulations over dual numbers.
+    /// Empty frames; both lists are ignored, as derivatives along parameters of assemblies use dual numbers.
     fn from_parts(_: Vec<EdgeFrame<D>>, _: Vec<D>) -> Self {
         Self::default()
     }
 }
 
 impl<D: Scalar> AssemblyFrames<D> {
-    /// The frames over another number type.
+    /// A copy with every number of frames, twists and references converted to another number type.
     pub fn map<E: Scalar>(&self, convert: impl Fn(D) -> E + Copy) -> AssemblyFrames<E> {
         let rod = |frames: &Frames<D>| Frames {
             edges: frames.edges.iter().map(|edge| edge.map(convert)).collect(),

@@ -1,8 +1,11 @@
-//! Rods whose ends are carried by bodies, in the plane or in space.
+//! Rods whose ends are carried by bodies ([`JoinedRods`]), in the plane or in space: gradient, tangent, energies and
+//! checks.
 //!
-//! Unknowns are those of all rods, one rod after the other, and then the coordinates of the bodies. The unknowns of carried
-//! nodes have no effect: gradients there are zero, and rows and columns of the tangent are those of the identity. In space
-//! the unknowns of each rod and body begin at a multiple of four, and the gaps have no effect either.
+//! Unknowns are those of all rods, one rod after the other, and then the coordinates of the bodies. Every evaluation
+//! copies the unknowns of a rod, places its carried and fixed nodes, evaluates the rod, and adds the derivatives by
+//! carried nodes to those by the bodies. The unknowns of carried nodes have no effect: gradients there are zero, and
+//! rows and columns of the tangent are those of the identity. In space the unknowns of each rod and body begin at a
+//! multiple of four, and the gaps have no effect either.
 
 use crate::energy::Derivatives;
 use crate::numerics::envelope::Envelope;
@@ -32,8 +35,9 @@ pub struct JoinedRods<D: Nestable, L: AssemblyLayout> {
 }
 
 impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
-    /// An assembly of rods with ranges of unknowns one after the other, each from a multiple of the stride on, and of bodies
-    /// with `coordinates` in all.
+    /// An assembly of rods, whose `range`s follow each other, each from a multiple of the stride on, and of bodies with
+    /// `coordinates` in all. Unknowns without effect get the first positive mass of a body, else of a rod, else 1, so
+    /// that no mass is zero.
     pub fn new(members: Vec<Member<D, L>>, bodies: L::Bodies<D>, coordinates: usize) -> Self {
         let end = members.last().map_or(0, |member| member.range.end);
         let first = end.next_multiple_of(L::STRIDE);
@@ -50,22 +54,23 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         rods
     }
 
-    /// The rods.
+    /// The rods with their ranges of unknowns and their carried and fixed nodes.
     pub fn members(&self) -> &[Member<D, L>] {
         &self.members
     }
 
-    /// The bodies and springs.
+    /// The bodies and joint springs.
     pub fn bodies(&self) -> &L::Bodies<D> {
         &self.bodies
     }
 
-    /// Range of the coordinates of bodies.
+    /// Range of the coordinates of bodies in the unknowns.
     pub fn body_coordinates(&self) -> Range<usize> {
         self.first..self.mass.len()
     }
 
-    /// The unknowns without effect: those of carried and fixed nodes, and gaps.
+    /// Indices of the unknowns without effect. For each rod in order: unknowns of carried nodes, of fixed nodes, and
+    /// the gap after the rod. Last the idle coordinates of bodies.
     pub fn tied(&self) -> impl Iterator<Item = usize> {
         let idle = self.bodies.idle_coordinates().into_iter().map(|i| self.first + i);
         let members = self.members.iter().flat_map(|member| {
@@ -75,7 +80,8 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         members.chain(idle)
     }
 
-    /// Writes the unknowns of carried and fixed nodes that follow from the coordinates of the bodies.
+    /// Overwrites the unknowns of carried nodes in `q` with those that follow from the coordinates of bodies in `q`.
+    /// Fixed nodes get their positions, carried and fixed angles become zero.
     pub fn place_carried(&self, q: &mut [D], frames: &AssemblyFrames<D>) {
         let (rods, z) = q.split_at_mut(self.first);
         let mut carried = Vec::new();
@@ -84,8 +90,8 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         }
     }
 
-    /// Writes the velocities of carried nodes that follow from those of the bodies' coordinates; those of fixed nodes are
-    /// zero.
+    /// Overwrites the entries of carried nodes in `rates` (velocities of all unknowns at `q`) with those that follow
+    /// from the entries of the bodies' coordinates. Entries of fixed nodes become zero.
     pub fn set_carried_rates(&self, q: &[D], frames: &AssemblyFrames<D>, rates: &mut [D]) {
         let (rods, z_rates) = rates.split_at_mut(self.first);
         let (z, mut carried) = (&q[self.first..], Vec::new());
@@ -96,7 +102,9 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         }
     }
 
-    /// Calls `visit` with each rod and its unknowns and frames at `q`, carried nodes and edges included.
+    /// Calls `visit` for each rod in order with its frames and work space. The latter has a copy of the rod's unknowns
+    /// at `q` with carried and fixed nodes placed, and the carried nodes with derivatives. Frames of carried edges are
+    /// those of their bodies.
     fn for_each_placed(
         &self,
         q: &[D],
@@ -117,8 +125,8 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         }
     }
 
-    /// The first place that `find` returns for a rod with its unknowns `before` and `now`, plus the number of such places,
-    /// `count`, of the rods before it.
+    /// The first place that `find` returns for a rod, in order, from its frames and its unknowns `before` and `now`.
+    /// Its index is increased by `count` of each rod before. `None` if `find` returns none for every rod.
     fn find_place(
         &self,
         [before, now]: [&[D]; 2],
@@ -143,7 +151,8 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
 }
 
 impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
-    /// A zero matrix with the sparsity pattern of the tangent.
+    /// A zero matrix with the sparsity pattern of the tangent. Coordinates of bodies that carry the same rod are
+    /// coupled: their rows in the envelope begin at the least of these coordinates.
     pub fn zero_tangent(&self) -> TangentOfLayout<D, L> {
         let member = |member: &Member<D, L>| MemberTangent {
             band: member.rod.zero_tangent(),
@@ -161,12 +170,14 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         BorderedTangent { members, first: self.first, bodies, blocks: Vec::new() }
     }
 
-    /// Lumped mass of every degree of freedom, kg (kg m^2 for angles).
+    /// Lumped mass of every unknown, kg (kg m^2 for angles of edges). Those without effect have an arbitrary positive
+    /// one.
     pub fn mass(&self) -> &[D] {
         &self.mass
     }
 
-    /// Writes the gradient of the elastic energy less the dead loads, N (N m for angles).
+    /// Overwrites `gradient` with that of elastic energy less work of the loads at `q`, N (N m for angles). Derivatives
+    /// by carried nodes are added to those by the bodies; tied unknowns and gaps have zeros.
     pub fn gradient(
         &self,
         q: &[D],
@@ -185,8 +196,9 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         self.bodies.convert_derivatives::<L::Band<D>>(z, frames, bodies, None);
     }
 
-    /// Writes the gradient as `gradient` does, and its tangent, N/m, for the given `tensions` of all edges, N, if there are
-    /// any, instead of those of their stretches.
+    /// Overwrites `gradient` as `gradient` does, and `tangent`, N/m, with its derivative by the unknowns; unsymmetric
+    /// blocks are removed. `tensions` of the edges of all rods, N, if given, replace the axial forces in the geometric
+    /// stiffness.
     pub fn tangent_under(
         &self,
         q: &[D],
@@ -218,7 +230,7 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         self.bodies.convert_derivatives(z, frames, bodies, Some(tangent));
     }
 
-    /// Sets the gradient by unknowns between rods to zero.
+    /// Sets the entries of the gap after each rod to zero in `rods`, a list of the unknowns of all rods.
     fn clear_gaps(&self, rods: &mut [D]) {
         for member in &self.members {
             let end = member.range.end;
@@ -226,7 +238,8 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         }
     }
 
-    /// Writes the tensions of all edges at `q`, N, to first order in the `change` that led to `q`.
+    /// Overwrites `tensions` with predicted axial forces, N, of the edges of all rods, one rod after the other: those
+    /// at `q - change` plus their first-order change. Changes of carried nodes are those of their bodies.
     pub fn tensions_after(
         &self,
         change: &[D],
@@ -246,8 +259,8 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         });
     }
 
-    /// The first inner node that a step from `before` to `now` has taken through a fold: its joint turns by more than
-    /// a right angle, to the opposite side.
+    /// The first inner node that a step from `before` to `now` has taken through a fold, by the criterion of
+    /// [`Rod::folded_node`]. Its index counts the nodes of all rods before its own; `None` without a fold.
     pub fn folded_node(
         &self,
         before: &[D],
@@ -259,7 +272,8 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         })
     }
 
-    /// The first edge that turned by more than 45 degrees in a step from `before` to `now`.
+    /// The first edge that turned by more than 45 degrees in a step from `before` to `now`. Its index counts the edges
+    /// of all rods before its own; `None` without one.
     pub fn over_rotated_edge(
         &self,
         before: &[D],
@@ -272,7 +286,8 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         })
     }
 
-    /// Moves the frames to `q`, without changing any energy there.
+    /// Moves the frames of all rods by parallel transport, and the references of all rotations, to `q`. Carried edges
+    /// get the frames of their bodies. Energies at `q` do not change.
     pub fn move_frames(&self, frames: &mut AssemblyFrames<D>, q: &[D]) {
         let mut moved = Vec::with_capacity(frames.rods.len());
         self.for_each_placed(q, frames, |_, own_frames, RodUnknowns { q, .. }| {
@@ -286,7 +301,8 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         self.bodies.move_references(&q[self.first..], frames);
     }
 
-    /// Elastic energies and the potential of the loads; kinetic energy zero.
+    /// Energies at `q`, J, summed over the rods: stretching, bending, twisting and potential of loads. Joint springs
+    /// count as bending, loads on bodies as potential. Kinetic and user-defined energies are zero.
     pub fn energies(&self, q: &[D], frames: &AssemblyFrames<D>) -> Energies {
         let mut sums = Energies::default();
         self.for_each_placed(q, frames, |member, own_frames, RodUnknowns { q, .. }| {
@@ -300,7 +316,7 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         sums
     }
 
-    /// Writes the strains of all elements, in the order `set_viscous` expects.
+    /// Overwrites `strains` with those of all rods, one rod after the other, each first its edges, then its joints.
     pub fn strains(&self, q: &[D], frames: &AssemblyFrames<D>, strains: &mut Vec<D>) {
         strains.clear();
         self.for_each_placed(q, frames, |member, own_frames, room| {
@@ -310,7 +326,8 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         });
     }
 
-    /// The rod without loads and natural strains, whose elements act as dashpots: strains stand for strain rates.
+    /// A copy without loads, natural strains and stiffness of joint springs, whose elements act as dashpots: strains
+    /// stand for strain rates.
     pub fn dashpots(&self) -> Self {
         let mut assembly = self.clone();
         assembly.members.iter_mut().for_each(|member| member.rod = member.rod.dashpots());
@@ -318,7 +335,8 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         assembly
     }
 
-    /// Energies of stretching, bending and twisting by `strains` of all elements, natural ones taken as zero, J.
+    /// Energies of stretching, bending and twisting, J, by `strains` of the elements of all rods, with natural strains
+    /// taken as zero. Joint springs have no part.
     pub fn strain_energies(&self, strains: &[D]) -> [D; 3] {
         let mut sums = [D::from(0.0); 3];
         for (member, range) in self.with_strains() {
@@ -328,7 +346,8 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         sums
     }
 
-    /// Replaces the elements by those of `elastic` with viscous stress, expressed as stiffnesses and natural strains.
+    /// Overwrites the laws of all rods with those of `elastic` under the viscous stress, as stiffnesses and natural
+    /// strains. The `viscosity` has the strains of all rods in order.
     pub fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
         let mut first = 0;
         for (to, from) in self.members.iter_mut().zip(&elastic.members) {
@@ -337,7 +356,8 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         }
     }
 
-    /// Replaces the elements by dashpots with every stiffness times its factor, and the shifts as natural strains.
+    /// Overwrites the laws of all rods with those of `dashpots`: every stiffness times its factor, the shifts as
+    /// natural strains.
     pub fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>) {
         let mut first = 0;
         for (to, from) in self.members.iter_mut().zip(&dashpots.members) {
@@ -346,7 +366,7 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         }
     }
 
-    /// The rods with the ranges of their strains in the list of all strains.
+    /// The rods in order, each with the range of its strains in the list of those of all rods.
     fn with_strains(&self) -> impl Iterator<Item = (&Member<D, L>, Range<usize>)> {
         let mut end = 0;
         self.members.iter().map(move |member| {

@@ -1,8 +1,9 @@
-//! Elastic joints between a body and a clamp in space: rotational springs and hinges.
+//! Elastic joints between a body and a clamp in space: rotational springs and hinges, with energy and derivatives.
 //!
-//! With the rotation `Q` of the clamp in the axes of the body, and `Q0` at rest, the relative rotation is `W = Q0' Q` in the
-//! axes of the clamp. A spring has the energy `sum k_c xi_c^2/2` of the rotation vector `xi = log W`. A hinge with the axis
-//! `n` has `k (1 - n.W n)`: it turns freely about its axis, and resists other rotations with the stiffness `k`.
+//! With the rotation `Q` of the clamp in the axes of the body, and `Q0` at rest, the relative rotation is `W = Q0' Q`
+//! in the axes of the clamp. A spring has the energy `sum k_c xi_c^2/2` of the rotation vector `xi = log W`. A hinge
+//! with the axis `n` has `k (1 - n.W n)`: it turns freely about its axis, and resists other rotations with the
+//! stiffness `k`. Derivatives by rotations of body and clamp, each in its own axes, are computed in dual numbers.
 
 use crate::energy::Local;
 use crate::numerics::out_of_line::OutOfLine;
@@ -33,7 +34,7 @@ pub struct ElasticJoint<D> {
 }
 
 impl<D: Scalar> ElasticJoint<D> {
-    /// The law over another number type.
+    /// The law with every number converted to another number type.
     fn map<E: Scalar>(&self, convert: impl Fn(D) -> E + Copy) -> ElasticJoint<E> {
         ElasticJoint {
             rest: self.rest.map(|row| row.map(convert)),
@@ -46,7 +47,8 @@ impl<D: Scalar> ElasticJoint<D> {
         }
     }
 
-    /// Energy, J, at the rotation `relative` of the clamp in the axes of the body.
+    /// Energy, J, at the rotation `relative` of the clamp in the axes of the body: of a spring by the rotation vector,
+    /// of a hinge `k |W n - n|^2/2`. A spring needs relative rotations below half a turn.
     pub fn energy(&self, relative: &Matrix3<D>) -> D {
         let turned = product(&transpose(&self.rest), relative);
         match self.stiffness {
@@ -63,7 +65,8 @@ impl<D: Scalar> ElasticJoint<D> {
         }
     }
 
-    /// Energy, J, after rotations of body and clamp by rotation vectors, rad, each in its own axes.
+    /// Energy, J, after further rotations from `relative`: of the body by the rotation vector `turns[0..3]`, of the
+    /// clamp by `turns[3..6]`, rad, each in its own axes.
     fn turned_energy(&self, relative: &Matrix3<D>, turns: &[D; 6]) -> D {
         let [a, b, c, d, e, f] = *turns;
         let clamp = product(relative, &exponential([d, e, f]));
@@ -74,7 +77,8 @@ impl<D: Scalar> ElasticJoint<D> {
 }
 
 impl<D: Nestable> ElasticJoint<D> {
-    /// Energy, J, and first derivatives by rotations of body and clamp, each in its own axes, N m.
+    /// First derivatives of the energy, N m, at the rotation `relative`, by dual numbers: three by rotations of the
+    /// body, three by those of the clamp, each in its own axes.
     pub fn gradient(&self, relative: &Matrix3<D>) -> [D; 6] {
         let over = |x: D| OutOfLine(DualSVec::<D, 6>::from_re(x));
         let (law, relative) = (self.map(over), relative.map(|row| row.map(over)));
@@ -84,7 +88,8 @@ impl<D: Nestable> ElasticJoint<D> {
         num_dual::gradient(energy, &SVector::from([D::from(0.0); 6])).1.data.0[0]
     }
 
-    /// Energy, J, with first and second derivatives by rotations of body and clamp, each in its own axes, N m.
+    /// Energy, J, first and second derivatives, N m, at the rotation `relative`, by dual numbers. Entries 0 to 2 are by
+    /// rotations of the body, 3 to 5 by those of the clamp, each in its own axes.
     pub fn tangent(&self, relative: &Matrix3<D>) -> Local<D, 6> {
         let over = |x: D| OutOfLine(Dual2SVec::<D, 6>::from_re(x));
         let (law, relative) = (self.map(over), relative.map(|row| row.map(over)));

@@ -1,4 +1,5 @@
-//! The layout of an assembly, in the plane or in space.
+//! The layout of an assembly, [`Plane`] or [`Space`]: types of rods, frames, matrices and bodies, and the copies of
+//! frames between an assembly and one of its rods.
 
 use crate::energy::frame::{EdgeFrame, Frames};
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -27,17 +28,17 @@ pub trait AssemblyLayout: Copy + Debug + Send + Sync + 'static {
     /// The bodies and springs.
     type Bodies<D: Nestable>: CarryingBodies<D, Self::Place<D>>;
 
-    /// The place with `component(c)` for each of its components.
+    /// The place with `component(c)` at index `c`: two components in a plane, three in space.
     fn place<D: Scalar>(component: impl Fn(usize) -> D) -> Self::Place<D>;
 
-    /// Copies the frames of rod `k`.
+    /// Overwrites `to` with a copy of the frames of rod `k`; in a plane with the empty frames.
     fn copy_frames<D: Nestable>(
         all: &AssemblyFrames<D>,
         k: usize,
         to: &mut Option<Self::RodFrames<D>>,
     );
 
-    /// Stores the frames of rod `k`.
+    /// Overwrites the frames of rod `k` in `all` with `own`. The default, of the plane, does nothing.
     fn store_frames<D: Nestable>(
         _own: Self::RodFrames<D>,
         _k: usize,
@@ -45,7 +46,8 @@ pub trait AssemblyLayout: Copy + Debug + Send + Sync + 'static {
     ) {
     }
 
-    /// Replaces the frame of edge `j` by its carried one, from which its angle is zero. No energy changes.
+    /// Replaces the frame of edge `j` by the `carried` one, and adapts the reference twists of its joints. Strains stay
+    /// if the angle of the edge is reduced by the turn between both frames. The default, of the plane, does nothing.
     fn hold_edge<D: Nestable>(
         _frames: &mut Self::RodFrames<D>,
         _j: usize,
@@ -62,12 +64,12 @@ impl AssemblyLayout for Plane {
     type Rod<D: Nestable> = DiscreteRod<D, Self, 2, 1>;
     type Bodies<D: Nestable> = Bodies<D>;
 
-    /// The place with `component(c)` for each of its components.
+    /// The place `[component(0), component(1)]`.
     fn place<D: Scalar>(component: impl Fn(usize) -> D) -> [D; 2] {
         [component(0), component(1)]
     }
 
-    /// A planar rod has no frames.
+    /// Sets `to` to the empty frames of a planar rod.
     fn copy_frames<D: Nestable>(_: &AssemblyFrames<D>, _: usize, to: &mut Option<()>) {
         *to = Some(());
     }
@@ -81,12 +83,12 @@ impl AssemblyLayout for Space {
     type Rod<D: Nestable> = DiscreteRod<D, Self, 3, 3>;
     type Bodies<D: Nestable> = SpatialBodies<D>;
 
-    /// The place with `component(c)` for each of its components.
+    /// The place `[component(0), component(1), component(2)]`.
     fn place<D: Scalar>(component: impl Fn(usize) -> D) -> [D; 3] {
         [component(0), component(1), component(2)]
     }
 
-    /// Copies the frames of rod `k`.
+    /// Overwrites `to` with a copy of the frames of rod `k`; allocated lists are reused.
     fn copy_frames<D: Nestable>(all: &AssemblyFrames<D>, k: usize, to: &mut Option<Frames<D>>) {
         match to {
             Some(to) => to.clone_from(&all.rods[k]),
@@ -94,12 +96,13 @@ impl AssemblyLayout for Space {
         }
     }
 
-    /// Stores the frames of rod `k`.
+    /// Overwrites the frames of rod `k` in `all` with `own`.
     fn store_frames<D: Nestable>(own: Frames<D>, k: usize, all: &mut AssemblyFrames<D>) {
         all.rods[k] = own;
     }
 
-    /// Replaces the frame of edge `j` by its carried one, from which its angle is zero. No energy changes.
+    /// Replaces the frame of edge `j` by the `carried` one, and adapts the reference twists of its joints. Strains stay
+    /// if the angle of the edge is reduced by the turn between both frames.
     fn hold_edge<D: Nestable>(frames: &mut Frames<D>, j: usize, carried: &EdgeFrame<D>) {
         frames.replace(j, carried);
     }

@@ -1,4 +1,8 @@
-//! The rods of an assembly, with their carried and fixed nodes.
+//! A rod of an assembly with its carried and fixed nodes ([`Member`]), and the work space for its unknowns.
+//!
+//! A member overwrites the unknowns of its carried nodes by those that follow from the coordinates of bodies, and those
+//! of fixed nodes by their positions. It does the same for velocities and for the frames of carried edges. It also has
+//! the sparsity pattern of its couplings to the bodies. `JoinedRods` calls it for each evaluation.
 
 use crate::numerics::scalar::Nestable;
 use crate::rod::assembly::attachment::{Attachment, CarriedNode, FixedNode};
@@ -29,25 +33,26 @@ pub struct Member<D: Nestable, L: AssemblyLayout> {
 }
 
 impl<D: Nestable, L: AssemblyLayout> Member<D, L> {
-    /// Number of nodes.
+    /// Number of nodes of the rod, carried and fixed ones included.
     pub fn nodes(&self) -> usize {
         self.rod.edges() + 1
     }
 
-    /// Carried nodes with their attachments.
+    /// All carried nodes, attachment after attachment.
     pub(super) fn carried(&self) -> impl Iterator<Item = &CarriedNode<L::Place<D>>> {
         self.attachments.iter().flat_map(|own| &own.nodes)
     }
 
-    /// Unknowns of carried and fixed nodes, counted from the first of the rod.
+    /// Unknowns of carried nodes, then of fixed ones, counted from the first unknown of the rod.
     pub fn tied(&self) -> impl Iterator<Item = usize> {
         let carried = self.carried().map(|node| (node.node, node.width));
         let fixed = self.fixed.iter().map(|node| (node.node, node.width));
         carried.chain(fixed).flat_map(|(i, width)| L::STRIDE * i..L::STRIDE * i + width)
     }
 
-    /// Writes the unknowns of all carried nodes, in the order of [`carried`](Self::carried), into `carried`, and those of
-    /// carried and fixed nodes into the unknowns `q` of the rod.
+    /// Overwrites `carried` with the unknowns of all carried nodes at the body coordinates `z`, in the order of
+    /// [`carried`](Self::carried). Writes these, and positions of fixed nodes with zero angles, into the unknowns `q`
+    /// of the rod.
     pub(super) fn place(
         &self,
         bodies: &L::Bodies<D>,
@@ -68,7 +73,7 @@ impl<D: Nestable, L: AssemblyLayout> Member<D, L> {
         }
     }
 
-    /// Writes the unknowns of all carried nodes with their derivatives.
+    /// Overwrites `carried` with the unknowns of all carried nodes and their derivatives, at the body coordinates `z`.
     pub(super) fn carry(
         &self,
         bodies: &L::Bodies<D>,
@@ -80,7 +85,8 @@ impl<D: Nestable, L: AssemblyLayout> Member<D, L> {
         self.attachments.iter().for_each(|own| bodies.carry(z, frames, own, carried));
     }
 
-    /// Copies the frames of rod `k`, this one, with those of carried edges at the coordinates `z`.
+    /// Overwrites `to` with the frames of this rod, number `k`. The frame of each carried edge is replaced by that of
+    /// its body or clamp at the coordinates `z`.
     pub(super) fn copy_frames(
         &self,
         k: usize,
@@ -99,7 +105,8 @@ impl<D: Nestable, L: AssemblyLayout> Member<D, L> {
         }
     }
 
-    /// Writes the rates of carried nodes along rates of the coordinates of bodies, and zeros for fixed nodes.
+    /// Overwrites the entries of carried nodes in `rates`, those of this rod, with their derivatives times the rates
+    /// `z_rates` of the body coordinates (increments of rotations). Entries of fixed nodes become zero.
     pub(super) fn set_rates(&self, carried: &[MotionOf<D, L>], z_rates: &[D], rates: &mut [D]) {
         for (node, carried) in self.carried().zip(carried) {
             for c in 0..node.width {
@@ -115,7 +122,9 @@ impl<D: Nestable, L: AssemblyLayout> Member<D, L> {
         }
     }
 
-    /// The couplings of its carried ends, without entries.
+    /// The couplings of its carried ends, one per attachment, with zero entries. Rows are the `2 STRIDE` unknowns after
+    /// the last carried one of the first end, or before the first carried one of the last end. Columns are the
+    /// coordinates of the attachment.
     pub(super) fn couplings(&self, bodies: &L::Bodies<D>) -> Vec<Coupling<D>> {
         let rows = 2 * L::STRIDE;
         let coupling = |attachment: &Attachment<L::Place<D>>| {
@@ -162,6 +171,7 @@ pub(super) struct RodUnknowns<D: Nestable, L: AssemblyLayout> {
 }
 
 impl<D: Nestable, L: AssemblyLayout> Default for RodUnknowns<D, L> {
+    /// Empty lists and no frames.
     fn default() -> Self {
         Self {
             q: Vec::new(),
@@ -175,20 +185,21 @@ impl<D: Nestable, L: AssemblyLayout> Default for RodUnknowns<D, L> {
 }
 
 impl<D: Nestable, L: AssemblyLayout> Default for MemberWorkspace<D, L> {
+    /// An unlocked work space with empty lists.
     fn default() -> Self {
         Self(Mutex::default())
     }
 }
 
 impl<D: Nestable, L: AssemblyLayout> Clone for MemberWorkspace<D, L> {
-    /// An empty work space.
+    /// An empty work space: numbers are not copied.
     fn clone(&self) -> Self {
         Self::default()
     }
 }
 
 impl<D: Nestable, L: AssemblyLayout> MemberWorkspace<D, L> {
-    /// The work space, which no other thread uses meanwhile.
+    /// Locks the work space for this thread; a lock that another thread left by a panic is taken too.
     pub fn borrow(&self) -> MutexGuard<'_, RodUnknowns<D, L>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }

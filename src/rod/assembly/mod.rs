@@ -1,8 +1,10 @@
 //! Assemblies: several rods whose ends are carried by rigid bodies, in a plane or in space.
 //!
-//! A joint is a clamp whose pose is unknown: the nodes that a body carries follow from its coordinates, as those at a wall
-//! follow from the wall. An [`Assembly`] is a [`Rod`] for steppers, equilibria and modes. Its parts are written once over an
-//! [`AssemblyLayout`]: [`JoinedRods`] with a bordered [tangent]; bodies in a [plane](bodies) and in [space](spatial_bodies).
+//! Unknowns are those of all rods, one rod after the other, and then the coordinates of the bodies (position and
+//! rotation). The end nodes that a body carries follow from its coordinates: one node of a hinged end, two of a clamped
+//! one. Nodes at walls are fixed. [`Assembly`] is a [`Rod`] for steppers, equilibria and modes, without springs of
+//! internal friction. Both variants are [`JoinedRods`] over an [`AssemblyLayout`], with a bordered [tangent]. Bodies
+//! and joint springs are in [`bodies`] (plane) and [`spatial_bodies`] (space).
 
 pub mod attachment;
 pub mod bodies;
@@ -69,12 +71,13 @@ macro_rules! with_tangent {
 }
 
 impl<D: Nestable> Assembly<D> {
-    /// Whether it is in space.
+    /// Whether the assembly is in space; otherwise it is in a plane.
     pub fn is_spatial(&self) -> bool {
         matches!(self, Self::Space(_))
     }
 
-    /// The assembly for the steps of a simulation, whose derivatives are those by increments of rotations.
+    /// The assembly for the steps of a simulation. In space its gradient and tangent are then by increments of
+    /// rotations instead of by the coordinates of rotations. In a plane nothing changes.
     #[must_use]
     pub fn by_increments(mut self) -> Self {
         if let Self::Space(rods) = &mut self {
@@ -83,27 +86,31 @@ impl<D: Nestable> Assembly<D> {
         self
     }
 
-    /// Range of the coordinates of bodies.
+    /// Range of the coordinates of all bodies and joint springs in the unknowns: from the end of the rods to the last
+    /// unknown.
     pub fn body_coordinates(&self) -> Range<usize> {
         of_either!(self, rods => rods.body_coordinates())
     }
 
-    /// Range of the unknowns of each rod.
+    /// Range of the unknowns of each rod in those of the assembly, in the order of the rods.
     pub fn rod_ranges(&self) -> Vec<Range<usize>> {
         of_either!(self, rods => rods.members.iter().map(|member| member.range.clone()).collect())
     }
 
-    /// The unknowns without effect: those of carried and fixed nodes, and gaps.
+    /// Indices of the unknowns without effect. For each rod in order: unknowns of carried nodes, of fixed nodes, and
+    /// the gap after the rod. Last, in space, the unused coordinate after each three of a body or rotation.
     pub fn tied(&self) -> impl Iterator<Item = usize> {
         of_either!(self, rods => rods.tied().collect::<Vec<_>>().into_iter())
     }
 
-    /// Writes the unknowns of carried and fixed nodes that follow from the coordinates of the bodies.
+    /// Overwrites the unknowns of carried nodes in `q` with those that follow from the coordinates of bodies in `q`.
+    /// Fixed nodes get their positions. Angles of carried and fixed edges become zero.
     pub fn place_carried(&self, q: &mut [D], frames: &AssemblyFrames<D>) {
         of_either!(self, rods => rods.place_carried(q, frames));
     }
 
-    /// Replaces the frames of edges at walls, in space, by those of `rest`.
+    /// Replaces the frames of edges clamped at walls by those of `rest`, in space; reference twists of their joints
+    /// follow. Nothing happens in a plane.
     pub(crate) fn hold_walls(&self, rest: &AssemblyFrames<D>, frames: &mut AssemblyFrames<D>) {
         let Self::Space(rods) = self else { return };
         for (k, member) in rods.members.iter().enumerate() {
@@ -113,8 +120,8 @@ impl<D: Nestable> Assembly<D> {
         }
     }
 
-    /// Writes the velocities of carried nodes that follow from those of the bodies' coordinates; those of fixed nodes are
-    /// zero.
+    /// Overwrites the entries of carried nodes in `rates` (velocities of all unknowns at `q`) with those that follow
+    /// from the entries of the bodies' coordinates. Entries of fixed nodes become zero.
     pub fn set_carried_rates(&self, q: &[D], frames: &AssemblyFrames<D>, rates: &mut [D]) {
         of_either!(self, rods => rods.set_carried_rates(q, frames, rates));
     }
@@ -128,18 +135,20 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
 
     const HAS_FRAMES: bool = false;
 
-    /// Coordinates of rotations are lengths.
+    /// False: coordinates of rotations are lengths. Angles of edges in space are found by `has_angle_at`.
     fn is_angle(_: usize) -> bool {
         false
     }
 
-    /// Angles of edges in space follow the coordinates of nodes; every fourth unknown of bodies has no effect.
+    /// Whether unknown `i` is an angle, rad: in space every fourth one (`i % 4 == 3`), in a plane none. Among the
+    /// coordinates of bodies every fourth one has no effect.
     #[inline(always)]
     fn has_angle_at(&self, i: usize) -> bool {
         self.is_spatial() && i % 4 == 3
     }
 
-    /// A zero matrix with the sparsity pattern of the tangent.
+    /// A zero matrix with the sparsity pattern of the tangent: a band per rod, couplings of carried ends, and an
+    /// envelope for the coordinates of bodies.
     fn zero_tangent(&self) -> AssemblyTangent<D> {
         match self {
             Self::Plane(rods) => AssemblyTangent::Plane(rods.zero_tangent()),
@@ -147,12 +156,15 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         }
     }
 
-    /// Lumped mass of every degree of freedom, kg (kg m^2 for angles).
+    /// Lumped mass of every unknown, kg (kg m^2 for angles of edges). Those without effect have an arbitrary positive
+    /// one.
     fn mass(&self) -> &[D] {
         of_either!(self, rods => rods.mass())
     }
 
-    /// Writes the gradient of the elastic energy less the dead loads, N (N m for angles).
+    /// Overwrites `gradient` with that of elastic energy less work of the loads at `q`, N (N m for angles). Forces on
+    /// carried nodes are added to the coordinates of bodies; entries without effect are zero. Derivatives by rotations
+    /// are those of `by_increments` if it was called.
     fn gradient(
         &self,
         q: &[D],
@@ -163,7 +175,8 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         of_either!(self, rods => rods.gradient(q, frames, derivatives, gradient));
     }
 
-    /// Writes the gradient as `gradient` does, and its tangent, N/m.
+    /// Overwrites `gradient` as `gradient` does, and `tangent`, N/m, with its derivative by the unknowns. Rows and
+    /// columns of tied unknowns become those of the identity.
     fn tangent(
         &self,
         q: &[D],
@@ -175,8 +188,8 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         self.tangent_under(q, frames, derivatives, None, gradient, tangent);
     }
 
-    /// Writes gradient and tangent, the tangent for the given `tensions` of all edges, N, instead of those of their
-    /// stretches.
+    /// Overwrites gradient and tangent as `tangent` does. `tensions` of the edges of all rods, N, if given, replace the
+    /// axial forces in the geometric stiffness. A tangent of the other layout (plane, space) is left as it is.
     fn tangent_under(
         &self,
         q: &[D],
@@ -191,7 +204,8 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         });
     }
 
-    /// Writes the tensions of all edges at `q`, N, to first order in the `change` that led to `q`.
+    /// Overwrites `tensions` with predicted axial forces, N, of the edges of all rods, one rod after the other: those
+    /// at `q - change` plus their first-order change. Carried nodes move with the bodies.
     fn tensions_after(
         &self,
         change: &[D],
@@ -202,10 +216,11 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         of_either!(self, rods => rods.tensions_after(change, q, frames, tensions));
     }
 
-    /// Sensitivities of an assembly are those of simulations over dual numbers, which need no geometry.
+    /// Does nothing: derivatives along parameters of an assembly are those of simulations over dual numbers, without
+    /// geometry.
     fn measure(&self, _: &[D], _: &AssemblyFrames<D>, (): &mut ()) {}
 
-    /// The tangent by unknowns: an assembly has no edge coordinates.
+    /// Overwrites `tangent` with that by the unknowns, N/m: an assembly has no edge coordinates.
     fn edge_tangent(
         &self,
         q: &[D],
@@ -216,14 +231,16 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         self.tangent(q, frames, derivatives, &mut vec![D::from(0.0); q.len()], tangent);
     }
 
-    /// Moves the frames to `q`, without changing any energy there.
+    /// Moves the frames of all rods and the reference rotations of all bodies to `q`, in space. Energies at `q` do not
+    /// change. Nothing happens in a plane.
     fn move_frames(&self, frames: &mut AssemblyFrames<D>, q: &[D]) {
         if let Self::Space(rods) = self {
             rods.move_frames(frames, q);
         }
     }
 
-    /// The coordinates of bodies, if any of them rotates in space.
+    /// Range of the coordinates of all bodies, if the assembly is in space and its derivatives are by increments; else
+    /// empty.
     fn rotation_coordinates(&self) -> Range<usize> {
         match self {
             Self::Space(rods) if rods.bodies.by_increments => rods.body_coordinates(),
@@ -231,7 +248,8 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         }
     }
 
-    /// Adds the inertia forces of rotating bodies, and their derivatives.
+    /// In space, adds the gyroscopic forces of rotating bodies, N, to `forces`, and their derivatives as blocks to
+    /// `tangent` if one is given. `forces` must contain the gradient. Nothing happens in a plane.
     fn add_rotational_inertia(
         &self,
         q: &[D],
@@ -250,7 +268,8 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         rods.bodies.add_rotational_inertia(z, frames, &rates, forces, blocks);
     }
 
-    /// Converts increments of rotations to changes of the unknowns.
+    /// Replaces the increments of all rotations in `correction` by changes of their coordinates, in space; nothing in a
+    /// plane.
     fn convert_correction(&self, q: &[D], frames: &AssemblyFrames<D>, correction: &mut [D]) {
         if let Self::Space(rods) = self {
             let (z, own) = (&q[rods.first..], &mut correction[rods.first..]);
@@ -258,7 +277,8 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         }
     }
 
-    /// Adds `factor` times the products of inertia with `rates` of all unknowns.
+    /// Adds to `out`, a list of all unknowns, `factor` times the products of inertia of rotating bodies times their
+    /// `rates`. They are divided by the squared scales of the rotations. Nothing happens in a plane.
     fn add_products_of_inertia(&self, rates: &[D], factor: D, out: &mut [D]) {
         if let Self::Space(rods) = self {
             let (rates, out) = (&rates[rods.first..], &mut out[rods.first..]);
@@ -266,13 +286,14 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         }
     }
 
-    /// The first inner node that a step from `before` to `now` has taken through a fold: its joint turns by more than
-    /// a right angle, to the opposite side.
+    /// The first inner node that a step from `before` to `now` has taken through a fold, by the criterion of
+    /// [`Rod::folded_node`]. Its index counts the nodes of all rods before its own; `None` without a fold.
     fn folded_node(&self, before: &[D], now: &[D], frames: &AssemblyFrames<D>) -> Option<usize> {
         of_either!(self, rods => rods.folded_node(before, now, frames))
     }
 
-    /// The first edge that turned by more than 45 degrees in a step from `before` to `now`.
+    /// The first edge that turned by more than 45 degrees in a step from `before` to `now`. Its index counts the edges
+    /// of all rods before its own; `None` without one.
     fn over_rotated_edge(
         &self,
         before: &[D],
@@ -282,17 +303,19 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         of_either!(self, rods => rods.over_rotated_edge(before, now, frames))
     }
 
-    /// Elastic energies and the potential of the loads; kinetic energy zero.
+    /// Energies at `q`, J, summed over the rods: stretching, bending, twisting and potential of loads. Joint springs
+    /// count as bending, loads on bodies as potential. Kinetic and user-defined energies are zero.
     fn energies(&self, q: &[D], frames: &AssemblyFrames<D>) -> Energies {
         of_either!(self, rods => rods.energies(q, frames))
     }
 
-    /// Writes the strains of all elements, in the order `set_viscous` expects.
+    /// Overwrites `strains` with those of all rods, one rod after the other, each first its edges, then its joints.
     fn strains(&self, q: &[D], frames: &AssemblyFrames<D>, strains: &mut Vec<D>) {
         of_either!(self, rods => rods.strains(q, frames, strains));
     }
 
-    /// The rods without loads and natural strains, whose elements act as dashpots: strains stand for strain rates.
+    /// A copy without loads, natural strains and stiffness of joint springs, whose elements act as dashpots: strains
+    /// stand for strain rates.
     fn dashpots(&self) -> Self {
         match self {
             Self::Plane(rods) => Self::Plane(rods.dashpots()),
@@ -300,12 +323,14 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         }
     }
 
-    /// Energies of stretching, bending and twisting by `strains` of all elements, natural ones taken as zero, J.
+    /// Energies of stretching, bending and twisting, J, by `strains` of the elements of all rods, with natural strains
+    /// taken as zero. Joint springs have no part.
     fn strain_energies(&self, strains: &[D]) -> [D; 3] {
         of_either!(self, rods => rods.strain_energies(strains))
     }
 
-    /// Replaces the elements by those of `elastic` with viscous stress, expressed as stiffnesses and natural strains.
+    /// Overwrites the laws of all rods with those of `elastic` under the viscous stress, as stiffnesses and natural
+    /// strains. Joint springs do not change.
     fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
         match (self, elastic) {
             (Self::Plane(rods), Self::Plane(elastic)) => rods.set_viscous(elastic, viscosity),
@@ -314,7 +339,8 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         }
     }
 
-    /// Replaces the elements by dashpots with every stiffness times its factor, and the shifts as natural strains.
+    /// Overwrites the laws of all rods with those of `dashpots`: every stiffness times its factor, the shifts as
+    /// natural strains.
     fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>) {
         match (self, dashpots) {
             (Self::Plane(rods), Self::Plane(own)) => rods.set_dashpots(own, viscosity),

@@ -1,4 +1,8 @@
-//! Derivatives by the coordinates of bodies, from those by the nodes that the bodies carry.
+//! Derivatives by the coordinates of bodies through the nodes that the bodies carry (chain rule), for one rod.
+//!
+//! `reduce_gradient` adds `J' f`, with the derivatives `J` of the carried unknowns and the gradient `f` by them.
+//! `reduce_tangent` adds `J' A J` and the curvature of the carried unknowns times `f` to the matrix of the bodies, and
+//! fills the couplings `A J`. Both then remove the tied unknowns from the rod.
 
 use crate::numerics::envelope::Envelope;
 use crate::numerics::scalar::Nestable;
@@ -8,8 +12,9 @@ use crate::rod::assembly::layout::AssemblyLayout;
 use crate::rod::assembly::member::{Member, MotionOf};
 use crate::rod::assembly::tangent::{Coupling, MemberTangent};
 
-/// Adds the derivatives by the coordinates of bodies through carried nodes, from the gradient of a rod by those nodes, which
-/// it sets to zero.
+/// Adds to `bodies`, N, the derivatives by the coordinates of bodies: the gradient `rod` at each carried node times the
+/// derivatives of its unknowns (`carried`, in the order of the nodes). Entries of carried and fixed nodes in `rod`
+/// become zero.
 pub(super) fn reduce_gradient<D: Nestable, L: AssemblyLayout>(
     member: &Member<D, L>,
     carried: &[MotionOf<D, L>],
@@ -25,7 +30,7 @@ pub(super) fn reduce_gradient<D: Nestable, L: AssemblyLayout>(
     member.tied().for_each(|i| rod[i] = D::from(0.0));
 }
 
-/// `a.b` over the length of `b`.
+/// The inner product `a.b` over the length of `b`; `a` may be longer.
 #[inline(always)]
 fn inner<D: Nestable>(a: &[D], b: &[D]) -> D {
     let mut sum = a[0] * b[0];
@@ -38,7 +43,9 @@ fn inner<D: Nestable>(a: &[D], b: &[D]) -> D {
 /// Largest number of unknowns of a carried node.
 const WIDTH: usize = 4;
 
-/// Adds the second derivatives by the coordinates of bodies through carried nodes, from the band of a rod and its gradient.
+/// Adds to `bodies`, N/m, the second derivatives by the coordinates of bodies through the carried nodes of a rod, from
+/// its band in `own` and its `gradient`. Overwrites the couplings in `own`: derivatives between the rows beside an end
+/// and its coordinates. Rows and columns of carried and fixed nodes in the band become those of the identity.
 pub(super) fn reduce_tangent<D: Nestable, L: AssemblyLayout>(
     member: &Member<D, L>,
     carried: &[MotionOf<D, L>],

@@ -27,8 +27,10 @@ use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::spatial_bodies::SpatialBodies;
 
 impl<D: Nestable> SpatialBodies<D> {
-    /// Adds the inertia forces of all rotations beyond those of the diagonal masses to `forces`, and their derivatives, as
-    /// blocks, to `blocks` if there are any. All lists are those of the coordinates of bodies; `forces` contain the gradient.
+    /// Adds to `forces`, N, the inertia forces of all rotations beyond those of diagonal masses: `w x J w` and the mass
+    /// damping of the products of inertia, over `length`. If `blocks` is given, appends for each rotation their
+    /// derivatives and that of the increments, N/m. Lists have the coordinates of bodies; `forces` contains the
+    /// gradient.
     pub(super) fn add_rotational_inertia(
         &self,
         z: &[D],
@@ -65,7 +67,8 @@ impl<D: Nestable> SpatialBodies<D> {
         }
     }
 
-    /// Converts increments of rotations to changes of the coordinates.
+    /// Replaces the increments `phi` of all rotations in `correction`, a list of body coordinates at `z`, by changes
+    /// `T^-1 phi` of the coordinates.
     pub(super) fn convert_correction(
         &self,
         z: &[D],
@@ -79,7 +82,8 @@ impl<D: Nestable> SpatialBodies<D> {
         }
     }
 
-    /// Adds `factor` times the products of inertia with rates of the coordinates.
+    /// Adds to `out` the product `factor P w/length^2` for each rotation, with its products of inertia `P` and its
+    /// entries `w` in `rates`. Both lists have the coordinates of bodies.
     pub(super) fn add_products_of_inertia(&self, rates: &[D], factor: D, out: &mut [D]) {
         for rotation in self.rotations() {
             let own = times(&rotation.products, rotation.of(rates));

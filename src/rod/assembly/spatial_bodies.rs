@@ -1,8 +1,9 @@
-//! Rigid bodies and joints in space.
+//! Rigid bodies and elastic joints in space: unknowns of the nodes that they carry, masses, energies and derivatives.
 //!
-//! Each body has the coordinates of its center and of its [rotation](SpatialRotation), each three followed by one without
-//! effect, so that all begin at a multiple of four. Derivatives are those by increments of rotations. For equilibria and
-//! modes they are converted to the coordinates; a simulation [counts increments](SpatialBodies::by_increments).
+//! Each body has three coordinates of its center, and three of its [rotation](SpatialRotation) if it rotates; a joint
+//! has those of the rotation of its clamp. One coordinate without effect follows each three, so that all begin at a
+//! multiple of four. Derivatives are those by increments of rotations. For equilibria and modes they are converted to
+//! the coordinates; a simulation keeps them ([`by_increments`](SpatialBodies::by_increments)).
 
 use crate::energy::frame::EdgeFrame;
 use crate::numerics::rotation::{
@@ -59,13 +60,14 @@ pub struct SpatialBodies<D> {
 }
 
 impl<D: Nestable> SpatialBodies<D> {
-    /// All rotations.
+    /// The rotations of all bodies that rotate, then those of all joints' clamps.
     pub(super) fn rotations(&self) -> impl Iterator<Item = &SpatialRotation<D>> {
         let bodies = self.bodies.iter().filter_map(|body| body.rotation.as_ref());
         bodies.chain(self.springs.iter().map(|spring| &spring.rotation))
     }
 
-    /// All rotations with their axes, in the columns.
+    /// The rotations in the order of `rotations`, each with its axes in the columns, in world components, at the
+    /// coordinates `z`.
     pub fn rotations_with_axes<'a>(
         &'a self,
         z: &'a [D],
@@ -74,7 +76,8 @@ impl<D: Nestable> SpatialBodies<D> {
         self.rotations().map(|rotation| (rotation, rotation.axes(z, frames)))
     }
 
-    /// The rotation that carries the edge of an attachment.
+    /// The rotation that carries the edge of an attachment: that of the joint's clamp, or that of the body without a
+    /// joint. `None` for a body that does not rotate.
     fn carrying(&self, attachment: &Attachment<[D; 3]>) -> Option<&SpatialRotation<D>> {
         match attachment.spring {
             Some(i) => Some(&self.springs[i].rotation),
@@ -82,7 +85,8 @@ impl<D: Nestable> SpatialBodies<D> {
         }
     }
 
-    /// Rotation of a clamp in the axes of its body; the identity of a body that does not rotate.
+    /// Rotation of a clamp in the axes of its body at the coordinates `z`; in world axes for a body that does not
+    /// rotate.
     fn relative(
         &self,
         z: &[D],
@@ -96,7 +100,8 @@ impl<D: Nestable> SpatialBodies<D> {
         }
     }
 
-    /// Both rotations of a spring, each with the number of its first derivative.
+    /// The rotations of a joint, each with the index of its first derivative in those of the joint's law: 0 for the
+    /// body, if that rotates, then 3 for the clamp.
     fn turns(
         &self,
         spring: &SpatialSpring<D>,
@@ -105,7 +110,8 @@ impl<D: Nestable> SpatialBodies<D> {
         body.into_iter().chain([(3, spring.rotation)])
     }
 
-    /// The point of a body at which its load acts, m: its own center of mass.
+    /// The point of a body at which its load acts, m, in world axes: center plus turned `load_arm`, or the center of a
+    /// body that does not rotate.
     pub fn load_point(
         &self,
         z: &[D],
@@ -119,7 +125,7 @@ impl<D: Nestable> SpatialBodies<D> {
         [0, 1, 2].map(|c| z[body.coordinate + c] + arm[c])
     }
 
-    /// The axes of a body, in the columns; those of the world for a point.
+    /// The axes of a body in the columns, in world components; the identity for a body that does not rotate.
     pub fn axes(&self, z: &[D], frames: &AssemblyFrames<D>, body: &SpatialBody<D>) -> Matrix3<D> {
         body.rotation.map_or_else(identity, |rotation| rotation.axes(z, frames))
     }
@@ -128,7 +134,8 @@ impl<D: Nestable> SpatialBodies<D> {
 impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
     type Motion = SpatialCarried<D>;
 
-    /// Coordinates of an attachment, counted from the first one of all bodies.
+    /// Coordinates of an attachment, counted from the first one of all bodies: three of the center, three of the body's
+    /// rotation, three of the clamp's, where these exist.
     fn coordinates(&self, attachment: &Attachment<[D; 3]>) -> Vec<usize> {
         let body = &self.bodies[attachment.body];
         let rotation = body.rotation.iter().map(|rotation| rotation.coordinate);
@@ -137,13 +144,14 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
         firsts.flat_map(|first| first..first + 3).collect()
     }
 
-    /// The coordinate after each three.
+    /// The coordinates without effect: that after each three of a center, then that after each three of a rotation.
     fn idle_coordinates(&self) -> Vec<usize> {
         let bodies = self.bodies.iter().map(|body| body.coordinate + 3);
         bodies.chain(self.rotations().map(|rotation| rotation.coordinate + 3)).collect()
     }
 
-    /// Writes the unknowns of the nodes of an attachment at the coordinates `z` of all bodies, m, with their derivatives.
+    /// Appends to `to` the unknowns of each node of an attachment with their derivatives, at the coordinates `z` of all
+    /// bodies. A node with four unknowns includes the angle of the carried edge.
     fn carry(
         &self,
         z: &[D],
@@ -171,7 +179,8 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
         }
     }
 
-    /// The frame of the edge of an attachment, if it has one.
+    /// The frame of the edge of an attachment, turned by the joint's clamp or the body. `None` without an edge, or for
+    /// a body without rotation and joint.
     fn edge_frame(
         &self,
         z: &[D],
@@ -183,7 +192,8 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
         Some(EdgeFrame { tangent, director })
     }
 
-    /// Writes the mass of every coordinate, kg.
+    /// Writes the mass of every coordinate, kg: the body's for its center, moments of inertia over `length^2` for
+    /// rotations. Those without effect stay.
     fn masses(&self, mass: &mut [D]) {
         for body in &self.bodies {
             mass[body.coordinate..][..3].fill(body.mass);
@@ -195,7 +205,8 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
         }
     }
 
-    /// Writes the gradient of the joints' energies less the loads on bodies by increments, N.
+    /// Overwrites `gradient`, N, with that of the joints' energies less the work of the loads, by positions and by
+    /// increments of rotations over `length`.
     fn gradient(&self, z: &[D], frames: &AssemblyFrames<D>, gradient: &mut [D]) {
         gradient.fill(D::from(0.0));
         for body in &self.bodies {
@@ -220,8 +231,8 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
         }
     }
 
-    /// Adds the second derivatives of the energies of joints and loads by increments: `add` takes two coordinates and an
-    /// entry, N/m.
+    /// Calls `add(row, column, entry)`, `column <= row`, with the second derivatives of the energies of joints and
+    /// loads by increments of rotations, N/m. Coordinates without effect have 1 on the diagonal.
     fn add_tangent(
         &self,
         z: &[D],
@@ -260,7 +271,8 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
         }
     }
 
-    /// Converts derivatives by increments of rotations to those by the coordinates, unless increments are counted.
+    /// Converts `gradient`, and `tangent` if given, in place, from derivatives by increments of rotations to those by
+    /// the coordinates `z`. Nothing happens with `by_increments`, nor for rotations at their reference.
     fn convert_derivatives<T: Tangent<D>>(
         &self,
         z: &[D],
@@ -284,7 +296,8 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
         }
     }
 
-    /// Increments of rotations from changes of the coordinates.
+    /// The `changes` of all coordinates at `z`, with those of each rotation replaced by `T dz`, its increment times
+    /// `length`. With `by_increments` they are increments already and returned unchanged.
     fn increments<'a>(
         &self,
         z: &[D],
@@ -303,7 +316,8 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
         Cow::Owned(increments)
     }
 
-    /// Moves the references of all rotations to the coordinates.
+    /// Moves the references of all rotations in `frames` to the coordinates `z`: their axes there, made orthonormal
+    /// again.
     fn move_references(&self, z: &[D], frames: &mut AssemblyFrames<D>) {
         for rotation in self.rotations() {
             let axes = orthonormal(&rotation.axes(z, frames));
@@ -312,7 +326,8 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
         }
     }
 
-    /// Adds the energies of joints and loads, J.
+    /// Adds the energy of each joint, J, to the bending energy, and minus load times load point of each body to the
+    /// potential.
     fn add_energies(&self, z: &[D], frames: &AssemblyFrames<D>, energies: &mut Energies) {
         for body in &self.bodies {
             energies.potential -= dot(body.load, self.load_point(z, frames, body)).value();
@@ -322,7 +337,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
         }
     }
 
-    /// The same bodies without joints' stiffnesses and loads.
+    /// A copy with zero loads and joints without stiffness; masses and arms stay.
     fn passive(&self) -> Self {
         let (mut bodies, zero) = (self.clone(), D::from(0.0));
         bodies.bodies.iter_mut().for_each(|body| body.load = [zero; 3]);

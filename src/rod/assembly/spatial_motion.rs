@@ -1,16 +1,17 @@
-//! Nodes that bodies carry in space, and rotations of bodies.
+//! Positions of nodes that bodies carry in space, with derivatives, and the rotations of bodies.
 //!
-//! A body has the coordinates `x, y, z`, m, of its center of mass, and three of its rotation `R = R0 exp((z - z0)/length)`,
-//! m, with a constant `length`. First and second derivatives are those by increments `phi` of the rotation in the axes of
-//! the body, `R exp(phi)`, at the present rotation `R`:
+//! A body has the coordinates `x, y, z`, m, of its center of mass, and three of its rotation `R = R0 exp((z -
+//! z0)/length)`, m, with a constant `length`. First and second derivatives are those by increments `phi` of the
+//! rotation in the axes of the body, `R exp(phi)`, at the present rotation `R`:
 //!
 //! ```text
 //! X = x + R exp(phi) a,    dX = R (phi x a),    d2X = R (phi x (phi x a)).
 //! ```
 //!
-//! The angle of a carried edge, from the frame that the body carries, turns by `phi.t` with the tangent `t` in the axes of the
-//! body. Its second derivatives are zero: the rotation about `t` in `exp(phi)`, beside the shortest rotation of `t`, differs
-//! from `phi.t` in the third order.
+//! All derivatives are divided by `length` once for each `phi`, as coordinates are lengths. The angle of a carried
+//! edge, from the frame that the body carries, turns by `phi.t` with the tangent `t` in the axes of the body. Its
+//! second derivatives are zero: the rotation about `t` in `exp(phi)`, beside the shortest rotation of `t`, differs from
+//! `phi.t` in the third order.
 
 use crate::numerics::rotation::{Matrix3, column, exponential, product, times};
 use crate::numerics::scalar::Scalar;
@@ -37,29 +38,29 @@ pub struct SpatialRotation<D> {
 }
 
 impl<D: Scalar> SpatialRotation<D> {
-    /// Its coordinates in a list of those of all bodies.
+    /// Its three entries in a list of all body coordinates, or of their rates or changes.
     pub(super) fn of(&self, all: &[D]) -> Vector<D> {
         [all[self.coordinate], all[self.coordinate + 1], all[self.coordinate + 2]]
     }
 
-    /// Its axes, in the columns, at the coordinates of its reference.
+    /// Its axes in the columns, in world components, at its reference in `frames`.
     pub fn rest_axes(&self, frames: &AssemblyFrames<D>) -> Matrix3<D> {
         frames.rotations[self.reference].axes
     }
 
-    /// Rotation vector from the reference, rad, at the coordinates `z` of all bodies.
+    /// Rotation vector from the reference to the coordinates `z` of all bodies, rad: `(z - z0)/length`.
     pub(super) fn vector(&self, z: &[D], frames: &AssemblyFrames<D>) -> Vector<D> {
         let (own, from) = (self.of(z), frames.rotations[self.reference].coordinates);
         [0, 1, 2].map(|c| (own[c] - from[c]) * self.length.recip())
     }
 
-    /// Its axes, in the columns, at the coordinates `z` of all bodies.
+    /// Its axes in the columns, in world components, at the coordinates `z` of all bodies: `R0 exp((z - z0)/length)`.
     pub(super) fn axes(&self, z: &[D], frames: &AssemblyFrames<D>) -> Matrix3<D> {
         let turn = exponential(self.vector(z, frames));
         product(&frames.rotations[self.reference].axes, &turn)
     }
 
-    /// Moments and products of inertia, kg m^2.
+    /// Inertia tensor in the axes of the body, kg m^2: `products` plus the moments of `inertia` on the diagonal.
     pub(super) fn tensor(&self) -> Matrix3<D> {
         let mut tensor = self.products;
         (0..3).for_each(|c| tensor[c][c] += self.inertia[c]);
@@ -90,7 +91,8 @@ pub struct SpatialCarried<D> {
     arms: [Option<TurningArm<D>>; 2],
 }
 
-/// Second derivatives of `force.(R exp(phi) arm)` by `phi`, with the force in the axes of the rotation.
+/// Second derivatives of `force.(R exp(phi) arm)` by `phi` at zero, N m, with force and arm in the axes of the
+/// rotation: `(f a' + a f')/2 - f.a 1`.
 pub(super) fn arm_curvature<D: Scalar>(force: Vector<D>, arm: Vector<D>) -> Matrix3<D> {
     let along = dot(force, arm);
     let mut curvature = [[D::from(0.0); 3]; 3];
@@ -104,7 +106,8 @@ pub(super) fn arm_curvature<D: Scalar>(force: Vector<D>, arm: Vector<D>) -> Matr
 }
 
 impl<D: Scalar> SpatialCarried<D> {
-    /// A node at the point with these first coordinate and position, m.
+    /// A node at the center of a body, m, with the angle zero: it depends on the three coordinates from `coordinate` on
+    /// with unit derivatives.
     pub(super) fn at(coordinate: usize, position: Vector<D>) -> Self {
         let (zero, [x, y, z]) = (D::from(0.0), position);
         let mut slopes = [[zero; 4]; MOST];
@@ -114,8 +117,9 @@ impl<D: Scalar> SpatialCarried<D> {
         Self { values: [x, y, z, zero], coordinates, count: 3, slopes, arms: [None; 2] }
     }
 
-    /// Adds an arm, m, that turns with a rotation whose axes are given. The angle of an edge with the `tangent`, in these axes,
-    /// turns too.
+    /// Adds an `arm`, m, that turns with a rotation at its present `axes`, to the position, and appends the rotation's
+    /// three coordinates with first derivatives. With a `tangent` of the carried edge, in these axes, the derivative of
+    /// its angle is set too; else that is zero. At most two arms.
     pub(super) fn add_arm(
         &mut self,
         rotation: &SpatialRotation<D>,
@@ -140,27 +144,29 @@ impl<D: Scalar> SpatialCarried<D> {
 }
 
 impl<D: Scalar> CarriedMotion<D> for SpatialCarried<D> {
-    /// The position, m, and the angle of the edge after the node, rad.
+    /// The position, m, and the angle of the edge after the node from its carried frame, rad, which is zero.
     fn values(&self) -> &[D] {
         &self.values
     }
 
-    /// Number of coordinates on which they depend.
+    /// Number of coordinates on which the node depends: 3, 6 or 9.
     fn count(&self) -> usize {
         self.count
     }
 
-    /// The coordinate with number `k`.
+    /// The coordinate with number `k`, counted from the first one of all bodies.
     fn coordinate(&self, k: usize) -> usize {
         self.coordinates[k]
     }
 
-    /// First derivatives by the coordinate with number `k`, for rotations by its increment.
+    /// First derivatives of position and angle by the coordinate with number `k`; of a rotation by its increment times
+    /// `length`.
     fn slope(&self, k: usize) -> &[D] {
         &self.slopes[k]
     }
 
-    /// Calls `add` with the second derivatives of `force.values` by increments of rotations.
+    /// Calls `add(i, j, x)`, `j <= i`, where `x` is the second derivative of `force.position` by increments of a
+    /// rotation, over `length^2`, N/m. An entry of `force` for the angle has no part.
     fn add_curvature(&self, force: &[D], mut add: impl FnMut(usize, usize, D)) {
         let force = [force[0], force[1], force[2]];
         for TurningArm { coordinate, length, axes, arm } in self.arms.iter().flatten() {

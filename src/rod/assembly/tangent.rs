@@ -32,12 +32,12 @@ pub struct Coupling<D> {
 }
 
 impl<D> Coupling<D> {
-    /// Each column's coordinate and entries.
+    /// For each column: the index of its coordinate among those of all bodies, and its entries, one per row.
     pub(super) fn iter(&self) -> impl Iterator<Item = (usize, &[D])> {
         self.columns.iter().copied().zip(self.entries.chunks_exact(self.rows.len()))
     }
 
-    /// Each column's coordinate and entries, to be written.
+    /// For each column: the index of its coordinate among those of all bodies, and its entries, one per row, mutable.
     pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = (usize, &mut [D])> {
         self.columns.iter().copied().zip(self.entries.chunks_exact_mut(self.rows.len()))
     }
@@ -79,7 +79,7 @@ enum MatrixRow {
 }
 
 impl<D: Scalar, T> BorderedTangent<D, T> {
-    /// The rod or body with unknown `i`.
+    /// The kind of unknown `i` of the assembly: an unknown of a rod, a coordinate of the bodies, or a gap after a rod.
     fn row(&self, i: usize) -> MatrixRow {
         if i >= self.first {
             return MatrixRow::Body(i - self.first);
@@ -96,7 +96,7 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
     const NUMBERS_PER_ROW: usize = T::NUMBERS_PER_ROW;
     type Factors = BorderedFactors<D, T>;
 
-    /// Factors for matrices of this sparsity pattern, not yet computed.
+    /// Factors for matrices of this sparsity pattern, allocated and not yet computed.
     fn new_factors(&self) -> BorderedFactors<D, T> {
         let member = |member: &MemberTangent<D, T>| MemberFactors {
             band: member.band.new_factors(),
@@ -112,7 +112,8 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
         }
     }
 
-    /// The entry of row `i`, column `j`, without blocks; zero outside the pattern.
+    /// The entry of row `i`, column `j`, in either triangle, without unsymmetric blocks. It is that of a band, a sum
+    /// over the couplings of a rod, or that of the bodies. Gaps have those of the identity; other pairs are zero.
     fn get(&self, i: usize, j: usize) -> D {
         match (self.row(i.min(j)), self.row(i.max(j))) {
             (MatrixRow::Rod(k, row), MatrixRow::Rod(other, column)) if k == other => {
@@ -134,7 +135,8 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
         }
     }
 
-    /// A range with all rows that have an entry in column `j` of the matrix, whose order is `n`.
+    /// A range with all rows that have an entry in column `j` of the matrix, whose order is `n`: all unknowns of the
+    /// rod of the column if no body carries it, else all rows `0..n`.
     fn coupled(&self, j: usize, n: usize) -> Range<usize> {
         match self.row(j) {
             MatrixRow::Rod(k, _) if self.members[k].couplings.is_empty() => {
@@ -145,7 +147,8 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
     }
 
     /// Adds the lower triangle of the leading `size` by `size` part of `block` to the entries from row and column
-    /// `start` on.
+    /// `start` on. They lie in the band of one rod or in the matrix of the bodies. Nothing happens if `start` is in a
+    /// gap.
     fn add_corner<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]) {
         match self.row(start) {
             MatrixRow::Rod(k, row) => self.members[k].band.add_corner(row, size, block),
@@ -160,7 +163,8 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
         }
     }
 
-    /// Replaces row and column `i` by those of the identity.
+    /// Replaces row and column `i`, of a rod or of a body coordinate, by those of the identity, also in the couplings.
+    /// Unsymmetric blocks stay; nothing happens in a gap.
     fn uncouple(&mut self, i: usize) {
         match self.row(i) {
             MatrixRow::Rod(k, row) => {
@@ -186,7 +190,7 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
         }
     }
 
-    /// Sets every entry to zero.
+    /// Sets every entry to zero, also in the couplings, and removes all unsymmetric blocks.
     fn clear(&mut self) {
         self.bodies.clear();
         self.blocks.clear();
@@ -198,7 +202,7 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
         }
     }
 
-    /// Adds `factor` times `other`.
+    /// Adds `factor` times `other`, which has the same pattern, without its unsymmetric blocks.
     fn add_scaled(&mut self, other: &Self, factor: f64) {
         self.bodies.add_scaled(&other.bodies, factor);
         for (to, from) in self.members.iter_mut().zip(&other.members) {
@@ -211,7 +215,7 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
         }
     }
 
-    /// Adds `A e_j x[g]`, column `j` times a number, to each vector `out[..][g]`.
+    /// Adds `A e_j x[g]`, column `j` times a number, to vector `g` of `out` (`out[i][g]` is row `i`), for `G` vectors.
     fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
         for i in self.coupled(j, out.len()) {
             let entry = self.get(i, j);
@@ -219,7 +223,8 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
         }
     }
 
-    /// Adds `A x` to `out`, for `G` vectors.
+    /// Adds `A x` to `out`, for `G` vectors (`x[i][g]` is row `i` of vector `g`): bands, couplings and their
+    /// transposes, bodies. Gaps and unsymmetric blocks have no part.
     fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
         let (rods, bodies) = x.split_at(self.first);
         let (to_rods, to_bodies) = out.split_at_mut(self.first);
@@ -248,7 +253,8 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
         });
     }
 
-    /// Writes `|A| |x|` of the real parts to `out`: rounding errors of `A x` are proportional to it.
+    /// Overwrites `out` with `|A| |x|` of the real parts, to which rounding errors of `A x` are proportional. Gaps
+    /// become zero; unsymmetric blocks have no part.
     fn absolute_product(&self, x: &[D], out: &mut [f64]) {
         let (rods, bodies) = x.split_at(self.first);
         let (to_rods, to_bodies) = out[..x.len()].split_at_mut(self.first);
@@ -294,12 +300,14 @@ struct MemberFactors<D, F> {
 }
 
 impl<D: Scalar, F: Factors<D>> MemberFactors<D, F> {
-    /// The coordinate of every column of all couplings.
+    /// The body coordinate of every column of all couplings, in the order of the responses. A coordinate of both ends
+    /// is there twice.
     fn columns(&self) -> impl Iterator<Item = usize> {
         self.couplings.iter().flat_map(|coupling| coupling.columns.iter().copied())
     }
 
-    /// Computes the responses, and subtracts `Bi' Ai^-1 Bi` from the Schur complement.
+    /// Computes the responses `Ai^-1 Bi` with the factored band, [`GROUP`] columns at a time, and subtracts `Bi' Ai^-1
+    /// Bi` from the lower triangle of the Schur complement.
     fn eliminate(&mut self, schur: &mut Envelope<D>) {
         let Self { band, range, couplings, responses, room } = self;
         let count: usize = couplings.iter().map(|coupling| coupling.columns.len()).sum();
@@ -349,7 +357,8 @@ impl<D: Scalar, E: RightHandSide<D>, const R: usize> pulp::NullaryFnOnce
 {
     type Output = ();
 
-    /// Runs the computation, compiled for the instruction set of the caller.
+    /// Subtracts `factor[r] column[i]` from `x[i][r]` for all `i` and `r`, compiled for the instruction set of the
+    /// caller.
     #[inline(always)]
     fn call(self) {
         let count = self.x.len().min(self.column.len());
@@ -373,7 +382,9 @@ pub struct BorderedFactors<D: Scalar, T: Tangent<D>> {
 }
 
 impl<D: Scalar, T: Tangent<D>> BorderedFactors<D, T> {
-    /// Factors `scale diag(diagonal) + factor matrix`.
+    /// Factors `scale diag(diagonal) + factor matrix`: the band of each rod, then the Schur complement of the bodies.
+    /// With unsymmetric blocks the latter is factored as `L U`, else as `L D L^T`. An error has the row of a pivot that
+    /// is zero or not finite, in the unknowns of the assembly.
     fn factor_weighted(
         &mut self,
         (diagonal, scale): (&[D], D),
@@ -416,13 +427,15 @@ impl<D: Scalar, T: Tangent<D>> BorderedFactors<D, T> {
 impl<D: Scalar, T: Tangent<D>> Factors<D> for BorderedFactors<D, T> {
     type Matrix = BorderedTangent<D, T>;
 
-    /// Factors the rows and columns of `range`.
+    /// Factors the whole matrix, whatever the range, and replaces earlier factors. An error has the row of a pivot that
+    /// is zero or not finite.
     fn factor(&mut self, matrix: &BorderedTangent<D, T>, _: Range<usize>) -> Result<(), Singular> {
         let zeros = vec![D::from(0.0); matrix.first + matrix.bodies.order()];
         self.factor_weighted((&zeros, D::from(0.0)), matrix, D::from(1.0))
     }
 
-    /// Factors `scale diag(diagonal) + factor matrix` over `range` without forming it.
+    /// Factors `scale diag(diagonal) + factor matrix` without forming it, whatever the range, and replaces earlier
+    /// factors. An error has the row of a pivot that is zero or not finite.
     fn factor_sum(
         &mut self,
         diagonal: &[D],
@@ -434,13 +447,15 @@ impl<D: Scalar, T: Tangent<D>> Factors<D> for BorderedFactors<D, T> {
         self.factor_weighted((diagonal, scale), matrix, factor)
     }
 
-    /// Number of negative eigenvalues of the factored matrix, which is symmetric (Sylvester's law of inertia).
+    /// Number of negative pivots of all bands and of the Schur complement: that of negative eigenvalues of the factored
+    /// matrix (Sylvester's law of inertia). It has no meaning with unsymmetric blocks.
     fn negative_pivots(&self) -> usize {
         let rods: usize = self.members.iter().map(|member| member.band.negative_pivots()).sum();
         rods + self.schur.negative_pivots()
     }
 
-    /// Solves `A x = b` in place for `R` right-hand sides, over the factored range.
+    /// Solves `A x = b` in place for `R` right-hand sides (`x[i][r]` is row `i` of number `r`), over all rows, by the
+    /// elimination of the header. Rows in gaps stay as they are.
     fn solve_many<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
         let first = x.len() - self.schur.order();
         let (rods, bodies) = x.split_at_mut(first);

@@ -21,10 +21,10 @@ use num_dual::Dual64;
 /// A planar or spatial layout with two products: derivatives of stresses to those of forces, derivatives of unknowns to
 /// those of strains.
 pub trait RateLayout<const N: usize, const S: usize>: Layout<N, S> {
-    /// Overwrites `out` with the derivatives of the gradient at fixed unknowns and frames, N: `B^T` times the stress
-    /// derivatives, less those of the loads. `axial` returns the derivative of the axial force of an edge from its
-    /// index and strain. `stress` returns those of a joint from its index and strains, `load` those of the load on a
-    /// node.
+    /// Overwrites `out`, one row per unknown, with the derivatives of the gradient at fixed unknowns and frames, N:
+    /// `B^T` times the stress derivatives, less those of the loads. `axial` returns the derivative of the axial force
+    /// of an edge from its index and strain. `stress` returns those of a joint from its index and strains, `load` those
+    /// of the load on a node.
     fn pull<const G: usize>(
         geometry: &Self::Geometry,
         axial: impl Fn(usize, f64) -> Lanes<G>,
@@ -33,8 +33,9 @@ pub trait RateLayout<const N: usize, const S: usize>: Layout<N, S> {
         out: &mut [[f64; G]],
     );
 
-    /// Writes the derivatives of the forces of axial forces and stresses, given with their derivatives, along those and
-    /// along those of the unknowns and frames.
+    /// Overwrites `out` with the derivatives of the forces `B^T sigma`, N, of given stresses `sigma` along `G`
+    /// parameters. Both factors change: `sigma` by the rates that `axial` (edge) and `stress` (joint) return with the
+    /// values, `B = ds/dq` by those of the unknowns, `q`, and of the `frames`. Loads have no part.
     fn moving_pull<const G: usize>(
         geometry: &Self::Geometry,
         axial: impl Fn(usize) -> StressRate<1, G>,
@@ -44,8 +45,8 @@ pub trait RateLayout<const N: usize, const S: usize>: Layout<N, S> {
         out: &mut [[f64; G]],
     );
 
-    /// Adds to `edges` and `joints` the derivatives of the strains that follow from those of the unknowns, `q`, and of
-    /// the reference frames: the product with `B = ds/dq`.
+    /// Adds to `edges` and `joints` the derivatives `B dq` of the strains (`B = ds/dq`) that follow from those of the
+    /// unknowns, `q`, and of the reference `frames`, at fixed rest lengths.
     fn add_strain_rates<const G: usize>(
         stretch: &[Stretch<f64, N>],
         frames: &[FrameRate<G>],
@@ -205,7 +206,9 @@ fn stress_rates<W, K, const S: usize, const G: usize>(
     }
 }
 
-/// The stress `K s` of the strains of element `i` with their derivatives, where the stiffness has the derivatives `rate`.
+/// The stress `K s` of element `i`, N or N m, with its derivatives `K ds + dK s`, where the stiffness has the
+/// derivatives `rate`. `values` and `changes` are the effective strains of all elements and their derivatives. Strains
+/// `own`, if there are any, add a stress without the coupling of bending and twisting.
 #[inline(always)]
 fn viscous_stress<K, M, const S: usize, const G: usize>(
     stiffness: &K,
@@ -239,8 +242,9 @@ where
 impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for DiscreteRod<f64, L, N, S> {
     type Rates<const G: usize> = Rates<L, N, S, G>;
 
-    /// Overwrites `rates` with the derivatives that the dual rods contain: laws, rest lengths, loads and friction
-    /// springs.
+    /// Overwrites `rates` with the derivatives that the dual rods contain, one lane per rod: laws, rest lengths, loads
+    /// and friction springs. Those of moments and user-defined energies stay in the dual rods. No change without dual
+    /// rods.
     fn set_rates<const G: usize>(duals: &[Dual<L, N, S>; G], rates: &mut Self::Rates<G>) {
         let Rates { elastic, stretch, axial, beyond, rest, joint, load, sliders } = rates;
         let [first, ..] = &duals[..] else { return };
@@ -284,9 +288,9 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
             stretch.iter().any(|law| !law.is_zero()) || joint.iter().any(|law| !law.is_zero());
     }
 
-    /// Overwrites `out` with the derivatives of the gradient along all parameters, N, at fixed unknowns `q` and frames.
-    /// They follow from the changes of laws, loads, moments and user-defined energies. `geometry` is that of the rod at
-    /// `q`.
+    /// Overwrites `out` with the derivatives of the gradient along all parameters, N, at fixed unknowns `q` and frames:
+    /// those by laws, loads, moments and user-defined energies. `geometry` is that of the rod at `q`. Edges and joints
+    /// are left out if no law changes; with [`Derivatives::Dual`] num-dual differentiates them.
     #[inline(always)]
     fn gradient_rate<const G: usize>(
         ChangedRods { duals, rates }: ChangedRods<'_, Self, G>,
@@ -322,8 +326,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         strain.checked_sub(self.stretch.len()).map_or(0, |own| 1 + usize::from(own % S == 2))
     }
 
-    /// Overwrites `out` with the derivatives of the strains at fixed unknowns. Only those of edges differ from zero, by
-    /// the rest length `l`: `d eps = -(1 + eps) dl/l`.
+    /// Overwrites `out`, edges first, with the derivatives of the strains at fixed unknowns. Those of an edge are `-(1
+    /// + eps) dl/l` by its rest length `l`; those of joints are zero.
     #[inline(always)]
     fn rest_strain_rates<const G: usize>(
         rates: &Self::Rates<G>,
@@ -354,7 +358,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
     }
 
     /// Converts `out`, the derivatives of the stretches of friction springs without slip, to those with slip. `z` are
-    /// the stretches without slip; a slipping spring keeps the limit, whose derivative replaces that of its stretch.
+    /// the stretches without slip. A spring beyond its limit gets the derivative of `z R/|z|`, also by its limit `R`;
+    /// others stay.
     fn slip_rates<const G: usize>(&self, rates: &Self::Rates<G>, z: &[f64], out: &mut [Lanes<G>]) {
         let (Some(springs), Some(changes)) = (&self.sliders, &rates.sliders) else { return };
         let (z, out) = (z.as_chunks::<S>().0, out.as_chunks_mut::<S>().0);
@@ -364,8 +369,9 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         }
     }
 
-    /// Overwrites `out` with the derivatives of the stresses of all elements at the given effective strains and their
-    /// derivatives: N for edges, N m for joints.
+    /// Overwrites `out` with the derivatives of the stresses of all elements at the effective strains and their
+    /// derivatives: N for edges, N m for joints. With natural strains, a nonlinear law of an edge adds its change at
+    /// the strain of `geometry`.
     #[inline(always)]
     fn stress_rates<const G: usize>(
         &self,
@@ -386,7 +392,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         }
     }
 
-    /// Writes the derivatives of the forces of the stresses `K s` of these strains along laws, unknowns and frames.
+    /// Overwrites `out` with the derivatives of the forces, N, of the stresses `K s` of the effective `strains`, along
+    /// stiffnesses, strains, unknowns `q` and `frames`. Natural stresses, nonlinear laws and loads have no part.
     #[inline(always)]
     fn viscous_force_rate<const G: usize>(
         &self,

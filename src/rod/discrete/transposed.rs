@@ -14,8 +14,9 @@ use crate::rod::moments;
 use crate::rod::transposed::{Laws, Strained, Transposed};
 use num_dual::Dual64;
 
-/// Adds to `slopes`, one per law, the derivatives of the misfit by stiffness and natural stress: `w` times the strains.
-/// The entries of `w` and of the strains for these laws begin at index `first`.
+/// Adds to `slopes`, one per law, the derivatives of the misfit by stiffness and natural stress from those `w` by the
+/// stresses: products of `w` with the effective strains, and `w` itself. Strains `own` have no part in the coupling of
+/// bending and twisting. Entries of `w` and of the strains for these laws begin at index `first`.
 fn add_slopes<K: Symmetric<f64, S>, const S: usize>(
     w: &[f64],
     Strained { strains, own, .. }: Strained<'_>,
@@ -59,8 +60,9 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
         }
     }
 
-    /// Adds to `to` the derivatives of the misfit by all laws, from those `w` by the stresses, at the effective strains
-    /// `strained`. Where strains have a history, those by rest lengths are added too.
+    /// Adds to `to` the derivatives of the misfit by stiffness and natural stress of all laws, from those `w` by the
+    /// stresses, at the effective strains `strained`. If `counted`, those by relative rest lengths `w K (1 + s)` are
+    /// added. A nonlinear edge adds those by its modulus and rest length, at its present strain.
     fn add_to_laws(&self, w: &[f64], strained: Strained, to: &mut Laws) {
         let edges = self.stretch.len();
         add_slopes::<[f64; 1], 1>(w, strained, 0, &mut to.stretch);
@@ -81,13 +83,14 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
         }
     }
 
-    /// Adds the derivatives of the misfit by a dead moment on each edge at `q`, from those `d` by the forces.
+    /// Adds to `laws.moment`, one entry per edge, the derivatives of the misfit by a dead moment on that edge at `q`,
+    /// from those `d` by the forces. An empty list stays empty.
     fn add_to_moments(&self, q: &[f64], d: &[f64], laws: &mut Laws) {
         moments::add_slopes(q, d, &mut laws.moment);
     }
 
-    /// The derivative of the misfit along one parameter: the sum of `laws` times the rates of stiffnesses, natural
-    /// stresses, rest lengths, loads and moments along it.
+    /// The derivative of the misfit along one parameter: the sum of `laws` times the rates along it. Rates of
+    /// stiffnesses, natural stresses, moduli, rest lengths and loads are in `rates`, those of moments in `dual`.
     fn along(
         &self,
         dual: &DiscreteRod<Dual64, L, N, S>,

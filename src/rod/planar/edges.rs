@@ -1,8 +1,8 @@
 //! Assembly of gradient and tangent of a planar rod from the derivatives of its energy by edges, in SIMD lanes.
 //!
 //! An edge vector is the position of its second node less that of its first. The forces on a node are therefore
-//! differences of edge derivatives. [`PlanarNodes`] writes gradient and band matrix by nodes, [`PlanarEdges`] a band
-//! matrix by edges.
+//! differences of edge derivatives. [`PlanarNodes`] overwrites gradient (N, less the dead loads) and band matrix (N/m)
+//! by nodes. [`PlanarEdges`] adds to a band matrix by edges: edge `i` has the rows and columns of node `i + 1`.
 
 use crate::energy::DeadLoad;
 use crate::numerics::banded::BandMatrix;
@@ -24,7 +24,8 @@ pub struct ByEdge<D> {
 }
 
 impl<D: Scalar> ByEdge<D> {
-    /// The derivatives with a gradient, N, and second derivatives `xx, yx, yy`, N/m, added.
+    /// The sum of these derivatives and of a `gradient`, N, and second derivatives `vector` in the order `xx, yx, yy`,
+    /// N/m.
     pub(super) fn plus(&self, gradient: [D; 2], vector: [D; 3]) -> Self {
         let ([gx, gy], [xx, yx, yy]) = (self.gradient, self.vector);
         Self {
@@ -46,7 +47,8 @@ pub(super) struct PlanarNodes<'a, D, V: SimdScalar<D>> {
 }
 
 impl<'a, D: Scalar, V: SimdScalar<D>> PlanarNodes<'a, D, V> {
-    /// The consumer before the first edge. `load` are the dead loads on all nodes.
+    /// The consumer before the first edge, which will overwrite `gradient` and `tangent`. `load` are the dead loads on
+    /// all nodes, N; the derivatives of the edge before the first one are zero.
     #[inline(always)]
     pub(super) fn new(
         level: V::Level,
@@ -62,8 +64,9 @@ impl<'a, D: Scalar, V: SimdScalar<D>> PlanarNodes<'a, D, V> {
 }
 
 impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for PlanarNodes<'_, D, V> {
-    /// Writes the nodes at the start of the edges from index `first` on: `own` derivatives by these edges, `after`
-    /// those between the next edges (rows) and these (columns).
+    /// Overwrites gradient, less loads, and columns of the nodes at the start of the edges from index `first` on, one
+    /// per lane. `own` are the derivatives by these edges, `after` those between the next edges (rows) and these
+    /// (columns). Both are kept for the next block.
     #[inline(always)]
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]) {
         let ([gx, gy], [xx, yx, yy]) = (own.gradient, own.vector);
@@ -89,7 +92,7 @@ impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for PlanarNodes<'_, D
 }
 
 impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Plane, 2, 1> for PlanarNodes<'_, D, V> {
-    /// Writes gradient and tangent of the last node, where only the last edge ends.
+    /// Overwrites gradient, less its load, and columns of the last node, where only the last edge ends.
     #[inline(always)]
     fn end(self) {
         let (i, zero) = (self.load.len() - 1, D::from(0.0));
@@ -111,8 +114,9 @@ pub(super) struct PlanarEdges<'a, D> {
 }
 
 impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for PlanarEdges<'_, D> {
-    /// Adds the second derivatives `own` by the edges from index `first` on, and `after` between the next edges and
-    /// these.
+    /// Adds the second derivatives `own` by the edges from index `first` on, and `after` between the next edges (rows)
+    /// and these (columns), to the band matrix. Edge `i` has the columns `2i + 2` and `2i + 3`. Lanes beyond the last
+    /// edge are left out.
     fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]) {
         let z = D::from(0.0);
         for lane in 0..V::LANES.min(self.last + 1 - first) {

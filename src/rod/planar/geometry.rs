@@ -1,7 +1,8 @@
-//! Geometry of a planar rod: length, direction and strain of edges, curvature of joints.
+//! Geometry of a planar rod: length, direction and axial strain of edges, curvature of joints.
 //!
-//! [`PlanarEdge`] has edges in SIMD lanes during a sweep. [`Geometry`] keeps the results in plain numbers, for the
-//! products with derivatives along parameters.
+//! [`PlanarEdge`] has edges in SIMD lanes during a sweep. [`Geometry`] keeps the results in plain numbers, one entry
+//! per edge and per joint: also the derivative of each edge's angle, and that of each curvature by the turning angle.
+//! The products with derivatives along parameters use it.
 
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::rod::frames::RodGeometry;
@@ -18,7 +19,8 @@ pub(super) struct PlanarEdge<D> {
 }
 
 impl<D: Scalar> PlanarEdge<D> {
-    /// The edge between two nodes with the coordinates `[x0, y0, x1, y1]`, m.
+    /// The edge between two nodes with the coordinates `[x0, y0, x1, y1]`, m: its vector is the second less the first.
+    /// Not finite for coinciding nodes.
     #[inline(always)]
     pub fn new([x0, y0, x1, y1]: &[D; 4]) -> Self {
         let e = [*x1 - *x0, *y1 - *y0];
@@ -73,18 +75,18 @@ pub struct Geometry {
 }
 
 impl RodGeometry for Geometry {
-    /// Sets the lists to so many edges, and one joint fewer.
+    /// Sets the lists to `edges` edges and `edges - 1` joints; new entries are zero.
     fn resize(&mut self, edges: usize) {
         self.edges.resize(edges, PlanarEdgeGeometry::default());
         self.joints.resize(edges - 1, [0.0; 2]);
     }
 
-    /// The axial strains of the edges.
+    /// The axial strains `|e|/l - 1` of the edges, from the first edge on.
     fn edge_strains(&self) -> impl Iterator<Item = f64> {
         self.edges.iter().map(|edge| edge.strain)
     }
 
-    /// The curvatures `2 tan(phi/2)` of the joints.
+    /// The curvatures `2 tan(phi/2)` of the joints with the turning angles `phi`, from the first joint on.
     fn joint_strains(&self) -> impl Iterator<Item = f64> {
         self.joints.iter().map(|[curvature, _]| *curvature)
     }

@@ -1,7 +1,8 @@
 //! Derivatives of forces and strains of a planar rod along `G` parameters, from the geometry of the rod.
 //!
-//! `pull` turns derivatives of axial forces and moments into those of node forces, `B^T dsigma`. `add_strain_rates`
-//! turns derivatives of the unknowns into those of strains, `B dq`.
+//! `pull` turns derivatives of axial forces and moments into those of node forces at fixed unknowns, `B^T dsigma`.
+//! `moving_pull` adds the change of `B` with the unknowns. `add_strain_rates` turns derivatives of the unknowns into
+//! those of strains, `B dq`. All are hand-derived, with `B = ds/dq`.
 
 use crate::energy::Stretch;
 use crate::numerics::lanes::{Lanes, dot};
@@ -48,11 +49,13 @@ impl RateLayout<2, 1> for Plane {
         node(i + 1, [Lanes::ZERO; 2]);
     }
 
-    /// Writes the derivatives of the forces of axial forces and stresses along theirs and those of the unknowns.
+    /// Overwrites `out` with the derivatives of the node forces, N, of given axial forces and joint moments. They
+    /// change with these stresses (their rates) and with the directions, through the derivatives `q` of the unknowns.
+    /// Loads have no part.
     ///
-    /// An edge of the tangent `t`, the normal `n` over its length `l`, and the change `e` turns by `w = n.e`: `t` changes
-    /// by `l w n`, and `n` by `-w t/l - (t.e) n/l`. The derivative `1 + k^2/4` of a curvature by the angle changes by
-    /// `k/2` of the change of the curvature.
+    /// An edge of the tangent `t`, the normal `n` over its length `l`, and the change `e` turns by `w = n.e`: `t`
+    /// changes by `l w n`, and `n` by `-w t/l - (t.e) n/l`. The derivative `1 + k^2/4` of a curvature by the angle
+    /// changes by `k/2` of the change of the curvature.
     #[inline(always)]
     fn moving_pull<const G: usize>(
         geometry: &Geometry,
@@ -103,7 +106,9 @@ impl RateLayout<2, 1> for Plane {
         out[count] = [carried[0].0, carried[1].0];
     }
 
-    /// Adds to `edges` and `joints` the derivatives of the strains that follow from those `q` of the unknowns.
+    /// Adds to `edges` and `joints` the derivatives of the strains that follow from those `q` of the unknowns: `t.e/l0`
+    /// with the rest length `l0` of an edge, and `(1 + k^2/4)` times the difference of the turns of both edges of a
+    /// joint.
     #[inline(always)]
     fn add_strain_rates<const G: usize>(
         stretch: &[Stretch<f64, 2>],

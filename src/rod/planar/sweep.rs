@@ -43,7 +43,8 @@ pub struct PlanarBlocks<'a, D: Scalar, V: SimdScalar<D>> {
 }
 
 impl<'a, D: Nestable, V: SimdScalar<D>> PlanarBlocks<'a, D, V> {
-    /// The elastic laws of the joints after the edges from index `first` on; without stiffness beyond the last joint.
+    /// The elastic laws of the joints after the edges from index `first` on, one per lane; without stiffness beyond the
+    /// last joint.
     #[inline(always)]
     fn bends(&self, first: usize) -> PlanarBend<V> {
         let mut room = None;
@@ -51,8 +52,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> PlanarBlocks<'a, D, V> {
         PlanarBend::side_by_side(self.level, all)
     }
 
-    /// Moments of the joints of a block and their derivatives by the turning angles, N m, with the active friction
-    /// springs.
+    /// `[moment, stiffness]` of the joints of a block, N m: derivatives of the energy by the turning angles, with the
+    /// active friction springs.
     #[inline(always)]
     fn turning_response(
         &self,
@@ -76,7 +77,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
         Self { elements, q, level, first: 0, edge: edges_at(q, level, 0) }
     }
 
-    /// The next block; `None` after the last edge.
+    /// The next block: edges, the edges after them and the curvatures between; `None` after the last edge. The edges of
+    /// the block after it are computed already, as the last joint needs the first of them.
     #[inline(always)]
     fn next(&mut self) -> Option<PlanarEdgePairs<V>> {
         let (first, e) = (self.first, self.edge);
@@ -118,7 +120,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
         [stretch, bend, stretch.like(0.0)]
     }
 
-    /// Writes tangents, normals, strains, curvatures and their slopes of a block to `geometry`.
+    /// Writes tangents, normals over lengths, lengths, strains, curvatures and their slopes `1 + k^2/4` of a block to
+    /// its entries of `geometry`, as plain numbers; lanes beyond the rod are left out.
     #[inline(always)]
     fn measure(
         &self,
@@ -145,9 +148,10 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
         }
     }
 
-    /// Passes first and second derivatives by all edges to the consumer `to`, and overwrites `geometry` if there is
-    /// one. An edge has the tangent `t` and the normal `n` over its length `l`. A change `dx` turns it by `n.dx`, and
-    /// `n` changes by `-(t n' + n t') dx/l`.
+    /// Passes first and second derivatives by all edges, with their stretching and both their joints, to the consumer
+    /// `to`, and overwrites `geometry` if there is one. Active friction springs are included. An edge has the tangent
+    /// `t` and the normal `n` over its length `l`. A change `dx` turns it by `n.dx`, and `n` changes by `-(t n' + n t')
+    /// dx/l`.
     #[inline(always)]
     fn derive(
         mut self,
@@ -181,7 +185,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
     }
 }
 
-/// The edges from index `first` on at the unknowns `q`, one per SIMD lane.
+/// The edges from index `first` on at the unknowns `q`, one per SIMD lane. Beyond the last edge the rod is continued
+/// straight.
 #[inline(always)]
 fn edges_at<D: Nestable, V: SimdScalar<D>>(
     q: &[D],
@@ -198,8 +203,9 @@ fn edges_at<D: Nestable, V: SimdScalar<D>>(
     ])
 }
 
-/// The derivatives by an edge with an axial force, N, a tension in its geometric stiffness, N, and the axial stiffness
-/// `along`, N/m. Its joints have the `moment` and the `stiffness` by its angle, N m.
+/// First and second derivatives of the energy by an edge vector, N and N/m. The edge has an axial `force`, N, a
+/// `tension` in its geometric stiffness, N, and the axial stiffness `along`, N/m. Its angle has the `moment` and the
+/// `stiffness` of both its joints, N m.
 #[inline(always)]
 fn by_edge<V: Scalar>(
     [force, tension, along]: [V; 3],
@@ -236,7 +242,8 @@ pub(super) struct PlanarGradient<'a, D: Nestable> {
 impl<D: Nestable> Sweep<D> for PlanarGradient<'_, D> {
     type Output = ();
 
-    /// Overwrites the gradient, edge by edge, with numbers `V` in SIMD lanes.
+    /// Overwrites the gradient of all nodes, less their dead loads, N, block by block with one edge per SIMD lane.
+    /// Active friction springs are included.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let elements = self.at.elements;

@@ -30,7 +30,8 @@ pub(super) struct EdgeMotion<const G: usize> {
 }
 
 impl<const G: usize> EdgeMotion<G> {
-    /// The derivatives of edge `j` from those of the unknowns and of its frame.
+    /// The derivatives of edge `j` from those of the unknowns, `q`, and of its reference frame: rotations `p` and `q`
+    /// towards both directors, turn `h` about itself with its frame, and relative change of length.
     #[inline(always)]
     pub fn new(
         measured: &SpatialEdgeGeometry,
@@ -60,7 +61,7 @@ impl<const G: usize> PullRate<G> {
     /// No stress.
     pub const ZERO: Self = Self { value: [0.0; 3], rate: [Lanes::ZERO; 3] };
 
-    /// The sum of two.
+    /// The sum with `other`, of values and of derivatives.
     #[inline(always)]
     pub fn plus(mut self, other: &Self) -> Self {
         for c in 0..3 {
@@ -71,7 +72,9 @@ impl<const G: usize> PullRate<G> {
     }
 }
 
-/// The derivatives of the energy of a joint by its first and its second edge, from the stresses and the motions of both.
+/// The derivatives of the energy of a joint by `p`, `q` and `h` of its first and of its second edge, N m, at the
+/// stresses `w`. Each has its derivatives along `G` parameters, from those of the stresses and from the motions `e` and
+/// `f` of both edges.
 #[inline(always)]
 pub(super) fn pull_rates<const G: usize>(
     SpatialJointGeometry { by: [by_e, by_f], .. }: &SpatialJointGeometry,
@@ -120,11 +123,11 @@ pub(super) fn pull_rates<const G: usize>(
     [PullRate { value: value_e, rate: rate_e }, PullRate { value: value_f, rate: rate_f }]
 }
 
-/// The derivatives of the force on the second node of an edge, N, and of the torque about it, N m. The edge has the
-/// axial `force` and the `pull` of its joints.
+/// The derivatives along `G` parameters of the force on the second node of an edge, N, and of the torque about it, N m.
+/// The edge has the axial `force`, which changes by `force_rate`, the `pull` of both its joints, and the `motion`.
 ///
-/// With the turns `g` of the director per `p` and `q`, the directors `m` and `P = p + h g1`, `Q = q + h g2` of the pull,
-/// the force is `F t + (P m1 + Q m2)/l`.
+/// With the turns `g` of the director per `p` and `q`, the directors `m` and `P = p + h g1`, `Q = q + h g2` of the
+/// pull, the force is `F t + (P m1 + Q m2)/l`.
 #[inline(always)]
 pub(super) fn edge_force_rate<const G: usize>(
     measured: &SpatialEdgeGeometry,

@@ -1,7 +1,9 @@
-//! The gradient of a spatial rod, N and N m, in SIMD lanes: at given frames, or with frames that move along.
+//! The gradient of a spatial rod, N and N m, in SIMD lanes by the hand-derived formulas: at given frames
+//! ([`Gradient`]), or with frames that move to the unknowns in the same sweep ([`MovedGradient`]).
 //!
 //! Stresses of the joints and axial forces become derivatives by edge vectors and angles. The gradient at a node is the
-//! difference of the forces of its two edges, less its load.
+//! difference of the forces of its two edges, less its dead load. Springs of internal friction act only at given
+//! frames.
 
 use crate::energy::DeadLoad;
 use crate::energy::frame::Frames;
@@ -32,8 +34,9 @@ impl<'a, D: Nestable, V: SimdScalar<D>> GradientWriter<'a, D, V> {
         Self { load, gradient, open: [zero; 3], carried: [zero; 3] }
     }
 
-    /// Writes the gradient of the nodes at the start of the edges `e` from index `first` on. `pull` are the derivatives
-    /// of the joints after them, `axial` their axial forces, N.
+    /// Overwrites the gradient of the nodes at the start of the edges `e` from index `first` on, less their dead loads,
+    /// and of the angles of these edges. `pull` are the derivatives of the joints after them, `axial` their axial
+    /// forces, N. Both are kept for the next block.
     #[inline(always)]
     fn add(&mut self, first: usize, e: &EdgeState<V>, pull: &JointGradient<V>, axial: V) {
         // The joint before each edge is that of the previous lane.
@@ -67,7 +70,8 @@ pub(super) struct Gradient<'a, D: Nestable> {
 impl<D: Nestable> Sweep<D> for Gradient<'_, D> {
     type Output = ();
 
-    /// Overwrites the gradient at the given frames, edge by edge, with numbers `V` in SIMD lanes.
+    /// Overwrites the gradient of all nodes and angles at the given frames, less the dead loads, block by block with
+    /// one edge per SIMD lane. Active friction springs are included.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let elements = self.at.elements;
@@ -94,7 +98,8 @@ pub(super) struct MovedGradient<'a, D: Nestable> {
 impl<D: Nestable> Sweep<D> for MovedGradient<'_, D> {
     type Output = ();
 
-    /// Moves the frames and overwrites the gradient, block by block, with numbers `V` in SIMD lanes.
+    /// Moves the frames and their twists, and overwrites the gradient of all nodes and angles, less the dead loads,
+    /// block by block with one edge per SIMD lane. Friction springs are left out.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut nodes = GradientWriter::<D, V>::new(level, self.elements.load, self.gradient);

@@ -31,7 +31,7 @@ fn add_frame(frame: &mut FrameRate<1>, turn: f64, tangent: Vector<f64>) {
 }
 
 impl RodGeometry for Geometry {
-    /// Sets the lists to so many edges, and one joint fewer.
+    /// Sets the lists to `edges` edges and `edges - 1` joints; new entries are zero.
     fn resize(&mut self, edges: usize) {
         self.edges.resize(edges, SpatialEdgeGeometry::default());
         self.joints.resize(edges - 1, SpatialJointGeometry::default());
@@ -47,8 +47,9 @@ impl RodGeometry for Geometry {
         self.joints.iter().flat_map(|joint| joint.strains)
     }
 
-    /// Writes the angles by which the directors turn with the derivatives of the frames, and adds those of the gradient
-    /// by the turns that follow the edge vectors.
+    /// Overwrites the entries of angles in `angles`, rad, with the turns of the directors that follow from the
+    /// derivatives of the frames: `turn + l g.dt_ref`. Adds to `out`, N, the derivatives of the gradient by the change
+    /// of `g` itself, from the torques in `gradient`. The product of the tangent with `angles` is left to the caller.
     #[inline(always)]
     fn add_frame_forces<const G: usize>(
         &self,
@@ -85,7 +86,8 @@ impl RodGeometry for Geometry {
     }
 
     /// Replaces the derivatives of the frames before a step by those after it, when the frames move to this geometry.
-    /// `q` are the derivatives of the unknowns there.
+    /// `q` are the derivatives of the unknowns there. With the edge's derivative `e`, the turn grows by `g.(l dt_ref +
+    /// e)`, and the tangent's derivative becomes that of `e/|e|`.
     #[inline(always)]
     fn move_frame_rates<const G: usize>(&self, frames: &mut [FrameRate<G>], q: &[[f64; G]]) {
         for (j, (measured, rate)) in self.edges.iter().zip(frames).enumerate() {
@@ -99,7 +101,8 @@ impl RodGeometry for Geometry {
         }
     }
 
-    /// Adds to `frames` the derivatives of a number by the frames that follow from those by the `angles` of the edges.
+    /// Adds to `frames` the derivatives of a number by the frames that follow from its derivatives by the `angles` of
+    /// the edges (a list of all unknowns): the same by `turn`, and times `l g` by the reference tangent.
     fn turn_frames(&self, angles: &[f64], frames: &mut [FrameRate<1>]) {
         for (j, (measured, frame)) in self.edges.iter().zip(frames).enumerate() {
             let turn = angles[STRIDE * j + 3];
@@ -107,8 +110,9 @@ impl RodGeometry for Geometry {
         }
     }
 
-    /// The transpose of `add_frame_rates`: adds the derivatives of a number by the frames, where it has those `d` by
-    /// the forces, and `stiff` is the product of `d` with the tangent.
+    /// The transpose of `add_frame_rates`: adds to `frames` the derivatives of a number by the frames. `d` are its
+    /// derivatives by the forces, `stiff` is the product of the tangent with `d`, `gradient` has the torques at this
+    /// geometry.
     fn add_to_frames(
         &self,
         gradient: &[f64],
@@ -128,7 +132,7 @@ impl RodGeometry for Geometry {
     }
 
     /// The transpose of `move_frame_rates`: replaces the derivatives of a number by the frames after their move by
-    /// those before it, and adds the part by the unknowns to `q`.
+    /// those before it. Adds the part by the unknowns to the coordinates of both nodes of each edge in `q`.
     fn move_frames_back(&self, frames: &mut [FrameRate<1>], q: &mut [f64]) {
         for (j, (measured, frame)) in self.edges.iter().zip(frames).enumerate() {
             let SpatialEdgeGeometry { length, inverse_length, tangent, follow, .. } = measured;

@@ -39,8 +39,9 @@ impl<D: Nestable> ReferenceFrames<D> for Frames<D> {
         D::run_sweep(Rebase { q, frames: self });
     }
 
-    /// Converts the angles of `q`, measured from these frames, to angles from the frames `to`. The directors stay, and
-    /// whole turns are chosen so that the twist of every joint stays.
+    /// Overwrites the angles in `q`, measured from these frames, by those measured from the frames `to`. The directors
+    /// stay. Of the possible angles, whole turns apart, the first edge gets the one nearest to its old angle, the
+    /// others those with which the twist of every joint stays.
     fn convert_angles(&self, q: &mut [D], to: &Self) {
         let count = self.edges.len();
         let tangents: Vec<Vector<D>> = (0..count).map(|j| unit(Space::edge(q, j))).collect();
@@ -69,12 +70,13 @@ impl<D: Nestable> ReferenceFrames<D> for Frames<D> {
         }
     }
 
-    /// The first material director of edge `j` at `q`.
+    /// The first material director of edge `j` at `q`, a unit vector in the rod's axes; never `None`.
     fn director(&self, q: &[D], j: usize) -> Option<[D; 3]> {
         Some(self.edges[j].material(unit(Space::edge(q, j)), q[STRIDE * j + 3])[0])
     }
 
-    /// Sets the angles in `q` so that no joint is twisted; the angle of the first edge stays.
+    /// Sets the angles in `q` so that no joint is twisted, for edges along the tangents of these frames: each angle is
+    /// the one before less the reference twist of the joint between. The angle of the first edge stays.
     fn untwist(&self, q: &mut [D]) {
         for (j, twist) in self.twist.iter().enumerate() {
             q[STRIDE * (j + 1) + 3] = q[STRIDE * j + 3] - *twist;

@@ -1,8 +1,10 @@
-//! The geometry of a spatial rod in plain numbers: lengths, directors and strains of edges and joints, with
-//! derivatives.
+//! The geometry of a spatial rod in plain numbers: length, directions and axial strain of each edge, two curvatures and
+//! twist of each joint, and their derivatives.
 //!
-//! Written by a sweep at the solution of a step; the products with derivatives along parameters and with derivatives of
-//! frames use it.
+//! Strains of a joint are differentiated by the rotations `p`, `q` and `h` of its two edges (`energy::joint`), not by
+//! the unknowns. Of an edge there are the turns of its directors with its tangent and its vector; with them the users
+//! convert to forces on nodes. Written by a sweep at the solution of a step; the products with derivatives along
+//! parameters and with derivatives of frames use it.
 
 use crate::numerics::lanes::Lanes;
 use crate::numerics::vector::Vector;
@@ -41,7 +43,8 @@ pub struct Geometry {
     pub(super) joints: Vec<SpatialJointGeometry>,
 }
 
-/// The vector of edge `j`, m, from `G` lists of unknowns in SIMD lanes.
+/// The vector of edge `j` (second node less first) in each of `G` lists of unknowns or of their derivatives, one list
+/// per lane.
 #[inline(always)]
 pub(super) fn edge<const G: usize>(q: &[[f64; G]], j: usize) -> [Lanes<G>; 3] {
     let own: &[[f64; G]; 7] =

@@ -81,7 +81,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> MovingFrames<'a, D, V> {
         Self { q, frames, twist, level, first: 0, edges }
     }
 
-    /// Moves the frames of the next block and returns its edges and twists; `None` after the last edge.
+    /// The next block: edges, the edges after them, and total twists of the joints between, rad; `None` after the last
+    /// edge. Writes the moved reference twists of these joints, and moves the frames of the block after it.
     #[inline(always)]
     pub fn next(&mut self) -> Option<MovedEdgePairs<V>> {
         let (first, e) = (self.first, self.edges);
@@ -105,7 +106,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> MovingFrames<'a, D, V> {
     }
 }
 
-/// Moves the frames of one block of edges from index `first` on to their present tangents, and returns the edges.
+/// Moves the frames of one block of edges, from index `first` on, to their tangents at the unknowns `q`. Overwrites
+/// these `frames` and returns the edges with their old tangents; the reference twists stay.
 #[inline(always)]
 fn move_edges<D: Nestable, V: SimdScalar<D>>(
     q: &[D],

@@ -1,7 +1,8 @@
 //! Derivatives of forces and strains of a spatial rod along `G` parameters, from the geometry of the rod.
 //!
-//! `pull` turns derivatives of axial forces, bending and twisting moments into those of node forces and edge torques,
-//! `B^T dsigma`. `add_strain_rates` turns derivatives of unknowns and frames into those of strains, `B dq`.
+//! `pull` turns derivatives of axial forces, bending and twisting moments into those of node forces and edge torques at
+//! fixed unknowns, `B^T dsigma`. `moving_pull` adds the change of `B` with unknowns and frames. `add_strain_rates`
+//! turns derivatives of unknowns and frames into those of strains, `B dq`. All are hand-derived, with `B = ds/dq`.
 
 use crate::energy::Stretch;
 use crate::numerics::lanes::{Lanes, dot as lanes_dot};
@@ -58,7 +59,9 @@ impl RateLayout<3, 3> for Space {
         out[STRIDE * i + 3] = open[2].0;
     }
 
-    /// Writes the derivatives of the forces of axial forces and stresses along theirs and those of unknowns and frames.
+    /// Overwrites `out` with the derivatives of the forces, N and N m, of given axial forces and joint stresses. They
+    /// change with these stresses (their rates) and with the directions, through the derivatives `q` of the unknowns
+    /// and of the `frames`. Loads have no part.
     #[inline(always)]
     fn moving_pull<const G: usize>(
         Geometry { edges, joints }: &Geometry,
@@ -99,7 +102,8 @@ impl RateLayout<3, 3> for Space {
     }
 
     /// Adds to `edges` and `joints` the derivatives of the strains that follow from those `q` of the unknowns and those
-    /// of the frames.
+    /// of the `frames`: by the change of length of an edge, and by the rotations `p`, `q` and `h` of both edges of a
+    /// joint.
     #[inline(always)]
     fn add_strain_rates<const G: usize>(
         stretch: &[Stretch<f64, 3>],

@@ -57,7 +57,7 @@ pub struct SpatialBlocks<'a, D: Scalar, V: SimdScalar<D>> {
 }
 
 impl<'a, D: Nestable, V: SimdScalar<D>> SpatialBlocks<'a, D, V> {
-    /// Stiffnesses and stresses, N m, of the joints of a block, with the active friction springs.
+    /// Stiffnesses and stresses, N m, of the joints of a block, one per lane, with the active friction springs.
     #[inline(always)]
     pub fn response(
         &self,
@@ -80,7 +80,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
         Self { elements, q, frames, twist, level, first: 0, edges }
     }
 
-    /// The next block; `None` after the last edge.
+    /// The next block: edges, the edges after them, and laws and strains of the joints between; `None` after the last
+    /// edge. The edges of the block after it are computed already, as the last joint needs the first of them.
     #[inline(always)]
     fn next(&mut self) -> Option<SpatialEdgePairs<V>> {
         let (first, edges) = (self.first, self.edges);
@@ -110,7 +111,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
         block.first
     }
 
-    /// Axial strains of the edges of a block, and curvatures and twists of the joints after them.
+    /// Axial strains of the edges of a block, and `[k1, k2, tau]` (two curvatures and the twist, rad) of the joints
+    /// after them, one edge and joint per lane.
     #[inline(always)]
     fn strains(
         &self,
@@ -136,7 +138,9 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
         ]
     }
 
-    /// Writes lengths, directors, strains and their derivatives of a block to `geometry`, in plain numbers.
+    /// Writes lengths, directors, axial strains and parallel-transport factors of the edges of a block to its entries
+    /// of `geometry`, as plain numbers. Joints get their strains and the derivatives by `p`, `q` and `h` of both edges.
+    /// Lanes beyond the rod are left out.
     #[inline(always)]
     fn measure(
         &self,
@@ -185,8 +189,9 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
         }
     }
 
-    /// Passes first and second derivatives by all edges, by the hand-derived formulas, to the consumer `to`, and
-    /// overwrites `geometry` if there is one.
+    /// Passes first and second derivatives by all edges, with their stretching and both their joints, by the
+    /// hand-derived formulas to the consumer `to`. Active friction springs are included. Overwrites `geometry` if there
+    /// is one.
     #[inline(always)]
     fn derive(
         mut self,
@@ -229,7 +234,8 @@ pub(super) fn joints<D: Nestable, V: SimdScalar<D>>(
     JointLaw::side_by_side(level, block::<D, V, _>(all, first, JointLaw::none(), &mut room))
 }
 
-/// The vectors, m, and angles, rad, of the edges from index `first` on at the unknowns `q`.
+/// The vectors, m, and angles, rad, of the edges from index `first` on at the unknowns `q`, one edge per lane. Beyond
+/// the last edge the rod is continued straight.
 #[inline(always)]
 pub(super) fn vectors_at<D: Nestable, V: SimdScalar<D>>(
     q: &[D],
@@ -251,7 +257,7 @@ pub(super) fn vectors_at<D: Nestable, V: SimdScalar<D>>(
     (sub(end, start), V::gather(level, |lane| q[STRIDE * lane + 3]))
 }
 
-/// The reference frames of the edges from index `first` on; that of the last edge beyond it.
+/// The reference frames of the edges from index `first` on, one per lane; lanes beyond the last edge have its frame.
 #[inline(always)]
 pub(super) fn frames_at<D: Nestable, V: SimdScalar<D>>(
     frames: &[EdgeFrame<D>],
@@ -263,7 +269,8 @@ pub(super) fn frames_at<D: Nestable, V: SimdScalar<D>>(
     EdgeFrame::side_by_side(level, block::<D, V, _>(frames, first, beyond, &mut room))
 }
 
-/// The edges from index `first` on at the unknowns `q`, one per SIMD lane.
+/// Lengths, directors, angles and reference frames of the edges from index `first` on at the unknowns `q`, one edge per
+/// lane. Beyond the last edge the rod is continued straight.
 #[inline(always)]
 fn edges_at<D: Nestable, V: SimdScalar<D>>(
     q: &[D],

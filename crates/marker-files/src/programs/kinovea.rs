@@ -14,8 +14,10 @@ use crate::marker_file::{
 use crate::table::{LENGTHS, TIMES, delimiter, split_unit};
 use std::path::Path;
 
-/// Reads the bytes of a file of Kinovea into frames by time and trajectories as markers; `path` is for messages. A file
-/// that begins with `#` is a text, others are a spreadsheet. An error for time codes, other columns and several units.
+/// Reads the bytes of a file of Kinovea into frames by time and trajectories as markers; `path` is for messages. A file that
+/// begins with `#` is a text, others are a spreadsheet. There the time without a unit is in s, lengths without one are in the
+/// unit of the calibration, and pixels have y up. An error for time codes, a first column other than `Time`, other columns,
+/// and unknown or several units.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     if bytes.starts_with(b"#") {
         return read_text(path, bytes);
@@ -101,7 +103,8 @@ fn time_code(lines: &FieldLines, line: &FieldLine) -> Error {
 }
 
 /// Reads a text of lines `T X Y`, which may have decimal commas, in seconds and the unit of the calibration. Trajectories
-/// without a name are numbered from 1.
+/// without a name are numbered from 1. The first two lines are a header. Errors: time codes, lines without three numbers, and
+/// two positions of a trajectory at one time.
 fn read_text(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     // A comma is a decimal point here.
     let text: Vec<u8> = bytes.iter().map(|b| if *b == b',' { b'.' } else { *b }).collect();

@@ -1,6 +1,8 @@
 //! One reader for the files of every tracking program; each returns a [`MarkerFile`] in the units of the program.
 //!
-//! [`open`] reads the bytes and determines the format, [`parse`] calls the reader of the format.
+//! [`open`] reads the bytes, without a byte-order mark, and takes the stated format or determines it from the first bytes.
+//! [`parse`] calls the reader of the format. Files of the wrong kind and lines that the program does not write are errors
+//! with their line.
 
 mod deeplabcut;
 mod dltdv;

@@ -19,8 +19,10 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     of_table(path, &table).map_err(|error| describe_position_table(path, bytes, error))
 }
 
-/// The markers of a table, with names as in the file and positions in m or pixels. Errors, with the line: no clock, an
-/// unknown column, two columns of one coordinate, a marker without x or y, times that do not increase, no row.
+/// The markers of a table, with names as in the file and positions in m, or in pixels if all columns are. The clock is the
+/// column `t`, else `time`, else `frame`; a column `frame` beside a time is skipped. Columns are `xA`, or `A_x` if all end
+/// with an axis and one does not begin with one. Errors, with the line: no clock, an unknown column or unit, two columns of
+/// one coordinate, a marker without x or y. Blank times, times that do not increase, and a table without rows are errors too.
 fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
     let clocks = ["t", "time", "frame"];
     let Some(column) = clocks.into_iter().find_map(|name| table.find(name)) else {

@@ -11,9 +11,9 @@ use crate::marker_file::{
 };
 use std::path::Path;
 
-/// Reads the bytes of a file of Qualisys into frames by number, with their rate, and positions in mm; `path` is for
-/// messages. Frames without a number are counted from 1. An error without `MARKER_NAMES` or `FREQUENCY`, and for another
-/// number of columns.
+/// Reads the bytes of a file of Qualisys into frames by number, with their rate, and positions in mm; `path` is for messages.
+/// Frames without a number are counted from 1. Positions of three zeros are missing. An error without `MARKER_NAMES` or
+/// `FREQUENCY`, and for data other than 3D. Rows must have three columns per marker, after at most a frame number and a time.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Qualisys, bytes, b'\t')?;
     let named = lines.list.iter().position(|l| l.field(0) == "MARKER_NAMES");

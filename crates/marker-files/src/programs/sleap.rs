@@ -14,7 +14,8 @@ use std::path::Path;
 const OTHERS: [&str; 4] = ["track", "frame_idx", "instance.score", "tracking_score"];
 
 /// Reads the bytes of a file of SLEAP into frames by number and nodes as markers, in pixels; `path` is for messages. The
-/// score of a node is the likelihood of its position. An error for other columns and for a node without x or y.
+/// score of a node is the likelihood of its position. With several tracks the marker is named `track:node`. An error for
+/// other columns, a node without x or y, another number of fields than the header, and two lines of a marker in one frame.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Sleap, bytes, b',')?;
     let Some((header, rows)) = lines.list.split_first() else {

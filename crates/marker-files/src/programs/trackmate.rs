@@ -12,8 +12,10 @@ use crate::marker_file::{
 use crate::table::TIMES;
 use std::path::Path;
 
-/// Reads the bytes of a file of TrackMate into frames and tracks as markers, named by their number; `path` is for
-/// messages. If z is 0 in all spots, it is missing in the result. An error for a missing column and an unknown unit.
+/// Reads the bytes of a file of TrackMate into frames and tracks as markers, named by their number; `path` is for messages.
+/// If z is 0 in all spots, it is missing in the result. Lengths without a unit are pixels with y down. Errors: a missing
+/// column, an unknown unit, another number of fields than the header, a blank coordinate. No spot with a track, and two spots
+/// of a track at one time, are errors too.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::TrackMate, bytes, b',')?;
     let Some((header, below)) = lines.list.split_first() else {

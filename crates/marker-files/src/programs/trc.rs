@@ -14,8 +14,9 @@ use std::path::Path;
 /// Number of columns in front of the first marker: the frame number and the time.
 const BEFORE: usize = 2;
 
-/// Reads the bytes of a TRC file into frames by time, s, and markers; `path` is for messages. The unit of length is that
-/// of the key `Units`. An error without that, without `Frame#` and `Time`, or without a marker.
+/// Reads the bytes of a TRC file into frames by time, s, and markers; `path` is for messages. The unit of length is that of
+/// the key `Units`. The line `X1 Y1 Z1` is skipped. An error without a known unit, without `Frame#` and `Time`, without a
+/// marker, or for another number of columns than three per marker.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Trc, bytes, delimiter(bytes))?;
     let starts = |l: &FieldLine, word: &str| l.field(0).to_lowercase().starts_with(word);

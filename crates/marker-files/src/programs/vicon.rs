@@ -16,8 +16,8 @@ const SECTIONS: [&str; 6] =
     ["Devices", "Model Outputs", "Joints", "Segments", "Events", "Trajectories"];
 
 /// Reads the bytes of a file of Vicon Nexus into frames by number, with their rate, and markers; `path` is for messages.
-/// Columns of velocities and accelerations are skipped. An error without a section `Trajectories`, and for several or
-/// unknown units.
+/// Columns of velocities and accelerations are skipped. The rows end at the next section. An error without a section
+/// `Trajectories`, its rate, `Frame` or a coordinate, for a column without a marker, and for several or unknown units.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     // The first lines have no separators.
     let separator = bytes.iter().find(|b| b",;\t".contains(b)).unwrap_or(&b',');

@@ -19,9 +19,10 @@ use crate::rod::{Rod, State};
 use crate::scene::{Scheme, StepTolerance};
 
 /// The accelerations, m/s^2 (rad/s^2), of the free unknowns of a rod in `state`, as a step of implicit Euler of size
-/// `h`, s, resolves them. All others and prescribed ones have zero. Strain rates are those of the finite `change` of
-/// all unknowns in two such steps, as an edge of constant length has a velocity that would stretch it. They are
-/// stored in `state` if it has internal variables. A singular matrix is an error.
+/// `h`, s, resolves them; one entry per unknown, with zero for held and prescribed ones. Strain rates are those of the
+/// finite `change` of all unknowns in two such steps. An edge of constant length that rotates has a velocity that would
+/// stretch it, but no such change. The rates are stored in `state` if it has internal variables.
+/// [`Error::SingularTangent`] for a singular matrix.
 pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
     h: f64,
     system: &System<D, R>,

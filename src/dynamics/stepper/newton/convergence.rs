@@ -108,10 +108,11 @@ impl Convergence {
     }
 
     /// Records a correction and returns the next iteration. `Done` if the correction, or from the second one on its
-    /// estimated error, is below the tolerance. Else another chord, if its error ratio is below [`SLOWEST`], chords
-    /// cost no more than a new tangent, and the tangent was not under expected tensions. Else a new tangent. Input:
-    /// largest displacement of nodes, m, largest rotation of directors times the rod's length, m, and the origin of
-    /// the tangent.
+    /// estimated error, is at most the tolerance. Otherwise `Chord` if a chord's error ratio is below [`SLOWEST`], and
+    /// chords to the tolerance cost no more than a new tangent ([`TANGENT`] chords) with its own. Otherwise, and always
+    /// after a tangent under expected tensions, `Tangent`. Input: largest displacement of nodes, m, largest rotation of
+    /// directors times the rod's length, m, and the origin of the tangent. The curvature is updated if the correction
+    /// before had a new tangent.
     pub fn corrected(&mut self, [moved, turned]: [f64; 2], formed: TangentOrigin) -> NextIteration {
         let fresh = formed != TangentOrigin::Previous;
         let size = moved.max(turned);
@@ -169,8 +170,8 @@ impl Convergence {
     }
 }
 
-/// Sizes of a `correction` of the unknowns from index `first` on: the largest displacement of a node along an axis,
-/// m, and the largest rotation of a director times `length`, m.
+/// Sizes of a `correction` of the unknowns from index `first` on: the largest absolute displacement of a node along an
+/// axis, m, and the largest rotation of a director times `length`, m. The second is zero without angles.
 #[inline(always)]
 pub fn sizes<D: Scalar, R: Rod<D>>(
     rod: &R,

@@ -3,9 +3,9 @@
 //!
 //! A step starts from a [predictor], forms one tangent there, and corrects with its factors until the [estimated
 //! error](convergence) is below the [tolerance](crate::scene::StepTolerance). A new tangent is formed where the old one
-//! would take too many corrections. The residual at the solution is not evaluated: the forces there follow from the
-//! linear system. Averaging schemes, dual numbers and the tolerance `rounding` iterate until the residual is a rounding
-//! error.
+//! would take more corrections than it saves. The residual at the solution is not evaluated: the forces there follow
+//! from the linear system. Averaging schemes, dual numbers and the tolerance `rounding` iterate until the residual is a
+//! rounding error. If an iteration from extrapolated velocities fails, it is repeated so from constant ones.
 //!
 //! Output: unknowns, velocities, accelerations, forces and internal variables at the end of the step; on request the
 //! tangent and its factors at the solution, for derivatives. Failure is an error with residual and number of
@@ -323,8 +323,9 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     }
 
     /// Sets the laws of the viscous rod to the stress at the end of a step that begins in `before`. They get factors
-    /// and shifts by Kelvin-Voigt and Maxwell stress, and active friction springs. Without viscous damping and
-    /// internal friction nothing happens.
+    /// and shifts by Kelvin-Voigt and Maxwell stress, and friction springs with their stretches in `before`. For
+    /// averaging schemes they are those of dashpots alone. Without viscous damping and internal friction nothing
+    /// happens.
     fn set_viscous(&mut self, step: &Step<'_, D, R>, before: &State<D, R::Frames>) {
         if let Some(viscous) = &mut self.viscous {
             let (damping, viscosity) = (&step.system.damping, &mut self.viscosity);
@@ -481,7 +482,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     }
 
     /// Overwrites gradient, tangent, factors and geometry of the solver with those at the solution `state` of a step
-    /// from `before`, for derivatives.
+    /// from `before`, for derivatives. The geometry is measured from the frames of `before`. `work` counts one tangent
+    /// and one factorization. [`Error::SingularTangent`] for a zero pivot.
     fn linearize_at(
         &mut self,
         step: &Step<'_, D, R>,
@@ -500,8 +502,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     }
 
     /// Whether the last correction, of `size` in m, cannot have made a spring of internal friction begin to slip or
-    /// stick. True without internal friction, and for corrections within the tolerance. Updates the strains and
-    /// stretches of the springs.
+    /// stick. True without internal friction, and for corrections within the tolerance; else by
+    /// [`SlipState::is_unchanged`]. Updates the strains and stretches of the springs.
     fn slip_state_is_unchanged(
         &mut self,
         step: &Step<'_, D, R>,
@@ -600,9 +602,11 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         step.system.prescribed.fill(&mut self.correction, D::from(0.0));
     }
 
-    /// Completes an accepted step in `state`: velocities, accelerations (generalised-alpha only), strain rates and
-    /// internal variables, forces at the start of the next step, and frames moved to the solution. Stores the
-    /// velocities of `before` for the predictor.
+    /// Completes an accepted step in `state`: velocities, accelerations (generalised-alpha only), and frames moved to
+    /// the solution. Rods with viscosity or internal friction also get strains, mean strain rates over the step, and
+    /// spring stretches. Their forces at the start of the next step are computed, for which `work` counts one tangent
+    /// or gradient. Elastic rods keep the forces at the end, or zero for averaging schemes. Stores the velocities of
+    /// `before` for the predictor.
     pub fn finish(
         &mut self,
         step: &Step<'_, D, R>,

@@ -1,7 +1,10 @@
-//! Inertia forces of rotating bodies in space, in the equations of a step.
+//! Inertia forces of rotating bodies in space, in the equations of a step, beyond those of the diagonal masses.
 //!
-//! Moments act on rotations in the axes of the bodies, and the derivatives of a step are those by increments of rotations
-//! there. The [assembly](crate::rod::Assembly) has the formulas; other rods have no such bodies.
+//! Moments act on rotations in the axes of the bodies, and the derivatives of a step are those by increments of
+//! rotations there. The [assembly](crate::rod::Assembly) has the formulas; other rods, and assemblies in a plane, have
+//! no such bodies, and every function here leaves their lists unchanged. Input: state or iterate of a step, with
+//! velocities or accelerations by its scheme. Output: forces and tangent of the Newton solver, and corrected
+//! accelerations.
 
 use crate::dynamics::step::{Step, System};
 use crate::dynamics::stepper::newton::{Newton, accelerations};
@@ -9,7 +12,9 @@ use crate::numerics::scalar::Nestable;
 use crate::rod::{Rod, RotationRates, State};
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// Adds the inertia forces to the evaluated forces, and their derivatives to the tangent if it was formed.
+    /// Adds the inertia forces of rotating bodies to the solver's gradient, and if `with_tangent` their derivatives to
+    /// its tangent. The velocities are those of the scheme at the end, from the change between `before` and the iterate
+    /// `state`.
     #[inline(always)]
     pub(super) fn add_rotational_inertia(
         &mut self,
@@ -41,7 +46,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         rod.add_rotational_inertia(&state.q, &state.frames, &rates, forces, tangent);
     }
 
-    /// Subtracts the inertia by products of inertia, which have derivatives only, from `correction`: minus the residual.
+    /// Subtracts the inertia by products of inertia, which the diagonal masses lack, from `correction`, minus the
+    /// residual. They are zero as values and have derivatives only, so that nothing happens in plain numbers.
     #[inline(always)]
     pub(super) fn add_products_of_inertia(
         &mut self,
@@ -65,7 +71,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     }
 }
 
-/// Adds the inertia forces of a state to its forces.
+/// Adds the inertia forces of rotating bodies at the velocities of a state to its forces, `state.unbalanced`.
 pub(super) fn add_inertia_now<D: Nestable, R: Rod<D>>(
     system: &System<D, R>,
     state: &mut State<D, R::Frames>,
@@ -79,7 +85,8 @@ pub(super) fn add_inertia_now<D: Nestable, R: Rod<D>>(
     system.rod.add_rotational_inertia(q, frames, &rates, unbalanced, None);
 }
 
-/// Adds the parts of accelerations by products of inertia, which have derivatives only.
+/// Adds to the accelerations of rotating bodies in `state` the parts by products of inertia, which have derivatives
+/// only. One fixed-point iteration per order of derivatives; none in plain numbers.
 pub(super) fn add_coupled_accelerations<D: Nestable, R: Rod<D>>(
     system: &System<D, R>,
     state: &mut State<D, R::Frames>,

@@ -23,10 +23,11 @@ const SMALLEST_STEP: f64 = 1e-12;
 const LAST_STEP: f64 = 1e-8;
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// Corrects the unknowns of `state`, with a new tangent in each iteration. It ends when all residuals are at
-    /// their rounding levels, or after a correction below [`SMALLEST_STEP`] lengths of the rod. Numbers that carry
-    /// derivatives get one more correction per order. With kept tangents the step is linearized at the solution.
-    /// [`Error::Newton`] after [`MAX_ITERATIONS`] corrections, or if the residual is not finite.
+    /// Corrects the unknowns of `state`, with a new tangent in each iteration. It ends when all residuals are at their
+    /// rounding levels, and the last correction was below [`LAST_STEP`] lengths of the rod or no longer halved. It also
+    /// ends after a correction below [`SMALLEST_STEP`] lengths. Numbers that carry derivatives get one more correction
+    /// per order. With kept tangents the step is linearized at the solution. [`Error::Newton`] after [`MAX_ITERATIONS`]
+    /// corrections, or if the residual is not finite; [`Error::SingularTangent`] for a zero pivot.
     pub(super) fn solve_to_rounding(
         &mut self,
         step: &Step<'_, D, R>,

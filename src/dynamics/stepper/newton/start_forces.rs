@@ -20,9 +20,10 @@ use crate::rod::{InternalVariables, Rod, State};
 use crate::scene::Scheme;
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// Overwrites `state.unbalanced` with the forces at the start of the next step, N: elastic gradient less loads
-    /// with viscous stress, plus mass damping, less drag forces. Averaging schemes have only half of the viscous
-    /// stress, and the drag.
+    /// Overwrites `state.unbalanced` with the forces at the start of the next step, N: elastic gradient less loads with
+    /// viscous, Maxwell and friction stress, plus mass damping and inertia of rotating bodies, less drag forces.
+    /// Averaging schemes have only half of the viscous stress (zero for elastic rods), inertia of rotating bodies and
+    /// drag.
     pub fn find_forces(&mut self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         let System { rod, derivatives, free, damping, .. } = system;
         let State { q, frames, v, internal, unbalanced, .. } = state;
@@ -48,8 +49,9 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     }
 
     /// Overwrites `forces` with those of a viscous rod at the start of a step, N, without mass damping and drag. They
-    /// are the gradient with viscous, Maxwell and friction stress of the `internal` variables. If the next tangent is
-    /// to be kept, gradient and tangent are stored. Nothing happens without viscosity and friction.
+    /// are the gradient with viscous, Maxwell and friction stress of the `internal` variables, for averaging schemes
+    /// half of the viscous stress alone. If the next tangent is to be kept, gradient and tangent are stored. Nothing
+    /// happens without viscosity and friction.
     pub(super) fn find_viscous(
         &mut self,
         System { rod, derivatives, damping, .. }: &System<D, R>,

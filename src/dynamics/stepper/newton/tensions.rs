@@ -8,9 +8,11 @@
 //! tensions agree: convergence stays quadratic, in places and tensions together (the "mixed integration points" of
 //! Magisano, Leonetti and Garcea, Comput. Methods Appl. Mech. Engrg. 313, 2017, doi:10.1016/j.cma.2016.10.023).
 //!
-//! The cables of `data/cables` take 4 to 6 corrections a step without it, and 3.0 to 3.4 with it. No chord follows such a
-//! tangent, so that steps with up to three usual tangents gain nothing. Predicted tensions begin with the fourth tangent,
-//! and end where a step takes as many tangents as the last usual one, or no more than two.
+//! The cables of `data/cables` take 4 to 6 corrections a step without it, and 3.0 to 3.4 with it. No chord follows such
+//! a tangent, so that steps with up to three usual tangents gain nothing. A step that needs a fourth tangent forms it
+//! under predicted tensions, and the next step begins with them. They end where a step takes as many tangents as the
+//! last usual one, or no more than two; after [`MOST`] tangents; and where a node moved by more than [`SMALL`] edge
+//! lengths.
 
 use crate::numerics::scalar::Nestable;
 use crate::rod::Rod;
@@ -18,7 +20,7 @@ use crate::rod::Rod;
 /// Two numbers of tangents in a step: usual ones up to which predicted tensions are not needed, and those under
 /// predicted tensions up to which usual ones are tried again (see above).
 const ENOUGH: [usize; 2] = [3, 2];
-/// Largest number of tangents under predicted tensions in a step; with more the prediction does not help.
+/// Largest number of tangents of a step after which tensions are predicted; with more the prediction does not help.
 const MOST: usize = 8;
 /// Largest displacement of nodes in a correction, over the length of an edge, for which the prediction to first order
 /// holds.
@@ -64,10 +66,12 @@ impl<D: Nestable> Tensions<D> {
         self.known.then_some(&self.expected)
     }
 
-    /// Decides whether the next tangent uses predicted tensions, after a `correction` to the unknowns `q` with their frames, that moved
-    /// nodes by up to `moved`, m. It does if they save tangents by the counts of the
-    /// header, after at most [`MOST`] tangents. No node may have moved by more than [`SMALL`] edge lengths. The tensions are
-    /// then predicted to first order in the correction.
+    /// Decides whether the next tangent uses predicted tensions, after a `correction` to the unknowns `q` with their
+    /// frames, that moved nodes by up to `moved`, m. In a step that began without them it does from the fourth tangent
+    /// on, and in the next step if there was one. In a step that began with them it does until its end. The next step
+    /// begins with them if this one took more than two tangents, and fewer than the last usual one. Never after more
+    /// than [`MOST`] tangents or for `moved` above [`SMALL`] edge lengths. The tensions are then predicted to first
+    /// order in the correction.
     pub fn corrected<R: Rod<D>>(
         &mut self,
         rod: &R,

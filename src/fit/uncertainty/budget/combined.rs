@@ -83,9 +83,9 @@ pub(crate) fn add_budgets(
 }
 
 /// Sets the spread of the estimates over this number of Monte Carlo `fits`, beside the standard deviation that noise and
-/// inputs predict. A spread that differs from the prediction by more than [`NOT_LINEAR`], and by more than
-/// [`SIGNIFICANT_SPREAD`] of its standard errors, adds a note. Estimates without a value, a standard error or a spread are
-/// skipped.
+/// inputs predict: the root of the sum of their squares, with the noise by the residuals and not by the jackknife. A spread
+/// that differs from the prediction by more than [`NOT_LINEAR`], and by more than [`SIGNIFICANT_SPREAD`] of its relative
+/// standard errors `1/sqrt(2 fits)`, adds a note. Estimates without a value, a standard error or a spread are skipped.
 fn add_monte_carlo(
     estimates: &mut [Estimate],
     search: &Search,

@@ -136,9 +136,11 @@ fn shared_factors<'a>(
 }
 
 /// Ratios of stiffness to mass per length, m^4/s^2, for each estimated Young's or shear modulus: `EI/(rho A)`, or two of a
-/// rod that bends in two planes, or `GJ/(rho A)`. Values and relative standard errors are those of the modulus. Empty unless
-/// the logarithmic derivatives of all estimates by the density are 1 (moduli) or 0 (others). Empty also where these
-/// derivatives were not computed; experiments with different sections or densities have no common group.
+/// rod that bends in two planes, or `GJ/(rho A)`. The value is the modulus times `I/(rho A)` (or `J/(rho A)`) of the scene;
+/// the relative standard error is that of the modulus. Empty unless the logarithmic derivatives of all estimates by the
+/// density are 1 (moduli) or 0 (others) within [`DERIVATIVE_TOLERANCE`]; those without a standard error or a derivative are
+/// not tested. Empty also where these derivatives were not computed; experiments with different sections or densities have
+/// no common group.
 pub(crate) fn determined_groups(
     search: &Search,
     estimates: &[Estimate],

@@ -143,9 +143,10 @@ pub(crate) fn describe_directions(
 }
 
 /// Directions that span the same space with few unknowns each, by Gauss-Jordan elimination: singular vectors of equal
-/// singular values are arbitrary combinations. Each structural direction is eliminated at its largest component, from all
-/// other structural and from all practical ones. Components up to [`SMALLEST_COMPONENT`] of the largest become zero. Returns
-/// the structural and the practical directions, in their order and not normalized.
+/// singular values are arbitrary combinations. In turn, the largest component of each structural direction, at an unknown
+/// that was not chosen before, is eliminated from all other structural and from all practical directions. Components up to
+/// [`SMALLEST_COMPONENT`] of the largest become zero. Returns the structural and the practical directions, in their order
+/// and not normalized.
 pub(crate) fn sparsest(
     mut structural: Vec<Vec<f64>>,
     mut practical: Vec<Vec<f64>>,

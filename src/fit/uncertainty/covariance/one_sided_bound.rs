@@ -75,7 +75,8 @@ struct OneSidedProfile<'a> {
 /// Adds one-sided bounds to the empty entries of `bounds`, one entry per unknown, or replaces entries without a bound.
 /// Candidates are positive parameters without a prior that are unidentifiable by themselves, not in a combination. Others
 /// except dampings are candidates if their scan is flat on a side. Unknowns without an effect on the residuals are none.
-/// Nothing is added without convergence, or where the residuals are rounding errors. Lower minima that the profiles find are
+/// Nothing is added without convergence, or where the residuals are rounding errors. The standard deviation of the
+/// logarithm of a bounded unknown is that with all others held, at least 1. Lower minima that the profiles find are
 /// recorded in the search. Error: the fit is stopped, or the fit at such a minimum fails.
 pub(crate) fn add_one_sided_bounds(
     fitted: Fitted,

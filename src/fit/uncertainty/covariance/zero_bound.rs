@@ -58,11 +58,12 @@ impl OneSidedBound {
     }
 }
 
-/// Bounds of all dampings whose logarithm has a standard deviation above [`SUSPICIOUS`], one entry per unknown. `rows` are
-/// those of the Jacobian, in units of the noise. One Gauss-Newton step gives the vertex of the parabola, that is the
-/// estimate. `residuals` simulates the misfit at the upper bound once. From [`DETECTED`] standard errors on an entry has no
-/// upper bound; an estimate up to [`ZERO`] of the bound is 0. None for other unknowns and unconfirmed bounds; all none
-/// without convergence or with a singular normal matrix.
+/// Bounds of all dampings whose logarithm has a standard deviation above [`SUSPICIOUS`], one entry per unknown. That is the
+/// relative standard error, with all other unknowns fitted and the inflation by autocorrelated noise. `rows` are those of
+/// the Jacobian, in units of the noise. One Gauss-Newton step gives the vertex of the parabola, that is the estimate.
+/// `residuals` simulates the misfit at the upper bound once. From [`DETECTED`] standard errors on an entry has no upper
+/// bound; an estimate up to [`ZERO`] of the bound is 0. None for other unknowns and unconfirmed bounds; all none without
+/// convergence or with a singular normal matrix.
 pub(crate) fn zero_bounds(
     Fitted { search, optimum }: Fitted,
     rows: &[Vec<f64>],

@@ -191,8 +191,8 @@ impl UndetectedBias {
 }
 
 /// For each of the `parameters` the entry with its largest absolute relative bias, with that number as a fraction. Only
-/// entries above [`DESCRIBED_BIAS`] standard errors count; parameters without one are left out. The order is that of the
-/// parameters, and the list ends after [`DESCRIBED`].
+/// entries above [`DESCRIBED_BIAS`] standard errors and with a relative bias count; parameters without such an entry are
+/// left out. The order is that of the parameters, and the list ends after [`DESCRIBED`].
 pub(crate) fn biases_beyond_interval<'a>(
     all: &'a [UndetectedBias],
     parameters: &[Estimate],

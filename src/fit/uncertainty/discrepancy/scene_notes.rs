@@ -18,8 +18,10 @@ const OVERSHOOT: f64 = 2.0;
 const STRUCTURE_SCOPE: &str = "shear flexibility, large strains and motions out of the plane are not \
                                assessed for structures. One of them may bias the estimates. Fit one rod alone to compare";
 
-/// Adds the notes on the scenes of all experiments at an optimum, each text once. One more is on the largest strain of the
-/// first experiment where it is too large. Experiments whose scene does not allow the values of the optimum are skipped.
+/// Adds the notes on the scenes of all experiments at an optimum, each text once. They are the plausibility notes for a
+/// motion, for a shape at rest or else for modes, as measured. One more is on the largest strain, at rest or in motion, of
+/// the first experiment where it is too large. Experiments whose scene does not allow the values of the optimum are
+/// skipped.
 pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
     let mut added: Vec<String> = Vec::new();
     if fitted.search.experiments.iter().any(|e| e.problem.scene().structure.is_some()) {
@@ -63,9 +65,10 @@ fn strain_at_rest(problem: &Problem) -> Option<LargestStrain> {
     Some(StrainGauge::new(problem)?.largest(|i| found.nodes[i], None))
 }
 
-/// The largest strain of the motion of experiment number `experiment`, whose `problem` has the values of the optimum. If
-/// bounds show that [`OVERSHOOT`] times the strain is allowed, it is that of the initial shape, without a run. None between
-/// recorded ends, or where the run fails.
+/// The largest strain of the motion of experiment number `experiment`, whose `problem` has the values of the optimum. It is
+/// that of the initial shape, without a run, if [`OVERSHOOT`] times a bound is at most [`LARGEST_STRAIN`]. The bound is the
+/// larger one of that strain and of [`strain_bound`], or without an initial velocity of the strain at equilibrium. None
+/// between recorded ends, or where the run fails.
 fn strain_in_motion(
     Fitted { search, optimum }: Fitted,
     experiment: usize,
@@ -102,8 +105,11 @@ fn start_strain(problem: &Problem, gauge: &StrainGauge) -> LargestStrain {
     gauge.largest(|i| nodes[i], Some(0.0))
 }
 
-/// An upper bound of the strains (a pure number) by the loads at equilibrium, and by the initial velocity, from beam theory:
-/// bending, tension and waves, the largest of both ends and the middle of the rod.
+/// An upper bound of the strains (a pure number) by the loads at equilibrium and by the initial velocity, from beam theory:
+/// the largest of `2 i k + F/(E A) + 2 v sqrt(rho/E)` at both ends and the middle of the rod. `i` is the smaller radius of
+/// gyration, `F` the sum of the sizes of the weights of rod and attached masses and of all point and line loads. `v` is the
+/// initial speed plus the angular velocity times the length. The curvature is `k = min(F L/(E I), 2 sqrt(F/(E I))) + M/(E
+/// I)`, with the sum `M` of all moments.
 fn strain_bound(problem: &Problem) -> f64 {
     let scene = problem.scene();
     let size = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();

@@ -99,10 +99,10 @@ fn p_value(sigmas: f64, is_one_sided: bool, freedom: Option<f64>) -> f64 {
     if is_one_sided { upper_tail(sigmas) } else { 2.0 * upper_tail(sigmas.abs()) }
 }
 
-/// Warns of the effects of the best rank of `tests`, if it is significant and no discretization error is suspected. Below
-/// [`CERTAIN`], also if the autocorrelation is that of the noise, it lowers the grade to an inadequate model, else to an
-/// ambiguous result. The warning is minor if all effects of the rank change all estimates by less than [`SMALL_BIAS`]
-/// standard errors. Else nothing is added.
+/// Adds one warning of the effects of the best rank of `tests`. Nothing is added unless its best test is significant, or
+/// where discretization errors are suspected (a warning of the severity `Mesh`). The severity is `Misfit` if the p-value,
+/// and the one with the autocorrelation as noise, are below [`CERTAIN`], else `Ambiguous`. The warning is minor if all
+/// effects of the rank change all estimates by less than [`SMALL_BIAS`] standard errors.
 pub(crate) fn warn_of_omitted_effects(tests: &[ScoreTest], warnings: &mut Warnings) {
     let is_mesh_suspected = warnings.first(Severity::Mesh).is_some();
     let Some(best) = tests.first().filter(|best| best.is_significant() && !is_mesh_suspected)
@@ -179,8 +179,10 @@ impl ScoreTestInputs<'_> {
 
     /// Score tests and biases by one run of these `experiments` with derivatives: the full model or a coarse one
     /// (`is_coarse`). If the best test is significant, all are repeated with the residuals of the finer discretization, if
-    /// there are any. Of the full model, up to [`MOST_RELINEARIZED`] large effects are linearized again, by a run each.
-    /// Rounding errors are not tested. Error: the run fails, or the fit is stopped.
+    /// there are any. P-values are multiplied by the number of tested effects plus [`RESIDUAL_TESTS`]. Effects that the
+    /// unknowns follow but for [`LEAST_ORTHOGONAL`] of their change, or below [`NO_EFFECT`] of the noise, are not tested;
+    /// their bias follows from the plausible size alone. Of the full model, up to [`MOST_RELINEARIZED`] large effects are
+    /// linearized again, by a run each. Rounding errors are not tested. Error: the run fails, or the fit is stopped.
     fn run(self, experiments: Vec<Experiment>, is_coarse: bool) -> Result<ModelDiscrepancy, Error> {
         let Self { statistics, finer, analysis, knowns } = self;
         let FitStatistics { fitted, estimates, local } = statistics;

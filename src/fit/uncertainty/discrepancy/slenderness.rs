@@ -59,8 +59,9 @@ struct ShearFlexibility {
 }
 
 impl ShearFlexibility {
-    /// The ratios for section and material in the middle of the rod. Poisson's ratio is the given one, else that of the shear
-    /// modulus if it is possible, else [`USUAL_RATIO`]; shear coefficients depend on it.
+    /// The ratios for section and material in the middle of the rod. Poisson's ratio is the given one, else `E/(2 G) - 1`
+    /// of the shear modulus if it is from -1 to 0.5, else [`USUAL_RATIO`]; shear coefficients depend on it. The ratio with
+    /// the stated shear modulus is there only if that is impossible.
     fn new(scene: &Scene) -> Self {
         let (section, material) = scene.at(0.5);
         let ratio = |shear: f64| material.youngs_modulus / (2.0 * shear) - 1.0;
@@ -95,10 +96,11 @@ struct SlendernessBias<'a> {
     std_errors: f64,
 }
 
-/// Adds a warning or note if the rod is too thick for the model, by the bias of the `estimates` in their standard errors. It
-/// lists up to [`NAMED`] estimates above [`WORTH_A_NOTE`], the largest bias first. Where the response to a motion's modulus
-/// is unknown, a note gives the softening alone. Nothing is added where the softening is below [`SMALLEST_SOFTENING`], the
-/// residuals exclude it, or it cannot be computed.
+/// Adds a warning or note if the rod is too thick for the model, by the bias of the `estimates` in their standard errors.
+/// Above [`LOWERS_THE_GRADE`] the severity is `Validity`, else `Note`. The text lists up to [`NAMED`] estimates above
+/// [`WORTH_A_NOTE`], the largest bias first. Where the response to a motion's modulus is unknown, a note gives the
+/// softening alone. Nothing is added where the softening is below [`SMALLEST_SOFTENING`], the residuals exclude it, or it
+/// cannot be computed.
 pub(crate) fn check_slenderness(
     fitted: Fitted,
     local: &LocalAnalysis,

@@ -39,8 +39,9 @@ pub(crate) struct ExtendedExperiments {
 impl ExtendedExperiments {
     /// Adds the effects to `experiments`, those of the fit or a coarse model of them, in the order of the table; each takes
     /// those that its scene can have. Parameters that are identified or known inputs anywhere are no omitted effects. The
-    /// first experiment in which an effect is defined determines its plausible size, unless the analysis gives one. Error: an
-    /// experiment does not allow the values of the optimum.
+    /// first experiment in which an effect is defined determines its plausible size, unless the analysis gives one. Effects
+    /// that are defined in no experiment, have a size that is not positive, or that no scene can have, are left out. Error:
+    /// an experiment does not allow the values of the optimum.
     pub fn new(
         fitted: Fitted,
         analysis: &Analysis,

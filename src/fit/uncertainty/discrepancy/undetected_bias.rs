@@ -57,9 +57,11 @@ pub(crate) struct Posterior {
 }
 
 impl Posterior {
-    /// Most probable and listed size by the prior and, if the data determine the size, by its `likelihood`. The density is
-    /// summed over [`POINTS`] equal parts of a range of at most [`LARGEST_SIZE`] to either side of zero. Negative sizes are
-    /// excluded if it `is_one_sided`.
+    /// Most probable and listed size of an effect. The density of the size `a` is that of the prior, `(1 + a^2/4)^(-5/2)`,
+    /// times the normal one of the `likelihood` if the data determine the size. The density is summed over [`POINTS`] equal
+    /// parts of a range. The range reaches [`FARTHEST`] standard errors beyond zero and beyond the estimate, at most
+    /// [`LARGEST_SIZE`] to either side, which also holds without likelihood. Negative sizes are excluded if it
+    /// `is_one_sided`.
     pub fn new(likelihood: Option<Likelihood>, is_one_sided: bool) -> Self {
         let most = LARGEST_SIZE;
         let [mut low, mut high] = match likelihood {

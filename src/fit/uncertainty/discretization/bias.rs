@@ -2,9 +2,9 @@
 //!
 //! [`DiscretizationBias`] has this distance for each unknown on its scale, and the discretization error of the residuals,
 //! separately for mesh and step. Where the program chose the mesh for all experiments, the estimates are corrected by its
-//! part, and likewise for the step. [`REMAINING_FRACTION`] of the correction may remain as an error of the interval. Its
-//! methods also return whether discretization errors explain the residuals, and how much finer mesh and step must be so that
-//! they do not.
+//! part, and likewise for the step. [`REMAINING_FRACTION`] of the absolute corrections may remain as an error, which widens
+//! the interval. Its methods also return whether discretization errors explain the residuals (above
+//! [`EXPLAINING_FRACTION`]) or are visible in them. They return how much finer mesh and step must be so that they are not.
 
 use crate::fit::unknown::Unknown;
 
@@ -80,7 +80,7 @@ impl DiscretizationBias {
         self.corrections(i).iter().sum()
     }
 
-    /// The value `x` of unknown `i` on its scale, plus its correction for mesh and step, within its bounds. Without a
+    /// The value `x` of unknown `i` on its scale, plus its correction for mesh and step, clamped to its bounds. Without a
     /// correction it stays exactly `x`.
     pub fn corrected(&self, unknown: &Unknown, i: usize, x: f64) -> f64 {
         let [low, high] = unknown.scaled_bounds();
@@ -92,7 +92,8 @@ impl DiscretizationBias {
     }
 
     /// Discretization error of unknown `i` that may remain after its correction, on its scale (logarithm of a positive
-    /// parameter); 0 if the scene gives mesh and step.
+    /// parameter): [`REMAINING_FRACTION`] of the sum of the absolute corrections for mesh and step. A mesh or step that the
+    /// scene gives has no part in it: it is not corrected, and `discretization_errors` reports its whole bias.
     pub fn remaining(&self, i: usize) -> f64 {
         remaining_error(self.corrections(i))
     }
@@ -108,9 +109,10 @@ impl DiscretizationBias {
         self.is_corrected() && self.residual_fraction() > VISIBLE_FRACTION
     }
 
-    /// Factors, 1 or more, by which mesh and step are to be refined, so that their errors are only [`INVISIBLE_FRACTION`] of
-    /// the residuals (second order). Both are 1 unless both are chosen and visible, and if they cause most of the residuals:
-    /// exact data have no noise to compare with.
+    /// Factors, 1 or more, on the numbers of edges and of steps, so that their errors are only [`INVISIBLE_FRACTION`] of
+    /// the residuals: `sqrt(f/INVISIBLE_FRACTION)` for the part `f` of the residuals that each causes (second order). Both
+    /// are 1 unless both are chosen by the program and visible. Both are 1 too if they explain the residuals: exact data
+    /// have no noise to compare with.
     pub fn refinement(&self) -> [f64; 2] {
         let is_comparable = self.is_visible() && !self.explains_residuals();
         // Of second order.

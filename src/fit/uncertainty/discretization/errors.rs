@@ -46,10 +46,11 @@ pub struct DiscretizationError {
 }
 
 /// Discretization errors of the `estimates`, one each in their order, by the `bias` of their unknowns, as fractions of the
-/// corrected values. For a mesh or step that the scene gives they are all of the bias; for chosen ones [`REMAINING_FRACTION`]
-/// of it. Errors by given ones above [`LARGE_ERROR`] half-widths of the interval add a warning each. Where discretization may
-/// explain a misfit of the `warnings`, one more is added, and all become severer. `noise` has the degrees of freedom of the
-/// intervals.
+/// corrected values (for positive parameters differences of logarithms). For a mesh or step that the scene gives they are
+/// all of the bias; for chosen ones [`REMAINING_FRACTION`] of it. Errors by given ones above [`LARGE_ERROR`] half-widths of
+/// the interval add a warning each. If any mesh or step is given, more than [`EXPLAINING_FRACTION`] of the residuals are
+/// discretization errors and the `warnings` have a misfit, one more is added. All then have the severity `Mesh` instead of
+/// `Numerics`. `noise` has the degrees of freedom of the intervals.
 pub(crate) fn discretization_errors(
     estimates: &[Estimate],
     Fitted { search, optimum }: Fitted,

@@ -1,14 +1,14 @@
 //! Distance of the estimates to the limit of zero element and step size, from runs on another mesh and with another step.
 //!
-//! Mesh and step are changed alone, and the change of the parameters (linear response, or a refit on request) is extrapolated
-//! to zero. Those that the scene gives are extrapolated as of first order: for a method of second order that is two and a
-//! half to three times the error, and mesh and step never cancel. A mesh or step twice as coarse costs one simulation, 1.5
-//! times as coarse 1.3. Finer ones cost 2.5 simulations by a quarter and 4 by half, with the same coverage (`cargo run
-//! --release --example discretization_error -- 400`). Where coarser ones do not resolve the motion, or fail, they are finer
-//! by a quarter.
+//! Mesh and step are changed alone, and the change of the parameters (linear response, or a refit on request) is
+//! extrapolated to zero. Those that the scene gives are extrapolated as of first order: for a method of second order that
+//! is two and a half to three times the error, and mesh and step never cancel. A mesh or step twice as coarse costs one
+//! simulation, 1.5 times as coarse 1.3. Finer ones cost 2.5 simulations by a quarter and 4 by half, with the same coverage
+//! (`cargo run --release --example discretization_error -- 400`). Where coarser ones do not resolve the motion, or fail,
+//! they are finer by a quarter. The mesh of a rod with recorded ends is twice as fine instead.
 //!
-//! Where the program [chose](crate::fit::resolution) mesh or step, changes are extrapolated with the order of the method, and
-//! the values are corrected. [`estimate_bias`] returns this distance for each unknown as a [`DiscretizationBias`].
+//! Where the program [chose](crate::fit::resolution) mesh or step, changes are extrapolated with the order of the method,
+//! and the values are corrected. [`estimate_bias`] returns this distance for each unknown as a [`DiscretizationBias`].
 
 use crate::accuracy::{Extrapolation, smooth_mesh_order, step_order};
 use crate::code::Code;
@@ -69,10 +69,11 @@ fn coarser_ratios(is_chosen: bool) -> &'static [f64] {
     if is_chosen { &COARSER_CHOSEN } else { &COARSER }
 }
 
-/// An experiment on a mesh with fewer edges by the first of [`coarser_ratios`] that leaves [`FEWEST_EDGES`] and resolves the
-/// measured modes, if `coarser`. Otherwise it has more by [`FINER`], or twice as many with recorded markers at the nodes. The
-/// ratio for the extrapolation is of the order of the method for a chosen mesh, and of first order for a given one. Error: a
-/// scene that does not allow the mesh.
+/// An experiment on another mesh; never none. With recorded ends (`supports.path`) it has twice as many edges, so that
+/// markers stay at nodes. Otherwise, if `coarser`, it has fewer edges by the first of [`coarser_ratios`] that leaves
+/// [`FEWEST_EDGES`], and [`FEWEST_PER_MODE`] for each mode up to the highest measured one. If none does, it has more by
+/// [`FINER`]. The ratio for the extrapolation is of the order of the method for a chosen mesh, and of first order for a
+/// given one. Error: a scene that does not allow the mesh.
 fn on_other_mesh(
     _: &Search,
     experiment: &Experiment,
@@ -101,10 +102,11 @@ fn on_other_mesh(
     Ok(Some(OtherNumerics { experiment: experiment.with_problem(other), error_ratio }))
 }
 
-/// An experiment with a larger step by the first of [`coarser_ratios`] that resolves the first oscillation and the supports,
-/// if `coarser` and the scheme is implicit. Otherwise the step is smaller by [`FINER`]. The extrapolation is of the order of
-/// the scheme for a chosen step, and of first order for a given one. None without a motion, or where beta is identified: its
-/// damping depends on the step. Error: a scene that does not allow the step.
+/// An experiment with a larger step by the first of [`coarser_ratios`] that is allowed, if `coarser` and the scheme is
+/// implicit. The step must resolve twice the shortest rise time of the records in [`FEWEST_STEPS`] steps (chosen steps:
+/// [`FEWEST_CHOSEN_STEPS`]), and be a good one for moved supports. Otherwise the step is smaller by [`FINER`]. The
+/// extrapolation is of the order of the scheme for a chosen step, and of first order for a given one. None without a
+/// motion, or where beta is identified: its damping depends on the step. Error: a scene that does not allow the step.
 fn with_other_step(
     search: &Search,
     experiment: &Experiment,
@@ -145,10 +147,11 @@ fn weighted_norm(search: &Search, residuals: &[f64]) -> f64 {
     weighted.map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Difference of an optimum to its limit of zero element or step size. One run with another mesh or step of every experiment
-/// yields the change of the residuals, and the linear response that of the unknowns. If the `method` is
-/// [`Refinement::Refitted`], a refit yields both. `variation` creates the other mesh or step, coarser if `coarser`;
-/// experiments without any stay. None where no experiment has any. Error: a simulation or the refit fails.
+/// Difference of an optimum to its limit of zero element or step size. `variation` creates another mesh or step of each
+/// experiment, coarser if `coarser`; experiments without any stay. One run of all at the optimum yields the change of the
+/// residuals. It is multiplied by the ratio of its experiment (0 for priors), and the linear response yields that of the
+/// unknowns. If the `method` is [`Refinement::Refitted`], a refit yields both, multiplied by the largest ratio. None where
+/// no experiment has another mesh or step. Error: a simulation or the refit fails.
 fn limit_difference(
     Fitted { search, optimum }: Fitted,
     local: &LocalAnalysis,
@@ -200,9 +203,9 @@ fn limit_difference(
     Ok(Some(LimitDifference { shifts, residual_norm, work: other.work.total() }))
 }
 
-/// Bias of an optimum by mesh and step. None where it is not requested and the program chose neither, without convergence, or
-/// where the residuals are rounding errors. A run that fails adds a warning, and the result is none. Error: the fit is
-/// stopped.
+/// Bias of an optimum by mesh and step. None where it is not requested and the program chose neither, without convergence,
+/// or where the residuals are rounding errors although there are more values than unknowns. A run that fails adds a
+/// warning, and the result is none. Error: the fit is stopped.
 pub(crate) fn estimate_bias(
     fitted: Fitted,
     local: &LocalAnalysis,
@@ -228,10 +231,11 @@ pub(crate) fn estimate_bias(
     }
 }
 
-/// Bias of an optimum by mesh and step, each changed alone, in parallel. They are coarser, or finer if that fails; refits are
-/// always with finer ones. A mesh or step that the program chose is corrected also if the `method` is [`Refinement::None`].
-/// Otherwise that yields none, as does an optimum without convergence. The work is added to that of the search. Error: a run
-/// fails, or the fit is stopped.
+/// Bias of an optimum by mesh and step, each changed alone, in parallel. They are coarser, or finer if that fails; refits
+/// are always with finer ones. The part of the residuals that each causes is a ratio of norms with the growth weights. A
+/// part counts as chosen if the program chose it for all experiments. A mesh or step that the program chose is also
+/// computed, linearly, if the `method` is [`Refinement::None`]. Otherwise that yields none, as does an optimum without
+/// convergence. The work is added to that of the search. Error: a run fails, or the fit is stopped.
 fn bias(
     fitted: Fitted,
     local: &LocalAnalysis,

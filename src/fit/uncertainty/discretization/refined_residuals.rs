@@ -48,9 +48,10 @@ impl<'a> RefinedResiduals<'a> {
         Self { fitted, bias, covariance, weights, change: OnceLock::new() }
     }
 
-    /// Residuals in the limit of zero element and step size, in units of sigma, without the weights of robust losses. The run
-    /// is made at the first call only. None where the scene gives mesh and step, the norm of the discretization errors is at
-    /// most [`DETECTABLE`], or the run is too large or fails.
+    /// Residuals in the limit of zero element and step size, in units of sigma, without the weights of robust losses. The
+    /// run is made at the first call only. None where the scene gives mesh and step, or the run is too large or fails. None
+    /// also where the discretization errors are undetectable: the residual fraction of the bias times the root of the
+    /// number of residuals is at most [`DETECTABLE`].
     pub fn residuals(&self) -> Option<Vec<f64>> {
         let residuals = &self.fitted.optimum.residuals;
         let norm = self.bias.residual_fraction() * (residuals.len() as f64).sqrt();
@@ -61,9 +62,10 @@ impl<'a> RefinedResiduals<'a> {
         Some(residuals.iter().zip(change).map(|(r, by)| r + by).collect())
     }
 
-    /// Change of the residuals to the limit of zero element and step size, once the unknowns have followed, from one run at
-    /// the corrected estimates. Its work is added to that of the search. None where the run exceeds [`MOST_WORK`]. Error: it
-    /// fails.
+    /// Change of the residuals to the limit of zero element and step size, once the unknowns have followed linearly. One
+    /// run at the corrected estimates has both sizes divided by [`REFINEMENT`]. Its difference to the residuals of the
+    /// optimum is multiplied by 4/3, as of second order. Its work is added to that of the search. None where the run
+    /// exceeds [`MOST_WORK`]. Error: it fails.
     fn change(&self) -> Result<Option<Vec<f64>>, Error> {
         let Fitted { search, optimum } = self.fitted;
         // The original mesh and step, both refined.

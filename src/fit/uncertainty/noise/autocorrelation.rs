@@ -45,8 +45,9 @@ pub(crate) struct NoiseCorrelations {
 
 impl NoiseCorrelations {
     /// Estimates the noise from the residuals at an optimum and the `rows` of the Jacobian in units of the noise, in
-    /// [`ROUNDS`] of moment matching. A series whose innovations have a p-value below [`COLORED_INNOVATIONS`] becomes white,
-    /// and the rounds are repeated. All series count as white where the residuals are rounding errors or have no variance.
+    /// [`ROUNDS`] of moment matching. A series whose innovations have a p-value below [`COLORED_INNOVATIONS`] becomes
+    /// white, and the rounds are repeated. The inflation is the root of the ratio of the variances of an unknown with this
+    /// noise and with white noise. All series count as white where the residuals are rounding errors or have no variance.
     /// For white noise the inflation is 1, and there is no score covariance.
     pub fn new(fitted: Fitted, rows: &[Vec<f64>], noise: &ResidualNoise) -> Self {
         let Fitted { search, optimum } = fitted;
@@ -156,9 +157,11 @@ impl NoiseCorrelations {
     }
 }
 
-/// Degrees of freedom of the variance of each unknown; none where it is known. They are `2/e^2` for the relative error `e` of
-/// the variance. It stems from the errors of variance and correlation of each series, and of the common variance. `inverse`
-/// is that of the normal matrix, `covariance` that of the unknowns.
+/// Degrees of freedom of the variance of each unknown; none where it is known. They are `2/e^2` for the relative error `e`
+/// of the variance. Let `s` be the share of a series of `n` values in the variance of the unknown. Its variance adds `2
+/// s^2/n` to `e^2`, unless sigma is stated; its correlation `r` adds `t^2 (1 - r^2)/n`, with the numerical derivative `t`
+/// of the relative variance. The common variance adds `2 s^2/nu` for its remaining share and its degrees of freedom `nu`.
+/// `inverse` is that of the normal matrix, `covariance` that of the unknowns.
 fn degrees_of_freedom(
     series: &[CoordinateSeries],
     inverse: &DMatrix<f64>,

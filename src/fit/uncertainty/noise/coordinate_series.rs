@@ -107,7 +107,8 @@ impl CoordinateSeries {
         (self.correlation > 0.0).then(|| length.clamp(1, self.len()))
     }
 
-    /// Pairs of successive values at most [`MOST_SPACINGS`] apart, with the sums of their products and of their mean squares.
+    /// Pairs of successive values at most [`MOST_SPACINGS`] apart, with the sums of their products `a b` and of their mean
+    /// squares `(a^2 + b^2)/2`. The ratio of these sums is the lag-one correlation.
     fn neighbors(&self) -> NeighborSums {
         let mut sums = NeighborSums { pairs: Vec::new(), products: 0.0, squares: 0.0 };
         for (first, times) in self.times.windows(2).enumerate() {
@@ -162,8 +163,10 @@ impl CoordinateSeries {
     }
 
     /// Updates the variance, unless sigma is stated, and the correlation, if it is significant, by one round of moment
-    /// matching. It takes the `inverse` of the normal matrix, and the `covariance` of the unknowns by the noise of all
-    /// series. The correlation is from 0 to [`largest_correlation`].
+    /// matching. The variance is the mean square residual over the part of the noise that the fit leaves, 1 -
+    /// [`MOST_ABSORBED`] at least. The correlation makes the observed lag-one ratio the expected one, and is multiplied by
+    /// `1 + 2/n` for `n` pairs. Arguments are the `inverse` of the normal matrix, and the `covariance` of the unknowns by
+    /// the noise of all series. The result is from 0 to [`largest_correlation`].
     pub fn refine(&mut self, inverse: &DMatrix<f64>, covariance: &DMatrix<f64>) {
         // Expectations for the present model, from the hat matrix restricted to the rows of the series.
         let (n, correlated) = (self.len(), self.correlated_jacobian());
@@ -227,9 +230,10 @@ fn correlation_with_mean(pairs: &[Neighbors], mean: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Series of every coordinate of every measurement with at least [`FEWEST`] values, from the `rows` of the Jacobian in units
-/// of the noise. Significant correlations are marked. So are unequal variances of the coordinates of a measurement without a
-/// stated sigma. All variances are still the common one, and all correlations zero.
+/// Series of every coordinate of every measurement with at least [`FEWEST`] values, from the `rows` of the Jacobian in
+/// units of the noise. Residuals pass through the influence function of the loss; with a robust loss those of a measurement
+/// are scaled to the root mean square 1. Significant correlations are marked. So are unequal variances of the coordinates
+/// of a measurement without a stated sigma. All variances are still the common one, and all correlations zero.
 pub(crate) fn coordinate_series(
     fitted: Fitted,
     rows: &[Vec<f64>],
@@ -280,8 +284,8 @@ pub(crate) fn coordinate_series(
 }
 
 /// Whether the coordinates of a measurement have different variances, by Bartlett's test (1937) at the level
-/// [`UNEQUAL_VARIANCES`]. The numbers of values are those of independent ones, by the correlation of the neighbors. False for
-/// a single series.
+/// [`UNEQUAL_VARIANCES`]. The number of values `n` of a series counts as `n (1 - r^2)/(1 + r^2)` independent ones, with the
+/// correlation `r` of its neighbors. False for a single series.
 fn have_unequal_variances(series: &[CoordinateSeries]) -> bool {
     // The squares of autocorrelated noise carry the information of fewer independent ones.
     let count = |s: &CoordinateSeries| {

@@ -138,8 +138,9 @@ impl CoordinateSamples {
     }
 
     /// Noise scale of the coordinate `axis` of an `observation`, m, compared with the root mean square residual without
-    /// outliers and excluded values. A scale below the resolution of the values is replaced by it. Points of a shape at rest
-    /// (not `is_motion`) have none: they are not ordered in time. Without an estimate the reason is stored instead.
+    /// outliers and excluded values. A scale below the resolution, the quantization step over the root of 12, is replaced
+    /// by it, with [`QUANTIZATION_FREEDOM`]. Points of a shape at rest (not `is_motion`) have none: they are not ordered in
+    /// time. Without an estimate the reason is stored instead.
     pub fn scale(&self, observation: String, axis: &str, is_motion: bool) -> NoiseScale {
         // Residuals without outliers, and their degrees of freedom.
         let outliers = self.outliers();
@@ -200,7 +201,8 @@ fn excess_probability(ratio: f64, freedom: f64, count: f64) -> f64 {
     ChiSquared::new(freedom).map_or(1.0, |chi| chi.cdf(freedom / (ratio * ratio)))
 }
 
-/// Text of the reason why there is no noise scale, for the report.
+/// Text of the reason why there is no noise scale, for the report: equal values, too few differences (with the number
+/// needed), too many outliers (in per cent), or a ratio of noise by every second sample above that by all.
 fn description(reason: NoEstimate) -> String {
     match reason {
         NoEstimate::Constant => "all values are the same".into(),

@@ -34,10 +34,13 @@ pub(crate) struct ResidualNoise {
 }
 
 impl ResidualNoise {
-    /// Estimates the variance of the residuals at an optimum, its degrees of freedom, and the weights of the rows.
-    /// Down-weighted values of growing sensitivities count as a part of a value, and unknown arc lengths use up one each. The
-    /// variance is 1 if all sigmas are stated. It is 1 too where the weights depend on the fit, as sigma is then estimated
-    /// before. Weights of priors are 1.
+    /// Estimates the variance of the residuals at an optimum, its degrees of freedom, and the weights of the rows. The
+    /// degrees of freedom are the number of residuals, those of priors included, less the numbers of unknowns and of
+    /// unknown arc lengths. Weights `w` of growing sensitivities lower them by the sum of `1 - w^2`. With such weights or
+    /// arc lengths they are at least 1. The variance is 1 if all sigmas are stated, or where the weights depend on the fit,
+    /// as sigma is then estimated before. The misfit scale is the variance, or `sum psi^2/sum psi'` over all measured
+    /// values if any loss is robust. The weight of a row is the root of the information of its loss (one for all rows of a
+    /// measurement; 1 for priors), times its leverage weight.
     pub fn new(fitted: Fitted) -> Self {
         let Fitted { search, optimum } = fitted;
         let total = optimum.residuals.len();
@@ -182,8 +185,9 @@ impl LossEffect {
     }
 }
 
-/// Effects of the robust losses, one entry per measurement with such a loss, in their order; all markers of a recording share
-/// one. The factor of the standard errors is the inverse of the largest weight in `noise` of its rows.
+/// Effects of the robust losses, one entry per measurement with such a loss, in their order; all markers of a recording
+/// share one. Values beyond the scale of the loss, and beyond [`OUTLYING`] sigma, are counted. The factor of the standard
+/// errors is the inverse of the largest weight in `noise` of its rows.
 pub(crate) fn loss_effects(fitted: Fitted, noise: &ResidualNoise) -> Vec<LossEffect> {
     let mut effects: Vec<LossEffect> = Vec::new();
     for MeasuredResiduals { experiment, measurement, residuals, rows, .. } in fitted.measured() {

@@ -81,8 +81,9 @@ struct ReplicateInputs<'a> {
     root: DMatrix<f64>,
 }
 
-/// Changes the known inputs of the experiments by `errors`, one each, in units of their standard uncertainties. Without
-/// inputs nothing changes. Error: a scene does not allow the changed value.
+/// Changes the known inputs of the experiments, in place, by `errors`, one per input and in units of its standard
+/// uncertainty. Experiments without an input keep their value. Without inputs nothing changes. Error: a scene does not
+/// allow the changed value.
 fn add_input_errors(
     experiments: &mut [Experiment],
     knowns: &[Known],
@@ -104,10 +105,11 @@ fn add_input_errors(
 }
 
 impl ReplicateInputs<'_> {
-    /// Estimates of replicate `number`, on the unknowns' scales (logarithms of positive parameters), and the work of its fit,
-    /// steps times segments. The data are the simulated values plus noise, from the random stream `number`; means of priors
-    /// and inputs have random errors too. The fit starts at the optimum. Error: a fit that fails or does not converge, or a
-    /// scene that does not allow the inputs.
+    /// Estimates of replicate `number`, on the unknowns' scales (logarithms of positive parameters), and the work of its
+    /// fit, steps times segments. The data are the simulated values plus noise, from the random stream `number`; the mean
+    /// of a prior is the optimum plus a random error of its sigma, and inputs have random errors with their correlations.
+    /// The fit starts at the optimum. Error: a fit that fails or does not converge, or a scene that does not allow the
+    /// inputs.
     fn replicate(&self, number: usize) -> (Result<Vec<f64>, Error>, f64) {
         let Resampling { seed, knowns, correlations, draws_blocks, .. } = self.resampling;
         let mut random = ChaCha8Rng::seed_from_u64(*seed);
@@ -165,9 +167,9 @@ impl ReplicateInputs<'_> {
     }
 }
 
-/// Spread of every estimate over the replicates, one entry per unknown. None where the fit is stopped before all are done, or
-/// fewer than two converge. Failed replicates add one note and are left out. The estimates of each replicate are stored if
-/// `resampling` requests it.
+/// Spread of every estimate over the replicates, one entry per unknown. None where the fit is stopped before all are done,
+/// or fewer than two converge. Failed replicates add one note and are left out. The estimates of each replicate are stored
+/// if `resampling` requests it. If the simulation at the optimum fails, all count as failed.
 pub(crate) fn spreads(
     fitted: Fitted,
     resampling: &Resampling,
@@ -198,9 +200,11 @@ pub(crate) fn spreads(
     search.unknowns.iter().enumerate().map(spread).collect()
 }
 
-/// Runs the replicates in parallel, in batches of [`BATCH`], and adds their work to that of the search. Returns the estimates
-/// of the converged ones on the unknowns' scales, in the order of their numbers; fewer after a stop. Error: the simulation at
-/// the optimum fails, or the correlations of the inputs contradict each other.
+/// Runs the replicates in parallel, in batches of [`BATCH`], and adds their work to that of the search. Series with a noise
+/// of their own have their own variance, and their residuals are scaled to it before blocks are drawn. With exact inputs
+/// all replicates share the simulation at the optimum. Returns the estimates of the converged ones on the unknowns' scales,
+/// in the order of their numbers; fewer after a stop. Error: the simulation at the optimum fails, or the correlations of
+/// the inputs contradict each other.
 fn replicates(fitted: Fitted, resampling: &Resampling) -> Result<Vec<Vec<f64>>, Error> {
     let Fitted { search, optimum } = fitted;
     let (mut simulated, mut noise, mut units) = (Vec::new(), Vec::new(), Vec::new());
@@ -260,9 +264,9 @@ impl Bootstrap {
         Self::from_scaled(unknown, value, x)
     }
 
-    /// Spread of estimates `x` on the unknown's scale (logarithm of a positive parameter) about its `value` in its unit. The
-    /// standard deviation of `x` is converted by the derivative at `value`. Percentiles are linear interpolations of the
-    /// sorted `x`, then converted. None for fewer than two.
+    /// Spread of estimates `x` on the unknown's scale (logarithm of a positive parameter) about its `value` in its unit.
+    /// The standard deviation of `x` (over `n - 1`) is converted by the derivative at `value`. Percentiles are linear
+    /// interpolations of the sorted `x`, then converted. None for fewer than two.
     fn from_scaled(unknown: &Unknown, value: f64, mut x: Vec<f64>) -> Option<Self> {
         if x.len() < 2 {
             return None;

@@ -106,8 +106,9 @@ fn deviations(
     Some(variance.into_iter().enumerate().map(scaled).collect())
 }
 
-/// Gradients and Gauss-Newton Hessians of the misfit of all experiments with measurements, in their order, by the `unknowns`
-/// with these indices, on their scales. Robust losses and leverage weights enter as in the fit.
+/// Gradients and Gauss-Newton Hessians of the misfit of all experiments with measurements, in their order, by the
+/// `unknowns` with these indices, on their scales. They are the sums of `psi w j` and of `psi' w^2 j j'` over the rows `j`
+/// of the Jacobian. Here `w` is the leverage weight, and `psi` the influence of the loss at the weighted residual.
 fn experiment_misfits(fitted: Fitted, unknowns: &[usize]) -> Vec<ExperimentMisfit> {
     let k = unknowns.len();
     let mut experiments: Vec<ExperimentMisfit> = Vec::new();
@@ -134,10 +135,11 @@ fn experiment_misfits(fitted: Fitted, unknowns: &[usize]) -> Vec<ExperimentMisfi
     experiments
 }
 
-/// Sets the jackknife over experiments in the estimates with a standard error and without an upper bound. If its interval is
-/// the wider one, it replaces standard error and interval. The discretization error is common to all experiments: its `bias`
-/// corrects the values and widens the intervals. Nothing is set for fewer than [`FEWEST`] experiments, without convergence,
-/// or where one experiment alone determines an unknown.
+/// Sets the jackknife over experiments in the estimates with a standard error and without an upper bound. If its interval
+/// is the wider one, it replaces standard error and interval of the estimate; those by the residuals are kept in the
+/// jackknife. Experiments that determine all these unknowns alone also have estimates of their own. The discretization
+/// error is common to all experiments: its `bias` corrects the values and widens the intervals. Nothing is set for fewer
+/// than [`FEWEST`] experiments, without convergence, or where one experiment alone determines an unknown.
 pub(crate) fn add_cluster_jackknife(
     estimates: &mut [Estimate],
     fitted: Fitted,

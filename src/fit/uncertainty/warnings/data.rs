@@ -12,8 +12,8 @@ use crate::fit::measurement::repeated_frames::RepeatedFrames;
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 
-/// Adds a warning of an optimum that is inexact because the integrator halved time steps there, which makes the misfit
-/// discontinuous. Nothing is added where the fit converged and its residuals are noise.
+/// Adds a warning of the severity `Numerics` of an optimum that is inexact because the integrator halved time steps there,
+/// which makes the misfit discontinuous. Nothing is added where the fit converged and its residuals are noise.
 pub(crate) fn halved_steps(Fitted { search, optimum }: Fitted, warnings: &mut Warnings) {
     let is_reached = optimum.converged && search.is_noise(optimum);
     // At a converged optimum with residuals of noise the jumps did no harm.
@@ -24,8 +24,8 @@ pub(crate) fn halved_steps(Fitted { search, optimum }: Fitted, warnings: &mut Wa
     }
 }
 
-/// Adds a warning, for every experiment with a motion, of each time step that does not resolve the motion of a support, or
-/// exceeds the simulation.
+/// Adds a warning of the severity `Numerics`, for every experiment with a motion, of each time step that does not resolve
+/// the motion of a support, or exceeds the simulation.
 pub(crate) fn steps_too_large(experiments: &[Experiment], warnings: &mut Warnings) {
     for experiment in experiments.iter().filter(|e| e.moves()) {
         for (code, text) in experiment.problem.step_warnings() {

@@ -52,7 +52,8 @@ pub(crate) fn one_sided_bounds(
     }
 }
 
-/// Adds a warning of a contradiction for each identifiable unknown whose optimum is at a bound of the search.
+/// Adds a warning of a contradiction for each identifiable unknown whose optimum is at or beyond a bound of the search,
+/// with the bound in its unit. Unknowns without a standard deviation in the `covariance` are skipped.
 pub(crate) fn bounds_reached(
     unknowns: &[Unknown],
     optimum: &Optimum,

@@ -46,10 +46,12 @@ pub(crate) fn is_too_large(rms: f64, values: usize) -> bool {
     rms > (quantile / n).sqrt().max(TOO_LARGE)
 }
 
-/// Adds a warning for each measurement whose residuals exceed the part `UNEXPLAINED` of the observed motion and
-/// [`EXPLAINED_SIGMAS`], and are no noise. It is one of a misfit for one bad experiment among good ones, and worthless if the
-/// residuals are as large as the motion. A second warning is for residuals that are too large for a stated sigma. `narrow` is
-/// the consequence for the intervals, as a sentence. Nothing is added where all residuals are rounding errors.
+/// Adds a warning for each measurement with unexplained residuals. Their root mean square exceeds the part `UNEXPLAINED` of
+/// the observed motion, and [`EXPLAINED_SIGMAS`] stated sigmas. They are neither noise of the scale of the samples
+/// ([`Adequacy::is_explained`]) nor white or AR(1) noise by all tests ([`is_noisy`]). The severity is `Misfit` for one
+/// outlying experiment among good ones, `Worthless` if the residuals are as large as the motion, else `Unexplained`.
+/// Independently, residuals too large for a stated sigma ([`is_too_large`]) add a `Misfit`. `narrow` is the consequence for
+/// the intervals, as a sentence. Nothing is added where all residuals are rounding errors.
 pub(crate) fn unexplained_motion(
     fitted: Fitted,
     LocalAnalysis { correlations, adequacy, .. }: &LocalAnalysis,
@@ -187,7 +189,7 @@ pub(crate) fn is_noise(fitted: Fitted, local: &LocalAnalysis) -> bool {
 /// Adds a warning of an ambiguity for each coordinate whose residuals may be autocorrelated noise or a missing effect. One
 /// cause is an excess over the noise scale of the samples, with or without outliers. Others are a correlation above
 /// [`STRONG_CORRELATION`] without any scale, and one at the limit of its estimate. With a stated sigma only the last one
-/// counts.
+/// counts. A coordinate with several causes has one warning, in this order: outliers, excess, correlation.
 pub(crate) fn excess_over_noise_scale(
     search: &Search,
     adequacy: &Adequacy,
@@ -239,9 +241,9 @@ pub(crate) fn excess_over_noise_scale(
     }
 }
 
-/// Adds a note for each stated sigma that differs from the scatter of the data by more than a factor of 2.5, either way. The
-/// scatter is the largest of the noise scales of its coordinates, or of their root mean square residuals where there is no
-/// scale.
+/// Adds a note for each stated sigma of a recorded motion that differs from the scatter of the data by more than a factor
+/// of 2.5, either way. The scatter is the largest of the noise scales of its coordinates, or of their root mean square
+/// residuals where there is no scale.
 pub(crate) fn doubtful_sigmas(search: &Search, adequacy: &Adequacy, warnings: &mut Warnings) {
     for (index, (experiment, measurement)) in all(search.experiments).enumerate() {
         let Some(sigma) = measurement.sigma() else { continue };
