@@ -3,7 +3,7 @@
 //! Unknowns are those of all rods, one rod after the other, and then the coordinates of the bodies (position and
 //! rotation). The end nodes that a body carries follow from its coordinates: one node of a hinged end, two of a clamped
 //! one. Nodes at walls are fixed. [`Assembly`] is a [`Rod`] for steppers, equilibria and modes, without springs of
-//! internal friction. Both variants are [`JoinedRods`] over an [`AssemblyLayout`], with a bordered [tangent]. Bodies
+//! internal friction. Both variants are [`JoinedRods`] over an [`AssemblyLayout`], with a bordered `tangent`. Bodies
 //! and joint springs are in [`bodies`] (plane) and [`spatial_bodies`] (space).
 
 pub mod attachment;
