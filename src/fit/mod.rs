@@ -59,6 +59,7 @@ pub use misfit::residuals::Residuals;
 #[cfg(feature = "page")]
 pub(crate) use report::estimate_table::interval_content;
 #[cfg(feature = "page")]
+#[cfg(feature = "page")]
 pub(crate) use report::experiment_estimates::compared_estimates;
 pub use report::fit_summary::FitSummary;
 pub use report::plot_data::{
@@ -83,6 +84,7 @@ pub use uncertainty::budget::entries::{BudgetLine, InputSensitivity, MonteCarlo}
 pub use uncertainty::covariance::determined_groups::DeterminedGroup;
 pub use uncertainty::covariance::identifiability::{NonIdentifiability, UnidentifiableDirection};
 pub use uncertainty::covariance::profile_likelihood::Profile;
+#[cfg(feature = "page")]
 pub(crate) use uncertainty::discrepancy::findings::biases_beyond_interval;
 pub use uncertainty::discrepancy::findings::{ScoreTest, UndetectedBias};
 pub use uncertainty::discrepancy::free_run::{ErrorSummary, RecordingError, RecordingErrors};

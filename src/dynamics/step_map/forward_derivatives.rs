@@ -191,8 +191,8 @@ impl<R: Sensitive> StepMap<'_, R> {
     }
 
     /// The counterpart of [`set_forces`](Self::set_forces) for averaging schemes: overwrites `direct` with the weighted
-    /// sum over the quadrature stages and, with a history, the viscous stage at the end. A stage is at `q0 + place (q1
-    /// - q0)`: the start enters with the factor `1 - place`, held unknowns at the end with `place`, through the tangent
+    /// sum over the quadrature stages and, with a history, the viscous stage at the end. A stage is at
+    /// `q0 + place (q1 - q0)`: the start enters with the factor `1 - place`, held unknowns at the end with `place`, through the tangent
     /// of the stage.
     fn set_average_forces<const G: usize>(
         &self,
