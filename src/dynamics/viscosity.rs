@@ -79,9 +79,9 @@ impl<D: Scalar> EffectiveStrainFactors<D> {
         }
     }
 
-    /// The factors of the stress at the start of a step, where the strain `s0`, its mean rate `r0` over the step
-    /// before and the stretch `z0` of the Maxwell spring are given. Those of an averaging scheme are for half of the
-    /// viscous stress alone.
+    /// The factors of the whole stress, elastic and viscous, at the start of a step: `factor` is 1, for the strain `s0`
+    /// there. `r0` is its mean rate over the step before, `z0` the stretch of the Maxwell spring there; `strain` is zero.
+    /// For an averaging scheme they are those of half of the viscous stress, without the elastic one: `factor` is zero.
     pub fn at_start(coefficients: &StepCoefficients<D>, damping: &Damping<D>) -> Self {
         let zero = D::from(0.0);
         // An average counts both ends by half.

@@ -230,7 +230,9 @@ impl Scene {
 
     /// The same scene over another number type. `convert` returns the new number of the path, value and quantity of each
     /// physical number, in the order of the tables. Numbers without effect are converted without derivatives, and `convert`
-    /// is not called for them. These are initial velocities without `[time]`, and `beta` and `rho_inf` of another scheme.
+    /// is not called for them: initial velocities without `[time]`, `beta` and `rho_inf` of another scheme. If the scene stands
+    /// for a structure, `convert` gets the numbers of the camera, then those of the structure; the numbers of the
+    /// representative rod have no effect either.
     pub fn map_numbers<D: From<f64>>(
         &self,
         mut convert: impl FnMut(&str, f64, Quantity) -> D,

@@ -14,8 +14,9 @@
 //! 41 (1921) 744). For a free one it is the first term of the correction in ASTM E1876.
 //!
 //! `Q` is the transverse part of the sum of inertia forces and reactions on one side of the section. The part of the
-//! tension that rotates with the section is subtracted. This holds for curved, tapered and hanging rods. Output: the
-//! two terms of `e` for each mode.
+//! tension that rotates with the section is subtracted. This holds for curved, tapered and hanging rods. Output
+//! for each mode ([`ThicknessEffect`]): the first term of `e` for `E/(kappa G) = 1`, and the second one.
+//! [`ThicknessEffect::reduction`] returns `e`: the first times `E/(kappa G)`, plus the second.
 
 use crate::error::Error;
 use crate::numerics::tangent::Tangent;

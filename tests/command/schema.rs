@@ -128,7 +128,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     all
 }
 
-/// A copy for every table in a value, with a key that no table has.
+/// A copy for every table in a value, with a key that no table has; the keys of `markers` are names.
 fn with_unknown_keys(value: &Value) -> Vec<Value> {
     let mut all = Vec::new();
     let inner = |at: &dyn Fn(Value) -> Value, inner: &Value| -> Vec<Value> {
@@ -144,7 +144,9 @@ fn with_unknown_keys(value: &Value) -> Vec<Value> {
                 copy.insert(key.clone(), new);
                 Value::Object(copy)
             };
-            all.extend(inner(&put, entry));
+            if key != "markers" {
+                all.extend(inner(&put, entry));
+            }
         }
     }
     if let Value::Array(list) = value {
