@@ -140,7 +140,7 @@ def test_scenes_convert_to_tables_and_back(scene):
     for other in (rodfit.Scene(table, DATA), rodfit.Scene(DATA / "cantilever.toml"), rodfit.Scene.load(DATA / "cantilever.toml")):
         assert np.array_equal(other.simulate().tip, scene.simulate().tip)
     # A fit file is no scene, and a number neither.
-    with pytest.raises(rodfit.InputError, match="rodfit.Scene. Read a fit file with Fit.load"):
+    with pytest.raises(rodfit.InputError, match="rodfit.Scene or rodfit.Structure. Read a fit file with Fit.load"):
         rodfit.Fit("cantilever-fit.toml")
     with pytest.raises(rodfit.InputError, match="point: found an argument, allowed: only at, sigma"):
         rodfit.Fit(scene).observe([0.0], [[0.5]], point="tip")
