@@ -109,7 +109,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     pub(crate) fn energy_at(&self, squared: D, length: D) -> D {
         let strain = self.strain_of(squared, length);
         let linear = self.energies(&self.difference(&[strain]))[0];
-        match &self.beyond {
+        match self.beyond {
             None => linear,
             Some(beyond) => linear + beyond.energy(strain) * self.rest_length,
         }
@@ -205,7 +205,9 @@ impl<D: Scalar, const M: usize> Law<D, 1> for Stretch<D, M> {
     /// for a linear one.
     #[inline(always)]
     fn beyond(&self, [strain]: &[D; 1]) -> Option<([D; 1], [D; 1])> {
-        let [slope, force] = self.beyond.as_ref()?.response(*strain);
+        // A copy: the call out of line takes an address, and the numbers of the edge stay in registers.
+        let beyond = self.beyond?;
+        let [slope, force] = beyond.response(*strain);
         Some(([slope], [force]))
     }
 
