@@ -70,7 +70,8 @@ pub(super) fn is_limp(scene: &Scene, guess: &Problem) -> bool {
 }
 
 /// Whether the motion has many modes: the scene has a `supports.motion` or an initial velocity, or the rod is not planar or
-/// [limp](is_limp). It has many too if the rod starts neither from its rest shape nor from its equilibrium.
+/// [limp](is_limp). It has many too if the rod starts neither from its rest shape nor from its equilibrium. `guess` is
+/// the problem of the scene with the first trial mesh and step; its length and its model (planar or spatial) are used.
 fn has_many_modes(scene: &Scene, guess: &Problem) -> bool {
     is_struck(scene)
         || !matches!(scene.initial.state, InitialState::Rest | InitialState::Equilibrium)

@@ -10,7 +10,7 @@
 //! 3. The state persists: forces and velocities displace the rod little in the time `1/sigma` ([`PERSISTENT`]). With
 //!    `s = 2 sigma^2` these displacements are `(K + s M)^-1 f` and `(K + s M)^-1 s^(1/2) M v`.
 //!
-//! The result is a warning with time and growth rate.
+//! A mode out of the plane of a planar scene counts as held. The result is a warning with time and growth rate.
 //! The last such state of a run becomes a warning of its report; the run is not changed.
 
 use crate::code::Code;

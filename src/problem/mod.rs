@@ -561,8 +561,8 @@ impl<'a, M: Model> Discretized<'a, M> {
         start..dof.saturating_sub(held(End::End)).max(start)
     }
 
-    /// Indices, within the [free](Self::free) range, of the coordinates of nodes whose positions a recording prescribes;
-    /// empty without a recording.
+    /// Indices among all unknowns, ascending, of the coordinates of nodes whose positions a recording prescribes; those
+    /// outside the [free](Self::free) range are left out. Empty without a recording.
     pub(crate) fn prescribed(&self) -> PrescribedDofs {
         let free = self.free();
         let nodes = self.recorded().into_iter().flat_map(|part| part.nodes);

@@ -1,4 +1,5 @@
-//! Linear and angular momentum of a structure, summed over the masses of rods, bodies and springs.
+//! Linear and angular momentum (about the origin) of a structure, kg m/s and kg m^2/s: masses of rods and bodies, inertias
+//! of bodies and of sprung clamps.
 //!
 //! Masses of carried and fixed nodes are left out: bodies include those of carried nodes, and walls hold the fixed ones.
 //! Rotational momenta of bodies and sprung clamps are included, in space also spins of edges. Tests of conservation use both

@@ -2,8 +2,8 @@
 //!
 //! An edge and a planar joint have one strain and the stiffness `[k]`. A spatial joint has the strains `k1`, `k2` of
 //! bending and `tau` of twisting, and a [`Stiffness`]. The trait [`Symmetric`] has entries of the upper triangle,
-//! products, scaling by kinds of strain, and the solution of `K s = w`. Entries are numbers, or derivatives of them in
-//! SIMD lanes.
+//! products, scaling by kinds of strain, and the solution of `K s = w`. Entries are numbers (plain, with
+//! derivatives, or in SIMD lanes), or derivatives of a number alone in SIMD lanes, one lane per parameter.
 
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use std::fmt::Debug;

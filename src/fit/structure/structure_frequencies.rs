@@ -1,4 +1,8 @@
-//! Natural frequencies of a structure with their derivatives, as measurements compare them.
+//! Natural frequencies of a structure in a plane with their derivatives by parameters, for comparison with measured ones.
+//!
+//! Input: a structure, modes by their numbers (from 1, in the plane of the structure), and a list of parameters. Output: one
+//! [`NaturalFrequency`] per mode in the same order, rad/s, with its derivatives by all parameters (one run over dual numbers
+//! for each). Names of modes with a filter (plane, kind or direction) and structures in space are errors.
 
 use crate::error::{Error, ensure};
 use crate::scene::Parameter;

@@ -66,8 +66,9 @@ impl<D: Nestable> SpatialBodies<D> {
         bodies.chain(self.springs.iter().map(|spring| &spring.rotation))
     }
 
-    /// The rotations in the order of `rotations`, each with its axes in the columns, in world components, at the
-    /// coordinates `z`.
+    /// The rotations in the order of `rotations`, each with its axes in the columns, in world components. `z` are the
+    /// coordinates of all bodies: the unknowns of the assembly from the first of them on. `frames` have the references of
+    /// the rotations.
     pub fn rotations_with_axes<'a>(
         &'a self,
         z: &'a [D],

@@ -1,14 +1,16 @@
 //! Distance of the estimates to the limit of zero element and step size, from runs on another mesh and with another step.
 //!
 //! Mesh and step are changed alone, and the change of the parameters (linear response, or a refit on request) is
-//! extrapolated to zero. Those that the scene gives are extrapolated as of first order: for a method of second order that
-//! is two and a half to three times the error, and mesh and step never cancel. A mesh or step twice as coarse costs one
+//! extrapolated to zero. Those that the scene of a rod gives are extrapolated as of first order (those of a structure with
+//! the order of the method): for a method of second order that is two and a half to three times the error, and mesh and
+//! step never cancel. A mesh or step twice as coarse costs one
 //! simulation, 1.5 times as coarse 1.3. Finer ones cost 2.5 simulations by a quarter and 4 by half, with the same coverage
 //! (`cargo run --release --example discretization_error -- 400`). Where coarser ones do not resolve the motion, or fail,
 //! they are finer by a quarter. The mesh of a rod with recorded ends is twice as fine instead.
 //!
-//! Where the program [chose](crate::fit::resolution) mesh or step, changes are extrapolated with the order of the method,
-//! and the values are corrected. [`estimate_bias`] returns this distance for each unknown as a [`DiscretizationBias`].
+//! Where the program [chose](crate::fit::resolution) mesh or step, changes are extrapolated with the order of the method. The
+//! estimates are corrected later, where it chose them for all experiments. [`estimate_bias`] returns one
+//! [`DiscretizationBias`]: the distances of all unknowns, on their scales, for the mesh and for the step.
 
 use crate::accuracy::{Extrapolation, smooth_mesh_order, step_order};
 use crate::code::Code;
