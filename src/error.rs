@@ -1,9 +1,9 @@
 //! The error type of the library, and constructors of its variants.
 //!
-//! Two groups: invalid input (file, key or line, found value, allowed values), without a code, and failed computations (time,
-//! quantity, remedy), which have a [`Code`]. The command returns exit code 2 for the first group and 3 for the second. Texts
-//! from files are shortened, and their control characters escaped. Errors get their file ([`Error::in_file`]) and table
-//! ([`Error::below`]) where they are passed on.
+//! Two groups: invalid input (file, key or line, found value, allowed values; also queries out of range), without a code;
+//! and failed or interrupted computations (time, quantity, remedy), with a [`Code`]. The command returns exit code 2 for
+//! the first group and 3 for the second. Texts from files are shortened, and their control characters escaped. Errors get
+//! their file ([`Error::in_file`]) and table ([`Error::below`]) where they are passed on.
 
 use crate::code::Code;
 use marker_files::printable::{

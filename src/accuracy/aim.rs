@@ -1,9 +1,12 @@
 //! Purposes for which numerics are chosen ([`Aim`]), and limits of the choice: Newton tolerances, largest meshes, allowed
 //! numbers of edges.
 //!
-//! The Newton tolerance of a chosen scheme is a fraction of the requested accuracy ([`RUN_TOLERANCE`],
-//! [`TRIAL_TOLERANCE`]). Meshes at rest, and the first mesh of a motion, have at most [`MAX_SEGMENTS`] edges, those of
-//! modes [`MAX_SEGMENTS_OF_MODES`]. The number of edges is such that every marker of a recorded path is at a node.
+//! The Newton tolerance of a step, over the rod length, is a fraction of the requested accuracy ([`RUN_TOLERANCE`],
+//! [`TRIAL_TOLERANCE`]), at most [`LARGEST_TOLERANCE`]. It is set only where the program chose the scheme and that has
+//! Newton iterations. Meshes at rest, and the first mesh of a motion, have at most [`MAX_SEGMENTS`] edges, those of modes
+//! [`MAX_SEGMENTS_OF_MODES`]. `allowed_edges` returns the smallest number of edges, at least the given one, at which every
+//! marker of a recorded path is at a node. `is_struck` returns whether a motion begins with a jump of velocities:
+//! `supports.motion`, or an initial velocity. The choice of numerics uses them.
 
 use crate::scene::{Recorded, Scene, StepTolerance, Time};
 

@@ -1,9 +1,12 @@
-//! The basis of the chosen numerics of a motion: the last trial run of the search, its estimated errors and orders, and
-//! the limits of the work.
+//! The basis of the chosen numerics of a motion: the last trial run of the search, its estimated errors (over the rod
+//! length) and orders, and the limits of the work.
 //!
-//! [`Basis`] computes from them, by extrapolation, the refinement with the least work that reaches the target error, and
-//! the edges and steps of a run with it. The search for numerics chooses the run with it, and the check of that run a
-//! repetition. [`ChosenMotion`] is the result of the search.
+//! [`Basis::refinement`] returns the factors on mesh and step with the least work whose extrapolated error is the target. If
+//! that is above [`LAST_GROWTH`] times the work of the trial run, it returns the most accurate ones within that work. A part
+//! that is not free keeps the factor 1; factors below 1 are coarser. [`Basis::refined`] returns edges and steps of a run
+//! with them, rounded up. The search for numerics chooses the run with it, and the check of that run a repetition.
+//! [`ChosenMotion`] is the result of the search: numerics, step in s, estimated error (none if unknown), and the reason if
+//! the requested error is not reached.
 
 use crate::accuracy::aim::allowed_edges;
 use crate::accuracy::refinement::{ErrorModel, Free, RefinementFactors, work};

@@ -1,10 +1,12 @@
 //! Check of a chosen run by the last trial run, with repetition where its error is too large.
 //!
-//! Positions of both runs are compared at nine points or fewer and 200 times. Where they differ by more than the
-//! estimated change of the errors, these were underestimated, and are enlarged until they explain the difference. Where
-//! the enlarged error is above the requested one, or the run fails, the run is repeated with finer numerics, at most
-//! [`MAX_REPETITIONS`] times and within limits of work. Output: the last run and its estimated error over the length.
-//! Users: [`Scene::simulate`], and [`run_checked`] and [`simulate_checked`] for other kinds of runs.
+//! Positions of both runs are compared at nine points or fewer and 200 times. Where they differ by more than the estimated
+//! change of the errors, these were underestimated, and are enlarged until they explain the difference. The run is accepted
+//! if its error is at most the requested one, or [`CORRECTED_PART`] of it after an enlargement. Otherwise it is repeated
+//! with finer numerics, and a failed run with [`AFTER_FAILURE`] times the steps. There are at most [`MAX_REPETITIONS`]
+//! repetitions, within limits of work, and none where the scene gives the step; then the run is kept as it is. Output: the
+//! last run and its estimated error over the length, `None` for a failed run or without estimates. Users:
+//! [`Scene::simulate`], and [`run_checked`] and [`simulate_checked`] for other kinds of runs.
 
 use crate::accuracy::aim::{RUN_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::basis::Basis;

@@ -1,12 +1,14 @@
-//! Differences of successive runs, each finer than the one before in mesh or in step, and from them order and error of
-//! the last run.
+//! Differences of successive runs, each finer than the one before in mesh or in step, and from them order and error of the
+//! last run.
 //!
 //! Let `e = C h^p` be the error after a refinement by `r`. The refinement changes the result by `d = e (r^p - 1)`
-//! (Richardson). The order `p` is observed from the ratio of two differences, and kept within [`OrderBounds`]. An order
-//! above its `at_once` needs a third difference; with a single difference it is `assumed`. Modes that a coarse mesh does
-//! not have, or that large steps damp, appear one after the other, so that differences decrease more slowly than the
-//! order of the method. Differences and errors are over the rod length, or relative for modes. The searches for the
-//! numerics of motions and for meshes at rest use it.
+//! (Richardson). [`RefinementSequence`] stores the differences `d` with their factors `r`, and returns the order `p` and the
+//! error `d/(r^p - 1)` of the last run (0 without a difference). The order is observed from the ratio of two differences,
+//! and kept within [`OrderBounds`]. An order above its `at_once` needs a third difference; with a single difference it is
+//! `assumed`. Modes that a coarse mesh does not have, or that large steps damp, appear one after the other, so that
+//! differences decrease more slowly than the order of the method. A difference is the largest distance of positions over the
+//! rod length ([`largest_distance`]), or relative for modes. The searches for the numerics of motions and for meshes at rest
+//! use it.
 
 use crate::accuracy::extrapolation::Extrapolation;
 

@@ -1,11 +1,13 @@
-//! Search for mesh, step and scheme of a motion by trial runs, each with a finer mesh or smaller steps than the one
-//! before.
+//! Search for mesh, step and scheme of a motion by trial runs, each with a finer mesh or smaller steps than the one before.
 //!
-//! The [differences](crate::accuracy::difference) between successive runs estimate the errors of mesh and step; the part
-//! with the larger error is refined next. The search ends where an extrapolation from the last run reaches the target
-//! error, or at a limit of work or of failed runs. Output: the numerics with the least work whose extrapolated error is
-//! the target, their estimated error, and the basis for the check of the run. Neither part is refined far without the
-//! other: large steps damp the modes that finer edges would add, and a coarse mesh lacks the modes that smaller steps
+//! Input: the scene, whose given mesh or step is kept, and a first step in s. The [differences](crate::accuracy::difference)
+//! between successive runs estimate the errors of mesh and step; the part with the larger error is refined next. A failed
+//! run is followed by one with smaller steps. The target error is a fraction of the requested one, given by `tuning`. The
+//! search ends where an extrapolation from the last run reaches it, at a limit of work, or after more than [`MAX_FAILURES`]
+//! failed runs. Output: the numerics with the least work whose extrapolated error is the target, or the most accurate within
+//! the allowed work. Their estimated error over the length is `None` unless all open parts were estimated. The reason is
+//! added if the requested error is not reached, and the basis for the check of the run. Neither part is refined far without
+//! the other: large steps damp the modes that finer edges would add, and a coarse mesh lacks the modes that smaller steps
 //! would reveal.
 
 use crate::accuracy::aim::allowed_edges;

@@ -1,10 +1,12 @@
 //! `rodas4` (a Rosenbrock method of fourth order) as the alternative to generalised-alpha in the choice of numerics.
 //!
-//! Trial runs on a coarse mesh halve the step, at most [`MAX_RUNS`] runs, until the observed order predicts the work for
-//! the target error of the step. `rodas4` is chosen if that is less than [`MAX_WORK_RATIO`] of the work of
-//! generalised-alpha. Its error decreases abruptly at a number of steps that is the same on coarse and on fine meshes to
-//! a factor of 1.4. A step takes as long as several Newton iterations of generalised-alpha. Output: the trial run and its
-//! differences, or none.
+//! Input: the number of edges of a coarse mesh, the steps that generalised-alpha has run and would need, and the target
+//! error of the step over the length. Trial runs halve the step, at most [`MAX_RUNS`] runs, until the observed order
+//! predicts the work for the target within [`MAX_EXTRAPOLATION`] times the steps. `rodas4` is chosen if that is less than
+//! [`MAX_WORK_RATIO`] of the work of generalised-alpha. Its error decreases abruptly at a number of steps that is the same
+//! on coarse and on fine meshes to a factor of 1.4. A step takes as long as several Newton iterations of generalised-alpha.
+//! Output: the last trial run, or the one before if that reaches the target, and its differences. It is `None` if no run
+//! suffices, or as soon as a run is itself too expensive. The search for the numerics of a motion uses it.
 
 use crate::accuracy::difference::{OrderBounds, RefinementSequence, UNRELATED, largest_distance};
 use crate::accuracy::trial::{ITERATIONS, Numerics, TrialRun, TrialRuns};

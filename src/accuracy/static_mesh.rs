@@ -1,11 +1,13 @@
-//! The mesh of an equilibrium or of vibration modes: the number of edges is doubled until the extrapolated error is the
-//! requested one.
+//! The mesh of an equilibrium or of vibration modes: the number of edges is doubled until an extrapolation reaches
+//! [`TARGET_PART`] of the requested error.
 //!
 //! Compared are the positions of the free ends (the middle without any) over the length, or the logarithms of frequencies
-//! and growth rates. The error follows by Richardson extrapolation with the observed order (`difference`). The chosen
-//! mesh may be coarser or finer than the last one, by an extrapolation. The search ends at [`MAX_SEGMENTS`] edges
+//! and growth rates. The error follows by Richardson extrapolation with the observed order (`difference`). The chosen mesh
+//! follows by extrapolation: from half of the last mesh to [`MAX_EXTRAPOLATION`] times it, and at least 2 edges per mode. A
+//! mesh without an equilibrium is skipped if a finer one is allowed. The search ends at [`MAX_SEGMENTS`] edges
 //! ([`MAX_SEGMENTS_OF_MODES`] for modes), or where rounding errors dominate; then the requested error is not reached.
-//! Output: [`StaticMesh`].
+//! Output: [`StaticMesh`] with the number of edges, the estimated error (over the length, or relative for modes), and the
+//! reason in that case. Failed solutions are errors.
 
 use crate::accuracy::aim::{Aim, MAX_SEGMENTS, MAX_SEGMENTS_OF_MODES, allowed_edges};
 use crate::accuracy::difference::{OrderBounds, Positions, RefinementSequence, largest_distance};

@@ -1,9 +1,11 @@
 //! Trial runs: simulations of a scene with given numerics that record up to nine points at 100 times, and their work.
 //!
-//! Input: edges, steps and scheme. Output: positions of these points over the rod length, the recorded motion of the nodes
-//! around them, or nothing for a run that fails or needs halved steps of `rodas4`. Results are stored, so that no run is
-//! computed twice. The unit of work is one edge times one Newton iteration of generalised-alpha; a step of `rodas4` counts
-//! as five in the plane and three in space. The search for the numerics of a motion uses them.
+//! Input: edges, steps and scheme, used even where the scene gives others. The points divide the rod into eight parts; its
+//! free ends are added. Output: positions of these points over the rod length, the recorded motion of the nodes around them,
+//! or nothing for a run that fails or needs halved steps of `rodas4`. Invalid input is an error. Steps of explicit schemes
+//! are at most [`OF_STABLE_STEP`] of the largest stable one. Results are stored, so that no run is computed twice. The unit
+//! of work is one edge times one Newton iteration of generalised-alpha; a step of `rodas4` counts as five in the plane and
+//! three in space. The search for the numerics of a motion uses them.
 
 use crate::accuracy::aim::{TRIAL_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::difference::Positions;

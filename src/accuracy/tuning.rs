@@ -1,9 +1,11 @@
 //! Constants of the search for the numerics of a motion: one set for motions of a few modes, one for motions of many.
 //!
-//! A motion has many modes if the scene has a `supports.motion` or an initial velocity, or the rod is not planar, or limp:
-//! by linear theory it deflects by more than its length under its weight. It also has many if it starts from another shape
-//! than rest or equilibrium. Then every refinement adds modes, and observed orders are lower. [`Tuning::of`] returns the
-//! set of a scene; `MotionSearch` uses it.
+//! Input: a scene and its problem on the first trial mesh. A motion has many modes if the scene has a `supports.motion`, an
+//! initial velocity or angular velocity, or the rod is not planar, or limp: as a cantilever it deflects by more than its
+//! length ([`LIMP`]) under its weight, by linear theory. It also has many if it starts from another shape than rest or
+//! equilibrium. Then every refinement adds modes, and observed orders are lower. [`Tuning::of`] returns the set of a scene:
+//! target error over the requested one, growth limits of the work, bounds of orders and their reduction. `MotionSearch` uses
+//! it.
 
 use crate::accuracy::aim::is_struck;
 use crate::accuracy::difference::OrderBounds;

@@ -2,9 +2,10 @@
 //!
 //! A path has parts separated by dots, as in `rod.segments`, `observation.0.file`, `loads.gravity.y` or
 //! `experiment.long.radius`. A part is a key of a table, or an index (from 0), an axis (x, y, z) or a `name` in a list. The
-//! short name of a scene parameter, as `radius`, stands for its path. [`Key::new`] determines by the first part whether the
-//! fit file or a scene has the key, or returns an error. [`set_value`] writes the value into the table. Tables (CSV) and
-//! grids of a campaign file use such paths.
+//! short name of a scene parameter, as `radius`, stands for its path. [`Key::new`] determines whether the fit file, all scenes,
+//! or the scene of one experiment has the key, or returns an error. [`set_value`] writes the value into the table. It creates
+//! missing tables, and `[0, 0, 0]` for a missing vector, but no items of lists. A missing index or name, or a path below a
+//! plain value, is an error. Tables (CSV) and grids of a campaign file use such paths.
 
 use crate::error::Error;
 use crate::scene::Parameter;

@@ -1,9 +1,11 @@
 //! The campaign file (TOML): which fits are made, and with which changes of their keys.
 //!
-//! Fit files are given by patterns or by a CSV table, whose columns are changed keys. A grid adds all combinations of listed
-//! values. [`CampaignFile::rows`] returns one [`CampaignRow`] for each fit file or row of the table and each combination.
-//! `[starts]` later repeats each row from random start values, and `[bootstrap]` divides the replicates of a bootstrap among
-//! tasks. More than [`MOST_TASKS`] tasks are an error, detected before the list is built.
+//! Input: the file. Fit files are given by patterns or by a CSV table, whose columns are changed keys. A grid adds all
+//! combinations of listed values; it wins over the table for the same key. [`CampaignFile::read`] checks the keys;
+//! [`CampaignFile::rows`] returns one [`CampaignRow`] for each fit file or row of the table and each combination, the grid
+//! varying faster. `[starts]` later repeats each row from random start values. `[bootstrap]` divides the replicates of a
+//! bootstrap among tasks: replicates over batch, rounded down, at least 1. Wrong keys and patterns, no fit, and more than
+//! [`MOST_TASKS`] tasks are errors, the last detected before the list is built.
 
 use crate::campaign::changes::{Changes, Key};
 use crate::campaign::fit_pattern::matching_files;

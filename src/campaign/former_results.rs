@@ -1,8 +1,9 @@
 //! Conversion of results that version 0.1 stored: former names of keys and codes become the current ones.
 //!
-//! A stored result (JSON on one line) of that version has the key `FORMER_KEY` in its report, or a former code at the end of
-//! its error message. [`with_current_names`] returns it with current names, and all others unchanged. The store applies the
-//! conversion when it reads, so that old results remain usable.
+//! Input: a stored result (JSON on one line). One of that version has the key `FORMER_KEY` in its report, or a former code at
+//! the end of its error message. [`with_current_names`] returns it with current names in `report` and `error`, on one line.
+//! All others, and texts that are no JSON, are returned unchanged. The store applies the conversion when it reads, so that
+//! old results remain usable.
 
 use crate::code::Code;
 use crate::fit;

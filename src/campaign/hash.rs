@@ -1,7 +1,8 @@
-//! SHA-256 in hexadecimal, shortened to a given number of bytes.
+//! SHA-256 of bytes in lower-case hexadecimal, cut to a given number of leading bytes (two characters each).
 //!
-//! Ids of tasks, digests of plans, hashes of data files and checksums of stored results are such hashes. So is the hash of
-//! the mathematical library in the key of the platform.
+//! Input: bytes, and a length in bytes (at most 32). Output: a text of twice as many characters. Ids of tasks, digests of
+//! plans, hashes of data files and checksums of stored results are such hashes. So is the hash of the mathematical library in
+//! the key of the platform.
 
 use sha2::{Digest, Sha256};
 

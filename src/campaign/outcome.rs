@@ -1,9 +1,10 @@
 //! Solution of one task of a campaign, and its outcome as JSON: a report, or an error message.
 //!
-//! [`solve`] receives a task with its files resolved and returns the exit code of `rodfit fit` and the JSON. This depends on
-//! the fit, its data and the platform only: wall times are removed, and paths of files are replaced by the names of their
-//! keys. So equal tasks have equal bytes, whatever the folder, the process and the load of the machine. `run` stores the
-//! outcome.
+//! [`solve`] receives a task with its files resolved and a stop flag. Output: the exit code of `rodfit fit` and the JSON with
+//! code, platform, and report or error; None if the fit was stopped. The code is 0 for a usable grade, 2 for rejected input,
+//! 3 for other grades and failed fits. The JSON depends on the fit, its data and the platform only: the wall time is removed,
+//! and paths of files in texts are replaced by the names of their keys. So equal tasks have equal bytes, whatever the folder,
+//! the process and the load of the machine. `run` stores the outcome.
 
 use crate::campaign::platform::platform;
 use crate::campaign::resolved::{PathName, Resolved};

@@ -1,10 +1,10 @@
 //! The plan of a campaign: the list of all its tasks, in the folder that also gets their results.
 //!
 //! Input is a campaign file with the fits, scenes and data that it names. Each row becomes one task per random start and part
-//! of a bootstrap, with an id that is a hash of all inputs. Every fit is read and checked once; one that cannot be solved is
-//! still planned, unless it is in a table. The folder gets `tasks.jsonl`, a line of JSON per task, and `plan.json` with the
-//! version, the number of tasks and their digest. A changed list, or a plan of another version, is rejected when it is opened
-//! for a run.
+//! of a bootstrap, with an id that is a hash of all inputs. Every fit is read and checked once. One of a pattern that cannot be
+//! solved is still planned and listed as refused; one of a table is an error. The folder gets `tasks.jsonl`, a line of JSON
+//! per task, and `plan.json` with the version, the number of tasks and their digest; results in it stay. [`Plan::open`] rejects
+//! a changed list or a plan of another version. [`Plan::open_results`] accepts other versions, to collect results.
 
 use crate::campaign::changes::{Changes, can_be_planned};
 use crate::campaign::form::{CampaignFile, DistributedBootstrap, MOST_TASKS, extended};

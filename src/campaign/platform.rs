@@ -2,8 +2,10 @@
 //! functions, and vector unit.
 //!
 //! The last digits of a fit depend on the implementation of sin, exp and similar functions, of which one library may have
-//! several variants. So the key contains a hash of the values of 16 functions at `ARGUMENTS` arguments. The key is a part of
-//! every stored result: results with equal keys are compared byte by byte, others with a tolerance.
+//! several variants. So the key contains a hash (4 bytes, hexadecimal) of all bits of the values of 16 functions at
+//! `ARGUMENTS` positive arguments. [`platform`] returns the key as text, as `x86_64-linux-gnu libm-1a2b3c4d` and the vector
+//! unit, computed once per process. It is a part of every stored result: results with equal keys are compared byte by byte,
+//! others with a tolerance.
 
 use crate::campaign::hash::hash;
 use crate::numerics::simd::simd_level;

@@ -1,9 +1,11 @@
 //! A task with everything that its result depends on: the fit file as one TOML table, with changes applied, scenes in the
 //! places of their names, and absolute paths of data.
 //!
-//! From this table come the fit to solve ([`Resolved::fit`]) and the id of the task ([`Resolved::id`]). The id is a hash of
-//! the program's version, all keys, and the contents of all data files, without their paths. Equal inputs have equal ids,
-//! wherever the files are. Plans use the ids, and runs check them before they solve the fit.
+//! Input: a fit file and its changes, applied in the order fit file, all scenes, scene of one experiment. From this table come
+//! the fit to solve ([`Resolved::fit`]) and the id of the task ([`Resolved::id`]). The id is the first 128 bits, in
+//! hexadecimal, of a hash of the program's version, all keys, and the contents of all data files. Paths do not count, except
+//! for the stems of recordings, which name experiments. Equal inputs have equal ids, wherever the files are. Unreadable files,
+//! and keys or experiments that do not exist, are errors. Plans use the ids, and runs check them before they solve the fit.
 
 use crate::campaign::changes::{Changes, Key, is_file_key, set_value};
 use crate::campaign::hash::hash;

@@ -2,8 +2,10 @@
 //!
 //! [`Plan::run`] takes a plan and options (shard, threads, stop) and returns a [`RunSummary`] with counts, exit codes and
 //! failures. Each worker thread takes the next open task and solves it with its own share of the processors. Before a task is
-//! solved, its id is computed again: changed files are an error of the task. A panic is caught, and the task remains open.
-//! Several processes may run shards of one plan on a shared folder; each may be killed and repeated.
+//! solved, its id is computed again: tasks with changed or missing files are listed in the summary and get no result. A panic
+//! is caught, and the task remains open. After a stop no task begins, and running ones end without a result. Results that
+//! cannot be read or stored are errors. Several processes may run shards of one plan on a shared folder; each may be killed
+//! and repeated.
 
 use crate::campaign::outcome::{Outcome, solve};
 use crate::campaign::plan::{CampaignTask, Plan};

@@ -1,9 +1,10 @@
 //! Shards of a campaign: parts of the task list that are computed by separate processes.
 //!
-//! A task is in shard `i/n` if its id, a 128-bit hash read as a number, is `i` modulo `n`. So shards are of nearly equal size
-//! and do not depend on the order of tasks. The text `i/n` comes from the command line. Otherwise the index is that of the
-//! environment variables of a scheduler: Slurm job arrays, PBS job arrays, HyperQueue. `Plan::run` computes the tasks of one
-//! shard.
+//! A task is in shard `i/n` (`i` from 0) if its id, a hexadecimal 128-bit hash read as a number, is `i` modulo `n`. So shards
+//! are of nearly equal size and do not depend on the order of tasks. Input is the text `i/n` of the command line, or the
+//! environment variables of a scheduler: Slurm job arrays first, then PBS job arrays and HyperQueue tasks. Slurm's index is
+//! the job's less the first one, over the step, with the size of the array as `n`; the others need a given `n`. Output: a
+//! [`Shard`], or None without a scheduler. Other texts, `i` not below `n`, arrays with gaps and an unknown `n` are errors.
 
 use crate::error::Error;
 use std::str::FromStr;

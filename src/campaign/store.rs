@@ -1,9 +1,11 @@
 //! The results of a campaign on disk, in the folder `parts` of the plan.
 //!
 //! Every process appends to a file of its own, named by machine, process and time. Each result is one line of JSON, in one
-//! write and one sync: task id, outcome, circumstances (wall time, machine, end), and a checksum at the end. So a killed
-//! process leaves at most one torn line, the last of its file. `Store::read` skips lines with a wrong checksum and returns
-//! them as damaged; results of version 0.1 get current names. Runs add results; collection and status read them.
+//! write and one sync: task id, outcome, circumstances (wall time in s, machine, end in s since 1970), and a checksum at the
+//! end. So a killed process leaves at most one torn line, the last of its file. `Store::add` appends an outcome; a failed write
+//! is an error. `Store::read` passes every valid result to a function, by files in alphabetical order; a task may have
+//! several. It returns lines with a wrong checksum as damaged (torn if last without a line break). A missing folder has no
+//! results; results of version 0.1 get current names. Runs add results; collection and status read them.
 
 use crate::campaign::former_results::with_current_names;
 use crate::campaign::hash::hash;

@@ -1,8 +1,10 @@
 //! Summaries of a campaign's fits for the page that compares them: name, changed keys, grade, status, estimates and warnings.
 //!
-//! Input are the rows of the CSV table, in which the parts of a bootstrap are one fit. Only keys whose values differ between
-//! the fits are kept. Fits without a name are named after their file and these keys. Output is a `FitSummary` per fit with a
-//! result.
+//! Input are the rows of the CSV table, in which the parts of a bootstrap are one fit. Only changed keys whose values differ
+//! between the fits are kept, without those of bootstrap parts. A fit without a name is named after its file and these keys:
+//! keys alone if all fits have one file. Output is a `FitSummary` per fit with a result, in the order of the plan, without the
+//! address of a page. A fit with an error has its message as status, and no grade and no estimates. Stored results that are
+//! not valid JSON of this version are an error.
 
 use crate::campaign::collect::Collected;
 use crate::campaign::csv_table::{BOOTSTRAP_KEYS, ResultRow, plain_text};

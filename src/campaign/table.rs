@@ -1,9 +1,11 @@
 //! The table of a campaign (CSV): a row for each fit, a column for each changed key.
 //!
 //! Special columns are `fit` (path of the fit file) and `name`; columns whose name begins with `#` are comments. Without a
-//! column `fit` every row applies to every fit file of the campaign. Cells are numbers, booleans or lists in the notation of
-//! TOML, or texts; empty cells change nothing. The separator is recognized, and with semicolons decimal commas are allowed.
-//! [`table_rows`] returns the rows for the plan.
+//! column `fit` every row applies to every fit file of the campaign; fit files in both places or in neither are an error.
+//! Cells are numbers, booleans or lists in the notation of TOML, or texts; empty cells change nothing. The separator is
+//! recognized, and with semicolons decimal commas are allowed. Output: [`table_rows`] returns a row with fit file, name,
+//! changes and line number for each fit, in the order of the table. Invalid headers, no rows, and rows without a fit file are
+//! errors with the line.
 
 use crate::campaign::changes::Key;
 use crate::campaign::row::{CampaignRow, TableLine};

@@ -2,8 +2,10 @@
 //!
 //! Central differences `D(h)` over `2 h` and `D(2 h)` over `4 h` give `(4 D(h) - D(2 h)) / 3` (Richardson extrapolation, error
 //! `O(h^4)`). They are taken at seven step sizes (`STEPS`), relative to the length over which the energy is smooth ([`scale`]).
-//! [`compare_differences`] returns the largest error for each step size, and each entry at the step with its smallest error.
-//! `CheckReport` compares these with its tolerance.
+//! That is the largest power of ten times the largest unknown up to which differences of the gradient stay those of small
+//! steps. [`compare_differences`] takes the function and the expected derivatives with the sizes of their terms. An error is
+//! the absolute difference over this size. Output: the largest error for each step size, and each entry at the step with its
+//! smallest error. `CheckReport` compares these with its tolerance.
 
 /// Step sizes of the differences, relative to the [length scale](scale) of the energy: large ones truncate, small ones round.
 pub(crate) const STEPS: [f64; 7] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];

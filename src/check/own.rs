@@ -1,8 +1,11 @@
 //! Check of the derivatives of [user-defined energies](crate::energy::own) at given states.
 //!
-//! [`check_own`] regards positions of nodes and directors of edges as independent inputs. It compares the gradient and Hessian
-//! by hand (by dual numbers without them) with dual numbers and finite differences. `compare` does so by the unknowns of a rod,
-//! for an energy in a scene. `check_plane_is_kept` checks that an energy that keeps a plane has no force out of the plane.
+//! [`check_own`] takes an energy over one to three nodes, values of its parameters, and states. It regards positions of nodes
+//! and directors of edges as independent inputs. It compares the gradient and Hessian by hand (by dual numbers without them)
+//! with dual numbers and finite differences. Output: a [`CheckReport`] with an element `state k` per state. `compare` does so
+//! by the unknowns of a rod, for an energy in a scene, with lengths in units of the edge length. `check_plane_is_kept` checks
+//! that an energy that keeps a plane has no force along its normal and no moment about the tangents. Both add their errors to
+//! the report of a scene's check.
 
 use crate::check::{CheckReport, GradientAndHessian, Routes, Tolerance};
 use crate::energy::adapter::{AnyEnergy, MOST, Over, OwnLocal, Site};

@@ -1,8 +1,10 @@
 //! Random unknowns of planar and spatial rods, for the check of derivatives at states far from those of a simulation.
 //!
-//! Each edge has its own strain within 30 %. Turning angles are up to [`LARGEST_TURN`]; rotations of the edges from the
-//! reference directions of their frames up to [`LARGEST_ROTATION`]. Twist angles and reference twists are within 6 rad.
-//! The generator is the caller's, seeded.
+//! Input: a rod and a seeded generator of the caller, whose state moves on. Each edge has its own strain within 30 %, and the
+//! first node is at the origin. Planar turning angles are within [`LARGEST_TURN`] of both signs, spatial ones up to it about
+//! random axes. Output: `random_planar` returns x and y of all nodes, m. `random_spatial` returns x, y, z of the nodes (m)
+//! alternating with the angles of the edges, and frames. Their reference directions are rotated from the edges by up to
+//! [`LARGEST_ROTATION`]; both limits are in degrees. Edge angles and reference twists are within 6 rad of zero.
 
 use crate::energy::frame::Frames;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, unit};

@@ -1,10 +1,11 @@
 //! Check of the derivatives of all elements of a scene: hand-derived against dual numbers and finite differences.
 //!
-//! States are the initial state of the scene, up to `OWN_STATES` states of the first `OWN_STEPS` time steps of its motion, and
-//! `RANDOM_STATES` random states from a fixed seed. At most `ELEMENTS` elements of each kind are compared in each. In space
-//! the states of the motion are compared twice: with their own frames and with those of the step before. The result is one
-//! `CheckReport`; `rodfit check` prints it. A planar scene's user-defined energies are also checked for forces out of the
-//! plane, in a spatial model.
+//! Input: a prepared scene and a tolerance. States are the initial state of the scene, up to `OWN_STATES` states of the first
+//! `OWN_STEPS` time steps of its motion (none without `[time]`), and `RANDOM_STATES` random states from a fixed seed. At most
+//! `ELEMENTS` elements of each kind are compared in each. In space the states of the motion are compared twice: with their own
+//! frames and with those of the step before. Output: one `CheckReport`, which `rodfit check` prints. A planar scene's
+//! user-defined energies are also checked for forces out of the plane, in a spatial model. An initial state that cannot be
+//! made is an error; a step that fails ends the states of the motion.
 
 use crate::check::own::{self, EnergyAt};
 use crate::check::random_states::{random_planar, random_spatial};

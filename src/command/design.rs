@@ -1,9 +1,10 @@
 //! `rodfit design`: predicts the uncertainty of the parameters of an experiment before it is made.
 //!
-//! Input is a fit file, or a plan without data, with the standard deviations of the positions (`--sigma`) and of the inputs
-//! (`--known`). The sensitivities of a simulation give the expected standard errors, and the best marker position, duration
-//! and frame rate. Output is JSON and a page, if requested, and a summary; the exit code is 3 if a parameter is not
-//! identifiable. Lists along the rod (`[[field]]`) are rejected.
+//! Input is a fit file, or a plan without data. `--sigma` is the standard deviation, m, of all measurements for which the
+//! file gives none; `--known` adds standard uncertainties of inputs in their units. The sensitivities of a simulation
+//! give the expected standard errors, and the best marker position, duration and frame rate. Output is JSON and a page,
+//! if requested, and a summary; the exit code is 3 if a parameter is not identifiable. Lists along the rod (`[[field]]`)
+//! are rejected.
 
 use crate::command::known::add_known_inputs;
 use crate::command::output::Outputs;

@@ -1,12 +1,12 @@
 //! Estimated cost of a run in memory, time and disk space before it starts, and its rejection above a limit.
 //!
-//! Time is the number of nodes times that of steps (times simulations) times a measured time; of an equilibrium or of modes
-//! it is proportional to the nodes. Memory is a measured number of bytes per node, whatever the steps, plus that of the
-//! series or recorded points of each step. Disk space is that of the positions and series of each step. A run above
-//! [`MAX_MEMORY`], [`MAX_TIME`] or [`MAX_DISK`] is an error without `--no-limits`; a long or large one ([`LONG`], [`LARGE`])
-//! is announced on standard error. The constants were measured on a current machine. They are right to within a factor of two
-//! or so: enough to separate minutes from hours and hours from years. The number of threads is limited here too
-//! ([`limit_threads`]).
+//! Time is the number of nodes times that of steps (times simulations) times a measured time; of an equilibrium or of
+//! modes it is proportional to the nodes. Memory is a measured number of bytes per node, whatever the steps, plus that of
+//! the series or recorded points of each step. Disk space is that of the positions and series of each step. In estimates
+//! for a scene whose mesh the program has yet to choose, the mesh counts as one node. A run above [`MAX_MEMORY`],
+//! [`MAX_TIME`] or [`MAX_DISK`] is an error without `--no-limits`; a long or large one ([`LONG`], [`LARGE`]) is announced
+//! on standard error unless `--quiet` or `--no-limits` is given. The constants were measured on a current machine, and
+//! are right to within a factor of two or so. The number of threads is limited here too ([`limit_threads`]).
 
 use crate::command::{GlobalOptions, terminal};
 use rodfit::fit::{Experiment, FitFile, Measurement, PointMotion};

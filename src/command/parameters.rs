@@ -1,8 +1,8 @@
-//! `rodfit parameters`: lists the parameters of a scene with their values and units.
+//! `rodfit parameters`: lists the parameters of a scene or a structure with their values and units.
 //!
-//! A first table has those that can be identified, a second one those that cannot in this scene; the JSON has the reasons,
-//! limits and short names. The list is that of the prepared scene ([`ParameterList`]), on the mesh of a first guess if the
-//! scene leaves it open. Output is a text, and JSON if requested.
+//! A first table has those that can be identified, a second one those that cannot in this scene; the JSON has the
+//! reasons, limits and short names. The list is that of the prepared scene ([`ParameterList`]), of one rod on the mesh of
+//! a first guess if the scene leaves it open. Output is a text, and JSON if requested.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, limits};

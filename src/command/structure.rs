@@ -1,8 +1,9 @@
 //! `rodfit simulate`, `static` and `modes` of structures: scenes with `[[rods]]`.
 //!
-//! Mesh, step and scheme are those of the file, and no cost is estimated before a run. Output is a summary, and if requested
-//! a report (`--json`) and the positions of all nodes (`--out`, CSV; not for modes); there are no pages. The commands for one
-//! rod call these functions when the file is a structure.
+//! Mesh, step and scheme are those of the file, and no cost is estimated before a run. Output is a summary, and if
+//! requested a report (`--json`) and the positions of all nodes (`--out`, CSV; not for modes). `--report` and a
+//! simulation without `[time]` are errors. An interrupted or failed simulation writes its results up to that time, and
+//! has the exit code of the error. The commands for one rod call these functions when the file is a structure.
 
 use crate::command::modes::ModesOptions;
 use crate::command::output::Outputs;

@@ -1,8 +1,9 @@
 //! Width and color of printed text, by the stream and the environment.
 //!
-//! Input is the stream (standard output or error), its number of columns, and the variables `NO_COLOR`, `CLICOLOR_FORCE` and
-//! `TERM`. Output is a [`TextStyle`] with a width from [`DEFAULT_WIDTH`] to [`MAX_WIDTH`], and whether the text is colored.
-//! Messages on standard error that is no terminal are not wrapped.
+//! Input is the stream (standard output or error), its number of columns, and the variables `NO_COLOR`, `CLICOLOR_FORCE`
+//! and `TERM`. Output is a [`TextStyle`] with a width from [`DEFAULT_WIDTH`] (also without a terminal) to [`MAX_WIDTH`],
+//! and whether the text is colored. It is on a terminal, unless `TERM` is `dumb`, or anywhere with `CLICOLOR_FORCE`;
+//! never with `NO_COLOR`. Messages on standard error that is no terminal are not wrapped.
 
 use console::Term;
 use rodfit::summary::{DEFAULT_WIDTH, TextStyle};

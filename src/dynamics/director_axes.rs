@@ -1,7 +1,11 @@
-//! Motions of the director axes of edges, for markers beside the center line, and their derivatives by parameters.
+//! Motions of the director axes of recorded edges, for markers beside the center line, and their derivatives by
+//! parameters.
 //!
-//! A marker with an offset moves with the directors of its edge. Input: a state, and its sensitivities. Output for
-//! every recorded edge: three unit axes with their rates (1/s), and the derivatives of both.
+//! A marker with an offset moves with the directors of its edge. Input: the edges of a record, a state, and its
+//! sensitivities. Output of `motions`, for every recorded edge in ascending order: tangent and both material directors
+//! in the world, each with its rate (1/s). `rates` returns their derivatives by parameter `k`, in the same order. They
+//! follow from dual numbers made of state, sensitivities and the rotation of the directors. `new` returns `None` for a
+//! record without edges.
 
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::sensitivity::Sensitivities;

@@ -1,9 +1,11 @@
-//! The largest stable step (s) of an explicit scheme: its stability limit over the highest angular frequency of the
-//! rod.
+//! The largest stable step (s) of an explicit scheme: its stability limit over the highest angular frequency of the rod
+//! at the start of the scene.
 //!
-//! The highest eigenvalue of `K x = omega^2 M x` at the start of the scene is found by bisection, as an upper bound.
-//! The number of negative pivots of `K - lambda M` is that of eigenvalues below `lambda` (Sylvester). A scene whose
-//! step is larger is rejected before the run. Other schemes have no limit.
+//! The highest eigenvalue of `K x = omega^2 M x` is found by geometric bisection, as an upper bound within the relative
+//! `TOLERANCE`. The bounds at first are the largest diagonal entry of `M^-1 K` and Gershgorin's. The number of
+//! negative pivots of `K - lambda M` is that of eigenvalues below `lambda` (Sylvester). Output of `largest_step`:
+//! `None` for schemes without a limit. `check_step` rejects a scene if its step, or its whole time if shorter, is
+//! larger. Later states may have higher frequencies; they are not checked.
 
 use crate::energy::Derivatives;
 use crate::error::Error;

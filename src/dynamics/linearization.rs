@@ -1,9 +1,11 @@
 //! Linearization of an implicit step at its solution: the data from which derivatives over the step follow.
 //!
-//! [`Linearization`] refers to the states before and after, to gradient and tangent of the forces at the solution,
-//! and to those of the stages of averaging schemes. It has the factors of the matrix of the step, for Newmark-beta
-//! `M (1 + h beta c) + h^2 beta^2 K`. Forward sensitivities and the adjoint solve with these factors. Solutions with
-//! an indefinite matrix are checked by their residual; a large one is an error.
+//! [`Linearization`] refers to the states before and after, to gradient (N) and tangent (N/m) of the forces at the
+//! solution, without and with drag. It also has those at the stages of averaging schemes, and damping and parameter of
+//! the scheme. It has the factors of the matrix of the step, for Newmark-beta `M (1 + h beta c) + h^2 beta^2 K`.
+//! Forward sensitivities and the adjoint solve with these factors. `check_solution` tests solutions with an indefinite
+//! matrix only: a residual above `SOLUTION_TOLERANCE` of the size of the right-hand side is [`Error::SingularTangent`].
+//! `coefficients` returns those of the step for a parameter over any scalar.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::energy::Derivatives;

@@ -1,9 +1,13 @@
-//! Output of `rodfit simulate`: a CSV table of all nodes during the run, and a JSON report at its end.
+//! Output of `rodfit simulate`: a CSV table of all nodes, a JSON report, and one shape as CSV.
 //!
-//! [`NodeTable`] writes a row for the initial state and after each step: time (s) and coordinates of all nodes (m).
-//! [`SimulationReport`] collects tip, energies, work and warnings (strain, numerical damping, instability), and
-//! describes the change of the total energy in one sentence. [`shape_csv`] writes one shape as a polyline with arc
-//! lengths.
+//! [`NodeTable`] writes a header row, and a row per call of `push`: time (s), and x, y, z of every node (m, world
+//! axes). [`SimulationReport`] collects a run: model, tip (m) and energies (J) per recorded step, counts of work,
+//! largest strain. Its `finish` sets the status, and appends warnings of large strains and numerical damping. It also
+//! warns of an unstable state, if stability was checked. `energy_drift` is the largest change of the total energy over
+//! the largest kinetic energy, 0 for a rod that stays still. `energy_in_words` is one sentence, of the first case that
+//! holds: no motion, moving supports, flow, damping, numerical damping by beta or rho_inf. Otherwise the energy is
+//! conserved up to `MAX_KEPT`, or changed by the scheme. [`shape_csv`] has the columns x, y, z, s (m) and a row per
+//! node; more nodes than the rod has are an error.
 
 use crate::code::Code;
 use crate::dynamics::energy_balance;

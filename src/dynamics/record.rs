@@ -1,11 +1,12 @@
-//! Recorded motion of a run: positions and velocities of tracked nodes at the start and after every step of the
-//! scene, interpolated in between.
+//! Recorded motion of a run: positions and velocities of tracked nodes at the start and after every step of the scene,
+//! interpolated in between.
 //!
-//! Storage: one list of motions, record after record, with the tracked nodes first and then three director axes per
-//! recorded edge; the derivatives by each parameter in the same order. Energies, reactions, accepted steps and counts
-//! of work are stored beside them. [`RecordView`] computes positions of points and markers at any recorded time by
-//! cubic Hermite interpolation of positions and velocities. Its numbers are those of the record, or dual numbers with
-//! the derivative by one parameter.
+//! Storage: one list of motions (m and m/s), record after record, with the tracked nodes first and then three director
+//! axes per recorded edge; the derivatives by each parameter in the same order. Energies (J), reactions, accepted steps
+//! and counts of work are stored beside them. [`RecordView`] computes positions of points and markers at any recorded
+//! time (s) by cubic Hermite interpolation of positions and velocities. Its numbers are those of the record, or dual
+//! numbers with the derivative by one parameter. A time that is not recorded, and a node that is not tracked, are
+//! [`Error::OutOfRange`]. `truncate` removes the records after a number of them.
 
 use crate::dynamics::step::Work;
 use crate::dynamics::unstable_state::StabilityChecks;

@@ -4,8 +4,9 @@
 //! scene the motions of tracked nodes, axes of selected edges and their derivatives are appended to a [`Record`].
 //! Energies, reactions and stability checks are added if requested. The derivatives are computed on the same thread. A
 //! second one computes them for large runs ([`ActiveRun::has_room`]) of Newmark-beta and generalised-alpha; results are
-//! bitwise equal. A run ends early with the error of a step that bisection does not save, or of an interruption; the
-//! record keeps the states before. [`repeat_over`] repeats a run with its accepted steps over another scalar.
+//! bitwise equal. An explicit scheme's step above its stability limit is an error before the run. A run ends early with the
+//! error of a step that bisection does not save, of a derivative, or of an interruption; the record keeps the states before.
+//! [`repeat_over`] repeats a run with its accepted steps over another scalar.
 
 use crate::dynamics::bisection::{BisectedSteps, advance};
 use crate::dynamics::director_axes::DirectorAxes;

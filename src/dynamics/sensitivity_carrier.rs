@@ -1,9 +1,11 @@
 //! Derivatives of a run: computed by the thread that makes the steps, or by another one to which the steps are sent.
 //!
-//! [`SensitivityCarrier`] gives the main loop of a run the same three operations for both: make a step, undo it, and
-//! advance the derivatives over it. On the same thread, accepted steps of implicit schemes are linearized again by a
-//! second simulation, those of averaging schemes at the solution. Explicit and linearly implicit schemes take steps
-//! in dual numbers.
+//! [`SensitivityCarrier`] gives the main loop of a run the same three operations for both: make a step of the
+//! simulation to a time (s), undo it, and advance the derivatives over an accepted one. On the same thread, steps of
+//! Newmark-beta and generalised-alpha can be linearized again by a second simulation. Other steps of Newton's method
+//! are linearized at their solution. Explicit and linearly implicit schemes make the step in dual numbers, and the
+//! plain state is taken from it. For the other thread, advancing sends the states of the step. Errors are those of
+//! steps and linear systems.
 
 use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::sensitivity_pipeline::StepProducer;

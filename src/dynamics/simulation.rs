@@ -1,9 +1,12 @@
 //! A simulation: the state of a rod, its equations of motion, and the stepper that advances it from time to time.
 //!
-//! Generic over the scalar: plain numbers give the motion, dual numbers the motion with its derivatives. A step that
-//! fails leaves the state before it, and the last step can be undone. After each step of an implicit scheme the
-//! linearization is available on request, from which derivatives follow. Also computed: kinetic and total energy, J,
-//! with those of Maxwell and friction springs.
+//! Input: rod, unknowns, frames, free range, damping and scheme; then drag, moving supports and velocities. `step_to`
+//! makes one step of any size. A step that fails, or goes through a fold, is an error and leaves the state before it.
+//! `step_back` restores the state before the last step; counts of work stay. The scalar is any number type: with dual
+//! numbers the state has derivatives. If tangents were requested, `linearization` is the last step of Newton's method
+//! at its solution. It is `None` at the start, after an undone step, and for explicit and linearly implicit schemes.
+//! Energies are in J, without derivatives: the kinetic one of free unknowns, the elastic ones with those of Maxwell and
+//! friction springs.
 
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::step::{Step, StepperSettings, System, Work};

@@ -16,7 +16,8 @@
 //!
 //! [`StepControl::check`] is called after every trial step, with the simulation; its error makes the caller halve the
 //! step or end the run. [`StepControl::accept`] is called for each accepted step. Limits of energy hold for both gains
-//! and losses only if the scheme conserves energy exactly and the scene has no damping; else for gains only.
+//! and losses only if the scheme conserves energy exactly and the scene has no damping; else for gains only. Errors are
+//! [`Error::EnergyGrowth`] and, for rotations, [`Error::Leap`].
 
 use crate::dynamics::energy_balance::is_dissipative;
 use crate::dynamics::simulation::Simulation;

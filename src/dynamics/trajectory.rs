@@ -2,10 +2,12 @@
 //! derivatives by parameters.
 //!
 //! [`Trajectory`] belongs to one problem and one run, or to an equilibrium (one record at time 0, with zero
-//! velocities). A run is made by [`Problem::simulate`] or [`Trajectory::run`]. Positions of points on the rod at any
-//! simulated time follow by cubic Hermite interpolation. [`Trajectory::over`] repeats the run in another scalar, for
-//! example hyper-dual numbers for second derivatives. Energies, reactions, axes of edges and stability checks are
-//! recorded if requested before the run.
+//! velocities). A run is made by [`Problem::simulate`] or [`Trajectory::run`], which rejects a second run. `at` returns
+//! the position (m, world axes) of a point on the rod at any simulated time (s), by cubic Hermite interpolation, and
+//! its derivative by each parameter. Times that were not simulated, and points whose nodes were not tracked, are
+//! errors. [`Trajectory::over`] repeats the run with its accepted steps in another scalar, for example hyper-dual
+//! numbers for second derivatives. Energies, reactions, axes of edges and stability checks are recorded if requested
+//! before the run.
 
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::run::{RunObservers, RunTask, Snapshot, repeat_over, run};

@@ -1,7 +1,8 @@
 //! Detection of states of a simulation that are unstable, while symmetry holds the rod there.
 //!
 //! A compressed straight strip stays straight in a simulation, since no force pushes it aside; a real one buckles. A
-//! few states of a run are examined, at most [`MOST_TIMES`] and the last one. Such a state has three properties:
+//! few states of a run are examined: the last one, and one per [`STEPS_PER_TIME`] steps, at most [`MOST_TIMES`]. In each the
+//! [`MODES`] fastest modes in the plane and the fastest one out of it are tested. Such a state has three properties:
 //!
 //! 1. The tangent `K` has an eigenvalue `K x = -sigma^2 M x` with growth in the time of the scene ([`MIN_GROWTH`]).
 //! 2. The rod is near the saddle along this mode: `|x' f| / sigma^2` and `|x' M v| / sigma` are zero except for rounding

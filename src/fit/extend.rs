@@ -2,8 +2,9 @@
 //!
 //! Input: a fit and its report with score tests (Rao's test of each omitted effect). [`FitFile::extensions`] returns copies
 //! of the fit, each with one significant effect added as a further unknown, the most significant first, at most
-//! [`MOST_TERMS`]. After these are solved, [`FitReport::improves_on`] accepts one that converged, has no worse grade, and
-//! passes the likelihood-ratio test: twice the log-likelihood rises by more than [`SIGNIFICANT_RISE`].
+//! [`MOST_TERMS`]. Effects that are unknowns already or that no scene can have are skipped. After these are solved,
+//! [`FitReport::improves_on`] accepts one that converged, has no worse grade, and passes the likelihood-ratio test: twice the
+//! log-likelihood rises by more than [`SIGNIFICANT_RISE`] (not required if the first fit did not converge).
 //! [`FitReport::among_alternatives`] adds a warning and lowers the grade where another extension has a similar likelihood
 //! (within [`DISCRIMINATING_RISE`]) and a value outside a 95 % interval. [`FitReport::not_extended`] adds a warning that no
 //! extension was accepted.

@@ -1,9 +1,9 @@
 //! `[[frequencies]]` of a fit file: its keys, and their conversion to a measurement of natural frequencies.
 //!
-//! Input: the deserialized table with frequencies in Hz or rad/s, their standard deviation in the same unit, and optional
-//! mode numbers and filters of the modes (plane, kind, direction). Output: a [`Measurement`] in rad/s, or an error with the
-//! key: both or neither unit, a frequency that is not above 0, or another number of mode numbers than frequencies. Used by
-//! `fit::file`.
+//! Input: the deserialized table with frequencies in Hz or rad/s, and their standard deviation in the same unit. Optional are
+//! mode numbers (from 1, default: the lowest modes), filters of the modes (plane, kind, direction), a loss function, and the
+//! use as validation data. Output: a [`Measurement`] in rad/s, or an error with the key: both or neither unit, a frequency that
+//! is not above 0, or another number of mode numbers than frequencies. Used by `fit::file`.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;

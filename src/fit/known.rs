@@ -1,10 +1,12 @@
 //! Inputs with a standard uncertainty (type B inputs of the GUM): numbers of the scenes that are neither identified nor
 //! exact.
 //!
-//! [`Known`] has the input, its standard uncertainty in its unit, the experiments that share the error, and correlations with
-//! other inputs. [`check`] rejects inputs that no scene has or that are fitted, and wrong uncertainties. [`correlations`]
-//! returns the correlation matrix of all inputs for the uncertainty budget, and [`correlation_root`] a square root `B` of it
-//! (`B B'`, by eigenvectors) for the Monte Carlo propagation.
+//! [`Known`] has the input, its standard uncertainty in its unit, the experiments that share the error (none named: all that
+//! have the input), and correlations with other inputs. [`check`] rejects inputs that no scene has, that are fitted or given
+//! twice in an experiment, and uncertainties that are not positive or above [`MOST_SIGMA`]. [`correlations`] returns the
+//! correlation matrix of all inputs for the uncertainty budget (0 for pairs without one). Correlations that are ambiguous,
+//! beyond -1 to 1 or contradictory (a negative eigenvalue) are errors. [`correlation_root`] returns a square root `B` of the
+//! matrix (`B B'`, by eigenvectors) for the Monte Carlo propagation.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::experiment::{Experiment, named};

@@ -1,10 +1,11 @@
 //! `[[observation]]` of a fit file: its keys, and their conversion to recorded or planned motions of points of the rod.
 //!
-//! Input: the deserialized table, the folder of the fit file and the prepared scene. A file is read as one marker, or as
-//! several with their points. `markers = "free"` takes all markers of the recording in `supports.path` that prescribe neither
-//! an end nor an inner node. `duration` with `fps` plans an observation without data. Output: one [`Measurement`] per point,
-//! or an error with the key for keys that exclude each other. [`Sigma`] (a number or columns of the file) is shared with
-//! `[[shape]]`.
+//! Input: the deserialized table, the folder of the fit file and the prepared scene. A file is read as one marker (by default
+//! the tip), or as several with their points. `markers = "free"` takes all markers of the recording in `supports.path` that
+//! prescribe neither an end nor an inner node. `duration`, s, with `fps`, Hz, plans an observation without data. Output: one
+//! [`Measurement`] per point, m and s, each with the table's offset, standard deviation and loss. Keys that exclude each
+//! other, missing keys and files that cannot be read are errors with the key. [`Sigma`] (a number, m, or columns of the file)
+//! is shared with `[[shape]]`.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;

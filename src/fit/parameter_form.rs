@@ -2,8 +2,9 @@
 //! uncertainty.
 //!
 //! Input: the deserialized tables, with numbers in the unit of each parameter. Output: an [`Unknown`] (start, bounds, prior,
-//! experiments) or a [`Known`] (standard uncertainty, correlations, experiments). The only error here is an empty list of
-//! experiments; values are checked later with the scenes. `fit::file` applies a `fixed` value to the scenes instead.
+//! experiments) or a [`Known`] (standard uncertainty, correlations, experiments), in the same units. Without names of
+//! experiments the list is empty, which means all. The only error here is an empty list in the file; values are checked later
+//! with the scenes. `fit::file` applies a `fixed` value to the scenes instead.
 
 use crate::error::Error;
 use crate::fit::known::{Correlation, Known};

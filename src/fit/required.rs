@@ -1,9 +1,10 @@
 //! Required keys of a fit file, as a list of rules by table for messages about missing keys.
 //!
-//! Each rule names a table, as `experiment[].shape[]`, and returns the keys that a table of this name must have, which may
-//! depend on its other keys: a planned observation (`duration`) needs `fps` instead of `file`. The parser in
-//! `input::missing_keys` reports all missing keys of a file at once by these rules. Output is [`REQUIRED`]; values of keys
-//! are not checked here.
+//! Each rule names a table, as `experiment[].shape[]`, and returns the keys that a table of this name must have. They may
+//! depend on its other keys: an observation needs `file`, a planned one (`duration`) needs `fps`, and free markers need none.
+//! A shape needs `file` or `at`; an experiment `scene`, and `name` without `path` or `paths`. A fit file needs a `parameter`,
+//! unless it has a `field` or all experiments are held out. The parser in `input::missing_keys` reports all missing keys of a
+//! file at once by these rules. Output is [`REQUIRED`]; values of keys are not checked here.
 
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 

@@ -1,9 +1,10 @@
 //! `[[shape]]` of a fit file: its keys, and their conversion to a measured or planned shape of the rod at rest.
 //!
-//! Input: the deserialized table. It has the CSV file of the points (read with scale, origin and direction of y), or the arc
-//! lengths `at`, m, of a planned shape. It also has the standard deviation (a number, m, or columns of the file) and the loss
-//! function. Output: a [`Measurement`], or an error with the key if both or neither of file and arc lengths are given. Used
-//! by `fit::file`.
+//! Input: the deserialized table, and the folder that its path is relative to. The table has the CSV file of the points (read
+//! with scale, origin and direction of y), or the arc lengths `at`, m, of a planned shape. It has the standard deviation (a
+//! number, m, or columns of the file) and the loss function. The rod's name in a structure and the use as validation data are
+//! further keys. Output: a [`Measurement`]. Errors name the key: both or neither of file and arc lengths, keys of a file in a
+//! plan, and files that cannot be read. Used by `fit::file`.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;

@@ -2,8 +2,10 @@
 //!
 //! Start, bounds and prior are given in the parameter's unit, and the prior is normal in that unit. Positive parameters
 //! (stiffness, density, damping) are identified as their natural logarithm, others as their value ("the scale of the fit").
-//! Steps and covariances of the search are on this scale, and bounds are converted to it. [`Unknown::to_scale`] and
-//! [`Unknown::from_scale`] convert, and [`ParameterPoint`] is a point of all unknowns on their scales.
+//! Steps and covariances of the search are on this scale, and bounds are converted to it, cut to the parameter's physical
+//! limits. [`Unknown::to_scale`] and [`Unknown::from_scale`] convert, and [`ParameterPoint`] is a point of all unknowns on
+//! their scales. Without names of experiments an unknown belongs to all whose scene has the parameter.
+//! [`with_fixed_layouts`] prepares experiments whose mesh layout does not change with the values of their unknowns.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, named};

@@ -1,8 +1,10 @@
-//! Deserialization (serde) of lists of exactly `N` numbers, and of numbers that JSON writes as null because they are infinite.
+//! Deserialization (serde) of lists of exactly `N` numbers, and of numbers that JSON writes as null because they are
+//! infinite.
 //!
-//! The TOML reader ignores excess numbers of an array of fixed length; these functions return an error instead. A null in the
-//! place of a number becomes plus infinity. Fields of scenes, fits and reports name them in `#[serde(deserialize_with =
-//! ..)]`.
+//! The TOML reader ignores excess numbers of an array of fixed length; these functions return an error with both lengths
+//! instead, also for each row of a list of rows. A null in the place of a number becomes plus infinity, also that of a
+//! NaN. In the place of an optional list it is none. Fields of scenes, fits and reports name the functions in
+//! `#[serde(deserialize_with = ..)]`.
 
 use serde::de::{Deserialize, Deserializer, Error};
 

@@ -1,9 +1,9 @@
 //! Parsing of TOML files with messages that list all missing keys; the TOML reader stops at the first one.
 //!
-//! [`parse`] deserializes a text. The message of an error lists keys with a placeholder (`..`) as value, if there are any.
-//! Else it lists all missing keys by the [`Rule`]s of the file kind. Else it has the error of the TOML reader with line,
-//! column and the token at fault. Files of scenes, structures, fits and campaigns are read with it. [`placeholders`] lists
-//! the keys that are still to be filled in.
+//! [`parse`] deserializes a text. The message of an error lists keys with a placeholder (`..`, `...`, `?`, `TODO`) as
+//! value, if there are any. Else, if the error is a missing key, it lists all missing keys by the [`Rule`]s of the file
+//! kind. Else it has the error of the TOML reader with line, column and the token at fault. Files of scenes, structures,
+//! fits and campaigns are read with it. [`placeholders`] lists the keys that are still to be filled in.
 
 use crate::error::Error;
 use marker_files::printable::{column_name, token, with_tokens_cut};

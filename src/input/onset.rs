@@ -1,10 +1,11 @@
 //! Estimate of the onset of motion (release) in a recording that begins with a rest.
 //!
-//! The samples around the onset follow `x = c + a max(0, t - t0)^p`, with a free `t0`. A point that is released from rest
-//! accelerates (`p = 2`); after a blow it has a velocity (`p = 1`). Behind a driven support it starts more smoothly (`p = 3,
-//! 4`). Least squares over `t0` and `p` is a change-point estimate (Hinkley 1970). It is accepted if a cubic without rest, which
-//! has as many coefficients, fits significantly worse. [`onset_of_motion`] returns the time `t0`, or none if the recording has
-//! no rest before the motion.
+//! Input are times and positions of a point, in any unit. The samples around the onset follow `x = c + a max(0, t -
+//! t0)^p`, with a free `t0`. A point that is released from rest accelerates (`p = 2`); after a blow it has a velocity (`p
+//! = 1`). Behind a driven support it starts more smoothly (`p = 3, 4`). Least squares over `t0` and `p` is a change-point
+//! estimate (Hinkley 1970). It is accepted if models without rest (a cubic, or a power from the first sample) fit worse
+//! by `SIGNIFICANT` residual variances. [`onset_of_motion`] returns `t0` in the unit of the times, or none without a rest
+//! before the motion, without motion above the noise, or with fewer than `FEWEST_SAMPLES` samples.
 
 use std::collections::VecDeque;
 

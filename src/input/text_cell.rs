@@ -1,8 +1,9 @@
 //! Text in the cells of CSV tables, guarded against evaluation as a formula.
 //!
-//! Spreadsheets compute cells that begin with `=`, `+`, `-` or `@`, whoever wrote them; a leading apostrophe keeps them text
-//! (OWASP, "CSV Injection"). [`to_cell`] adds it, [`of_cell`] removes it, so that every text is read back unchanged. Numbers
-//! are not guarded.
+//! Spreadsheets compute cells that begin with `=`, `+`, `-`, `@`, a tab or a carriage return, whoever wrote them; a
+//! leading apostrophe keeps them text (OWASP, "CSV Injection"). [`to_cell`] adds it, also to a text that has such a
+//! beginning behind apostrophes; [`of_cell`] removes one, so that every text is read back unchanged. Numbers, such as
+//! `-1`, and other texts are not changed.
 
 use std::borrow::Cow;
 

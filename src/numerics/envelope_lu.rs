@@ -1,8 +1,10 @@
 //! `L U` factors of an unsymmetric matrix with the symmetric pattern of an [envelope](Envelope): [`EnvelopeLu`].
 //!
-//! Such a matrix is a symmetric one plus blocks on its diagonal: that of an implicit step with rotating bodies in
-//! space. The elimination takes no pivots and fills no entry outside the envelope. The mass matrix is positive
-//! definite, and the blocks are small beside it at reasonable steps.
+//! Such a matrix is a symmetric one plus a factor times 3 x 3 blocks on its diagonal ([`DiagonalBlock`]), which lie inside the
+//! envelope: that of an implicit step with rotating bodies in space. `set` copies the matrix, `factor` replaces it by `L` (unit
+//! diagonal) and `U`, and `solve` overwrites several right-hand sides by their solutions. The elimination takes no pivots and
+//! fills no entry outside the envelope. A pivot that is zero or not finite is an error with its row. The mass matrix is
+//! positive definite, and the blocks are small beside it at reasonable steps.
 
 use crate::numerics::envelope::Envelope;
 use crate::numerics::rotation::Matrix3;

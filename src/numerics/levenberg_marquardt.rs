@@ -1,6 +1,8 @@
 //! Bounded Levenberg-Marquardt method for `min 1/2 |r(x)|^2`, as a solver for argmin's Executor.
 //!
-//! The problem implements argmin's `Operator` (the residuals `r`) and `Jacobian`. The damping is scaled by the column
+//! The problem implements argmin's `Operator` (the residuals `r`) and `Jacobian`; bounds of the unknowns are given to
+//! [`LevenbergMarquardt`]. The search converges if a Gauss-Newton step changes no unknown by more than `step_tolerance`,
+//! or the model by less than `noise_tolerance` standard deviations of the residuals. The damping is scaled by the column
 //! norms of the Jacobian (Marquardt 1963) with a decaying maximum of earlier norms (More 1978), so that it does not depend
 //! on units. It follows the gain ratio of the last step (Nielsen 1999). A trial point is rejected if it achieves
 //! at most `LEAST_GAIN` of the predicted decrease, if the problem returns an error, or if an unknown loses its effect:

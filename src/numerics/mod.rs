@@ -1,11 +1,12 @@
 //! Numerical methods that do not depend on rods.
 //!
 //! Numbers: the trait [`Scalar`](scalar::Scalar), SIMD vectors of it, out-of-line numbers, lanes, error bounds of
-//! derivatives, sine and cosine, vectors of three components, and rotations. Symmetric matrices: band and envelope
-//! storage with `L D L^T` factors, an envelope with `L U` factors, prescribed unknowns, and the Lanczos method.
+//! derivatives, sine and cosine, the function `phi_1`, vectors of three components, and rotations. Symmetric matrices:
+//! band and envelope storage with `L D L^T` factors, prescribed unknowns, and the Lanczos method. Matrices that are not
+//! symmetric: an envelope with `L U` factors.
 //! Signals: Hermite interpolation in time, power spectra, and noise estimates. Nonlinear least squares: the
 //! Levenberg-Marquardt method. This file itself has `total_order` (an integer with the order of floating-point numbers)
-//! and `upper_median`.
+//! and `upper_median` (of an even number of values the larger middle one, None without values).
 
 pub mod banded;
 pub mod envelope;

@@ -8,10 +8,13 @@
 //! s^2 = sum (c.x)^2/n,   degrees of freedom tr(A)^2/tr(A^2),   A = sum c c'/n
 //! ```
 //!
-//! decreases with the order until the leakage is below the noise (von Neumann 1941; Gasser, Sroka and Jennen-Steinmetz
-//! 1986). Autocorrelated noise lowers it: AR(1) of 0.3, 0.8, 0.95 between neighbors to 0.83, 0.35, 0.18 of the truth. A
-//! comparison with every second sample reveals strong autocorrelation and smoothing, but not a missing effect.
-//! [`NoisySeries::noise`] returns the estimate or the reason why there is none; fits use it as the noise of recordings.
+//! is that of the lowest of the orders 2 to 6 that the next one does not significantly lower (von Neumann 1941; Gasser, Sroka
+//! and Jennen-Steinmetz 1986). If the highest order still lowers it, the estimate is marked as an upper bound. Autocorrelated
+//! noise lowers it: AR(1) of 0.3, 0.8, 0.95 between neighbors to 0.83, 0.35, 0.18 of the truth. A comparison with every second
+//! sample reveals strong autocorrelation and smoothing, but not a missing effect. [`NoisySeries::noise`] returns the estimate
+//! in the unit of the values, or the reason why there is none: constant values, fewer than [`FEWEST_DIFFERENCES`] differences, a
+//! share of outliers above `MOST_OUTLIERS`, or autocorrelation (with a lower bound). `quantization_step` returns the lattice of
+//! rounded values, None without one. Fits use the estimate as the noise of recordings.
 
 mod samples;
 #[cfg(test)]

@@ -1,8 +1,9 @@
 //! Prescribed (Dirichlet) degrees of freedom inside the range of free ones, such as nodes that follow a recorded motion.
 //!
-//! Linear systems are solved over one range of unknowns. A prescribed unknown inside it keeps its row and column, which
-//! become those of the identity, and its right-hand side becomes zero. Then its change is zero, and the changes of the
-//! other unknowns are those of the system without it. [`PrescribedDofs`] is the list of such unknowns.
+//! Linear systems are solved over one range of unknowns. [`PrescribedDofs`] is the list of the indices of the prescribed ones,
+//! sorted and without repetitions. `uncouple` replaces their rows and columns in a tangent by those of the identity. `fill`
+//! sets their entries of a vector to a value: zero for a right-hand side. Then their change is zero, and the changes of the
+//! other unknowns are those of the system without them.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::Tangent;

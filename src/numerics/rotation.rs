@@ -8,7 +8,9 @@
 //! exp(r + dr) = exp(r) exp(T dr),    T = 1 - a r x + b r x r x,    a = (1 - cos s)/s^2,  b = (s - sin s)/s^3,  s = |r|,
 //! ```
 //!
-//! so that `T dr` is the rotation in the turned axes. Rotation matrices have the turned axes in their columns. All
+//! so that `T dr` is the rotation in the turned axes. Rotation matrices have the turned axes in their columns. `logarithm`
+//! returns the vector of a rotation below half a turn, and is not finite there; `rotation_vector` that of any rotation, up to
+//! half a turn, in plain numbers only. `tangent_map_slope` is the symmetric part of the derivative of `T' u` by `r`. All
 //! functions but `rotation_vector` take numbers with derivatives. Bodies and joints of assemblies use them.
 
 use crate::numerics::scalar::Scalar;

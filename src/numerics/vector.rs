@@ -1,5 +1,5 @@
 //! Vectors of three components `[x, y, z]` over any [`Scalar`], with or without derivatives: sums, products, unit vectors, and
-//! rotation by a rotation vector (Rodrigues' formula, by its series at small angles).
+//! rotation by a rotation vector, rad (Rodrigues' formula, by its series below 0.01). The unit vector of zero is NaN.
 //!
 //! Energies, frames and prescribed motions use them. [`components`] and [`map_components`] build arrays by inlined loops.
 

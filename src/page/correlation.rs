@@ -1,9 +1,10 @@
 //! The section "Correlation matrix": correlation coefficients of the parameters, and singular values of the scaled
 //! Jacobian.
 //!
-//! Cells are colored by sign and size. The Jacobian has columns of unit length. The ratio of its largest to its smallest
-//! singular value is the condition number: a large one shows combinations of parameters that the data hardly determine. Pages
-//! of fits and designs use it; output is HTML.
+//! Cells are colored by sign and size; unknown coefficients have a dash. The Jacobian has columns of unit length. The
+//! ratio of its largest to its smallest singular value is the condition number: a large one shows combinations of
+//! parameters that the data hardly determine. Pages of fits and designs use it; output is HTML, empty for a single
+//! parameter or without any correlation.
 
 use crate::fit::Estimate;
 use crate::page::html::note;

@@ -1,8 +1,10 @@
 //! The data of a chart as a CSV file (RFC 4180) that is embedded in the page as a link (`data:` URL), so that the page
 //! needs no other file.
 //!
-//! [`csv_link`] returns the link for rows of cells, [`csv_number`] the text of a number. Charts use them below their
-//! drawing.
+//! [`csv_link`] returns the link (HTML) for rows of cells, of which the first is the header; the file is named after the
+//! chart. Cells that a spreadsheet would compute as formulas get a leading apostrophe. [`csv_number`] is the text of a
+//! number with at most `DIGITS` significant digits, with an exponent below 1e-4 and from 1e15 on. Charts use them below
+//! their drawing.
 
 use crate::input::text_cell::to_cell;
 use crate::page::html::{escaped, percent_encoded};

@@ -1,8 +1,9 @@
 //! Sections on effects that the model omits, such as a compliant clamp or a taper.
 //!
-//! "Likely omitted effects" has score tests: effects that explain the residuals, with rank, estimated size and p-value.
-//! "Undetected bias" has effects that the data do not exclude, with the bias that each would cause at its largest plausible
-//! size, and a test that would reveal it. Output is HTML tables.
+//! "Likely omitted effects" has the score tests: rank, estimated size, its ratio to the standard error, largest bias and
+//! p-values; tests that are not significant are folded. "Undetected bias" has effects that the data do not exclude, with
+//! the bias that each would cause at its largest plausible size, and a test that would reveal it; biases of zero are left
+//! out. Output is HTML tables, empty without entries.
 
 use crate::code::Code;
 use crate::fit::{Estimate, ScoreTest, UndetectedBias, biases_beyond_interval};

@@ -1,8 +1,10 @@
 //! The main table of a page: estimates with standard errors and quoted intervals; and their parts as text.
 //!
-//! Values have an SI prefix by their size and digits by their standard error. The quoted interval is the expanded one if
-//! inputs have a stated uncertainty, else the statistical one. A bound replaces it where the data bound the parameter on
-//! one side. Pages of fits, designs and comparisons use it; output is HTML.
+//! Values have an SI prefix by their size and digits by their standard error, which is also shown in per cent of a
+//! positive estimate. The quoted interval is the expanded one if inputs have a stated uncertainty, else the statistical
+//! one. Where the data bound the parameter on one side, a bound (`at least`, `at most`) replaces it without a standard
+//! error, and a lower bound also the value. A parameter without a value is `not identifiable`. Pages of fits, designs and
+//! comparisons use it; output is HTML.
 
 use crate::fit::{Estimate, QuotedEstimate, QuotedInterval, interval_heading};
 use crate::page::html::{escaped, note};

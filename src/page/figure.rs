@@ -1,7 +1,9 @@
 //! Figures in HTML: the drawing of a chart with its title, legend, caption and a link to its data as CSV.
 //!
-//! [`figure`] renders one chart, [`row`] places several figures side by side. Colors of observed and simulated data, and
-//! of several series, are CSS variables of the page. All sections with charts use this module.
+//! Input of [`figure`] is one chart with its title and name (text) and caption (HTML). The name, unique on the page, is
+//! that of the CSV file; a chart without data has no link. [`row`] places several figures side by side, and is empty
+//! without figures. Colors of observed and simulated data are CSS variables of the page, also those of several series,
+//! which repeat after the sixth. All sections with charts use this module.
 
 use crate::page::chart::PageChart;
 use crate::page::drawing::svg;

@@ -1,8 +1,10 @@
 //! HTML elements of the pages: escaped text, headed sections, folded parts, lists, and messages with the explanation of
 //! their code.
 //!
-//! Functions return HTML. An element without content is an empty string, so that a page leaves it out. All page modules
-//! use them.
+//! Functions return HTML; headings and messages are text and escaped, contents are HTML already. Sections, notes and
+//! lists without content are an empty string, so that a page leaves them out. Lists fold the entries beyond
+//! `SHOWN_ENTRIES`, except a single one. A message that ends with a known code in brackets unfolds the code's
+//! explanation. All page modules use them.
 
 use crate::code::explained;
 use std::fmt::Write;

@@ -1,8 +1,9 @@
 //! Numbers with units as text on pages: an SI prefix by the size, and decimals down to the second digit of the error.
 //!
-//! A [`Scale`] is the factor and the unit with its prefix, common to a table or axis. Very small or large numbers without
-//! a prefix have a power of ten. Minus signs and exponents are typographic. All sections of pages use these functions;
-//! CSV files have plain numbers instead.
+//! A [`Scale`] is the factor by which SI values are divided, and the unit with its prefix, common to a table or axis.
+//! Without an error a number has five significant digits; quantities and fractions (in per cent) have three. Very small
+//! or large numbers without a prefix have a power of ten, and numbers that are not finite are a dash. Minus signs and
+//! exponents are typographic. All sections of pages use these functions; CSV files have plain numbers instead.
 
 /// Symbols of SI units that take prefixes. Masses are displayed in grams where a prefix is needed.
 const PREFIXED: [&str; 9] = ["m", "s", "Pa", "Hz", "N", "rad", "J", "W", "g"];

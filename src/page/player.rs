@@ -1,8 +1,10 @@
 //! The animation of a simulated motion on a page: a canvas, controls, the motion as JSON, and a script that draws it.
 //!
-//! Positions are rounded to integers up to [`LARGEST_COORDINATE`] by a [`DrawingGrid`], which keeps the page small. A
-//! planar motion is drawn in its plane; a spatial one can be rotated, with the axis of gravity upwards. Output of
-//! [`player`] is HTML for the page of a simulation; without scripts it has a note.
+//! Input are the frames, m, the samples of the tip, and the drawn planes. Positions are rounded to integers up to
+//! [`LARGEST_COORDINATE`] by a [`DrawingGrid`], with one scale for all axes, which keeps the page small. A motion with a
+//! single plane is drawn in it; others can be rotated, with the axis of gravity (z without gravity) upwards. The speed
+//! selected first is that at which the motion takes closest to `FIRST_DURATION`. Output is HTML: [`player`] for the page
+//! of a rod, [`motion_player`] for that of a structure; without scripts it has a note.
 
 use crate::dynamics::{Film, FilmSample, Frame, SimulationReport};
 use crate::page::html::{capitalized, escaped};

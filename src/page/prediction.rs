@@ -1,7 +1,9 @@
 //! The page of predictions of validation data (`rodfit predict`).
 //!
-//! Input is a validation report. The page has mean, median and worst error over all measurements and of each, warnings,
-//! free-run errors of recordings, residuals, and the rod with the observed points. Output is a self-contained HTML page.
+//! Input is a validation report, with plot data if they were kept. The first card has mean, median and worst error for
+//! each unit of the measurements, failed experiments and warnings. Sections follow with the errors of each measurement
+//! and free-run errors of recordings; with plot data also residuals, the rod with the observed points, and settings.
+//! Output is a self-contained HTML page.
 
 use crate::fit::{MeasurementError, ValidationReport};
 use crate::page::card::{MessageList, card};

@@ -1,8 +1,10 @@
-//! The section "Free-run prediction errors": of recordings that prescribe the ends of a rod, whose other markers are predicted.
+//! The section "Free-run prediction errors": of recordings that prescribe the ends of a rod, whose other markers are
+//! predicted.
 //!
-//! Input are the errors of fitted and validation recordings. Tables have mean, median and worst error. Plots show the mean
-//! error over the length of the simulated window and over the speed of the markers. Up to `DRAWN_RECORDINGS` recordings,
-//! from the best to the worst, are drawn as rod and markers at a dozen times.
+//! Input are the errors of fitted and validation recordings, m. Tables have mean, median and worst of the recordings'
+//! mean errors for both kinds. If plot data were kept, plots show the mean error over the length of the simulated window,
+//! s, and over the speed of the markers, m/s. Up to `DRAWN_RECORDINGS` validation recordings (fitted ones without any),
+//! evenly spaced in rank from the best to the worst, are drawn as rod and markers at a dozen times. Output is HTML.
 
 use crate::fit::{MeanError, RecordedMotion, RecordingError, RecordingErrors, RecordingPlots};
 use crate::numerics::total_order;

@@ -1,8 +1,10 @@
 //! The section "Global scan and local minima" of a page of a fit.
 //!
-//! Figures show the misfit of the scan over each parameter and the convergence (RMS residual over the cost in full
-//! simulations, a line for each stage). A table lists the local minima with their values, their misfit relative to the
-//! lowest, and the stage that found them. Output is HTML.
+//! Input are the report and, if kept, the plot data. A figure for each scanned parameter shows the misfit of the scan
+//! relative to its lowest. Another one shows the convergence: the RMS residual relative to the last one, over the cost in
+//! full simulations, with a line for each stage. If at least two local minima were found, a table lists their values,
+//! their misfit relative to the lowest, and the stage that found them. Parameters that are not identifiable are left out
+//! of it. Output is HTML.
 
 use crate::fit::{FitReport, Landscape, LocalMinimum, MinimumSource, PlotData};
 use crate::numerics::total_order;

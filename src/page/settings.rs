@@ -1,7 +1,10 @@
 //! The section "Settings" of pages of fits and predictions: model, scheme, time step and mesh of each experiment, and the
 //! keys with which its files were read.
 //!
-//! [`settings`] returns a table of keys and texts, to which pages add rows of their own.
+//! Input are the settings of all experiments. [`settings`] returns one table of keys and texts, experiment after
+//! experiment. Rows are name, scene, measurements (numbers of points and values, stated keys), model, scheme, time step
+//! and end, number and length of segments. Keys without a text are left out. Pages add rows of their own and render the
+//! table as HTML.
 
 use crate::fit::{Measured, Recording, SimulationSettings, Vertical};
 use crate::page::number::{quantity, three_digits};

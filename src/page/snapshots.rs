@@ -1,8 +1,11 @@
 //! Drawings of the rod at several times, side by side on one scale, as SVG: the nodes as a line, observed markers as
 //! dots.
 //!
-//! [`strip`] draws a list of [`DrawnSnapshot`] in one coordinate plane, each with its caption. Pages of simulations, and
-//! sections on recordings, use it; shapes are visible without scripts and on paper.
+//! [`strip`] draws a list of [`DrawnSnapshot`] (positions in m, caption in HTML) in one coordinate plane. The scale shows
+//! the whole width of the motion, and half its height if that is larger. Nodes that are not finite are left out and
+//! separate lines, as those of several rods. Output is HTML with a line that has the plane and the width of a drawing, or
+//! a note without finite points. Pages of simulations, and sections on recordings, use it; shapes are visible without
+//! scripts and on paper.
 
 use crate::page::html::{escaped, no_data};
 use crate::page::number::quantity;

@@ -1,4 +1,10 @@
-//! The page of a simulation of a structure: its result, the animation of all rods, energies and settings.
+//! The page of a simulation of a structure.
+//!
+//! Input are the structure, the report and the film of a run. The film has frames with the nodes of all rods, and samples
+//! of the energies and of the last rod's tip. The first card has the end of the run, the tips of all rods, m, and the
+//! warnings. Sections follow with the animation, shapes of several frames side by side, energies and the tip of the last
+//! rod over time. The last one has scene, model, mesh, time step, scheme and cost. Without frames there are the card and
+//! the settings only. Output is a self-contained HTML page.
 
 use crate::page::card::{MessageList, card};
 use crate::page::html::{capitalized, escaped, section, with_explanation};

@@ -11,8 +11,8 @@
 //! recorded markers; its angles are constant relative to the parallel-transported frame, or free. Nodes between the ends may
 //! be prescribed likewise. The mass matrix does not couple held and free unknowns, so that a step requires only the positions
 //! of the supports at its end. All vectors are in the axes of the model; in the plane the third component is zero.
-//! [`BoundaryMotion`] writes positions, velocities and accelerations into lists of all unknowns. Steppers, equilibria (which
-//! move ends in stages) and sensitivities use it.
+//! [`BoundaryMotion`] writes positions (m), velocities (m/s) and accelerations (m/s^2) into lists of all
+//! unknowns. Steppers, equilibria (which move ends in stages) and sensitivities use it.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};

@@ -1,10 +1,12 @@
-//! Line loads on the nodes of a mesh: [`line_loads`] returns nodal forces, [`check_line_loads`] rejects loads outside the
-//! rod.
+//! Line loads on the nodes of a mesh: [`line_loads`] returns nodal forces (N, world axes), [`check_line_loads`] rejects
+//! loads outside the rod.
 //!
-//! A force `f` per unit length of the rod at rest acts between two arc lengths. A point of an edge at the fraction `t` of its
-//! length moves as `(1 - t) x_i + t x_{i+1}`. The nodal forces do the same virtual work: node `i + 1` carries `f w t_m` and
-//! node `i` carries `f w (1 - t_m)`. Here `w` is the loaded length of the edge, and `t_m` the fraction of its middle. The
-//! setup of a problem adds them to the loads of its rod.
+//! Input: loads with a force `f` per unit length of the rod at rest (N/m), which acts between two arc lengths (m).
+//! Without an end a load lasts to that of the rod. A point of an edge at the fraction `t` of its length moves as
+//! `(1 - t) x_i + t x_{i+1}`. The nodal forces do the same virtual work: node `i + 1` carries `f w t_m` and node `i`
+//! carries `f w (1 - t_m)`. Here `w` is the loaded length of the edge, and `t_m` the fraction of its middle. Each
+//! loaded edge of each load has two entries, without moments; parts behind a wall carry nothing. The check rejects an
+//! end beyond the rod, and a start that is not before the end. The setup of a problem adds the forces to its rod.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;

@@ -1,10 +1,12 @@
 //! Turning angles of the joints of a rod in the stress-free state, and whether the mesh resolves them.
 //!
-//! The integrated natural curvature `k` of a joint is the rest curvature times `rod.natural_curvature`, plus
-//! `rod.natural_bending` times its length. It is free of stress at the turning angle `2 atan(k/2)`, which approximates `k`
-//! with the relative error `k^2/12` and stays below half a turn. [`check`] rejects a joint with `k` of half a turn or more.
-//! Above `MAX_RESOLVED_TURN` there is a warning for a given mesh. [`turning`] bounds the turning angle of the whole rod, for
-//! a first mesh.
+//! The integrated natural curvature `k` (rad) of a joint is the rest curvature times `rod.natural_curvature`, plus
+//! `rod.natural_bending` times its length; here the sizes of both are added. It is free of stress at the turning angle
+//! `2 atan(k/2)`, which approximates `k` with the relative error `k^2/12` and stays below half a turn. [`check`]
+//! rejects a scene in which `k` of a joint is half a turn or more. Above `MAX_RESOLVED_TURN` there is a warning for a
+//! given mesh, with node and sufficient number of edges. Neither applies to rods with the factor 1 and no natural
+//! bending. [`turning`] returns an upper bound of the turning angle (rad) of the whole rod, at rest or without stress,
+//! for a first mesh.
 
 use crate::code::Code;
 use crate::error::Error;

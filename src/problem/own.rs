@@ -1,8 +1,10 @@
 //! Placement of user-defined energies, and of springs to fixed points, on the rod of a model.
 //!
-//! [`attached_energies`] evaluates the places of a scene's energies on the rod at rest; [`ties`] makes springs between nodes
-//! and points. Both return an `Extra`, the user-defined part of a rod, which the setup gives to it. [`find_nonplanar`]
-//! returns the key of an energy that leaves a plane, for the choice of the model.
+//! [`attached_energies`] evaluates the places of a scene's energies on the rod at rest: elements, weights and rest
+//! shapes, with the values of their parameters over any number type. Energies without code are left out. [`ties`] makes
+//! springs of the energy `k |x - x0|^2/2` (J) between nodes and points of the world (m). Both return an `Extra`, the
+//! user-defined part of a rod, which the setup gives to it. [`find_nonplanar`] returns the key of the first energy that
+//! does not keep a given plane at given parameter values, or `None`, for the choice of the model.
 
 use crate::energy::adapter::Chart;
 use crate::energy::attach;

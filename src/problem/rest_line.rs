@@ -1,8 +1,11 @@
 //! Rest shape of a rod in the axes of its model, and the parts of the rod that are alike in both models.
 //!
-//! [`RestLine`] holds nodes, chords and tributary lengths. From the section profile it computes edges with `EA/l`, masses and
-//! rotational inertias of all unknowns, and weights of the nodes. Masses include the added mass of a fluid, weights its
-//! buoyancy. The planar and the spatial model use it.
+//! [`RestLine`] holds nodes and lengths of chords (m), tributary lengths, and places of the nodes as fractions of the
+//! length. `stretch` returns the edges with their law and `EA` (N), from the section profile, times chord over arc, in
+//! series with the axial compliance of clamps. `inertia_and_weight` returns masses of all unknowns (kg), with the added
+//! mass of a fluid, and in space the rotational inertia (kg m^2) about the rod for angles. The weights of the nodes (N)
+//! are gravity times the mass less that of the displaced fluid. Point masses are not included. The planar and the
+//! spatial model use it.
 
 use crate::energy::law::Beyond;
 use crate::energy::{DeadLoad, Stretch};

@@ -1,10 +1,12 @@
 //! Stiffnesses and inertia of joints, edges and nodes of a rod with a tapered section or material.
 //!
-//! A joint represents the rod between the middles of its two edges. Its bending and twisting angles are the sums of those
-//! of its parts, so that its compliance is the mean of theirs; likewise for the stretch of an edge. The mass of a node is
-//! the mean over the halves of its edges. Each part between two jumps is evaluated at its middle, which is of second order
-//! for jumps at any place. The value at the joint would be of first order: it moves a jump to the middle of an edge.
-//! [`SectionProfile`] returns these means as [`SectionConstants`] for the rods of both models.
+//! Input: a scene over any number type, and the places of its nodes as fractions of the length. Output per joint, edge
+//! or node: [`SectionConstants`], which are EA (N), EI1, EI2 and GJ (N m^2), area (m^2), mass (kg/m) and inertia (kg m)
+//! per length. GJ is 0 without shear modulus and Poisson's ratio. A joint represents the rod between the middles of its
+//! two edges. Its angles are the sums of those of its parts, so that stiffnesses are harmonic means; likewise for an
+//! edge. Area, mass and inertia are arithmetic means, for a node over the halves of its edges. Each part between two
+//! jumps is evaluated at its middle: of second order for jumps at any place. Without taper all are the constants of the
+//! section.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::{Material, Scene, Section};

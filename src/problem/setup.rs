@@ -1,10 +1,13 @@
-//! The setup of a problem over any number type of its scene: mesh, rest shape, initial shape, and the rod with its loads and
-//! drag.
+//! The setup of a problem over any number type of its scene: mesh, rest shape, initial shape, and the rod with its
+//! loads and drag.
 //!
-//! [`Setup`] with dual numbers gives rods with derivatives by the scene's parameters. It distributes point loads over the
-//! nodes around them by cubic weights, and point masses with their weight over the two nodes next to them. It attaches
-//! user-defined energies. [`between_markers`] returns the nodes of a rod along recorded markers. [`nodal`] and
-//! [`nodal_masses`] return loads and masses of nodes.
+//! [`Setup`] with dual numbers gives rods with derivatives by the scene's parameters. It distributes point loads over
+//! the four nodes around them by cubic weights (two in a clamped edge, one at a node). Point masses (kg) with their
+//! weight are divided between the two nodes next to them. It adds line loads and user-defined energies; `initial.point`
+//! is added by `rod_with_release_forces` only. `tied` returns the rod without loads, with springs to fixed points.
+//! [`between_markers`] returns the positions (m) of all nodes on straight lines between recorded markers at a time.
+//! [`nodal`] and [`nodal_masses`] return loads (world axes) and masses of nodes; a point outside the rod is an error
+//! with its key.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};

@@ -1,9 +1,12 @@
 //! The spatial model: a rod with stretch, bending and twist in space.
 //!
-//! [`SpatialModel`] selects the axes (those of the world, or along a roller), and rejects moments, whose work in space
-//! depends on the path. As a [`Model`] it builds the `SpatialRod` over any number type. Its unknowns are three coordinates
-//! per node and one angle per edge, measured from Bishop frames. Joints have natural curvature and twist, and for curved rest
-//! shapes a corrected stiffness (`curved_joints`).
+//! [`SpatialModel`] selects the axes (those of the world, or along a roller). It is an error if a load has a moment,
+//! whose work in space depends on the path. As a [`Model`] it builds the `SpatialRod` over any number type. Its
+//! unknowns are three coordinates (m) per node and one angle (rad) per edge, measured from Bishop frames, in the order
+//! node, edge, node. Joints have natural curvature and twist, and in corrected discretizations the stiffness of the
+//! curve (`curved_joints`). Stiffnesses are means of the tapered section, reduced by compliant clamps. Point masses,
+//! loads and user-defined energies are added by the setup. Out-of-plane vibrations of planar scenes use it too, with
+//! the normal of the plane.
 
 use crate::energy::adapter::Chart;
 use crate::energy::bend_twist::{JointLaw, Stiffness};

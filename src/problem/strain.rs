@@ -1,9 +1,12 @@
 //! Largest strain of a rod from the positions of its nodes, and the warning above the range of the linear model.
 //!
-//! Strains are the stretch of the edges, and on the surface by bending half the thickness times the change of curvature.
-//! Shear strain by twist is not included. [`StrainGauge`] holds the stress-free state and returns the largest strain of a
-//! state; [`StrainRecord`] holds the maximum over a motion. Above [`LARGEST_STRAIN`] there is a warning, which equilibria and
-//! trajectories show.
+//! Strains are the absolute relative stretch of the edges (with a linear stretch law only), and on the surface by
+//! bending half the thickness times the change of curvature. In space the latter is a lower bound; shear strain by
+//! twist is not included. [`StrainGauge`] holds the stress-free state. It returns the largest strain of a state
+//! (dimensionless), its kind, arc length (m) and time (s). [`StrainRecord`] holds the maximum over a motion. Both are
+//! `None` for rods with nodes on recorded markers, whose distances have tracking errors. Above [`LARGEST_STRAIN`] there
+//! is a warning, which equilibria and trajectories show. `second_moments_of_bending` returns those (m^4) of the
+//! directions in which the model bends.
 
 use crate::code::Code;
 use crate::energy::bend_twist::JointLaw;

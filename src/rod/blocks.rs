@@ -1,9 +1,11 @@
 //! Blocks of elements or unknowns for SIMD lanes: slices of as many as there are lanes, padded beyond the end of the
 //! rod.
 //!
-//! Complete blocks are slices of the original list, without a copy. The last block is copied to the stack and filled
-//! up: elements with elements that carry nothing, nodes with a straight continuation of the rod, whose lengths and
-//! curvatures are finite.
+//! Input: a list and the index of the first element; output: a slice with one element per lane. Complete blocks are slices of
+//! the original list, without a copy. The last block is copied to the stack and filled up. [`block`] adds copies of a given
+//! element without effect. [`window`] adds nodes that continue the rod straight by its last two nodes, so that lengths and
+//! curvatures are finite. [`tension`] returns the tensions of the geometric stiffness, N: the axial forces, or given ones, zero
+//! beyond the last edge.
 
 use crate::numerics::scalar::{Scalar, SimdScalar};
 

@@ -1,8 +1,10 @@
 //! Sweeps over all edges of a rod in SIMD lanes: gradient and tangent, tangent by edges, geometry, energies, strains.
 //!
-//! Each struct has the arguments of one sweep and implements [`Sweep`]: plain numbers run in vector registers (AVX2 if
-//! the processor has it), dual numbers one at a time. The formulas are those of the [`Layout`]; a sweep goes through
-//! its blocks of edges and stores the results.
+//! Each struct has the rod at its unknowns ([`At`]) and the lists to be written, and implements [`Sweep`]: plain numbers run in
+//! vector registers (AVX2 if the processor has it), dual numbers one at a time. [`TangentSweep`] overwrites gradient, N, less
+//! dead loads, and tangent, N/m; moments and user-defined energies are left out. [`EdgeTangent`] adds second derivatives by edge
+//! vectors. [`GeometrySweep`] and [`Strains`] overwrite geometry and strains. [`Elastic`] returns sums of stretching, bending
+//! and twisting energy, J, in plain numbers, without friction springs. The formulas are those of the [`Layout`].
 
 use crate::numerics::scalar::{Nestable, SimdScalar, Sweep};
 use crate::rod::Energies;

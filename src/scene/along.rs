@@ -1,8 +1,10 @@
 //! Numbers that may vary along the rod: constant, piecewise constant or linear in arc length ([`Along`]).
 //!
-//! `rod.natural_curvature`, `rod.natural_twist` and the taper of section and material have this type. A scene file gives a
-//! number, a list with one number for each equal part, or `{ from, to }`. [`Along::at`] returns the value at a fraction of
-//! the rod length, and every number is a parameter of the scene.
+//! `rod.natural_curvature`, `rod.natural_twist` and the taper of section and material have this type. A scene file gives
+//! a number, a list with one number for each of equally many equal parts of the length, or `{ from, to }`. [`Along::at`]
+//! returns the value at a fraction of the rod length: at a boundary of two parts that of the second, beyond an end that
+//! at the end. Every number is a parameter of the scene: `key`, `key.0`, `key.1`, .., or `key.from` and `key.to`. Empty
+//! lists and numbers that are not finite are rejected.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;

@@ -1,7 +1,10 @@
-//! Suggestions for unknown names in messages: the most similar known names, or the parameter of a common symbol (`E`, `rho`).
+//! Suggestions for unknown names in messages: the most similar known names, or the parameter of a common symbol (`E`,
+//! `rho`).
 //!
-//! [`nearest`] orders given names by the Jaro-Winkler similarity (crate strsim), of the whole name or of its last part, and
-//! returns the best three as text. A symbol of textbooks gives one name. Errors of unknown parameters end with it.
+//! [`nearest`] orders given names by the Jaro-Winkler similarity (crate strsim), the larger one of those to the whole
+//! name and to its part behind the last dot. It returns the best three as text, the most similar first, separated by
+//! commas. One of six symbols of textbooks (`SYMBOLS`) gives its parameter alone. For a name longer than [`LONGEST_NAME`]
+//! bytes the text is `none`. Errors of unknown parameters end with it.
 
 use crate::numerics::total_order;
 use std::cmp::Reverse;

@@ -1,9 +1,11 @@
-//! Physical numbers of a scene: their quantities (unit, limits, search range) and the visitor that converts them one by one.
+//! Physical numbers of a scene: their quantities (unit, limits, search range) and the visitor that converts them one by
+//! one.
 //!
 //! A number is declared once, in its table (`scene::table`): the field, whose name is the key in the file, and its
-//! [`Quantity`]. From the declaration follow the number's parameter name (its path in the file, `loads.point.0.force.y`), its
-//! validation, and its place in lists of all numbers. `NumberVisitor` has the path of the present table, and converts a scene
-//! to dual numbers.
+//! [`Quantity`]. From the declaration follow the number's parameter name (its path in the file, `loads.point.0.force.y`),
+//! its validation, and its place in lists of all numbers. Validation rejects numbers that are not finite or have a sign
+//! that is not allowed; the limits bound fits only. `NumberVisitor` has the path of the present table, and converts a
+//! scene to another number type, such as dual numbers.
 
 use crate::error::Error;
 use serde::Serialize;

@@ -1,8 +1,10 @@
 //! Mesh, step and scheme that a scene leaves to the program, and the accuracy of the choice.
 //!
-//! `left_open` returns the settings to be chosen, `resolved` the scene with chosen ones and a [`Resolution`], `reopened` the
-//! scene without them. The resolution has requested and estimated error as fractions of the rod length. It is displayed as
-//! text, with a warning if the request is not met. Module `accuracy` makes the choice.
+//! `left_open` returns the settings to be chosen: the mesh without `rod.segments` (except of a polyline), the step
+//! without `time.step`, the scheme only with the step. `resolved` returns the scene with chosen settings and a
+//! [`Resolution`], `reopened` the scene without them. The resolution has requested (by default `ACCURACY`) and estimated
+//! error, fractions of the rod length; the estimate is none where the error was not estimated. It is displayed as text,
+//! with a warning if the request is not met. Module `accuracy` makes the choice.
 
 use crate::code::Code;
 use crate::error::Error;

@@ -1,8 +1,10 @@
-//! `[rod]`: shape, section, taper, masses, natural curvature, bending and twist, and mesh of the rod, with the validation of
-//! these keys.
+//! `[rod]`: shape, section, taper, masses, natural curvature, bending and twist, and mesh of the rod, with the validation
+//! of these keys.
 //!
-//! Numbers of edges are 2 to 1e7. A mesh of a formula (arc, helix) must have so many edges that they turn by less than half a
-//! turn on average. Natural bending, given as pairs at equally spaced nodes, is interpolated linearly at the nodes of a mesh.
+//! Numbers of edges are 2 to 1e7; without one it is that of a polyline, or the program chooses it. A mesh of a formula
+//! (arc, helix) must have so many edges that they turn by less than half a turn on average. Natural curvature is a factor
+//! on the curvature of the rest shape, natural twist is in rad/m. Natural bending, 1/m, is given as pairs (one number for
+//! each director) at equally spaced nodes, for spatial rods only. It is interpolated linearly at the nodes of a mesh.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;

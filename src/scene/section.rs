@@ -1,8 +1,11 @@
 //! Cross-sections of the rod, with their areas, second moments, torsion constants and shear coefficients.
 //!
-//! Kinds are circle, tube, rectangle (torsion constant by Saint-Venant's series) and custom sections. `up` orients a section
-//! by its component across the first edge. The shear coefficients are those of Cowper (1966). [`Section::moments`] returns
-//! area and moments over any number type, from which the models compute stiffnesses.
+//! Kinds are circle, tube (outer radius, wall thickness), rectangle (width, height) and custom sections; sizes in m. `up`
+//! orients rectangles and custom sections by its component across the first edge. [`Section::moments`] returns area, m^2,
+//! second moments in the plane of `up` and across it, m^4, and torsion constant, m^4, over any number type. That of a
+//! rectangle is Saint-Venant's series; a custom section gives all of them. The shear coefficients are those of Cowper
+//! (1966), for custom sections that of a rectangle. Rejected are sizes that are not positive, a wall thicker than the
+//! radius, and `up` along the first edge.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;

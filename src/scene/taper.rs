@@ -1,8 +1,10 @@
 //! `[rod.taper]`: factors along the rod on the numbers of section and material, for sections and materials that vary.
 //!
-//! `Taper::at` returns section and material at a place; `Taper::breaks` the places at which factors jump. Factors of numbers
-//! that the section or material does not have, and factors of 0 or below, are rejected. The section profile of a problem
-//! averages over the pieces between breaks.
+//! Each factor is a list with one number for each of equally many equal parts of the length, or linear. `Taper::at`
+//! returns section and material at a place, a fraction of the rod length; Poisson's ratio and `up` are unchanged.
+//! `Taper::breaks` returns the places at which lists have boundaries, and both ends, ascending. Factors of numbers that
+//! the section or material does not have, factors of 0 or below, and invalid tapered sections are rejected. The section
+//! profile of a problem averages over the pieces between breaks.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;

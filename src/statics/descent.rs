@@ -8,10 +8,11 @@
 //! ```
 //!
 //! an implicit step of gradient descent in the metric `M` (the masses), by Newton's method with the exact tangent `K`.
-//! `lambda` is multiplied by [`DECREASE`] after each step, and is zero below [`SMALLEST`] of its first value. The last
-//! steps are Newton iterations on the equilibrium itself, until the corrections are rounding errors. A step is repeated
-//! with [`INCREASE`] times `lambda` where Newton's method fails or a joint passes through a fold. So is one where `K +
-//! lambda M` is not positive definite at its start or end, apart from negligible stiffnesses.
+//! `lambda` is multiplied by [`DECREASE`] after each step (`CAREFUL_DECREASE` after a repeated one), and is zero
+//! below [`SMALLEST`] of its first value. The last steps are Newton iterations on the equilibrium itself, until the
+//! corrections are rounding errors. A step is repeated with [`INCREASE`] times `lambda` where Newton's method fails or a
+//! joint passes through a fold. So is one where `K + lambda M` is not positive definite at its start or end, apart
+//! from negligible stiffnesses.
 //!
 //! A rod in an exactly symmetric unstable equilibrium stays there. After [`SADDLES`] steps that begin at an indefinite
 //! matrix, the rod is displaced slightly along the softest motion, once. Long rods use [edge

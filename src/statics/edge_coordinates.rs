@@ -9,8 +9,9 @@
 //!
 //! In every vector, edge `j` has the indices of node `j + 1`; angles keep theirs.
 //!
-//! [`EdgeCoordinates`] converts forces, changes and weights of unknowns between both, for descents to equilibria and
-//! for their derivatives and stability. It is used above [`MANY_NODES`] nodes, for a rod without held nodes beside
+//! [`EdgeCoordinates`] converts lists of all unknowns, in place: forces on nodes (N) to those on edges (`T' f`), changes of
+//! edges (m) to those of nodes (`T e`). `metric` returns the weights (kg) that replace the masses. Descents to equilibria,
+//! their derivatives and stability use it. It is used above [`MANY_NODES`] nodes, for a rod without held nodes beside
 //! those at its start and without user-defined energies (`Discretized::edge_coordinates`).
 
 use crate::numerics::scalar::Scalar;

@@ -1,10 +1,12 @@
 //! Derivatives of an equilibrium by the scene's numbers, by the implicit function theorem.
 //!
-//! An equilibrium satisfies `g(q, p) = 0` with the gradient `g` of the energy. Newton steps `q -= K^-1 g(q, p)` in dual
-//! numbers, with the tangent `K` in plain numbers, give the derivatives of the implicit function: every step makes one
-//! more order exact. At a neutral equilibrium `K` is singular: a small stiffness is added, and the nodes move with the
-//! initial position. Long rods are solved in edge coordinates. Input: an equilibrium in plain numbers and a setup over
-//! dual numbers. Output: its unknowns with derivatives.
+//! Input: an equilibrium in plain numbers, whether it is neutral, and a setup over dual numbers. An equilibrium
+//! satisfies `g(q, p) = 0` with the gradient `g` of the energy. Newton steps `q -= K^-1 g(q, p)` in dual numbers, with
+//! the tangent `K` in plain numbers, make one more order of derivatives exact each. At a neutral equilibrium `K` is
+//! singular: a small stiffness is added, and the nodes move with the initial position. Long rods are solved in edge
+//! coordinates. Held unknowns have the derivatives of the supports at the end of their motion. Output: rod and unknowns
+//! (m, rad) with derivatives, or positions of nodes in the world. A singular tangent is [`Error::Indifferent`].
+//! `displacement_under_forces` solves with `K` alone, for the adjoint; `None` for a singular tangent and for long rods.
 
 use crate::energy::Derivatives;
 use crate::error::Error;

@@ -2,10 +2,11 @@
 //!
 //! The search starts from the initial shape, with the perturbation of the scene, or from the recorded shape. Ends that
 //! move far are moved in several stages, each followed by a descent under the full loads. Only a rod that stands on a
-//! clamp under loads far above buckling (`F L^2/(E I)` above 100, its other end free) is first [loaded step by
-//! step](crate::statics::standing). Output: unknowns and frames of the last equilibrium, number of Newton iterations in
-//! all, largest unbalanced force. Moved ends are then at the end of their motion, or on request at their places at t =
-//! 0. The search does not examine stability.
+//! clamp under loads far above buckling is first [loaded step by step](crate::statics::standing). Its other end is
+//! free, and `F L^2/(E I)` is at least 100, or 1000 without loads across it. Output: unknowns (m, rad) and frames of
+//! the last equilibrium, number of Newton iterations in all, largest unbalanced force (N). Moved ends are then at the
+//! end of their motion, or on request at their places at t = 0, under the forces `initial.point` too. Errors: no
+//! equilibrium, ends that move too far, an interruption. The search does not examine stability.
 
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;

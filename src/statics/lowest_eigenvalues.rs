@@ -1,11 +1,13 @@
 //! The lowest eigenvalues of a [`Pencil`] `K x = lambda M x` without omissions, with eigenvectors.
 //!
-//! Method: subspace iteration with the shifted inverse, `Y = (K - shift M)^-1 M X`, and a Rayleigh-Ritz step on `Y`. It
-//! ends when the eigenvalues converge to [`EIGENVALUE_TOLERANCE`]. They are found from below, in batches. The first
-//! shift lies below all eigenvalues, where `K - shift M` has no negative pivot. Later shifts lie just above the
-//! eigenvalues that are already found. Vectors are kept orthogonal to these, so that the lowest of the others converge
-//! first. Completeness is verified: by Sylvester's law `K - lambda M` has as many negative pivots as there are
-//! eigenvalues below `lambda`, for a `lambda` just above the last one found. Modes and stability use the result.
+//! Input: a number of eigenvalues, and the scale (1/s^2) of a small one. Output of `lowest`: so many pairs (all if
+//! there are fewer), ascending, with `x' M x = 1`. Method: subspace iteration with the shifted inverse,
+//! `Y = (K - shift M)^-1 M X`, and a Rayleigh-Ritz step on `Y`. It ends when the eigenvalues converge to
+//! [`EIGENVALUE_TOLERANCE`], or to `STALLED` without further decrease. They are found from below, in batches. The first
+//! shift lies below all eigenvalues, later ones just above those already found, to which vectors are kept orthogonal.
+//! Completeness is verified: by Sylvester's law `K - lambda M` has as many negative pivots as there are eigenvalues
+//! below `lambda`, for a `lambda` just above the last one found. A batch that fails is repeated with twice as many
+//! vectors; after `DOUBLINGS` this is an error. Modes and stability use the result.
 
 use crate::error::Error;
 use crate::numerics::tangent::{Factors, Tangent};

@@ -1,10 +1,12 @@
 //! Neutral equilibria, in which a motion meets no resistance: a rigid motion of a rod that no support holds, or the
 //! spin of a straight round rod between hinges.
 //!
-//! Detection: the tangent has an eigenvalue that is zero within the negligible stiffness. Its motion is found by
-//! inverse iteration, and its displacements and strains are measured ([`MotionMeasure`], also used for modes and
-//! stability). Output: whether the equilibrium is neutral; its derivatives then need an added stiffness, as the
-//! tangent is singular. Other motions without resistance, as at a critical load, are an error.
+//! Detection: the tangent has an eigenvalue within plus or minus the negligible stiffness. Its motion is found by
+//! inverse iteration. [`MotionMeasure`] is the size of a motion, scaled to a displacement of the rod's length or a
+//! rotation of 1 rad. It is a spin if nodes move by at most `SPIN` lengths, and rigid if the absolute strains sum to at
+//! most `RIGID`; modes and stability use it too. Output of `is_neutral`: whether the equilibrium is neutral; its
+//! derivatives then need an added stiffness, as the tangent is singular. Another motion without resistance, as at a
+//! critical load, is [`Error::Indifferent`] with the node that moves most.
 
 use crate::error::Error;
 use crate::numerics::tangent::Factors;

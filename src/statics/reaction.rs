@@ -12,7 +12,8 @@
 //! the support. That point is the middle of the outermost edge where a wall cuts it, its inner node at a soft clamp, and
 //! the end of the rod otherwise. Half of the mass of a cut edge is inside the wall. It is left out, so that force and
 //! moment at rest balance the rod from the wall on. Kelvin-Voigt stress is that of the mean strain rates over the last
-//! step. The rotational inertia of a held edge that spins is left out too.
+//! step. The rotational inertia of a held edge that spins is left out too. At rest there are elastic forces and dead loads
+//! only. Output: [`Reactions`], force, and moment about `c`, of both ends; zero for a free end.
 
 use crate::numerics::vector::{add, cross, scale, sub, unit};
 use crate::problem::Model;

@@ -4,7 +4,8 @@
 //! The scale is bending of the whole rod, `omega_b^2 = E I/(rho A L^4)` halfway along it; a threshold is
 //! [`NEGLIGIBLE`] of it, plus rounding errors. Those of the tangent in node coordinates grow with the fourth power of
 //! the number of nodes, in [edge coordinates](crate::statics::edge_coordinates) with the second. Stability, neutral
-//! equilibria, descents and modes use these thresholds.
+//! equilibria, descents and modes use these thresholds. Output: one threshold of squared frequencies for the rod, or one
+//! stiffness per unknown; with the smaller second moment of the section.
 
 use crate::problem::{Discretized, Model};
 use crate::rod::Rod;

@@ -1,9 +1,11 @@
 //! The definition of a structure: its scene, its assembly at rest and its scales.
 //!
-//! [`Structure::new`] validates a scene of rods, bodies and joints and builds its assembly at rest. The assembly over another
-//! number type, such as dual numbers, follows for derivatives. Scales are the total length, the frequency of bending of the
-//! whole, and the stiffness and frequency that count as zero. Equilibria, modes and simulations of the structure are methods
-//! in other modules.
+//! [`Structure::new`] validates a scene of rods, bodies and joints and builds its assembly at rest, without the deformation by
+//! loads; an invalid scene is an error with file and key. `at_rest_over` returns the assembly over another number type, such as
+//! dual numbers, for derivatives. `with_derivatives` selects hand-derived or dual-number derivatives for simulations only.
+//! Scales are the sum of the lengths of all rods, m, the smallest squared frequency of bending, 1/s^2, of all rods over that
+//! length, the squared frequency of rounding errors, and the stiffness per unknown, N/m or N m, that counts as zero. Equilibria,
+//! modes and simulations of the structure are methods in other modules.
 
 use crate::energy::Derivatives;
 use crate::error::Error;

@@ -1,10 +1,12 @@
 //! The equilibrium of a structure under its loads, and its stability in its plane or in space.
 //!
 //! The [descent](crate::statics::Descent) starts from the rest shape, under the full loads. Stability follows from the
-//! numbers of eigenvalues of the tangent below -1 and between -1 and 1, in units of the negligible stiffness: motions that
-//! lower the energy, and marginal ones. In a plane only motions in the plane are examined. Straight round rods between balls
-//! spin without resistance; they are counted separately. [`Structure::equilibrium`] returns a [`StructureEquilibrium`] with
-//! shape, energies and these counts; its summary is text. Modes and simulations take `equilibrium_state`.
+//! numbers of eigenvalues of the tangent below -1 and between -1 and 1, in units of the negligible stiffness of each unknown:
+//! motions that lower the energy, and marginal ones. In a plane only motions in the plane are examined. Straight round rods
+//! without a clamped end spin without resistance in space; they are counted separately, not as marginal.
+//! [`Structure::equilibrium`] returns a [`StructureEquilibrium`] with shape, m, energies, J, these counts, iterations and the
+//! largest unbalanced force, N; unstable ones are results too. No equilibrium is an error. Its summary is text. Modes and
+//! simulations take `equilibrium_state`.
 
 use crate::code::Code;
 use crate::energy::Derivatives;

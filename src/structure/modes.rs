@@ -1,9 +1,12 @@
 //! Natural frequencies and mode shapes of a structure in its plane or in space.
 //!
-//! [`Structure::modes`] solves `K x = w^2 M x` with the tangent K at the equilibrium, or at rest, and the diagonal masses M.
-//! The lowest eigenpairs are [`StructureModes`], with displacements of all nodes; the summary is a table. Squared frequencies
-//! within rounding errors of zero become zero, and negative ones are unstable modes with growth rates. A warning follows if
-//! rounding errors of fine meshes affect the frequencies.
+//! [`Structure::modes`] solves `K x = w^2 M x` with the tangent K at the equilibrium, or at rest, and the diagonal masses M. It
+//! returns the given number of lowest eigenpairs ([`StructureModes`]), ascending: `w` in rad/s, and displacements of all rod
+//! nodes in world axes, the largest being 1. Squared frequencies within rounding errors of zero become zero. An unstable mode
+//! (negative square) has minus its growth rate, 1/s, as the frequency. A warning follows if rounding errors of fine meshes
+//! affect the frequencies; the summary is a table. `natural_frequencies_over` returns the first frequencies, rad/s, over dual
+//! numbers (exact first derivatives), about the equilibrium.
+//! It skips free motions; an unstable structure and one in space are errors.
 
 use crate::energy::Derivatives;
 use crate::error::{Error, ensure};

@@ -2,8 +2,9 @@
 //! of bodies and of sprung clamps.
 //!
 //! Masses of carried and fixed nodes are left out: bodies include those of carried nodes, and walls hold the fixed ones.
-//! Rotational momenta of bodies and sprung clamps are included, in space also spins of edges. Tests of conservation use both
-//! functions, one for a plane and one for space.
+//! Rotational momenta of bodies and sprung clamps are included, in space also spins of free edges about their tangents.
+//! `StructureMotion::momentum` returns two components and the angular one in the axes of the plane, NaN for a structure in
+//! space. `Simulation::momentum_in_space` returns two vectors in world axes, None in a plane. Tests of conservation use them.
 
 use crate::dynamics::Simulation;
 use crate::numerics::rotation::times;

@@ -1,8 +1,11 @@
 //! Points of a structure as weighted sums of its nodes, and the motion of these nodes.
 //!
-//! Nodes are numbered over all rods, one rod after the other. Four further nodes follow for each body of `[[bodies]]`: its
-//! center of mass `c`, and the three points `c + R e` at one meter from it along the world axes `e` at rest, with the
-//! rotation `R`. A point at the offset `o` is `c + R o`, the sum of these nodes with the weights `1 - sum o` and `o`.
+//! Nodes are numbered over all rods, one rod after the other. In a plane four further nodes follow for each body of
+//! `[[bodies]]`: its center of mass `c` without the carried masses, and the points `c + R e` at one meter from it. Here `e` are
+//! the three world axes and `R` is the rotation from rest. A point at the offset `o` is `c + R o`, with the weights `1 - sum o`
+//! and `o`. In space bodies have no nodes, and a point of a body is an error, as are unknown names and points off the rod.
+//! [`StructureNodes::stencil`] returns nodes and weights of a point. [`Structure::node_motions`] returns position, m, and
+//! velocity, m/s, of every node in world axes; nodes that bodies carry are placed by these.
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::{Nestable, Scalar};

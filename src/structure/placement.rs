@@ -1,9 +1,11 @@
 //! Places of the rods of a structure: meshes at their origins, points of joints, and the common plane.
 //!
-//! The mesh of each rod is shifted, without rotation, to its origin or so that its end is at another point of a joint. The
-//! point of a clamped end is the middle of its outer edge; of a pinned end it is its outer node. That of a body is its
-//! position plus the offset. [`check_joints`] rejects joints whose points are apart, [`common_plane`] structures that are not
-//! in one plane. The construction of an assembly uses them.
+//! The mesh of each rod is shifted, without rotation, to its origin (zero without one), or so that its end is at another point
+//! of a joint. The point of a clamped end is the middle of its outer edge; of a pinned end it is its outer node. That of a body
+//! is its position plus the offset. [`check_joints`] rejects joints with a point farther from their first point than
+//! `JOINT_TOLERANCE` times the length of the longest rod; body points without an offset are not compared. [`common_plane`]
+//! returns the plane of all nodes, gravity, point forces and body positions, or an error with the key that leaves it. Offsets
+//! and hinge axes are checked too. The construction of an assembly uses them.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};

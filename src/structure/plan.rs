@@ -1,8 +1,12 @@
 //! Discrete choices of a structure, which have no derivatives: supports of rod ends, coordinates of bodies, places of rods.
 //!
-//! A [`StructurePlan`] states for every end of a rod whether it is free, at a wall, or on a body. A joint without a body of
-//! `[[bodies]]` gets a body of its own. Coordinates of bodies and springs are numbered for a small envelope of the tangent.
-//! Each rod is placed by its origin or by a joint to a placed point. The construction of the assembly follows the plan.
+//! Input: a validated scene, in a plane or in space. A [`StructurePlan`] states for every end of a rod whether it is free, at a
+//! wall, or on a body, with the direction (clamped), without (pinned), or through a spring. A joint without a body of
+//! `[[bodies]]` gets a body of its own, which does not rotate if its ends are pinned. Coordinates of bodies and springs are
+//! numbered for a small envelope of the tangent (reverse Cuthill-McKee). Each rod is placed by its origin, or by the first joint
+//! to a placed rod or a body with an offset; the first rod is at zero without an origin. Errors: roller or recorded supports,
+//! ends held twice, joints with two bodies or fewer than two entries, rods that nothing places, and unconnected parts. The
+//! construction of the assembly follows the plan.
 
 use crate::error::{Error, ensure};
 use crate::numerics::envelope::reverse_cuthill_mckee;

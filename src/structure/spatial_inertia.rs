@@ -5,8 +5,10 @@
 //! which is without the part behind the joint. Half of the rotational inertia of the outer edge about itself is added. For a
 //! hinged end it is the mass of the outer node. Its axes are the principal ones of the sum. The mass of a sprung clamp counts
 //! at the joint, with its moment of inertia about it. An elastic joint is a rotational spring, or a hinge: a stiff spring
-//! ([`HINGE_STIFFNESS`]) across its axis. [`SpatialBodiesAtRest`] has bodies with loads, springs, centers, coordinates at
-//! rest and the references of the rotations.
+//! ([`HINGE_STIFFNESS`] times the stiffness of the rod's joint beside it) across its axis. [`SpatialBodiesAtRest`] has bodies
+//! with loads, springs, centers, m, coordinates at rest, m (zero for rotations), and the references of the rotations. Errors: a
+//! body without three moments of inertia, a rotating joint without inertia, a hinge without axis, a spring with a rest angle
+//! or too stiff for its rod.
 
 use crate::error::{Error, ensure};
 use crate::numerics::rotation::{

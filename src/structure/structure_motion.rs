@@ -1,9 +1,11 @@
 //! Simulations of structures: steps with bisection, the start at rest or in equilibrium, and the report of a run.
 //!
-//! [`Structure::simulation`] returns a [`StructureMotion`] at t = 0, which advances to given times; a step that fails, or
-//! that the control of the energy rejects, is halved. [`Structure::simulation_over`] is a simulation over dual numbers, for
-//! derivatives, without bisection. [`StructureReport`] collects times, energies and ends of the rods, with a warning if the
-//! energy changes too much. In space only Newmark-beta and generalized-alpha integrate.
+//! [`Structure::simulation`] returns a [`StructureMotion`] at t = 0 without velocity, which advances to given times. A step that
+//! fails, or that the control of the energy (of the first rod's scene) rejects, is replaced by two halves, and so on.
+//! [`Structure::simulation_over`] is a simulation over dual numbers, for derivatives, without bisection. `equilibrium_over` is
+//! the equilibrium with derivatives. [`StructureReport`] collects times, s, energies, J, and ends of the rods, m. It warns if
+//! the change of the energy over the largest kinetic energy exceeds a limit, without damping only. In space only Newmark-beta
+//! and generalized-alpha integrate; other schemes are errors, as is a scene without `[time]`.
 
 use crate::dynamics::{
     BisectedSteps, Simulation, StepControl, StepperSettings, Work, advance, energy_warning,

@@ -1,5 +1,10 @@
-//! Display of a work-precision study as text for a terminal: a table with the fastest run for each error of the tip, and in the
-//! details a table of all runs with step, mesh, errors, time and energy drift.
+//! Display of a work-precision study as text for a terminal.
+//!
+//! Input: a [`Study`]. Output: a [`Summary`] whose status has the number of runs and the error of the reference. A table
+//! lists the fastest run for each error of the tip, in per cent of the length, with scheme, step, edges and wall time. An
+//! error that no run reaches has `finer than all runs`. The details have a table of all runs with step, mesh, error (total,
+//! by step, by mesh, over the length), time and energy drift. A run that stopped has `failed` as its error. `rodfit study`
+//! prints the summary.
 
 use crate::study::{Study, scheme_name};
 use crate::summary::quantity::{number, quantity};

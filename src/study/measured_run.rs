@@ -1,8 +1,9 @@
-//! A simulation with its wall-clock time, Newton iterations, energy drift and the motion of its tip, as one run of a
-//! study.
+//! A simulation with its wall-clock time, Newton iterations, energy drift and the motion of its tip, as one run of a study.
 //!
-//! The tip is sampled at [`SAMPLES`] evenly spaced times. Completed runs shorter than [`SHORT`] are repeated up to
-//! [`REPETITIONS`] times; the shortest time counts. A run that stops has its error in place of the motion.
+//! Input: a problem with a time. The tip is sampled at [`SAMPLES`] evenly spaced times up to the end, m. Completed runs with
+//! a stepping time below [`SHORT`] are repeated up to [`REPETITIONS`] times; the shortest time counts, s. The energy drift
+//! is the largest change of the energy over the largest kinetic energy. A run that stops has its error in place of the
+//! motion. A problem that cannot begin, and a repetition that stops, are errors.
 
 use crate::accuracy::Positions;
 use crate::dynamics::{SimulationReport, Trajectory};

@@ -1,13 +1,16 @@
 //! Work-precision study: error of the tip against wall-clock time, over schemes, meshes and time steps.
 //!
-//! The scene is simulated with every scheme that supports it, on meshes of 1/4 to 4 times its edges. Implicit schemes take
-//! 4 to 1/8 times its step, explicit ones three fractions of the largest stable step. The reference is the continuum limit:
-//! runs with the finest step on 4 and on 8 times the edges, extrapolated to edges of zero length (Richardson). They are
-//! runs of `rodas4` with 1/8 of the step, or of Newmark-beta with 1/16 where the scene does not allow `rodas4`. The error
-//! of a run has two parts: the difference from the finest step on the same mesh (step error), and the difference of that
-//! one from the reference (mesh error). The error of the reference itself is at most the smallest difference of a run from
-//! it. A scene with a given mesh (forces or masses on nodes by index) is studied on that mesh alone, and its finest step is
-//! the reference. [`Study`] has all runs and the fastest one for each of several errors; `rodfit study` prints it.
+//! The scene is simulated with every scheme that supports it, on meshes of 1/4 to 4 times its edges. Implicit schemes take 4
+//! to 1/8 times its step, explicit ones three fractions of the largest stable step. Finer steps on a mesh are skipped once
+//! the step error is below `NEGLIGIBLE_STEP_ERROR` of the mesh error. The reference is the continuum limit: runs with the
+//! finest step on 4 and on 8 times the edges, extrapolated to edges of zero length (Richardson). They are runs of `rodas4`
+//! with 1/8 of the step, or of Newmark-beta with 1/16 where the scene does not allow `rodas4`. Errors are largest distances
+//! of the tip over the length. The error of a run is its difference from the reference. Its parts are the difference from
+//! the finest step on the same mesh (step error), and that of this one from the reference (mesh error). The reported error
+//! of the reference is the smallest difference of a run from it. A scene with a given mesh (forces or masses on nodes by
+//! index) is studied on that mesh alone, and its finest step is the reference. [`Study`] has all runs, those that stopped
+//! with the reason, and the fastest one for errors of 0.1 to 1e-6. A scene without `[time]`, or a reference run that fails,
+//! is an error. `rodfit study` prints it.
 
 mod display;
 mod measured_run;

@@ -11,8 +11,11 @@
 //! starts from the mode that [`modes`](crate::vibration::modes) finds in plain numbers. Every iteration reduces the
 //! components of `x` along other modes, and those of its derivatives. The factor is the ratio of the distances of the
 //! shift from `lambda` and from the next eigenvalue. The error of the quotient is of second order in them. First
-//! derivatives agree with the Hellmann-Feynman theorem; second ones include the change of the mode. Output: angular
-//! frequencies, rad/s, with derivatives.
+//! derivatives agree with the Hellmann-Feynman theorem; second ones include the change of the mode.
+//!
+//! Input: names of modes ([`ModeName`]) and parameters. Output: one angular frequency per name, in their order, rad/s, with its
+//! derivative by each parameter. Errors: a mode without stiffness, and a number above that of the
+//! modes. With parameters also a mode whose frequency agrees with another one in its plane within `CLUSTER_DISTANCE`.
 //!
 //! [`Trajectory::at_rest`]: crate::Trajectory::at_rest
 

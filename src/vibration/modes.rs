@@ -1,13 +1,16 @@
 //! Modes of small vibrations about a state, the equilibrium or the rest shape: the lowest frequencies (rad/s), their
 //! shapes and kinds.
 //!
-//! They solve `K v = omega^2 M v` with the exact tangent `K` at the state. The lowest modes are computed, and all
-//! unstable ones (up to [`MAX_UNSTABLE`] in a plane). A planar scene with a torsional stiffness has modes out of its
-//! plane too. These are computed separately, so that modes of equal frequency do not mix.
+//! They solve `K v = omega^2 M v` with the exact tangent `K` at the state. The requested number of lowest modes is
+//! computed, and all unstable ones if these are more (up to [`MAX_UNSTABLE`] in each plane). An unstable mode has minus
+//! its growth rate (1/s) as frequency. A planar scene with a torsional stiffness and without moments has modes out of
+//! its plane too. These are computed separately, so that modes of equal frequency do not mix; both are sorted together
+//! by frequency.
 //!
-//! A mode has a plane, a [`ModeKind`] and a number among the modes of its plane. A measured frequency names its mode by
-//! these ([`ModeName`](crate::vibration::ModeName)). Rigid motions of frequency zero have no number. Output: [`Modes`],
-//! with a summary as text, and the eigenpairs for frequencies with derivatives.
+//! A mode has a plane (none in space), a [`ModeKind`] and a number among the modes of its plane. Torsion: the energy of
+//! twist exceeds both others. Axial: that of stretch exceeds bending, and most kinetic energy is along the rod. Free
+//! rigid motions of frequency zero have no number. Shapes are displacements of the nodes in world axes, the largest 1.
+//! Output: [`Modes`], with a summary as text (Hz too), and the eigenpairs for frequencies with derivatives.
 
 use crate::code::Code;
 use crate::error::Error;

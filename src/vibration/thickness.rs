@@ -1,6 +1,7 @@
 //! Reduction of natural frequencies by shear deformation and rotary inertia, which the rod model omits (Timoshenko).
 //!
-//! Input: a mode without these effects, from the rod model. Let `phi` be its deflection, `Q` its shear force and
+//! Input: names of modes of a problem, and the state about which they vibrate. The modes, without these effects, are
+//! computed by the rod model. Let `phi` be its deflection, `Q` its shear force and
 //! `theta` the rotation of its sections. Timoshenko's beam has these additional terms, of first order in `I/(A L^2)` by
 //! Rayleigh's quotient:
 //!

@@ -1,8 +1,10 @@
 //! Options of `rodfit init` for the user's rod: cross-section, length and density, written into the scene of a template.
 //!
-//! The scene text is edited line by line: a given measure replaces the template's value, and the mark of the value as an
-//! example (`# measure` in its comment) is removed. Measures without an option keep the template's value and its mark, so
-//! that the program can list the values still to be filled in. Sizes of different sections cannot be combined.
+//! The scene text is edited line by line: a given measure (m, kg/m^3) replaces the template's value. The mark of the
+//! value as an example (`# measure` in its comment) is then removed. A section without `--section` follows from its
+//! sizes; missing sizes have defaults, and the mark stays unless all are given. Measures without an option keep the
+//! template's value and its mark, so that the program can list the values still to be filled in. Sizes that are not
+//! positive, sizes of different sections, and a rectangle for a spatial rod are errors.
 
 use clap::ValueEnum;
 use rodfit::Error;

@@ -1,7 +1,10 @@
 //! Paths of outputs: folders, links, and the identity of files with several names.
 //!
-//! The functions serve the check of outputs before a run and their writing. [`identity`] maps all names of a file (relative,
-//! links, case) to one path, [`resolved`] follows a link, [`interrupted_name`] is the name of an interrupted result.
+//! Input and output are paths; the files need not exist. [`identity`] maps all names of a file (relative, links, case on
+//! Windows and macOS) to one path, the canonical path of its existing part with the missing rest. [`resolved`] returns
+//! the canonical path of an existing file, or the target of a link (up to `MAX_LINKS` links) that does not exist.
+//! [`interrupted_name`] is the name of an interrupted result, `fit.interrupted.json` for `fit.json`. The functions serve
+//! the check of outputs before a run and their writing.
 
 use std::ffi::OsString;
 use std::fs::metadata;

@@ -1,8 +1,9 @@
 //! The destination of an output, and the check that it can be written.
 //!
-//! A [`Target`] has the option that names it, the path, and whether a missing folder is created. Before a run
-//! [`Target::check_writable`] rejects closed standard output, folders, read-only files, pipes, and files whose folder is
-//! missing or not writable. Afterwards no file exists that did not before.
+//! A [`Target`] has the option that names it, the path, and whether a missing folder is created. `-` and `/dev/stdout`
+//! are standard output. Before a run [`Target::check_writable`] rejects closed standard output, folders, read-only files,
+//! pipes and devices that do not open. It also rejects files whose folder is not writable, or is missing and not to be
+//! created. Afterwards no file exists that did not before.
 
 use crate::command::output::path::{
     ends_like_folder, folder_of, identity, interrupted_name, is_device, resolved,

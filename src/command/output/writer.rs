@@ -1,8 +1,9 @@
 //! Writers of outputs: standard output, a device, or a temporary file.
 //!
-//! [`OutputWriter`] buffers the bytes of an output and passes them to its [`Sink`]. A standard output whose reader has closed
-//! it drops the rest without an error. The temporary file becomes the output when `Outputs` ends it. Also here: the test for
-//! a standard output that was closed from the beginning.
+//! [`OutputWriter`] buffers the bytes of an output and passes them to its [`Sink`]. A standard output whose reader has
+//! closed it drops the rest without an error. The temporary file becomes the output when `Outputs` ends it. After a
+//! failed write it is kept, and the error has its path. Also here: the test for a standard output that was closed from
+//! the beginning (Linux only; elsewhere it counts as open).
 
 use crate::command::output::Output;
 use crate::command::terminal;

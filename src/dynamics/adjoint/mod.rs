@@ -7,7 +7,8 @@
 //! derivatives of these numbers by a parameter are the gradient.
 //!
 //! The reverse sweep needs the states of the run. Where they exceed the memory (56 MiB by default), simulations at
-//! checkpoints are stored, and the steps between are repeated. Schemes are Newmark-beta and generalised-alpha only.
+//! checkpoints are stored, and the steps between are repeated. Schemes are Newmark-beta and generalised-alpha only; other
+//! schemes, internal friction and user-defined energies are errors. Output: one derivative per parameter, in their order.
 //! [`Reversible`] also has the product with a direction of parameters, by one forward sensitivity.
 
 mod checkpoints;

@@ -1,9 +1,11 @@
 //! Derivatives of a state along `G` parameters over one implicit step, forward in time.
 //!
-//! Input: [`StateRates`] at the start and [`ParameterRates`] of laws, loads, masses, damping, drag and supports.
-//! Stages: forces at fixed unknowns, right-hand side `-dR|q1`, solution of `J dq1 = -dR|q1` with the factors of the
-//! step. Velocities, accelerations, internal variables, forces and frames at the end follow from `dq1`. Output:
-//! `StateRates` at the end, in place.
+//! Input: [`StateRates`] at the start and [`ParameterRates`] of laws, loads, masses, damping, drag and supports, with
+//! `G` parameters in SIMD lanes. Stages: held unknowns, forces at fixed unknowns, right-hand side `-dR|q1`, solution of
+//! `J dq1 = -dR|q1` with the factors of the step. Velocities, accelerations, internal variables, forces and frames at
+//! the end follow from `dq1`. Forces of averaging schemes are sums over the stages of the quadrature. Prescribed
+//! (recorded) unknowns have zero derivatives. Output: `StateRates` at the end, in place. An inaccurate solution with an
+//! indefinite matrix is [`Error::SingularTangent`].
 
 use crate::dynamics::coefficients::END;
 use crate::dynamics::step_map::numbers::{MASS, SCHEME};

@@ -8,6 +8,9 @@
 //!
 //! One description serves both directions: the factors of the [equations of every unknown](nodal), the [effective
 //! strains of the history](history), and the rod's products with the derivatives of strains.
+//!
+//! Input: a linearized step ([`Linearization`](crate::dynamics::Linearization)). [`StepMap`] is the map; its arguments and
+//! results are [`StateRates`], with [`ParameterRates`] forward and [`ParameterSlopes`] transposed.
 
 mod drag;
 mod forward_derivatives;

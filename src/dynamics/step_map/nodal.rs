@@ -13,6 +13,8 @@
 //! ```
 //!
 //! The factors `d`, `i`, `end`, `start`, `w` and `b` are those of the [coefficients](StepCoefficients) of the step.
+//! Derivatives by mass, mass damping and the scheme's parameter are separate functions. Forward functions take `G`
+//! parameters in SIMD lanes; transposed ones take one derivative of a misfit by each result and return those by the inputs.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::numerics::lanes::Lanes;

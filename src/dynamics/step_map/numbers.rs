@@ -2,8 +2,10 @@
 //! [`COUNT`] entries.
 //!
 //! Order: mass damping (1/s); Kelvin-Voigt times of all strains, stretching, bending and twisting (s); stiffness
-//! fraction and relaxation time (s) of the Maxwell branch; parameter of the scheme. The step map loops over the list
-//! for derivatives by each number.
+//! fraction and relaxation time (s) of the Maxwell branch; parameter of the scheme. [`list`] makes it from the damping,
+//! over any scalar, with zeros for an absent Maxwell branch. [`along`] returns damping and parameter as dual numbers,
+//! with derivative 1 of one entry and 0 of all others; an index of [`COUNT`] or more gives no derivatives. Internal
+//! friction is no part of it. The step map loops over the list for derivatives by each number.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::{Damping, Maxwell};

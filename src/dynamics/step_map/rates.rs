@@ -1,9 +1,10 @@
 //! The derivatives that the linear map of a step takes and returns.
 //!
 //! Forward: [`StateRates`] of the state and [`ParameterRates`] of the scene's numbers along `G` parameters, extracted
-//! from simulations over dual numbers. Transposed: `StateRates` with one lane and [`ParameterSlopes`], the derivatives
-//! of a misfit by state and numbers. The product of both is the derivative of the misfit along a parameter,
-//! `dm/dp = dm/dx . dx/dp`.
+//! from `G` simulations over dual numbers, one SIMD lane each. `ParameterRates::new` returns `None` for schemes without
+//! Newton's method; masses without derivatives, and lanes without drag, are left out. Transposed: `StateRates` with one
+//! lane and [`ParameterSlopes`], the derivatives of a misfit by state and numbers. Their `product` with the forward
+//! ones is the derivative of the misfit along one parameter, `dm/dp = dm/dx . dx/dp`, without friction springs.
 
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step_map::numbers::{COUNT, list};

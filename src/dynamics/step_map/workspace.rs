@@ -1,7 +1,11 @@
 //! Reusable lists of the linear map of a step: derivatives of forces, strains, stresses and drag along `G` parameters.
 //!
-//! Allocated once and kept from step to step, so that a step does not allocate. With `G = 1` the transposed map uses
-//! the same lists for derivatives of a misfit.
+//! [`StepWorkspace`] has the derivatives of forces, right-hand sides and solutions per unknown, and the [`Held`]
+//! unknowns of supports. [`HistoryWorkspace`] has those of strains, effective strains and stresses per strain.
+//! [`DragWorkspace`] has places (m) and velocities (m/s) in dual numbers; its `add_rates` adds the derivatives of the
+//! drag (N) there to one lane. [`HistoryMoment`] names the moment of a stress: the end of the step, or the start of the
+//! next. The lists are kept from step to step, and resized at the first one. With `G = 1` the transposed map uses them
+//! for derivatives of a misfit.
 
 use crate::numerics::lanes::Lanes;
 use crate::numerics::vector::Vector;

@@ -1,7 +1,7 @@
 //! Laws of the stretch that are nonlinear in the strain.
 //!
 //! A law with the force `N(s; p)` of an edge at the strain `s` is the linear law with its stiffness `K` at no strain, and a
-//! [`Beyond`]: `N = K s + C x(s)`. The modulus `C` depends on the parameters, and `x` has no slope at no strain. Viscous
+//! [`Beyond`]: `N = K s + C x(s)`. The modulus `C`, N (EA), depends on the parameters, and `x` has no slope at no strain. Viscous
 //! stress takes the linear law. In this form no digits are lost at small strains: `x` of an
 //! incompressible neo-Hookean rod is not the difference of `(lambda - 1/lambda^2)/3` and `s`, but
 //!
@@ -9,8 +9,10 @@
 //! x = -s^2 (3 + 2 s)/(3 lambda^2)    dx/ds = -2/3 s (3 + 3 s + s^2)/lambda^3    integral = -s^3/(3 lambda)
 //! ```
 //!
-//! with the stretch ratio `lambda = 1 + s`. Energy and response are functions out of line, so that sweeps over edges with a linear
-//! law have no more numbers in registers. A new law is a variant of [`StretchLaw`] and its formulas here.
+//! with the stretch ratio `lambda = 1 + s`. [`Beyond`] returns the part beyond the linear law only: energy over the rest length,
+//! force, and its derivative by the strain, N. [`Beyond::new`] is None for the linear law. Energy and response are functions out
+//! of line, so that sweeps over edges with a linear law have no more numbers in registers. A new law is a variant of
+//! [`StretchLaw`] and its formulas here.
 
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::scene::StretchLaw;

@@ -1,11 +1,14 @@
 //! Candidate designs of a planned experiment: other marker positions, durations and frame rates of its recordings.
 //!
 //! [`CandidateDesigns::new`] adds candidate recordings to the planned ones: the marker at [`MARKER_POSITIONS`] arc lengths
-//! (of the first [`MOST_MOVED`] recordings), frames after the end, and frames between the planned ones. All are simulated
-//! together, with one Jacobian. The standard errors of each candidate design follow from its rows of that Jacobian, by the
-//! covariance `(J'J)^-1` with stated noise ([`standard_errors`]). [`CandidateDesigns::advice`] lists them for the report of a
-//! plan. It marks the position with the smallest geometric mean of the relative errors, and the shortest duration and lowest
-//! rate within [`NEARLY_BEST`] of the smallest.
+//! (of the first [`MOST_MOVED`] recordings), frames after the end (none with recorded supports), and frames between the
+//! planned ones. All are simulated together, with one Jacobian. The standard errors of each candidate design follow from its
+//! rows of that Jacobian and those of the priors, by the covariance `(J'J)^-1` with stated noise. [`standard_errors`]
+//! returns one per unknown in its unit, none if unidentified. [`CandidateDesigns::advice`] lists them for the report of a
+//! plan: by arc length (m) for each recording, and by duration (s) and frame rate (1/s) for each experiment, ascending. It
+//! marks the position with the smallest geometric mean of the errors on the scales of the unknowns (relative for positive
+//! ones). Of durations and rates it marks the smallest within [`NEARLY_BEST`] of the least mean. Nothing is marked where no
+//! choice identifies any parameter.
 
 use crate::error::Error;
 use crate::fit::design::report::{Advice, Choice, DesignVariable};

@@ -1,9 +1,10 @@
 //! Contribution of each planned measurement to the expected uncertainty: the standard errors by it alone, and by all others.
 //!
-//! Each group of rows of the Jacobian is kept alone or left out, always with the priors. A group is a measurement, or a
-//! coordinate of the only one if that is a motion. The standard errors follow from the covariance of the remaining rows
-//! ([`standard_errors`]). [`contributions`] returns one entry per group. The report of a plan shows which measurement
-//! determines which parameter.
+//! Input: the rows of the Jacobian of a plan in units of the noise, and those of the priors. Each group of rows is kept
+//! alone or left out, always with the priors. A group is a measurement, or a measured coordinate of the only one if that is
+//! a motion. The standard errors follow from the covariance of the remaining rows ([`standard_errors`]): one per unknown in
+//! its unit, none if unidentified. [`contributions`] returns one entry per group, in the order of the plan, and none for
+//! fewer than two groups. The report of a plan shows which measurement determines which parameter.
 
 use crate::error::Error;
 use crate::fit::design::candidate_designs::{CandidateDesigns, standard_errors};

@@ -1,9 +1,11 @@
 //! The summary of a planned experiment as text and tables for a terminal.
 //!
-//! [`Design::summary`] begins with whether the plan determines all parameters. It shows their expected standard errors, the
-//! unidentifiable ones and the warnings. Then follow the uncertainty budget, undetected biases, tables of candidate designs,
-//! and the cost. There is one such table for each recording or experiment and variable (marker position, duration, frame
-//! rate). `rodfit design` prints it.
+//! Input: a [`Design`]. [`Design::summary`] begins with whether the plan determines all parameters, or how many it does not.
+//! It shows their expected standard errors, the unidentifiable ones and the warnings. Then follow the uncertainty budget,
+//! undetected biases, tables of candidate designs, and the cost. There is one such table for each recording or experiment
+//! and variable (marker position in m, duration in s, frames/s), with the marks `planned` and `best`. Tables without any
+//! standard error, correlations, singular values and contributions are left out. Standard errors are in per cent of positive
+//! parameters, else in the unit. `rodfit design` prints it.
 
 use crate::code::Code;
 use crate::fit::design::report::{Advice, Choice, Design, DesignVariable};

@@ -1,10 +1,12 @@
 //! Assessment of a planned experiment: its measurements get simulated values, and the exact fit is assessed as an optimum.
 //!
 //! [`PlannedFit::design`] simulates the plan and its candidate recordings at the start values, or else the values of the
-//! scenes, with derivatives. The residuals of the plan are zero, so that its Jacobian and the stated noise yield expected
-//! standard errors, budgets and undetected biases. Measurements of validation data are left out, and losses are squares. The
-//! result, a [`Design`], also has the expected errors of candidate designs, and the contribution of each measurement. `rodfit
-//! design` reports it.
+//! scenes, with derivatives. Mesh and step that the program chose are chosen again at these values. The residuals of the
+//! plan are zero, so that its Jacobian and the stated noise yield expected standard errors, budgets and undetected biases.
+//! Measurements of validation data are left out, and losses are squares. Rows after the onset of an exponential growth of
+//! sensitivities are zero, with a warning. The result, a [`Design`], also has the expected errors of candidate designs, the
+//! contribution of each measurement, and the parameters that no candidate determines. A measurement without sigma, an
+//! unknown without a value and a failed simulation are errors. `rodfit design` reports it.
 
 use crate::error::Error;
 use crate::fit::design::candidate_designs::CandidateDesigns;

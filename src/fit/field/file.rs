@@ -1,8 +1,9 @@
 //! Conversion of a fit file with `[[field]]` tables to a fit of lists along the rod.
 //!
 //! [`FitFile::field_fit`] takes over scene, recorded motions, lists and single parameters into a [`FieldFit`], in the order
-//! of the file. It rejects keys without a meaning in such a fit: several experiments, input uncertainties, `[analysis]`,
-//! validation data, and measurements that are no motion. Whether the fit can be solved is checked when it is.
+//! of the file. It returns none for a file without `[[field]]`. Keys without a meaning in such a fit are errors: several
+//! experiments, a structure, input uncertainties, `[analysis]`, validation data, and measurements that are no motion.
+//! Whether the fit can be solved is checked when it is.
 
 use crate::error::Error;
 use crate::fit::field::plan::FieldFit;

@@ -1,9 +1,10 @@
 //! Definition of a fit of lists of values along the rod ([`FieldFit`]), and its validation before it is solved.
 //!
-//! A fit consists of a problem, recorded motions with a stated noise, lists with a smooth prior, and single parameters with a
-//! normal prior. `FieldFit::check` accepts the cases that the adjoint of the simulation supports: given mesh, step and
-//! scheme, positions on the center line, squared losses, and samples up to the end of the simulation. All else is an error
-//! with the key and the reason.
+//! A fit consists of a problem, recorded motions with a stated noise (m), lists with a smooth prior, and single parameters
+//! with a normal prior. `FieldFit::check` accepts the cases that the adjoint of the simulation supports: given mesh, step
+//! and scheme, positions on the center line, squared losses, and samples up to the end of the simulation. At least one list
+//! and one motion are required, and no data twice. All else is an error with the key and the reason. `solve` of `search`
+//! checks and solves it.
 
 use crate::error::{Error, ensure};
 use crate::fit::duplicates::check_duplicates;

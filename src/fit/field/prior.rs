@@ -1,15 +1,17 @@
 //! The smooth prior of values along a rod: a Gaussian field about the values of the scene.
 //!
-//! With independent normal numbers `z` of variance one,
+//! Input: the number of values, their standard deviation in their unit, and the correlation length `l` in spacings. With
+//! independent normal numbers `z` of variance one,
 //!
 //! ```text
 //! x = x_scene + c A^-1 z,    A = 1 - l^2 d^2/ds^2
 //! ```
 //!
-//! with zero slope at the ends, solved on equal spacings as a tridiagonal system. The prior penalizes second differences, and
-//! deviations from the scene. Its covariance is that of Matern with a smoothness of 3/2 (Lindgren, Rue and Lindstrom 2011).
-//! The factor `c` normalizes the standard deviation in the middle of the rod; at the ends it is up to 1.5 times as large.
-//! [`SmoothPrior`] returns products with `c A^-1` for the search, and standard deviations for the report.
+//! with zero slope at the ends, solved on equal spacings as a tridiagonal system. The prior penalizes second differences,
+//! and deviations from the scene. Its covariance is that of Matern with a smoothness of 3/2 (Lindgren, Rue and Lindstrom
+//! 2011). The factor `c` normalizes the standard deviation in the middle of the rod; at the ends it is up to 1.5 times as
+//! large. [`SmoothPrior`] multiplies a vector by `c A^-1` in place, without the mean, for the search. It returns the
+//! standard deviation of each value, in its unit, for the report.
 
 /// Smooth prior of values at equal spacings along a rod.
 #[derive(Clone, Debug)]

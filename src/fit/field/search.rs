@@ -1,11 +1,13 @@
 //! The search for the optimum of a fit along the rod: the Levenberg-Marquardt method with products with the Jacobian instead
 //! of its rows.
 //!
-//! Unknowns are independent normal numbers `z`, the cost is half the sum of squares of residuals (in sigmas) and of `z`. A
-//! step solves `(1 + damping + J'J) s = -gradient` in the Krylov space of the gradient by Lanczos's method. Each product
-//! costs one forward derivative and one adjoint. The search converges where an undamped step predicts a decrease below
-//! [`LEAST_GAIN`]. It ends without convergence after [`STEPS`] steps, or if damping up to [`MAX_DAMPING`] lowers nothing.
-//! Eigenvectors of `J'J` at the optimum then yield the standard errors. Result: a [`FieldReport`].
+//! Unknowns are independent normal numbers `z`, from 0 (scene and prior means) on. The cost is half the sum of squares of
+//! residuals (in sigmas) and of `z`. A step solves `(1 + damping + J'J) s = -gradient` in the Krylov space of the gradient
+//! by Lanczos's method, with at most [`STEP_PRODUCTS`] products. Each product costs one forward derivative and one adjoint.
+//! The search converges where an accepted step predicts a decrease below [`LEAST_GAIN`] and no damping is left. It ends
+//! without convergence after [`STEPS`] steps, or if damping up to [`MAX_DAMPING`] lowers nothing. Eigenvectors of `J'J` at
+//! the optimum, down to the eigenvalue [`LEAST_INFORMATION`], then yield the standard errors. Result: a [`FieldReport`],
+//! without convergence too, with a warning. An unsupported fit, a failed run at the start and a stop are errors.
 
 use crate::dynamics::{Reversible, TrajectorySlopes};
 use crate::error::{Error, none_on_failure};

@@ -1,9 +1,12 @@
 //! The unknowns of a fit along the rod: a linear map from independent normal numbers `z` of variance one to the parameters.
 //!
 //! [`FieldSpace::new`] validates the lists and single parameters and assigns each a prior: a smooth one along the rod, or a
-//! normal one. Then `values = means + C z`, with the symmetric root `C` of the prior covariance, block by block. The means
-//! are the values of the scene for lists, those of the prior for single parameters. The search works on `z`; simulations take
-//! the [values](FieldSpace::values), derivatives the [changes](FieldSpace::changes).
+//! normal one. Values of natural bending are at equal distances from end to end, those of other lists in the middle of equal
+//! parts. Then `values = means + C z`, in the units of the parameters, with the symmetric root `C` of the prior covariance,
+//! block by block. The means are the values of the scene for lists, those of the prior for single parameters; lists come
+//! first. The search works on `z`; simulations take the [values](FieldSpace::values), derivatives the
+//! [changes](FieldSpace::changes). No list, a list twice, a single parameter without a prior or of the camera, and
+//! parameters without derivatives are errors.
 
 use crate::error::{Error, ensure};
 use crate::fit::field::prior::SmoothPrior;

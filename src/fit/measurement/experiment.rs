@@ -1,9 +1,11 @@
 //! Experiments: the prepared problem of one scene with its measurements. Several experiments may share parameters.
 //!
-//! Methods return properties that search and analyses need: the recorded motions, their duration, the highest measured mode,
-//! the kind of simulation, its work (steps times segments), and labels for messages. Functions over a list of experiments
-//! iterate over all measurements in the order of the residuals ([`all`]), add the work ([`full_work`]), and remove validation
-//! data ([`fitted`]).
+//! [`Experiment`] has a name, the problem and the measurements. Its methods return the recorded motions (readings of gauges
+//! over time included, as x coordinates), their last time, s, and the highest measured mode (0 without any). The simulation
+//! that decides the mesh is the motion, else the modes, else the equilibrium. The work is steps times segments of the motion,
+//! plus [`STEPS_OF_REST`] times segments if anything is measured at rest. Over a list of experiments, [`all`] iterates over
+//! measurements in the order of the residuals, [`full_work`] sums the work, and [`fitted`] removes validation data. A measured
+//! motion in a scene without time is an error of the work.
 
 use crate::accuracy::Aim;
 use crate::error::Error;

@@ -1,8 +1,10 @@
 //! Measured natural frequencies of small vibrations about the equilibrium, assigned to modes.
 //!
-//! Input: angular frequencies, rad/s (or Hz, converted), with one standard deviation. Each belongs to the mode with a number
-//! up to [`MOST_MODES`], counted from 1 in rising frequency among the modes of a filter (plane, kind, direction). Output:
-//! [`Frequencies`], a data set whose differences in a fit are simulated less measured angular frequency, rad/s.
+//! Input: angular frequencies, rad/s (or Hz, converted), with one standard deviation in the same unit. Each belongs to the mode
+//! with a number up to [`MOST_MODES`], counted from 1 in rising frequency among the modes of a filter (plane, kind, direction).
+//! By default these are modes 1, 2 and so on, in the plane of a planar scene or all of a spatial one. Output: [`Frequencies`],
+//! a data set whose differences in a fit are simulated less measured angular frequency, rad/s. Frequencies that are not above
+//! 0, repeated modes and another number of modes than frequencies are errors.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{

@@ -1,9 +1,9 @@
 //! Readings of a user-defined quantity, over time or at rest, as from a strain gauge or a load cell.
 //!
 //! Input: a [`Quantity`], a function of positions and velocities of some points of the rod; its readings in its own unit,
-//! with times in s or at rest; one standard deviation. Output: [`Gauge`], a data set whose differences in a fit are the
-//! quantity of the simulated rod less the reading. They do not depend on the camera of the scene. Only the library has
-//! gauges, fit files do not.
+//! with times in s or at rest; one standard deviation in this unit. Output: [`Gauge`], a data set whose differences in a fit
+//! are the quantity of the simulated rod less the reading. They do not depend on the camera of the scene. Points beside the
+//! rod, and times that do not increase within the simulation, are errors. Only the library has gauges, fit files do not.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};

@@ -3,8 +3,10 @@
 //! Input: a CSV table or a file of a tracking program, converted to s and m; or markers of the recording in `supports.path`
 //! that prescribe neither an end nor an inner node; or a plan (duration and frame rate). Output: [`Observation`], a data set
 //! whose differences in a fit are simulated less observed coordinate of the point, m, as the camera of the scene records it.
-//! [`PointMotion`] also has the spread, the largest speed and the rise time (about half the first period), from which a
-//! search chooses horizons and steps.
+//! Coordinates that were not observed are None and have no difference. Times are on the recording's clock, s, and must
+//! increase. Files that cannot be read, and points or times outside of the simulation, are errors. [`PointMotion`] also has
+//! the spread, the largest speed and the rise time (about half the first period), from which a search chooses horizons and
+//! steps.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};

@@ -2,8 +2,10 @@
 //!
 //! A repeated frame has the position of an earlier time. Fitted as a measurement it delays the motion and adds a periodic
 //! residual that no noise model describes. Input: positions in the order of time. A frame repeats if its position equals the
-//! one before while the marker moves: the step after it, or that before the equal pair, exceeds [`COARSE_STEPS`] times the
-//! resolution of the positions. Output: counts; more than [`LEAST_REPEATED`] of all frames result in a warning of the report.
+//! one before while the marker moves. It moves if the step after it, or that before the equal pair, exceeds in a coordinate
+//! [`COARSE_STEPS`] times its resolution, the step between neighboring distinct values. Frames without a position do not
+//! count. Output: the number of repeated frames. [`all_repeated_frames`] lists the recorded motions of experiments (not planned
+//! ones) in which it is more than [`LEAST_REPEATED`] of all frames, for warnings of the report.
 
 use crate::fit::measurement::dataset::DataKind;
 use crate::fit::measurement::experiment::{Experiment, all};

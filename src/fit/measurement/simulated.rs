@@ -1,8 +1,10 @@
 //! Outputs of a simulation with which data are compared.
 //!
-//! [`Requirements`] lists the outputs that measurements require (points in motion and at rest, modes, last times), so that a
-//! simulation computes no others. [`SimulatedOutput`] has the computed ones over a scalar type with derivatives: motion,
-//! equilibrium, angular frequencies, camera, scene and mesh. Each kind of data subtracts its values from these.
+//! [`Requirements`] lists the outputs that the measurements of an experiment require, so that a simulation computes no others.
+//! These are points in motion and at rest (of a rod or a structure), modes, and the last times, s, on the clocks of the camera
+//! and the motion. [`SimulatedOutput`] has the computed ones over a scalar type with derivatives. It has motion and
+//! equilibrium (None if not required), angular frequencies of the required modes, rad/s, camera, scene and mesh. Each kind of
+//! data subtracts its values from these; [`SimulatedOutput::compare`] does so for the observed coordinates of a position, m.
 
 use crate::dynamics::record::RecordView;
 use crate::fit::misfit::camera::View;

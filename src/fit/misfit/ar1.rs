@@ -1,11 +1,12 @@
 //! First-order autocorrelated (AR(1)) noise on unevenly spaced samples.
 //!
 //! An autoregressive process of first order in continuous time (an Ornstein-Uhlenbeck process): values `dt` apart have the
-//! correlation `correlation^(dt/spacing)`, so that gaps and uneven sampling need no special treatment. Its correlation matrix
-//! `R` and the root of its inverse are products of bidiagonal matrices: products with a vector take one or two passes over
-//! the values. [`Ar1Correlation`] applies `R` (`apply`), makes white innovations of correlated noise (`whiten`) and the
-//! reverse (`color`), and returns the effective sample size. Tests of residuals and the assessment of autocorrelated noise
-//! use it.
+//! correlation `correlation^(dt/spacing)`, at most [`MAX_FACTOR`]; a negative correlation counts as 0. So gaps and uneven
+//! sampling need no special treatment. Its correlation matrix `R` and the root of its inverse are products of bidiagonal
+//! matrices: products with a vector take one or two passes over the values. Input: ascending times, their usual spacing (the
+//! median one, [`usual_spacing`]), and the correlation at it. [`Ar1Correlation`] applies `R` (`apply`), makes white innovations
+//! of correlated noise (`whiten`) and the reverse (`color`), both with the same standard deviation, and returns the effective
+//! sample size (of a mean). Tests of residuals and the assessment of autocorrelated noise use it.
 
 use crate::numerics::upper_median;
 

@@ -1,11 +1,12 @@
 //! Offset of an observed point of unknown arc length from the simulated rod: to the foot of its perpendicular.
 //!
-//! Input: recorded positions of the nodes with their arc lengths, an observed point `y`, and an approximate arc length. The
+//! Input: recorded positions of the nodes, m, with their arc lengths, an observed point `y`, and an approximate arc length. The
 //! arc length `s` of the foot satisfies `(x(s) - y).x'(s) = 0` in the observed coordinates, with cubic polynomials through
-//! the nodes. It is found by bisection between the neighbors of the nearest node, or is an end of that range. It follows the
-//! parameters: with `f(s, p)` for the left side, `ds/dp = -f_p/f_s`, which two Newton steps over a number with derivatives
-//! yield to second order. Output: the offset `x(s) - y`, m. It has no part along the rod: the data constrain the line of the
-//! rod, not the place of the observed point on it (orthogonal distance regression, Boggs and Rogers 1990).
+//! the nodes. It is found by bisection between the neighbors of the nearest node, within [`SEARCH_RADIUS`] rod lengths of the
+//! approximate one, or is an end of that range, then fixed. A foot follows the parameters: with `f(s, p)` for the left side,
+//! `ds/dp = -f_p/f_s`, which two Newton steps over a number with derivatives yield to second order. Output: the offset
+//! `x(s) - y`, m (along a coordinate not observed, that of the foot). It has no part along the rod: the data constrain the line
+//! of the rod, not the place of the observed point on it (orthogonal distance regression, Boggs and Rogers 1990).
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::Stencil;

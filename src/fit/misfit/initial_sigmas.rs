@@ -1,9 +1,10 @@
 //! Preliminary standard deviations (sigmas) of the measurements before the first fit, in the unit of each.
 //!
-//! The given sigma, if there is one. Without it, and with squared losses, the length of the rod as a common scale of all.
-//! With a robust loss half of [`UNEXPLAINED`] of the observed motion (5 %), so that outliers are down-weighted from the
-//! start; the motion counts as at least [`LEAST_MOTION`] of the length. A search replaces those that are not given by
-//! estimates from its residuals where [`weights_depend_on_the_fit`].
+//! Input: the fitted experiments. Output: one sigma per measurement. It is the given sigma, if there is one. Without it, and
+//! with squared losses, it is the number of meters of the rod's length, a common scale of all. With a robust loss it is half
+//! of [`UNEXPLAINED`] (5 %) of the size of the observed motion, at least of [`LEAST_MOTION`] of the length, so that outliers
+//! are down-weighted from the start. [`weights_depend_on_the_fit`] returns whether a search must estimate missing sigmas from
+//! its residuals. This holds if one is missing, and there is a robust loss without sigma, a second measurement, or a prior.
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all};

@@ -2,11 +2,12 @@
 //!
 //! Intervals and standard errors assume independent normal residuals. A wrong model or a wrong minimum leaves residuals that
 //! are autocorrelated or grow with time. AR(1) noise is autocorrelated too; its innovations are white. Input: the residuals
-//! of one coordinate in order of time, at least [`FEWEST_VALUES`], and the correlation of their noise. Tests: Ljung-Box
-//! (autocorrelation), Anderson-Darling (normality), Student's t for a slope of the residuals or their size (trend), and for
-//! innovations also Fisher's test of the periodogram. With a robust loss the influences are tested instead of the residuals.
-//! Output: [`ResidualTests`] with a p-value each, compared with [`SIGNIFICANCE`], which Bonferroni's correction lowers for
-//! many coordinates.
+//! of one coordinate in order of time (or arc length), in units of the noise, and the correlation of their noise (0: white).
+//! With fewer than [`FEWEST_VALUES`] the output is None. Tests: Ljung-Box (autocorrelation), Anderson-Darling (normality),
+//! Student's t for a slope of the residuals or their size (trend), and for innovations also Fisher's test of the periodogram.
+//! With a robust loss whiteness and trend are tested with the influences instead of the residuals. Output: [`ResidualTests`]
+//! with a p-value each, compared with [`SIGNIFICANCE`], which Bonferroni's correction lowers for many coordinates; innovations
+//! need [`LEAST_INNOVATION_P`]. `is_noise` requires whiteness and no trend, not normality.
 
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::ar1::{Ar1Correlation, usual_spacing};

@@ -1,4 +1,11 @@
-//! Simulation of an experiment whose scene is a structure.
+//! Simulation of an experiment whose scene is a structure: its motion and equilibrium at the points of measurements.
+//!
+//! Input: an [`ObservedExperiment`], its problem and structure, a number of steps, and parameters. Tracked are the nodes on
+//! which the positions of measured points depend. `run_structure` simulates the motion if one is measured, and solves the
+//! equilibrium if a measurement at rest requires it. Output: [`ExperimentRun`] with the two records (None if not required) and
+//! their derivatives by the parameters; the work (steps times edges) goes to a counter. `structure_over` repeats both records
+//! over another number type, without derivatives of their own. `check_structure_points` is an error for points that the
+//! structure does not have. Used by `observed_experiment`.
 
 use crate::dynamics::record::Record;
 use crate::error::Error;

@@ -2,9 +2,9 @@
 //!
 //! Input: rows from `quoted_estimates`, or a [`FitReport`]. Each row has the estimate with digits according to its error, the
 //! error in per cent (of a parameter that may be zero in its unit), and the 95 % interval. In place of the interval stands a
-//! one-sided bound, `no error`, or `not identifiable`. The sentence states the contained errors: noise, differences between
-//! experiments, discretization error, stated input uncertainties. The largest undetected biases, which are not contained,
-//! follow.
+//! one-sided bound, `no error`, or `not identifiable`. The sentence names the first that applies: stated input uncertainties,
+//! differences between experiments, a corrected discretization error, or noise only. The largest undetected biases (above one
+//! standard error), which are not contained, follow. Without any error or interval there is no sentence.
 
 use crate::fit::report::quoted::{QuotedEstimate, QuotedInterval, error_heading, interval_heading};
 use crate::fit::report::{FitReport, digits};

@@ -1,8 +1,9 @@
-//! Table of the estimates by each of several experiments, where these differ by more than noise.
+//! Table of the estimates by each of several experiments, where these differ by more than the residuals explain.
 //!
-//! Input: the estimates of a fit with their cluster jackknife. Output: a table with a row for each experiment and a column for
-//! each parameter, which shows the experiment that differs from the others. The values are those of one Gauss-Newton step
-//! from the common estimate with the data of the experiment alone.
+//! Input: the estimates of a fit with their cluster jackknife. If the differences between experiments give the reported
+//! interval of any parameter, the output is the summary with a table. It has a row for each experiment, at most [`LISTED`]
+//! (the title counts the others), and a column for each parameter with such estimates, in its unit. Otherwise the summary is
+//! unchanged. The values are those of one Gauss-Newton step from the common estimate with the data of the experiment alone.
 
 use crate::fit::report::digits;
 use crate::fit::uncertainty::estimate::Estimate;

@@ -1,8 +1,9 @@
 //! Summaries of fits for the comparison of several fits (campaigns, several fit files on one page).
 //!
-//! [`FitSummary`] is made of a [`FitReport`], or of the error of a fit without a result. It has a name, the keys that differ
-//! from the fit file, the grade, the status or error, the estimates, the codes of the warnings and the address of the fit's
-//! page.
+//! Input: a [`FitReport`] and a name ([`FitSummary::new`]), or a name and an error ([`FitSummary::without_result`]). Output:
+//! [`FitSummary`] with the name, the grade, the status, the estimates and the codes of the warnings. Without a result the
+//! grade is None, the status is the error, and the lists are empty. The keys that differ from the fit file are empty and the
+//! address of the fit's page is None until the caller sets them.
 
 use crate::fit::report::FitReport;
 use crate::fit::uncertainty::estimate::Estimate;

@@ -2,8 +2,10 @@
 //! user (`unfinished`), or data rejected without a search (`unsearched`).
 //!
 //! [`FitOutcome`] has the assessment (estimates, noise, tests), the conclusion (grade, verdict, status, warnings), the local
-//! minima and, on demand, the data of plots. Estimates have errors only after an assessment: of a stopped search they are the
-//! best values so far, of rejected data there are none.
+//! minima and, on demand, the data of plots. Estimates have errors only after an assessment. Of a stopped search they are the
+//! best values so far, with the grade `interrupted`; before the first simulation this is [`Error::Interrupted`]. Rejected
+//! data give estimates without values, the grade unusable and one warning (`NoMotion`). If the plots' simulation of an
+//! assessed optimum fails, a note is added. Local minima have no values if a parameter is not identifiable.
 
 use crate::code::Code;
 use crate::error::Error;

@@ -1,9 +1,11 @@
 //! Rows of the table of estimates with their quoted intervals, for the terminal and the pages.
 //!
-//! Input: estimates, and combinations of parameters that the data determine. The quoted interval is the expanded one (GUM) if
-//! inputs have stated uncertainties, then followed by a row with the statistical one; else the statistical one. A one-sided
-//! bound replaces it. Output: [`QuotedEstimate`] rows with value, standard error and interval in the unit of the parameter,
-//! and the headings of errors and intervals.
+//! Input: estimates, and combinations of parameters that the data determine. The quoted interval is the expanded one (GUM),
+//! with the combined standard uncertainty, if inputs have stated uncertainties. It is then followed by a row with the
+//! statistical one, with the standard error. Else the statistical one is quoted. A one-sided bound replaces it. Output:
+//! [`QuotedEstimate`] rows: the parameters in order, then the combinations that have an interval. Value, error and interval
+//! are in the parameter's unit, the relative error is a fraction (only of positive values of positive parameters). Parameters
+//! that are not identifiable have no numbers. [`error_heading`] and [`interval_heading`] are the headings of the columns.
 
 use crate::fit::uncertainty::covariance::determined_groups::DeterminedGroup;
 use crate::fit::uncertainty::estimate::Estimate;

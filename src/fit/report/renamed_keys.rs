@@ -1,8 +1,9 @@
 //! Keys of reports that were renamed after version 0.1, and the conversion of stored reports.
 //!
-//! Campaigns and other programs keep reports as JSON. [`with_current_names`] replaces former keys and codes of warnings by
-//! the current ones, in place; no number changes. It recognizes a former key by the key of the object or array that contains
-//! it, by the table [`RENAMED_KEYS`].
+//! Campaigns and other programs keep reports as JSON. [`with_current_names`] takes a JSON value and replaces former keys by the
+//! current ones, in place, at any depth; no number changes, and current reports stay as they are. A former key is recognized
+//! by the current key of the object or array that contains it (empty for the report), by the table [`RENAMED_KEYS`]. Former
+//! codes are replaced in `warning_codes`, and in brackets at the end of any text.
 
 use crate::code::{Code, named};
 use serde_json::{Map, Value};

@@ -2,8 +2,10 @@
 //!
 //! Input: a search, its optimum, and the reported noise of each measurement. [`static_plots`] needs no simulation: search
 //! ranges, history, scan, settings, and per coordinate the observed and simulated values (observed plus residual) in the unit
-//! of the data file. [`add_motion`] simulates once at the optimum and adds the model's curves between the data ([`CURVE`]
-//! intervals) and shapes of the rod ([`SHAPES`]), in recorded coordinates.
+//! of the data file. Without an optimum there are no such values. [`add_motion`] simulates once at the optimum. It adds the
+//! model's curves between the data, over the recording's clock, s ([`CURVE`] intervals), or the arc length, m. It also adds
+//! shapes of the rod in recorded coordinates: about [`SHAPES`] at evenly spaced times, and the one at rest. A simulation that
+//! fails is an error; results before it remain.
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;

@@ -1,10 +1,12 @@
 //! Larger starts for damping parameters near zero. The search identifies their logarithm, which has no effect on the motion
 //! there: the objective is flat, and a descent stops.
 //!
-//! [`Search::with_raised_damping`] minimizes the quadratic model of the objective over each damping itself, at the optimum
-//! (Gauss-Newton, `d (1 - g/c)` with slope `g` and curvature `c` over `ln d`). Dampings whose minimum is more than
-//! [`LEAST_RISE`] times their value are raised to it, and the full model is fitted again from there. Output: the new optimum
-//! if its objective is lower, else the given one.
+//! [`Search::with_raised_damping`] takes an optimum. For each damping or drag (parameters that may vanish, [`is_damping`]) it
+//! minimizes the quadratic model of the objective over the damping itself. The minimum is at `d (1 - g/c)`, with slope `g` and
+//! Gauss-Newton curvature `c` over `ln d`. Dampings whose minimum is more than [`LEAST_RISE`] times their value start there,
+//! within bounds, all in one further fit of the full model; the other unknowns start at the optimum. Output: the new optimum
+//! if its objective is lower. Else, also if no damping is raised or the fit fails, it is the given one; an interruption is an
+//! error.
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;

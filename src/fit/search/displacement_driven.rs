@@ -2,14 +2,16 @@
 //!
 //! Input: a search whose moving rods all have recorded ends. The recording forces the motion: no period can be missed, as in
 //! a free vibration. The fit therefore begins at one start over the whole recordings: given start, else prior mean, else the
-//! scene's value. Without a start of Young's modulus, the modulus is scanned, and up to [`DESCENTS`] minima of the scan are
-//! refined. Output: the optimum with the lowest objective, and its leverage weights in the search.
+//! scene's value. Young's modulus without start and prior is scanned over the first period, and up to [`DESCENTS`] minima of
+//! the scan (at most [`COMPETITIVE`] times the lowest) are refined. Output: the optimum with the lowest objective, and its
+//! leverage weights in the search. No start that leads to an optimum is an error.
 //!
 //! Where such a rod whips, the motion depends extremely on the parameters and on effects that the model lacks: values there
 //! have derivatives far above all others, and would dominate the fit. The leverage of a value is the root of a sum over the
 //! unknowns, of its share of the squared derivatives of all values by the unknown. Values whose leverage exceeds
-//! [`MAX_LEVERAGE`] medians get the weight limit over leverage. The sum over the unknowns keeps local effects: a curvature of
-//! the rod at one place moves the markers there far more than the others without a whip.
+//! [`MAX_LEVERAGE`] medians get the weight limit over leverage; weights and fits alternate, at most [`WEIGHTINGS`] times. The
+//! sum over the unknowns keeps local effects: a curvature of the rod at one place moves the markers there far more than the
+//! others without a whip.
 
 use crate::error::Error;
 use crate::fit::misfit::residuals::Evaluation;

@@ -1,9 +1,11 @@
 //! A fitted optimum with the search that found it, as the input of all analyses of a fit.
 //!
-//! [`Fitted`] pairs both. Derived from them are every measurement with its rows of the residual vector
-//! ([`MeasuredResiduals`]), and the problem of an experiment with the fitted values. [`Search::optimum_with_held`] is a
-//! further fit over all other unknowns with one held, for profile likelihoods. [`Fitted::without_undetermined`] holds the
-//! unknowns that the data do not determine, and replaces the recorded minimum.
+//! [`Fitted`] pairs both. Derived from them is every measurement with its rows of the residual vector
+//! ([`MeasuredResiduals`]): sigma in its unit, and plain residuals in units of sigma, without robust loss and leverage weights.
+//! `problem` is the problem of an experiment with the fitted values of its unknowns. [`Search::optimum_with_held`] is a further
+//! fit of the full model over all other unknowns with one held (on its scale), for profile likelihoods; the journal stays.
+//! [`Fitted::without_undetermined`] holds the given unknowns, those that the data do not determine, at their values. It fits
+//! the others, and replaces the recorded minimum. Failed fits are errors.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;

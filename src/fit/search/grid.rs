@@ -1,9 +1,12 @@
 //! The misfit of the coarse model on a rectangular grid of values of the unknowns, as the scan computes it.
 //!
-//! [`ScanGrid`] has the misfit at all combinations of values. Three results are computed from it. `landscape` is the misfit
-//! over one unknown, minimized over the others, for reports. `minima` are the points below all neighbors, diagonal ones
-//! included. `descent_bound` is a lower bound of the misfit that a descent from a point can reach, by which the search omits
-//! hopeless starts: the point's misfit less the rises to its neighbors on both sides along every axis.
+//! [`ScanGrid`] has the misfit at all combinations of values on the unknowns' scales; it is infinite where a simulation
+//! failed. Three results are computed from it. `landscape` is the misfit over each unknown with at least [`FEWEST_VALUES`]
+//! values (in its unit), minimized over the others, for reports. `minima` are the points below all neighbors, diagonal ones
+//! included, the lowest first. Points at the end of an axis with [`FEWEST_VALUES`] or more values are none. `descent_bound` is
+//! a lower bound of the misfit that a descent from a point can reach, by which the search omits hopeless starts. It is
+//! infinite for a point not below all its neighbors, and minus infinity if an axis has fewer than [`FEWEST_VALUES`] values.
+//! Else it is the misfit less the rises to the neighbors on both sides along every axis (at an end, twice the one side).
 
 use crate::fit::unknown::Unknown;
 use crate::numerics::total_order;

@@ -2,9 +2,11 @@
 //!
 //! A search begins on a coarse mesh and with preliminary weights. The order of two minima may change with the mesh and the
 //! weights. So the recorded minima whose objective is below that of the chosen one (on other meshes: below [`NEAR_OBJECTIVE`]
-//! times) are fitted again, on the final mesh and with the final weights, at most [`MOST_FOLLOWED`]. Their records are
-//! replaced by the ends of these fits. Output: [`MinimumComparison`] with a lower converged minimum, and a point with a
-//! clearly lower objective ([`EXPLAINED_BY_NOISE`]) where the optimizer did not converge (a warning).
+//! times) are fitted again, on the final mesh and with the final weights, at most [`MOST_FOLLOWED`], the lowest first. Their
+//! records are replaced by the ends of these fits; fits that fail are skipped. Output: [`MinimumComparison`] with the lowest
+//! end if it is lower than the chosen one, and converged if that has. Minima within [`SAME`] of the chosen one do not compete.
+//! A clearly lower end without convergence (twice the difference above [`EXPLAINED_BY_NOISE`] noise variances) is returned
+//! for a warning. `follow` records the end of a fit on a new mesh: in place of the former minimum, or as another one.
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;

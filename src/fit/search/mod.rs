@@ -1,7 +1,7 @@
 //! The search for the optimum of a fit.
 //!
-//! [`Search`] is the state that all stages share: the experiments with the standard deviations (sigmas) of their
-//! measurements, the unknowns, the counter of the work and the journal of evaluated points. The stages are:
+//! [`Search`] is the state that all stages share: the experiments with the standard deviations (sigmas, in the unit of each)
+//! of their measurements, the unknowns, the counter of the work and the journal of evaluated points. The stages are:
 //!
 //! - a scan of a coarse model over a grid of values (`scan`, `grid`, `coarse`);
 //! - descents from its best points over growing parts of the records (`starts`);
@@ -10,7 +10,8 @@
 //! - comparison with other minima on the final mesh (`minimum_comparison`).
 //!
 //! Rods with recorded ends have their own search (`displacement_driven`). Output: an optimum on the unknowns' scales, which
-//! are natural logarithms of positive parameters and values of others.
+//! are natural logarithms of positive parameters and values of others. A measured motion in a scene without time, a stop by
+//! the user, and a search in which no start leads to an optimum are errors.
 
 pub(crate) mod coarse;
 pub(crate) mod damping;

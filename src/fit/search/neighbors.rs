@@ -3,9 +3,11 @@
 //! Where the stiffness hardly changes the motion, as that of a pendulum's arm, every value explains most of it. The grid of
 //! the scan is then too coarse for the minima. A fit ends in a wrong minimum with residuals of about 1 % of the motion, which
 //! are correlated. So the objective of a coarse model over [`PERIODS`] first periods is evaluated on lines through the
-//! optimum with [`SPACING`], more finely than by the scan. There are at most [`MOST_LINES`] lines, along scanned positive
-//! parameters other than dampings. Output: the minima on these lines other than the optimum's own, below [`HIGHEST`] times
-//! its objective, as starts, at most [`MOST_STARTS`].
+//! optimum. Their steps are [`SPACING`] on the logarithmic scale, finer than those of the scan. If the coarse model fails at
+//! the optimum, the full one is used. There are at most [`MOST_LINES`] lines, along scanned positive parameters other than
+//! dampings; points are strictly within the bounds. Output: starts on the unknowns' scales, at most [`MOST_STARTS`], the
+//! lowest first. They are the minima on these lines farther than half a [`SPACING`] from the optimum and below [`HIGHEST`]
+//! times its objective.
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;

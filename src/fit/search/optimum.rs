@@ -1,11 +1,13 @@
 //! Runs of the Levenberg-Marquardt optimizer, and the optimum at which a run ends.
 //!
-//! Input: residuals as functions of the unknowns, and a start on the unknowns' scales. A run ends by [`Tolerances`]: a small
-//! Gauss-Newton step, a change of the model below a fraction of the residuals' standard deviation, or the number of
-//! iterations. Runs of rods with recorded ends, and of the comparison of minima, also end after [`PATIENCE`] steps that hardly
-//! lower the objective. Bounds and the length of logarithmic steps ([`LONGEST_LOG_STEP`]) limit each step. Output: [`Optimum`]
-//! with the point, the cost, residuals and Jacobian (robust loss and leverage weights inverted), and the reason of the end.
-//! Iterates of a run with a stage enter the journal of the search.
+//! Input: residuals as functions of the unknowns, and a start on the unknowns' scales (moved to the nearest bound). A run ends
+//! by [`Tolerances`]: a small Gauss-Newton step, a change of the model below a fraction of the residuals' standard deviation,
+//! or the number of iterations, which is no convergence. Runs of rods with recorded ends, and of the comparison of minima, also
+//! end after [`PATIENCE`] steps that hardly lower the objective. Bounds and the length of logarithmic steps
+//! ([`LONGEST_LOG_STEP`]) limit each step. A last step below [`LAST_STEP`] standard errors is taken without a simulation.
+//! Output: [`Optimum`] with the point, the cost (half the sum of the losses), residuals and Jacobian (robust loss and leverage
+//! weights inverted), and the reason of the end. A start that cannot be simulated is an error. `polish` fits the full model to
+//! the whole records. Iterates of a run with a stage enter the journal of the search.
 
 use crate::error::Error;
 use crate::fit::measurement::loss::WeightedLoss;

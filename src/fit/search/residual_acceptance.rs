@@ -1,10 +1,13 @@
 //! Classification of the residuals at an optimum: rounding errors, noise, or motion that the model does not explain.
 //!
 //! Input: an optimum with the residuals of all measurements. Acceptable are an RMS residual of at most [`UNEXPLAINED`] of the
-//! motion or [`ACCEPTABLE_SIGMAS`] given sigmas, or white noise of at most [`WRONG_MINIMUM`] of the motion, by the tests of
-//! `misfit::residual_tests`. Plausible is at most [`WRONG_MINIMUM`] of the motion; rounding is at most [`ROUNDING`] of the
-//! rod's length. Every measurement must satisfy a criterion. The search uses these predicates to stop or to continue with
-//! other starts. [`residual_tests()`] and [`is_noisy`] serve the warnings and the grade, also for AR(1) noise.
+//! motion or [`ACCEPTABLE_SIGMAS`] given sigmas, or white noise of at most [`WRONG_MINIMUM`] of the motion. Noise is decided by
+//! the tests of `misfit::residual_tests`, with at least [`ENOUGH`] values per coordinate. Plausible is at most
+//! [`WRONG_MINIMUM`] of the motion; rounding is at most [`ROUNDING`] of the rod's length. Every measurement must satisfy a
+//! criterion; those without motion are acceptable and plausible. RMS residuals are in the unit of the measurement, by a median
+//! with a robust loss. The search uses these predicates to stop or to continue with other starts. [`residual_tests()`] returns
+//! the tests per coordinate (none of frequencies). They and [`is_noisy`] serve the warnings and the grade, also for AR(1)
+//! noise.
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all};

@@ -2,10 +2,12 @@
 //! the first period the misfit has few minima, with wide basins, and the grid is fine enough for all of them.
 //!
 //! The values of an unknown are a range about its start or prior ([`MODULUS_RANGE`], [`HINT_RANGE`]), or else the range of
-//! its kind of parameter, within the bounds. With driven ends all but Young's modulus have one value. The grid has at most
-//! [`MOST_POINTS`] points: longer lists are halved. Output: [`Candidate`]s, all simulated points with misfit and a lower
-//! bound for a descent from them, and the grid in the journal. Threads share the points. The results are processed in the
-//! order of the grid, so that neither the results nor the history depend on the number of threads.
+//! its kind of parameter, within the bounds. Some kinds have only their start or the scene's value. With driven ends all but
+//! Young's modulus have one value. The grid has at most [`MOST_POINTS`] points: longer lists are halved. A shear modulus
+//! beside an unknown Young's modulus, without start and prior, is [`SHEAR_OF_YOUNGS`] times that. Output: [`Candidate`]s, all
+//! simulated points with misfit and a lower bound for a descent from them, on the unknowns' scales, and the grid in the
+//! journal. No point that can be simulated is an error. Threads share the points. The results are processed in the order of
+//! the grid, so that neither the results nor the history depend on the number of threads.
 
 use crate::error::Error;
 use crate::fit::misfit::residuals::Residuals;

@@ -3,9 +3,10 @@
 //!
 //! Input: a search with preliminary sigmas. At the global optimum each sigma that is not given is set to the RMS residual of
 //! its measurement. With a robust loss it is a median; both are corrected for the degrees of freedom. The fit is repeated from
-//! there until all sigmas change by less than [`SIGMA_TOLERANCE`], at most [`MOST_WEIGHTINGS`] times. A single measurement
-//! with squared loss and without priors needs no repetition. Output: the optimum, with the sigmas and leverage weights in the
-//! search.
+//! there until all sigmas change by less than [`SIGMA_TOLERANCE`], at most [`MOST_WEIGHTINGS`] times; then dampings near zero
+//! are raised. Where missing sigmas do not change the optimum, as of a single measurement with squared loss and without
+//! priors, nothing is repeated and the preliminary sigmas stay. Output: the optimum, with the sigmas (in the unit of each
+//! measurement) and leverage weights in the search; `estimated_sigmas` returns the sigmas of any optimum.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::all;

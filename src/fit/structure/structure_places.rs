@@ -1,4 +1,10 @@
-//! Validation of observed points of structures.
+//! Validation of measured points and rods in scenes of structures, and the position of a point at rest.
+//!
+//! Input: a problem, the point or the rod's name of a measurement, and its key for messages. [`check_place`] and
+//! [`check_rod`] return whether the scene is a structure. Errors are a point or name of a structure in a scene of one rod, and
+//! a structure without it. So are points and rods that the structure does not have, and an offset beside a rod in a
+//! structure. [`rest_position`] returns the position at rest, m: in a structure that of the place, else that of the point of
+//! the rod. Used by the validation and the conversion of measurements.
 
 use crate::error::{Error, ensure};
 use crate::fit::structure::structure_problem::structure_of;

@@ -1,8 +1,13 @@
-//! The problem of a structure in a fit: a straight rod of its total length and number of edges, in its plane.
+//! The problem of a structure in a fit: a straight planar rod that represents it, and the structure of such a problem.
 //!
-//! The rod gives scales of length and work, the plane of the camera, and the time of the scene. It is never simulated. Its
-//! scene has the structure, whose numbers are the parameters. Other meshes of the rod are other meshes of all rods of the
-//! structure, finer or coarser by the same factor.
+//! [`representative_problem`] converts a structure's scene to a problem of one straight rod. It has the total length and the
+//! total number of edges of all rods, in the plane of the structure, with section and material of the first rod. It is never
+//! simulated: it gives the scales of length and work, the plane, the time and the camera. Its scene contains the structure,
+//! whose numbers are the parameters. A structure in space is an error.
+//!
+//! [`structure_of`] returns the structure with the time step of the problem (its own `beta` and `rho_inf`), or None for a
+//! scene of one rod. If the problem is remeshed, the edges of each rod change by the same factor, to at least
+//! [`FEWEST_EDGES`]. [`refuse_structure`] is an error for functions that are defined for one rod only.
 
 use crate::error::{Error, ensure};
 use crate::problem::Problem;

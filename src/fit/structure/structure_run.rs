@@ -1,7 +1,12 @@
-//! Runs of a structure with their derivatives, as the records that measurements read.
+//! Motions and equilibria of the nodes of a structure with their derivatives by parameters, as records for measurements.
 //!
-//! A run in plain numbers halves the steps that fail. Runs in dual numbers repeat its steps, two parameters each, on
-//! several threads.
+//! Input: a problem with its structure, ascending indices of tracked nodes, a number of steps, and parameters. The motion is
+//! first simulated in plain numbers, where a step that fails is halved. It is then repeated in dual numbers with the steps
+//! taken, two parameters (`LANES`) per run, on several threads. Output of [`simulated_motion`]: a [`Trajectory`] at the start
+//! and at the end of every step of the scene. It has positions, m, and velocities, m/s, of the tracked nodes, and their
+//! derivatives by each parameter. [`equilibrium`] is the same at rest: one time, zero velocities. Failed steps or equilibria
+//! and an interruption are errors. Both are used by experiments of structures; [`repeated_motion`] and [`motion_at_rest`]
+//! serve other number types.
 
 use crate::dynamics::Trajectory;
 use crate::dynamics::record::Record;

@@ -1,11 +1,13 @@
 //! Estimate of a parameter in a report: its value, and its uncertainty by every method.
 //!
-//! [`local_estimates`] creates one [`Estimate`] per unknown from the optimum and its local analysis. The value is corrected
-//! for the discretization bias of a mesh and step that the program chose. The 95 % interval is `x +- sqrt((k sd)^2 + e^2)` on
-//! the scale of the unknown, the logarithm of a positive parameter. Here `k` is the coverage factor, `sd` the standard
-//! deviation and `e` the remaining discretization error. A one-sided bound replaces it; without convergence there is none.
-//! Later analyses (cluster jackknife, budget, bootstrap) add their fields. [`ParameterBias`] converts a shift of an unknown
-//! to a bias in its unit.
+//! [`local_estimates`] creates one [`Estimate`] per unknown, in its unit, from the optimum and its local analysis. The value
+//! is corrected for the discretization bias of a mesh and step that the program chose; an unidentifiable unknown has none.
+//! The 95 % interval is `x +- sqrt((k sd)^2 + e^2)` on the scale of the unknown, the logarithm of a positive parameter, cut
+//! at the limits of the parameter. Here `k` is the coverage factor, `sd` the standard deviation and `e` the remaining
+//! discretization error. With an upper bound the interval is from 0 to the bound; with a lower bound, or without
+//! convergence, there is none. Later analyses (cluster jackknife, budget, bootstrap) add their fields. [`ParameterBias`]
+//! converts a shift of an unknown on its scale to a bias in its unit, and to a fraction of the true value for positive
+//! parameters.
 
 use crate::fit::measurement::experiment::named;
 use crate::fit::search::fitted::Fitted;

@@ -1,10 +1,11 @@
 //! List of the warnings of a result, by severity, with summaries of warnings that many experiments share.
 //!
 //! [`Warnings`] collects findings, each with a [`Severity`], a code and a text. Later findings may replace earlier ones by a
-//! note: if discretization errors explain a misfit, its warnings are removed. [`Warnings::into_report`] sorts them, the most
-//! severe first and minor ones last, and appends the code to each text. From [`SUMMARIZED`] warnings of one kind (severity
-//! and plural noun) on, only the first is listed, with the number of the others by experiment. The grade of a fit follows
-//! from the worst severity.
+//! note: if discretization errors explain a misfit, warnings of the severities `Misfit` and `Ambiguous` are removed, but not
+//! those of large residuals. [`Warnings::into_report`] sorts them, the most severe first and minor ones last, else in the
+//! order of addition. It appends the code to each text. Of warnings that were added for an experiment (`add_for`),
+//! [`SUMMARIZED`] or more of one kind (severity and plural noun) are one line. That has the first one and the number of the
+//! others by experiment. The grade of a fit follows from the worst severity; notes do not affect it.
 
 use crate::code::Code;
 use std::cmp::Reverse;

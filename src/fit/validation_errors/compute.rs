@@ -2,10 +2,12 @@
 //! measurements, without a fit.
 //!
 //! Input: experiments. Mesh and step, where the scenes leave them open, are chosen by the accuracy of a simulation of the
-//! scene. The mean, median, largest and RMS absolute difference of each measurement are computed, and the RMS over the
-//! measured change. All markers of a recording are one measurement. Output: [`ValidationReport`] with these errors, a summary
-//! per unit, and the errors of recordings with prescribed ends. It also has the experiments that could not be simulated,
-//! warnings, and on demand data of plots.
+//! scene. Constant coordinates are left out. The mean, median, largest and RMS absolute difference of each measurement are
+//! computed in the unit of its data file. The RMS is also divided by the measured change (none if that is 0). All markers of
+//! a recording that prescribes the ends are one measurement. Output: [`ValidationReport`] with these errors, a summary of
+//! the mean errors per unit, and the errors of recordings with prescribed ends. It also has the experiments that could not
+//! be simulated, warnings, and on demand data of plots. It is an error only if no experiment can be simulated, or after an
+//! interruption.
 
 use crate::code::Code;
 use crate::error::Error;

@@ -1,8 +1,10 @@
 //! The report of validation errors as text for a terminal.
 //!
-//! Input: a [`ValidationReport`]. Output: a [`Summary`] with the experiments that could not be simulated, the mean, median
-//! and largest error per unit, and a table of the errors of each measurement. Warnings, the errors of recordings with
-//! prescribed ends, and the wall time follow.
+//! Input: a [`ValidationReport`]. Output: a [`Summary`] that begins with the experiments that could not be simulated. For
+//! each unit with several measurements it has the mean, median and largest of their mean errors. A table has a row per
+//! measurement with mean, median, largest and RMS error in the unit of the data. A last column has the RMS over the stated
+//! sigma and in per cent of the measured change, where available. Warnings, the errors of recordings with prescribed ends,
+//! and the wall time follow.
 
 use crate::fit::validation_errors::report::{MeasurementError, ValidationReport};
 use crate::summary::quantity::{duration, quantity};

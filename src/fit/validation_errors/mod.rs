@@ -2,8 +2,10 @@
 //! (`rodfit predict`).
 //!
 //! [`Fit::predict`] checks the data and compares every experiment with its measurements (`compute`), fitted or held out
-//! alike. It adds a warning if the file has parameters that are not fitted because all data are validation data. Output: a
+//! alike. It adds a warning, the first one, if the fit has parameters: none of them is fitted. Output: a
 //! [`ValidationReport`] (`report`) with the errors of each measurement, whose text for a terminal is in `display`.
+//! Experiments that cannot be simulated are listed; it is an error if none can, or if measurements do not fit their scenes
+//! or have no data. [`Fit::is_validation_only`] returns whether there are measurements and all are validation data.
 
 mod compute;
 mod display;

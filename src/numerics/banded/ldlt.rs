@@ -1,8 +1,10 @@
 //! Factors `L D L^T` of one band matrix, eliminated from both ends at once (see [`banded`](crate::numerics::banded)).
 //!
-//! [`Ldlt`] factors the rows and columns of a range: both ends by `Elimination` with two bands, then the Schur complement of
-//! `W` or `W + 1` rows in the middle. It solves for several right-hand sides in blocks and counts negative pivots. On x86-64
-//! with AVX2 and FMA, numbers without derivatives use vector instructions.
+//! [`Ldlt`] factors the rows and columns of a range, of a matrix or of `scale diag(d) + factor matrix`, without pivoting: both
+//! ends by `Elimination` with two bands, then the Schur complement of `W` or `W + 1` rows in the middle. A pivot that is zero or
+//! not finite is an error with its row. It solves in place for several right-hand sides in blocks (rows outside of the range
+//! become zero) and counts negative pivots, as many as negative eigenvalues. On x86-64 with AVX2 and FMA, numbers without
+//! derivatives use vector instructions.
 
 use crate::numerics::banded::columns::WeightedSum;
 use crate::numerics::banded::elimination::{BandColumn, Elimination};

@@ -1,8 +1,10 @@
 //! Tangent and factors of an assembly as enums: [`AssemblyTangent`] and [`AssemblyFactors`], with a bordered matrix of
-//! the plane or of space.
+//! the plane or of space, N/m.
 //!
-//! Every operation is that of the matrix inside. Two matrices of different layouts are an error in the program. Sums
-//! then leave the matrix as it is (a debug build panics), and factorizations return [`Singular`] at row 0.
+//! Every operation is that of the matrix inside. Factorizations cover the whole matrix, whatever the requested range; the row of
+//! a pivot that is zero or not finite is the error. Products and entries leave unsymmetric blocks out, factorizations include
+//! them. Two matrices of different layouts are an error in the program. Sums then leave the matrix as it is (a debug build
+//! panics), and factorizations return [`Singular`] at row 0. Steppers, equilibria and modes of assemblies use both enums.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::{Factors, RightHandSide, Singular, Tangent};

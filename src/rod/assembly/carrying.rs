@@ -1,9 +1,11 @@
 //! Interfaces between the parts of an assembly: its rods ([`MemberRod`]), its bodies ([`CarryingBodies`]), and the
 //! nodes that the bodies carry ([`CarriedMotion`]).
 //!
-//! Bodies map their coordinates `z` to the unknowns of carried nodes, with first and second derivatives. They also have
-//! masses, loads and joint springs of their own. Implemented by planar and spatial bodies and by [`DiscreteRod`]; used
-//! by `JoinedRods`.
+//! Bodies map their coordinates `z`, m, to the unknowns of carried nodes (positions, m, and in space the angle of a carried edge,
+//! zero in the carried frame), with first and second derivatives. In space those by rotations are by increments times their
+//! scale, unless `convert_derivatives` converts them to the coordinates. Bodies also have masses, kg, and energies, gradients (N)
+//! and second derivatives (N/m) of their loads and joint springs. Implemented by planar and spatial bodies and by
+//! [`DiscreteRod`]; used by `JoinedRods`.
 
 use crate::energy::frame::EdgeFrame;
 use crate::numerics::scalar::Nestable;

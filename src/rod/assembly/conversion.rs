@@ -2,8 +2,10 @@
 //! coordinates.
 //!
 //! The coordinates `z` of a rotation vector `r = z/length` change the rotation by the increment `T dz`, with the
-//! [tangent map](crate::numerics::rotation) `T(r)`. Gradient `g` and Hessian `H` by increments become `T' g` and `T' H
-//! T + (d(T' g)/dr)/length`, with the symmetric part of the last term. Equilibria and modes of assemblies use it.
+//! [tangent map](crate::numerics::rotation) `T(r)`. In place, for one rotation, the three entries `g` of the gradient become
+//! `T' g`, and the own block `H` of the tangent becomes `T' H T + (d(T' g)/dr)/length`, with the symmetric part of the last
+//! term. Its couplings to rods and to other coordinates are multiplied by `T`. The tangent is converted before the gradient,
+//! whose entries by increments it needs. Equilibria and modes of assemblies use it.
 
 use crate::numerics::rotation::{
     Matrix3, product, tangent_map, tangent_map_slope, transpose, transposed_times,

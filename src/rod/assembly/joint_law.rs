@@ -1,9 +1,11 @@
 //! Elastic joints between a body and a clamp in space: rotational springs and hinges, with energy and derivatives.
 //!
 //! With the rotation `Q` of the clamp in the axes of the body, and `Q0` at rest, the relative rotation is `W = Q0' Q`
-//! in the axes of the clamp. A spring has the energy `sum k_c xi_c^2/2` of the rotation vector `xi = log W`. A hinge
-//! with the axis `n` has `k (1 - n.W n)`: it turns freely about its axis, and resists other rotations with the
-//! stiffness `k`. Derivatives by rotations of body and clamp, each in its own axes, are computed in dual numbers.
+//! in the axes of the clamp. A spring has the energy `sum k_c xi_c^2/2`, J, of the rotation vector `xi = log W`, rad, with `k_c`
+//! about both directors and the tangent of the clamp, N m/rad; `W` must be below half a turn. A hinge with the axis `n` has
+//! `k (1 - n.W n)`: it turns freely about its axis, and resists other rotations with the stiffness `k`. Output: energy, and
+//! first and second derivatives, N m, by rotations of the body (entries 0 to 2) and of the clamp (3 to 5), each in its own axes,
+//! in dual numbers.
 
 use crate::energy::Local;
 use crate::numerics::out_of_line::OutOfLine;

@@ -1,8 +1,10 @@
 //! A rod of an assembly with its carried and fixed nodes ([`Member`]), and the work space for its unknowns.
 //!
-//! A member overwrites the unknowns of its carried nodes by those that follow from the coordinates of bodies, and those
-//! of fixed nodes by their positions. It does the same for velocities and for the frames of carried edges. It also has
-//! the sparsity pattern of its couplings to the bodies. `JoinedRods` calls it for each evaluation.
+//! `place` overwrites the unknowns of carried nodes by those that follow from the coordinates of bodies, and those of fixed
+//! nodes by their positions with zero angles. `set_rates` does the same for velocities (zero for fixed nodes), and `copy_frames`
+//! for the frames of carried edges. `tied` lists the unknowns of carried and then fixed nodes. `couplings` returns one zero block
+//! per carried end: the rows of the two nodes' unknowns beside it, and the body coordinates on which the end depends. The work
+//! space is locked by one thread at a time and empty in a clone. `JoinedRods` calls a member for each evaluation.
 
 use crate::numerics::scalar::Nestable;
 use crate::rod::assembly::attachment::{Attachment, CarriedNode, FixedNode};

@@ -14,7 +14,10 @@
 //! H + m x/2 + (w x J - (J w) x) dw/dr T^-1,    r + T^-1 phi the new rotation vector,
 //! ```
 //!
-//! with the Hessian `H` of the energy by increments. It is not symmetric.
+//! with the Hessian `H` of the energy by increments. It is not symmetric. `add_rotational_inertia` adds `w x J w`, and the
+//! mass damping of the products of inertia, over `length`, N. On request it appends the derivative beside `H`, and that of the
+//! inertia by the increments, as one block for each rotation, N/m. `convert_correction` replaces the increments `phi` of a
+//! Newton correction by changes `T^-1 phi` of the coordinates.
 
 use crate::numerics::envelope_lu::DiagonalBlock;
 use crate::numerics::rotation::{

@@ -1,8 +1,10 @@
 //! Sweeps over the edges of a planar rod in SIMD lanes: strains, energies, gradient, and derivatives by edges.
 //!
-//! Per edge: axial force `EA eps`, and shear force as the difference of the moments at its ends over its length. Per
-//! joint: curvature `2 tan(phi/2)` and moment. First and second derivatives by edge vectors go to a consumer, which
-//! stores them by nodes or by edges.
+//! Input: elements and the unknowns `q` (positions of the nodes, m). Each block has as many edges as SIMD lanes, the edges after
+//! them and the joints between. Output by block: axial strain of each edge, curvature `2 tan(phi/2)` of each joint, energies, J,
+//! and geometry. First and second derivatives by edge vectors, N and N/m, with active friction springs, go to a consumer, which
+//! stores them by nodes or by edges. [`PlanarGradient`] overwrites the gradient alone, N, less the dead loads. An edge then has
+//! its axial force along it, and the difference of the moments at its ends over its length as shear force.
 
 use crate::energy::PlanarBend;
 use crate::energy::planar_bend::{curvature, curvature_between};

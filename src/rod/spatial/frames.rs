@@ -1,8 +1,10 @@
 //! Reference frames of a rod in space: moves to other unknowns, and the angles measured from them.
 //!
-//! An angle `theta` of an edge turns the reference director, transported to the present tangent, to the material
-//! director. Functions here convert angles from one set of frames to another, remove twist, and turn an edge to a given
-//! director.
+//! An angle `theta` of an edge, rad, turns the reference director, transported to the present tangent, to the material
+//! director. `move_to` transports frames to the edges at `q`. `convert_angles` overwrites the angles in `q` by those from another
+//! set of frames; directors and twists stay. `untwist` sets the angles so that no joint is twisted, for edges along the tangents
+//! of the frames; that of the first edge stays. `align` turns one edge to a given director, by the angle nearest to the present
+//! one plus a given rotation. `director` returns the first material director of an edge in the rod's axes.
 
 use crate::energy::frame::{EdgeFrame, Frames, transported_twist};
 use crate::numerics::scalar::Nestable;

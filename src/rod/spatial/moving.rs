@@ -1,8 +1,9 @@
 //! Parallel transport of the reference frames of a rod to its edges at other unknowns, in SIMD lanes.
 //!
-//! Each frame is rotated by the smallest rotation from its old tangent to the new one. The reference twist of each
-//! joint changes by the angle that this transport adds. Directors, twists and energies at the new unknowns stay the
-//! same.
+//! Input: unknowns `q` and frames, which are overwritten. Each frame is rotated by the smallest rotation from its old tangent to
+//! the new one. The reference twist of each joint, rad, changes by the angle that this transport adds. Directors, twists and
+//! energies at the new unknowns stay the same. [`MovingFrames`] returns the moved edges, the edges after them and the total
+//! twists block by block, so that a gradient is computed in the same sweep; [`Rebase`] only moves the frames.
 
 use crate::energy::frame::{EdgeFrame, Frames, moved_twist, vector_after};
 use crate::energy::joint::{DirectedEdge, EdgeState};

@@ -1,8 +1,10 @@
 //! Derivatives of forces and strains of a spatial rod along `G` parameters, from the geometry of the rod.
 //!
-//! `pull` turns derivatives of axial forces, bending and twisting moments into those of node forces and edge torques at
-//! fixed unknowns, `B^T dsigma`. `moving_pull` adds the change of `B` with unknowns and frames. `add_strain_rates`
-//! turns derivatives of unknowns and frames into those of strains, `B dq`. All are hand-derived, with `B = ds/dq`.
+//! `pull` overwrites its output with the derivatives of the energy gradient, N and N m (angles), at fixed unknowns and frames,
+//! `B^T dsigma - dload`, from those of axial forces, bending and twisting moments and dead loads. `moving_pull` does the same
+//! for stresses that change with the unknowns, plus the change of `B` by the derivatives of unknowns and frames, without loads.
+//! `add_strain_rates` adds to the derivatives of strains those by unknowns and frames, `B dq`. All are hand-derived, with
+//! `B = ds/dq`, one SIMD lane per parameter. Forward sensitivities use them.
 
 use crate::energy::Stretch;
 use crate::numerics::lanes::{Lanes, dot as lanes_dot};

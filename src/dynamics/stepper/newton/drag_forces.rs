@@ -1,9 +1,11 @@
-//! Drag in the equations of a step: forces (N) added to the elastic gradient, and their derivatives (N/m) added to
-//! the tangent.
+//! Drag in the equations of a step: forces (N) added to the elastic gradient, and their derivatives (N/m) added to the
+//! tangent.
 //!
+//! Input: drag coefficients of the nodes, the state before the step, the iterate, and the elastic gradient and tangent.
 //! Drag acts at the velocities of the step that mass damping acts on: those at its end, or the mean velocity of an
-//! averaging scheme. The rod's tangents are those at the places that the nodes would reach with the velocities at its
-//! start: second order in the step size, and constant over the iteration.
+//! averaging scheme. The rod's tangents are those at the places `q0 + h v0`, constant over the iteration. Output:
+//! `total`, the gradient less the drag forces, and `matrix`, its derivative by the unknowns at the end. For the start
+//! of a step the drag at given places and velocities is added to a list of forces.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::Step;

@@ -1,9 +1,12 @@
 //! Predictor of an implicit step: unknowns at its end from extrapolated velocities, from which Newton's iteration
 //! starts.
 //!
-//! Velocities at the starts of the last two steps are stored. The velocity at the end is extrapolated linearly, or by
-//! a parabola for dissipative schemes with equal steps. Without stored velocities, and for averaging schemes, it is
-//! constant. Prescribed unknowns and supports are set to their values at the end of the step.
+//! Input: the state before the step, and stored velocities at the starts of the last two accepted steps. Free unknowns
+//! move by `h (beta v1 + (1 - beta) v0)`. The velocity `v1` at the end is extrapolated linearly. It is extrapolated by
+//! a parabola if the scheme damps unresolved motion (`old_velocity_factor` below `SMOOTH`) and three steps are equal
+//! within `EQUAL`. For averaging schemes, and without stored velocities, it is constant. Prescribed unknowns and
+//! moving supports are set to their values at the end of the step. Output: predicted unknowns and frames in the state,
+//! and whether velocities were extrapolated.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::Step;

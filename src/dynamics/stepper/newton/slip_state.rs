@@ -1,9 +1,10 @@
-//! Strains, and stretches of the springs of internal friction, at the end of a step.
+//! Strains, and stretches of the springs of internal friction, at the current unknowns of a step.
 //!
-//! A friction spring stretches with the strain of its joint until its limit, and slips there. If a correction of
-//! Newton's method makes a spring begin to slip or stick, the error estimate does not hold. Therefore the distance to
-//! the limit is compared with the correction. Output: strains, stretches with slip, and whether the slip state is
-//! certainly unchanged.
+//! Input: unknowns and frames, and the internal variables at the start of the step. A friction spring stretches by the
+//! change of the strain of its joint until its limit, and slips there. Output: strains, and stretches with slip, over
+//! any scalar. If a correction of Newton's method makes a spring begin to slip or stick, the error estimate does not
+//! hold. `is_unchanged` excludes this: the distance of all springs from their limits must exceed `MAX_STRAIN_CHANGE`
+//! times the correction (over the rod's length) times the number of edges.
 
 use crate::numerics::scalar::Nestable;
 use crate::rod::{InternalVariables, Rod};

@@ -1,10 +1,12 @@
-//! Forces (N) and accelerations (m/s^2) at the start of a step, which follow from the state alone; both are written
+//! Forces `n` (N) and accelerations (m/s^2) at the start of a step, which follow from the state alone; both are written
 //! to the state.
 //!
-//! Needed at the start of a run, after a change of velocities or supports, and after every step of a viscous rod.
+//! `n` is the elastic gradient less loads, with viscous, Maxwell and friction stress, plus mass damping and inertia of
+//! rotating bodies, less drag. Averaging schemes have half of the viscous stress, inertia of rotating bodies and drag
+//! only. Needed at the start of a run, after a change of velocities or supports, and after every step of a viscous rod.
 //! Without viscosity the forces at the end of the last step are used. Accelerations, for generalised-alpha only, are
-//! those of the forces, `a = -n/m`. For a viscous rod the tangent of the forces can be stored, for transposed
-//! derivatives.
+//! `a = -n/m`, zero for prescribed and held unknowns. For a viscous rod the tangent of the forces can be stored, for
+//! transposed derivatives.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::StartForces;

@@ -1,12 +1,15 @@
 //! Uncertainty budget of the estimates (Guide to the Expression of Uncertainty in Measurement, GUM).
 //!
-//! Every source has a sensitivity coefficient `c`, a contribution and a share of the combined variance. Inputs that are
-//! [known](crate::fit::Known) with standard uncertainties `u` and correlations `r` contribute `sum_ij c_i u_i r_ij c_j u_j`,
-//! with `c` from the [sensitivities](crate::fit::uncertainty::budget::input_sensitivities) of the estimates. Other sources
-//! are the noise, mesh and step (rectangular distributions: the half-width over the root of 3), and the differences between
-//! experiments beyond the noise and their own inputs. [`add_budgets`] adds to every estimate its lines, the combined standard
-//! uncertainty, the coverage factor and the expanded 95 % interval. The factor is Student's t with the effective degrees of
-//! freedom of Welch and Satterthwaite. On request a Monte Carlo of fits verifies them.
+//! Every source has a contribution in the unit of the parameter and a share of the combined variance; inputs also have a
+//! sensitivity coefficient `c`. Inputs that are [known](crate::fit::Known) with standard uncertainties `u` and correlations
+//! `r` contribute `sum_ij c_i u_i r_ij c_j u_j`, with `c` from the
+//! [sensitivities](crate::fit::uncertainty::budget::input_sensitivities) of the estimates. Other sources are the noise, mesh
+//! and step (rectangular distributions: the half-width over the root of 3). Differences between experiments beyond the noise
+//! and their own inputs are one more, if the jackknife is reported. [`add_budgets`] adds to every estimate with a standard
+//! error its lines, the combined standard uncertainty, the coverage factor and the expanded 95 % interval, within the limits
+//! of the parameter. The factor is Student's t with the effective degrees of freedom of Welch and Satterthwaite. Nothing is
+//! added where the responses to known inputs are unknown. On request a Monte Carlo of fits verifies the budget; a spread
+//! that differs by more than [`NOT_LINEAR`] and significantly adds a note.
 
 use crate::code::Code;
 use crate::fit::search::Search;

@@ -1,9 +1,10 @@
 //! Linear response of the estimates to changes of inputs.
 //!
-//! A change `dk` of an input changes the residuals by `dr = (dr/dk) dk`. The fit follows: the unknowns move by `-(J'WJ)^-1
-//! J'W dr`, with the squared weights `W`. Derivatives of the residuals by inputs are computed like those by parameters, all
-//! in one run. [`InputDirections`] has the changes of the weighted residuals, the responses of the unknowns, and the part of
-//! each change that is orthogonal to the Jacobian. Budgets and score tests use them.
+//! A change `dk` of an input changes the residuals by `dr = (dr/dk) dk`. The fit follows: the unknowns move by
+//! `-(J'WJ)^-1 J'W dr`, with the squared weights `W`. Derivatives of the residuals by inputs are computed like those by
+//! parameters, all in one run; a run that fails is an error. [`InputDirections`] has one column per change: the change of
+//! the weighted residuals, and its part that is orthogonal to the Jacobian. The response of each unknown is on its scale
+//! (logarithm of a positive parameter), none where it is not identified. Budgets and score tests use them.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;

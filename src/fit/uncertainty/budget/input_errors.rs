@@ -8,9 +8,11 @@
 //! dk = -(U'U/v + R^-1)^-1 U'r/v
 //! ```
 //!
-//! The estimates do not change, as `U` is orthogonal to the Jacobian. [`InputErrors::without_explained`] removes these errors
-//! from the residuals before they are tested. The variance of each estimate by the inputs ([`InputErrors::variance`]) is a
-//! part of its budget.
+//! The estimates do not change, as `U` is orthogonal to the Jacobian. [`InputErrors::without_explained`] removes these
+//! errors from the residuals before they are tested. If one is above [`IMPROBABLE`] standard uncertainties it adds a warning
+//! of a misfit instead, and returns none; it also returns none without known inputs. The variance of each unknown by the
+//! inputs, on its scale (logarithm of a positive parameter; [`InputErrors::variance`]), is a part of its budget.
+//! Contradictory correlations are an error.
 
 use crate::code::Code;
 use crate::error::Error;

@@ -1,10 +1,13 @@
-//! Identifiable combinations of two parameters that are not identifiable separately, such as `youngs_modulus/density`.
+//! Identifiable combinations of two positive parameters that are not identifiable separately, such as
+//! `youngs_modulus/density`.
 //!
-//! Along a direction `(a, b)` of two logarithms no observed value changes. The product of powers `p1^b p2^-a` is constant
-//! along it. The data determine the product where it is constant along all other such directions as well. Its logarithm `v.x`
-//! has the variance `v'Cv`. It is an estimable function: any generalized inverse `C` of the normal matrix yields the same.
-//! [`constant_combinations`] returns the exponents `v`, one per unknown, for the covariance. [`Combination`] adds the
-//! standard deviation, and composes name and unit for the report.
+//! Input: the unidentifiable directions, changes of the unknowns on their scales. Along a direction `(a, b)` of two
+//! logarithms no observed value changes. The product of powers `p1^b p2^-a` is constant along it. The data determine the
+//! product where it is constant along all other such directions as well (cosine of at most [`ORTHOGONAL`]). Its logarithm
+//! `v.x` has the variance `v'Cv`. It is an estimable function: any generalized inverse `C` of the normal matrix yields the
+//! same. [`constant_combinations`] returns the exponents `v` of each product, one per unknown, for the covariance. They are
+//! scaled to 1 for the smaller one and rounded to two decimals. [`Combination`] adds the standard deviation of the
+//! logarithm, and composes name and unit for the report.
 
 use crate::fit::unknown::Unknown;
 

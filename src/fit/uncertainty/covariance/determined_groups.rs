@@ -1,11 +1,13 @@
 //! Groups of parameters that the data determine: combinations of unidentifiable parameters, and ratios to the density.
 //!
-//! A motion under gravity, or between recorded ends, without a measured force has no scale of forces: with moduli and density
-//! multiplied by one factor it stays the same. The data determine `EI/(rho A)` and `GJ/(rho A)`, and a modulus is
+//! A motion under gravity, or between recorded ends, without a measured force has no scale of forces: with moduli and
+//! density multiplied by one factor it stays the same. The data determine `EI/(rho A)` and `GJ/(rho A)`, and a modulus is
 //! proportional to the density of the scene. The criterion is the sensitivities to the inputs: the logarithmic derivative by
 //! the density is 1 for the estimates of moduli, and 0 for all others, within [`DERIVATIVE_TOLERANCE`].
-//! [`determined_combinations`] returns the combinations with 95 % intervals, [`determined_groups`] the ratios with standard
-//! errors; the report of the fit lists both.
+//! [`determined_combinations`] returns the combinations with 95 % intervals, corrected for discretization; none without
+//! convergence. [`determined_groups`] returns the ratios, m^4/s^2, with relative standard errors, for each estimated
+//! modulus. They are empty if any estimate violates the criterion, for structures, and for experiments with different
+//! sections or densities. The report of the fit lists both.
 
 use crate::fit::measurement::experiment::{Experiment, named};
 use crate::fit::search::Search;

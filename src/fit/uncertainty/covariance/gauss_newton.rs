@@ -1,12 +1,15 @@
 //! Covariance of the estimates by the Gauss-Newton approximation, with an analysis of identifiability.
 //!
 //! Input are the rows of the Jacobian by the unknowns on their scales (logarithms of positive parameters), in units of the
-//! noise. Singular values of the Jacobian with unit columns below [`STRUCTURAL`] of the largest belong to directions of the
-//! unknowns without effect. The inverse `(J'J)^-1` of the normal matrix is formed without them. The covariance is `v
-//! (J'J)^-1` for white noise of the variance `v`, and `v (J'J)^-1 M (J'J)^-1` for a gradient with the covariance `v M`.
-//! Directions along which an unknown has a standard deviation beyond `practical_limit` are practically not identifiable.
-//! Output is a [`Covariance`]: standard deviations, correlations and the unidentifiable directions with their texts. It also
-//! returns the linear response of a fit to changes of its residuals.
+//! noise. A column of at most [`SMALLEST_EFFECT`] times the norm of the measured scales has no effect, which is a finding by
+//! itself. Singular values of the Jacobian with unit columns up to [`STRUCTURAL`] of the largest belong to directions of the
+//! unknowns without effect. The inverse `(J'J)^-1` of the normal matrix is formed without them. The covariance is
+//! `v (J'J)^-1` for white noise of the variance `v`, and `v (J'J)^-1 M (J'J)^-1` for a gradient with the covariance `v M`.
+//! Directions along which an unknown has a standard deviation beyond `practical_limit` are practically not identifiable. So
+//! are those from [`SUSPICIOUS`] of the limit on, if the misfit at the limit has not risen enough. Output is a
+//! [`Covariance`]: standard deviations on these scales (none for unknowns in such directions or with a one-sided bound),
+//! correlations, identifiable products, and the unidentifiable directions with their texts. It also returns the linear
+//! response of a fit to changes of its residuals.
 
 use crate::error::Error;
 use crate::fit::uncertainty::covariance::combinations::{Combination, constant_combinations};

@@ -1,10 +1,12 @@
 //! Directions of the unknowns that the data do not determine, with their descriptions.
 //!
-//! The right singular vectors of the scaled Jacobian with small singular values are the combinations of unknowns that do not
-//! change the observed values: structurally, if they would not change exact data either, or practically, if the noise hides
-//! the change. [`sparsest`] rewrites these vectors with few unknowns each. [`describe_directions`] turns them into
-//! [`UnidentifiableDirection`]s with a text for the report, and [`summarize`] into the status of the fit. The limits of
-//! practical identifiability are [`PRACTICAL_LOG`] and [`PRACTICAL_LINEAR`], standard deviations of an unknown on its scale.
+//! The right singular vectors of the scaled Jacobian with small singular values are the combinations of unknowns, on their
+//! scales, that do not change the observed values structurally: exact data would not determine them either. Practical
+//! directions are those whose change the noise hides. [`sparsest`] rewrites both kinds with few unknowns each, and sets
+//! components up to [`SMALLEST_COMPONENT`] of the largest to zero. [`describe_directions`] turns each into an
+//! [`UnidentifiableDirection`] with a text for the report, and [`summarize`] the first [`SUMMARIZED`] into the status of the
+//! fit. The limits of practical identifiability are standard deviations of an unknown on its scale: [`PRACTICAL_LOG`] of the
+//! logarithm of a positive parameter, else [`PRACTICAL_LINEAR`] in its unit.
 
 use crate::code::Code;
 use crate::fit::search::damping::is_damping;

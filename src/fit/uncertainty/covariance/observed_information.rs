@@ -1,9 +1,10 @@
 //! Observed information: standard errors from the exact Hessian `H` of the misfit, on request, beside the Gauss-Newton ones.
 //!
-//! The Hessian contains the second derivatives of the simulation. The covariance is `v H^-1` for white noise of the variance
-//! `v`. Under autocorrelated noise or robust losses it is `H^-1 M H^-1`, with the covariance `M` of the gradient of the
-//! misfit. [`std_errors`] returns a standard error per estimate, in its unit. A Hessian that is not positive definite is a
-//! warning: the optimum is no isolated minimum. A failed simulation is a note.
+//! The Hessian, by the unknowns on their scales, contains the second derivatives of the simulation. The covariance is
+//! `v H^-1` for white noise of the variance `v`. Under autocorrelated noise or robust losses it is `H^-1 M H^-1`, with the
+//! covariance `M` of the gradient of the misfit. [`std_errors`] returns a standard error per estimate, in its unit, none for
+//! those with an upper bound or without a value. A Hessian that is not positive definite is a warning that makes the fit
+//! unusable: the optimum is no isolated minimum. A failed simulation is a note. All are none in both cases.
 
 use crate::code::Code;
 use crate::fit::search::fitted::Fitted;

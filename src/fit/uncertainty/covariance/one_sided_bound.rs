@@ -4,9 +4,10 @@
 //! has no meaning. Candidates are positive parameters without a prior that are not identifiable by themselves, or (except
 //! dampings) whose scan is flat on a side. The parameter is held, all others are fitted, at factors of 2, 16 and 65536 from
 //! the optimum; farther off if both sides are open. Rises are those of twice the misfit over the least of the profile, in
-//! units of the variance of the noise. A side is open if its farthest point has risen by less than [`OPEN_BELOW`]. One open
-//! side is a bound if the other has risen by at least that; it ends at the square of the one-sided 95 % quantile.
-//! [`add_one_sided_bounds`] adds the bounds of all candidates.
+//! units of the variance of the noise. A side is open if its farthest point, at least a factor of 2 off, has risen by less
+//! than [`OPEN_BELOW`]. One open side is a bound if the other has risen by at least that; it ends at the square of the
+//! one-sided 95 % quantile. [`add_one_sided_bounds`] adds the bounds, in the unit of the parameter, to the entries of the
+//! candidates. It adds none without convergence or where residuals are rounding errors; a stop is an error.
 
 use crate::error::Error;
 use crate::fit::search::damping::is_damping;

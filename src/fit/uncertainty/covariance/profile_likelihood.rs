@@ -2,9 +2,11 @@
 //!
 //! One unknown is held and all others are fitted: the misfit as a function of the held one is its profile. The 95 % interval
 //! ends where twice the misfit, in units of the variance of the noise, has risen by the squared coverage factor. Each end is
-//! found by Newton's method within brackets, on the signed root of the rise. The derivative of the profile is the partial one
-//! (envelope theorem). [`profile_intervals`] returns the intervals and the evaluated points for plots, for all unknowns with
-//! a standard deviation, on request of the fit. A point below the optimum is a warning of a wrong minimum.
+//! found by Newton's method within brackets, on the signed root of the rise. The derivative of the profile is the partial
+//! one (envelope theorem). [`profile_intervals`] returns the intervals and the evaluated points for plots, for all unknowns
+//! with a standard deviation, on request of the fit; both are converted to the unit of the parameter. An end is the bound of
+//! the unknown where the profile has not risen there. It is none beyond [`FARTHEST`] on the scale of the unknown, after
+//! [`MOST_POINTS`], or where simulations fail. A point below the optimum is a warning of a wrong minimum (`Worthless`).
 
 use crate::code::Code;
 use crate::error::Error;

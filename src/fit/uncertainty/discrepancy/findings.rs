@@ -1,9 +1,11 @@
-//! Score tests and undetected biases of a report, with their texts.
+//! Data types of score tests and undetected biases of a report, and the selection of those that texts describe.
 //!
-//! A [`ScoreTest`] is the significance of one effect that the model omits. An [`UndetectedBias`] is the bias of one parameter
-//! by an effect of a size that the data do not exclude. They are computed in `score_tests` and `undetected_bias`. The
-//! functions here select the significant effects (p-value below [`SIGNIFICANT`]), and up to [`DESCRIBED`] biases above
-//! [`DESCRIBED_BIAS`] standard errors. They describe them for the summary of a fit and its warnings.
+//! A [`ScoreTest`] has rank, estimated size, z-score and corrected p-value of one omitted effect. An [`UndetectedBias`] is
+//! the bias of one parameter by one effect of a size that the data do not exclude. `score_tests` and `undetected_bias`
+//! compute them. `likely_omitted_effects` returns one text per rank whose best effect has a p-value below [`SIGNIFICANT`];
+//! it names up to [`NAMED`] others of the rank. `biases_beyond_interval` returns the largest relative bias of each
+//! parameter, for at most [`DESCRIBED`] parameters. `largest_biases` returns up to [`DESCRIBED`] effects with their biases.
+//! Both leave out biases of [`DESCRIBED_BIAS`] standard errors or less. The summary and the warnings of a fit use the texts.
 
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::warning_list::percent;

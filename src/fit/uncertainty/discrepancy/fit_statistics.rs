@@ -1,10 +1,12 @@
-//! Statistics of omitted effects at an optimum, from the change `u` of the weighted residuals by an effect of plausible size,
-//! orthogonal to the Jacobian.
+//! Statistics of omitted effects at an optimum, from the change `u` of the weighted residuals by an effect of plausible
+//! size, orthogonal to the Jacobian.
 //!
-//! For weighted residuals `r` with the covariance `V` of their noise, [`FitStatistics`] returns the variance `u'Vu`. It also
-//! returns the normal likelihood of the size of the effect: the mean `-u.r/|u|^2` and the standard deviation
-//! `sqrt(u'Vu)/|u|^2`, in plausible sizes. Further results are the largest bias of an estimate by the effect, and the
-//! linearization about another size by one run. Score tests and undetected biases use them.
+//! For weighted residuals `r` with the covariance `V` of their noise, [`FitStatistics`] returns the variance `u'Vu` with its
+//! degrees of freedom. It also returns the normal likelihood of the size of the effect: the mean `-u.r/|u|^2` and the
+//! standard deviation `sqrt(u'Vu)/|u|^2`, in plausible sizes. `largest_bias` returns the estimate with the largest bias by
+//! the effect, in its standard errors and as a fraction of positive parameters; 0 without a name if none responds.
+//! `relinearize` returns likelihood and response about another size, by one run at the predicted optimum; a run that fails
+//! is an error. Score tests and undetected biases use them.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;

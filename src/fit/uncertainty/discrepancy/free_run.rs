@@ -1,9 +1,12 @@
 //! Free-run prediction errors of recordings whose ends drive the rod.
 //!
-//! A run starts from the first two frames ([`START_FRAMES`]) and follows the recorded ends; its markers are compared with all
-//! later frames. The error of a marker in a frame is the mean absolute difference of its three coordinates, m.
-//! [`RecordingErrors`] has the mean of each experiment, with mean, median and worst over fitted and over validation
-//! experiments, for the report of a fit or a prediction.
+//! Input: experiments with a measured motion whose scene has recorded markers as supports (`supports.path`), and the values
+//! of the optimum. A run starts from the first two frames ([`START_FRAMES`]) and follows the recorded ends. All markers,
+//! those of the ends included, are compared with the later frames up to the end of the simulation; lost markers are left
+//! out. The error of a marker in a frame is the mean absolute difference of its three coordinates, m. [`RecordingErrors`]
+//! has the mean of each experiment, none where the simulation fails. It has number, mean, median and largest of these means
+//! over the fitted and over the validation experiments (all measurements held out). It is `None` without such experiments.
+//! Reports of fits and predictions show it.
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;

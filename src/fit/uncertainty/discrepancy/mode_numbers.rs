@@ -1,17 +1,19 @@
 //! Test whether measured frequencies fit other mode numbers as well.
 //!
 //! Frequencies alone determine a stiffness only with the numbers of their modes: those of a simply supported rod are `n^2`
-//! times the first. So any common factor of the numbers fits them, with another modulus. Where one scale of all frequencies
-//! is fitted and nothing else was measured, other numberings ([`NUMBERINGS`]) are compared without another fit: their
-//! frequencies at the optimum times the factor `c` that fits best,
+//! times the first. So any common factor of the numbers fits them, with another modulus. The test requires a fit of one
+//! experiment with one rod, at least [`FEWEST`] frequencies and no other measurement. It also requires a positive unknown
+//! with a standard error that scales all frequencies by one factor (within [`ONE_SCALE`]). Other numberings ([`NUMBERINGS`])
+//! are compared without another fit: their frequencies at the optimum times the factor `c` that fits best,
 //!
 //! ```text
 //! c = sum(f g/s^2)/sum(g^2/s^2),   chi^2 = sum((c g - f)^2/s^2)
 //! ```
 //!
-//! of measured frequencies `f` with their noise `s` and computed ones `g`. A numbering fits as well if its chi^2 exceeds that
-//! of the fit by at most [`EXCESS`], with a parameter value within bounds and prior. All such numberings are one note of the
-//! fit, with these values.
+//! of measured frequencies `f` with their noise `s` and computed ones `g`, rad/s. A numbering fits as well if its chi^2
+//! exceeds that of the fit by at most [`EXCESS`]. The value of the unknown must be within its bounds and
+//! [`EXCLUDED_BY_PRIOR`] standard deviations of its prior. [`check_mode_numbers`] adds one note to the fit with all such
+//! numberings and these values; without any it adds nothing.
 
 use crate::code::Code;
 use crate::fit::search::Search;

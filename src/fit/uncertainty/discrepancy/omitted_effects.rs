@@ -1,10 +1,12 @@
 //! Effects that a scene may omit: terms of size zero, and numbers that may have errors.
 //!
-//! [`OMITTED_EFFECTS`] is the table of all effects that score tests examine. Each effect is a number of the scene, or of the
-//! scene with a term added. The term has the size zero, or a small one where zero is not possible. Residuals are
-//! differentiated by the number like by any parameter. Its plausible size, from the sizes of the rod, is an error that is
-//! common in laboratories, not the largest possible one. [`OmittedEffect::added`] returns the problem with the term, or none
-//! where the scene states the effect or cannot have it.
+//! [`OMITTED_EFFECTS`] is the table of the 20 effects that score tests examine (those of structures are in
+//! `structure_effects`). Each effect is a number of the scene, or of the scene with a term added. The term has the size
+//! zero, or a small one ([`TRACE`]) where zero is not possible. Residuals are differentiated by the number like by any
+//! parameter. Its plausible size, in the unit of the number and from the sizes of the rod, is an error that is common in
+//! laboratories, not the largest possible one. It is none where the section or the data do not define it.
+//! [`OmittedEffect::added`] returns the problem with the term. It returns none where the scene states the effect or cannot
+//! have it, or the model has no derivative by the number.
 
 use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
 use crate::problem::Problem;

@@ -1,10 +1,12 @@
 //! Predictions of validation data by a fit, with the errors that noise and parameters explain.
 //!
 //! Measurements marked as held out are not fitted. Each is simulated at the optimum, and the root mean square difference is
-//! compared with the expected one. That is `sqrt(s^2 + mean(j C j'))`, for noise `s`, rows `j` of the Jacobian and the
-//! covariance `C` of the parameters. A ratio that is too large for the number of values (chi-squared), or a run that fails,
-//! is a warning of a contradiction. [`predictions`] returns one [`Prediction`] per measurement for the report, all markers of
-//! a recording together.
+//! compared with the expected one, `sqrt(s^2 + mean(j C j'))`, both in the unit of the measurement. Here `j` are rows of the
+//! Jacobian and `C` is the covariance of the parameters. The noise `s` is the stated sigma, else the largest noise of the
+//! fitted measurements with the same unit, else 0. A ratio that is too large for the number of values (chi-squared) is a
+//! warning of a contradiction. So is a simulation that fails; its experiment has no prediction. [`predictions`] returns one
+//! [`Prediction`] per held-out measurement for the report, in the order of the experiments; all markers of a recording are
+//! one.
 
 use crate::code::Code;
 use crate::error::Error;

@@ -1,11 +1,14 @@
 //! Ranking of omitted effects by the part of the residuals that they explain; effects that the data cannot separate share a
 //! rank.
 //!
-//! [`ranked`] receives all score tests with their directions, and returns those of the first [`RANKS`] ranks. A significant
-//! best effect with the z-score `a` and another one with `b` share a rank if two conditions hold. The score of the part of
-//! the other's direction orthogonal to the first is noise (below [`NOISE`]). The first is not significantly better, `a^2 -
-//! b^2 < 1.645^2`. If the second is the cause, this difference has the mean `-m` and the standard deviation `2 sqrt(m)`,
-//! where `m` measures the difference of the directions. It exceeds the limit in at most 5 % of all cases, for any `m`.
+//! [`ranked`] receives all score tests with their directions and the weighted residuals. It returns those of the first
+//! [`RANKS`] ranks, the best first. Significant effects are in the order of the explained part of the residuals, all others
+//! in that of their p-values. The best remaining effect takes the next rank. If it is significant, another effect joins its
+//! rank under two conditions, with the z-scores `a` of the best and `b` of the other. The score of the part of the other's
+//! direction orthogonal to the first is noise (below [`NOISE`]). The first is not significantly better,
+//! `a^2 - b^2 < 1.645^2`. Effects of the wrong sign join none. If the second is the cause, this difference has the mean `-m`
+//! and the standard deviation `2 sqrt(m)`, where `m` measures the difference of the directions. It exceeds the limit in at
+//! most 5 % of all cases, for any `m`.
 
 use crate::fit::uncertainty::discrepancy::findings::ScoreTest;
 use nalgebra::DVector;

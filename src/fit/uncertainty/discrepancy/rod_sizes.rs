@@ -1,10 +1,11 @@
 //! Quantities of an experiment from which the plausible sizes of omitted effects follow.
 //!
-//! [`RodSizes::new`] takes dimensions, mass and stiffness of the rod from its scene at the optimum. The recorded motions
-//! yield the frequency, the frame time and the largest curvature. The first angular frequency is `pi` over the shortest time
-//! in which a record reaches its first extreme. The curvature is that of a cantilever of length `L` whose tip moves as far
-//! `d` as the recorded points, `3 d/L^2`. A quantity is none where the section or the data do not have it. `tested_effects`
-//! uses them.
+//! [`RodSizes::new`] takes length, mass, density and section of the rod from its scene at the optimum, in SI units.
+//! Stiffness `EI` and thickness are those of the softer direction; the thickness is four radii of gyration. The recorded
+//! motions yield the first angular frequency, `pi` over the shortest time in which a record reaches its first extreme. They
+//! also yield the least mean time between frames, and a curvature. That is `3 d/L^2`, of a cantilever of length `L` whose
+//! tip moves by the largest spread `d` of a recorded point. A quantity is none where the section or the data do not have it.
+//! `tested_effects` uses them.
 
 use crate::fit::measurement::experiment::Experiment;
 use crate::problem::Problem;

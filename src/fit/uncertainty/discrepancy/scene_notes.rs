@@ -1,9 +1,12 @@
 //! Notes on the fitted scenes: implausible units, no gravity, too coarse given meshes, and strains beyond a linear material.
 //!
-//! Strains at rest follow from the equilibrium. Those of a motion require a run. It is omitted where [`OVERSHOOT`] times an
-//! upper bound is at most `LARGEST_STRAIN`, the limit of a linear material. Bounds are the strain of the initial shape with
-//! one by beam theory or, without an initial velocity, with the strain at equilibrium. [`scene_notes`] adds each note once
-//! over all experiments, at the values of the optimum, to the warnings of a fit. Notes do not lower the grade.
+//! [`scene_notes`] examines the scenes of all experiments at the values of the optimum, and adds each note once to the
+//! warnings of a fit. Notes do not lower the grade. Structures are not examined: one note lists what is not assessed for
+//! them. Strains of measured shapes at rest follow from the equilibrium. Those of a measured motion require a run. It is
+//! omitted where [`OVERSHOOT`] times an upper bound is at most `LARGEST_STRAIN`, the limit of a linear material. The bound
+//! is the larger of the strain of the initial shape and of one by beam theory. Without an initial velocity the strain at
+//! equilibrium may replace the latter. Rods between recorded ends have no strains here. Only the first experiment with too
+//! large a strain has that note.
 
 use crate::code::Code;
 use crate::fit::search::fitted::Fitted;

@@ -4,10 +4,11 @@
 //! Both make a real rod softer than the model (Timoshenko). To first order in `I/(A L^2)` the squared frequency of a mode is
 //! lower by the [thickness effects](thickness_effects). A rod at rest deflects more by its [shear
 //! deflections](Problem::shear_deflections). A motion is taken for one in the first bending mode, which then has a Young's
-//! modulus lower by the same fraction. By these changes of the simulated values the parameters would move by `-(J'J)^-1 J'
-//! change`, the opposite of their bias. No simulation of the motion is needed. [`check_slenderness`] adds a note on biases
-//! above [`WORTH_A_NOTE`] standard errors; above [`LOWERS_THE_GRADE`] it is a warning that lowers the grade. Softenings below
-//! [`SMALLEST_SOFTENING`], or those that the residuals exclude, are not reported.
+//! modulus lower by the same fraction. By these changes of the simulated values the parameters would move by
+//! `-(J'J)^-1 J' change`, the opposite of their bias. No simulation of the motion is needed. [`check_slenderness`] adds one
+//! note on biases above [`WORTH_A_NOTE`] standard errors (combined standard uncertainties where known). If the largest is
+//! above [`LOWERS_THE_GRADE`] it is a warning that lowers the grade. It names up to [`NAMED`] estimates, the largest bias
+//! first. Softenings below [`SMALLEST_SOFTENING`], those that the residuals exclude, and structures are not reported.
 
 use crate::code::Code;
 use crate::error::Error;

@@ -1,7 +1,12 @@
 //! Effects that the scene of a structure may omit: compliant joints, markers, and errors of lengths, sections and densities.
 //!
-//! Damping and camera have the effects of any scene. A compliant support is a spring joint between the rod and a short stiff
-//! rod that the support clamps. Motions out of the plane are not tested.
+//! [`StructureEffect::all`] lists the effects of one experiment, each with its number, plausible size in the unit of that
+//! number, and distinguishing experiment; none for a scene of one rod. They are rotational compliances of rigid joints and
+//! of clamped supports of straight rods. Further ones are the mass of a marker at the first observed point of a rod without
+//! masses, and lengths, radii, heights and densities of the rods. [`StructureEffect::added`] returns the problem with the
+//! term, of a size of [`TRACE`] times the plausible one, or none where the structure cannot have it. A compliant support is
+//! a spring joint between the rod and a short stiff rod that the support clamps instead. Damping and camera have the effects
+//! of any scene. Motions out of the plane are not tested. `tested_effects` uses the list.
 
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::uncertainty::discrepancy::omitted_effects::{

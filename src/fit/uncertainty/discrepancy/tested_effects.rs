@@ -1,10 +1,12 @@
 //! Omitted effects of a fit with their plausible sizes, and the experiments with their terms added.
 //!
-//! [`ExtendedExperiments::new`] goes through the table of omitted effects. It leaves out those that are identified, known
-//! inputs, stated in the scenes or not defined for them. The terms of all others are added to copies of the experiments.
-//! Plausible sizes are those of the analysis options, else those common in laboratories. The results are these experiments,
-//! and each effect with the change of the scenes by its plausible size. Score tests differentiate the residuals by these
-//! changes.
+//! [`ExtendedExperiments::new`] goes through the table of omitted effects, and then through those of structures. It leaves
+//! out those that are identified, known inputs, stated in the scenes or not defined for them. The terms of all others are
+//! added to copies of the experiments, each of which takes those that its scene can have. The first experiment in which an
+//! effect of the table is defined determines its plausible size, unless the analysis options give one. Sizes of structure
+//! effects are always the usual ones. The results are these experiments, and each effect with the change of the scenes by
+//! its plausible size, in the unit of its number. An effect that no scene can have is left out; values of the optimum that a
+//! scene does not allow are an error. Score tests differentiate the residuals by these changes.
 
 use crate::error::Error;
 use crate::fit::known::Known;

@@ -3,13 +3,15 @@
 //! An effect of size `a`, in units of its plausible size, changes the residuals by `a d`, of which the parameters follow all
 //! but `u`. Residuals `r` with the variance `v = u'Vu` along `u` give its likelihood, a normal distribution about
 //! `-u.r/|u|^2` with the standard deviation `sqrt(v)/|u|^2`. The prior is Student's t with four degrees of freedom and the
-//! scale one. Where the data determine the size they prevail, however large it is. Where the parameters follow all of the
-//! effect (`u = 0`) the posterior is the prior. The listed size is the one that the posterior exceeds, in absolute value,
-//! with a probability of 5 %.
+//! scale one; effects of one sign have no negative sizes. Where the parameters follow all of the effect (`u = 0`) the
+//! posterior is the prior. The listed size is the one that the posterior exceeds, in absolute value, with a probability of 5
+//! %. It has the sign of the most probable size.
 //!
-//! The response of the parameters is linear. Where the data determine a large size it is linearized again: the run with the
-//! effect of the most probable size has derivatives of its own. [`undetected_biases`] lists the bias of every estimate by
-//! every effect at its listed size, for the report.
+//! The response of the parameters is linear, and the bias is its opposite. An effect is linearized again, by a run at its
+//! most probable size, if that is above [`SIGNIFICANT`] standard deviations and changes a parameter by more than [`LARGE`].
+//! This holds for at most [`MOST_RELINEARIZED`] effects. [`undetected_biases`] returns one entry per effect and estimate
+//! with a standard error, at the listed size, the largest bias in standard errors first. Entries without a response, or with
+//! one above [`LARGEST_CHANGE`] on the scale of the parameter, are left out.
 
 use crate::error::Error;
 use crate::fit::uncertainty::discrepancy::findings::UndetectedBias;

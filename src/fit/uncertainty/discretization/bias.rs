@@ -1,10 +1,12 @@
 //! Bias of the unknowns by mesh and step: their distance to the limit of zero element and step size.
 //!
-//! [`DiscretizationBias`] has this distance for each unknown on its scale, and the discretization error of the residuals,
-//! separately for mesh and step. Where the program chose the mesh for all experiments, the estimates are corrected by its
-//! part, and likewise for the step. [`REMAINING_FRACTION`] of the absolute corrections may remain as an error, which widens
-//! the interval. Its methods also return whether discretization errors explain the residuals (above
-//! [`EXPLAINING_FRACTION`]) or are visible in them. They return how much finer mesh and step must be so that they are not.
+//! [`DiscretizationBias`] has this distance for each identifiable unknown on its scale (logarithm of a positive parameter),
+//! separately for mesh and step. It also has the norm of the discretization errors of the residuals by each, over that of
+//! the residuals. Where the program chose the mesh for all experiments, the estimates are corrected by its part, and
+//! likewise for the step. [`REMAINING_FRACTION`] of the absolute corrections may remain as an error, which widens the
+//! interval; given ones have no part in either. If the program chose both, its methods also return whether discretization
+//! errors explain the residuals (above [`EXPLAINING_FRACTION`]) or are visible in them (above [`VISIBLE_FRACTION`]). They
+//! return how much finer mesh and step must be so that they are not: factors of 1 or more.
 
 use crate::fit::unknown::Unknown;
 

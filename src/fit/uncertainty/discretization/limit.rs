@@ -2,15 +2,18 @@
 //!
 //! Mesh and step are changed alone, and the change of the parameters (linear response, or a refit on request) is
 //! extrapolated to zero. Those that the scene of a rod gives are extrapolated as of first order (those of a structure with
-//! the order of the method): for a method of second order that is two and a half to three times the error, and mesh and
-//! step never cancel. A mesh or step twice as coarse costs one
-//! simulation, 1.5 times as coarse 1.3. Finer ones cost 2.5 simulations by a quarter and 4 by half, with the same coverage
-//! (`cargo run --release --example discretization_error -- 400`). Where coarser ones do not resolve the motion, or fail,
-//! they are finer by a quarter. The mesh of a rod with recorded ends is twice as fine instead.
+//! the order of the method): for a method of second order that is two and a half to three times the error, and mesh and step
+//! never cancel. A mesh or step twice as coarse costs one simulation, 1.5 times as coarse 1.3. Finer ones cost 2.5
+//! simulations by a quarter and 4 by half, with the same coverage
+//! (`cargo run --release --example discretization_error -- 400`). Where coarser ones do not resolve the motion, or fail, and
+//! for refits and explicit steps, they are finer by a quarter. The mesh of a rod with recorded ends is twice as fine
+//! instead.
 //!
-//! Where the program [chose](crate::fit::resolution) mesh or step, changes are extrapolated with the order of the method. The
-//! estimates are corrected later, where it chose them for all experiments. [`estimate_bias`] returns one
-//! [`DiscretizationBias`]: the distances of all unknowns, on their scales, for the mesh and for the step.
+//! Where the program [chose](crate::fit::resolution) mesh or step, changes are extrapolated with the order of the method.
+//! The estimates are corrected later, where it chose them for all experiments. [`estimate_bias`] returns one
+//! [`DiscretizationBias`]: the distances of all unknowns, on their scales, for the mesh and for the step. It is none without
+//! convergence, if neither requested nor chosen, for residuals of rounding errors, and with a warning where a run fails. The
+//! step has none without a motion, or where beta is identified.
 
 use crate::accuracy::{Extrapolation, smooth_mesh_order, step_order};
 use crate::code::Code;

@@ -2,11 +2,11 @@
 //!
 //! A mesh and step that the program chose are as fine as the parameters require, which follow large and slow motion. Small
 //! fast vibrations may be out of phase at the end of a record: residuals that are no fault of the model. So before residuals
-//! lower a grade, the model runs once more with element and step size divided by [`REFINEMENT`]. The unknowns follow the
-//! change linearly, and the change is extrapolated to zero element and step size, as of second order.
-//! [`RefinedResiduals::residuals`] returns the residuals in this limit for the tests of a fit. It returns none if the scene
-//! gives mesh and step, for undetectable errors ([`DETECTABLE`]), and where the run is too expensive ([`MOST_WORK`]) or
-//! fails.
+//! lower a grade, the model runs once more, at the corrected estimates, with element and step size divided by
+//! [`REFINEMENT`]. The unknowns follow the change linearly, and the change is extrapolated to zero element and step size, as
+//! of second order. [`RefinedResiduals::residuals`] returns the residuals in this limit, in units of sigma, for the tests of
+//! a fit. It returns none if neither mesh nor step was chosen for all experiments, for undetectable errors ([`DETECTABLE`]),
+//! and where the run is too expensive ([`MOST_WORK`]) or fails.
 
 use crate::accuracy::Extrapolation;
 use crate::error::Error;

@@ -8,10 +8,12 @@
 //! ```
 //!
 //! with an [AR(1) correlation](crate::fit::misfit::ar1::Ar1Correlation) `R`. Variances and correlations are estimated from
-//! the residuals by moment matching; white series need neither. A series whose innovations are no white noise is unexplained
-//! motion, and counts as white. For motions of a few frequencies least squares is asymptotically as efficient as any
-//! weighting (Grenander 1954). Results per unknown: the inflation of the standard deviation, and the degrees of freedom of
-//! its variance (Satterthwaite 1946), which determine Student's t of the intervals.
+//! the residuals by [`ROUNDS`] of moment matching; white series need neither. A series whose innovations are no white noise
+//! (p-value below [`COLORED_INNOVATIONS`]) is unexplained motion, and counts as white. For motions of a few frequencies
+//! least squares is asymptotically as efficient as any weighting (Grenander 1954). Results per unknown: the inflation of the
+//! standard deviation over that for white noise (1 for white noise), and the degrees of freedom of its variance
+//! (Satterthwaite 1946; none where it is known), which determine Student's t of the intervals. The score covariance `J'VJ`
+//! over the common variance is none for white noise.
 
 use crate::fit::misfit::residual_tests::innovation_p_value;
 use crate::fit::search::fitted::Fitted;

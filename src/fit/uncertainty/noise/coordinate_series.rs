@@ -1,11 +1,13 @@
 //! Residuals of one coordinate of a measurement in the order of time, and the AR(1) model of their noise.
 //!
-//! [`coordinate_series`] splits the residuals of an optimum into series, and tests each for a significant lag-one correlation
-//! and for a variance of its own (Bartlett's test). For noise of the covariance `V` the residuals at an optimum have the
-//! covariance `V - HV - VH + HVH`, `H = J (J'J)^-1 J'`: the fit absorbs a part of the noise. [`CoordinateSeries::refine`]
-//! matches the variance and the lag-one correlation of the residuals with these expectations, for `V = v R` with an [AR(1)
-//! correlation](Ar1Correlation) `R`. `autocorrelation` uses the series for the covariance of the estimates, the bootstrap for
-//! random blocks.
+//! [`coordinate_series`] splits the residuals of an optimum into series of at least [`FEWEST`] values, in units of sigma. It
+//! tests each for a positive lag-one correlation above [`SIGNIFICANT`] standard deviations of white noise. Without a stated
+//! sigma it tests whether the coordinates of a measurement have different variances (Bartlett's test, level
+//! [`UNEQUAL_VARIANCES`]). For noise of the covariance `V` the residuals at an optimum have the covariance
+//! `V - HV - VH + HVH`, `H = J (J'J)^-1 J'`: the fit absorbs a part of the noise. [`CoordinateSeries::refine`] matches the
+//! variance (unless sigma is stated) and a significant correlation with these expectations, for `V = v R` with an [AR(1)
+//! correlation](Ar1Correlation) `R`. The correlation is from 0 to `1 - 2/n` for `n` pairs of neighbors. `autocorrelation`
+//! uses the series for the covariance of the estimates, the bootstrap for random blocks.
 
 use crate::fit::misfit::ar1::{Ar1Correlation, ar1_factor, usual_spacing};
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};

@@ -1,11 +1,13 @@
-//! Noise scale of one coordinate of a measurement: the standard deviation of its noise without the model, from differences of
-//! its samples.
+//! Noise scale of one coordinate of a measurement: the standard deviation of its noise without the model, from differences
+//! of its samples.
 //!
-//! [`CoordinateSamples::scale`] takes the estimate from the residuals by [divided differences](crate::numerics::noise_scale),
-//! or that from the observed values where it is clearly lower. Values that a loss or the leverage down-weights are left out.
-//! The resolution `q` of the values sets a lower limit, `q/sqrt(12)`. The p-value is that of the root mean square residual
-//! over the scale, by chi-squared. The result, [`NoiseScale`], is part of the report, and the basis of `adequacy`; a
-//! coordinate without a usable estimate has the reason instead.
+//! [`CoordinateSamples::scale`] takes the estimate from the residuals by [divided
+//! differences](crate::numerics::noise_scale), or that from the observed values where it is lower by [`CLEARLY_LOWER`]
+//! standard errors. Values that a loss or the leverage down-weights are left out. The resolution `q` of the values sets a
+//! lower limit, `q/sqrt(12)`. The p-value is that of the root mean square residual, without outliers ([`OUTLYING`] robust
+//! standard deviations), over the scale, by chi-squared. The result, [`NoiseScale`], in m, is part of the report, and the
+//! basis of `adequacy`. A coordinate without a usable estimate has the reason instead; so have shapes at rest, whose points
+//! have no order in time.
 
 use crate::fit::measurement::dataset::Coordinate;
 use crate::fit::search::Search;

@@ -2,9 +2,11 @@
 //!
 //! One bad recording of many is no evidence against the set-up that all of them share: scale, clock, origin, tracked point.
 //! The unexplained part of a motion is the root mean square residual over the size of the motion. [`UnexplainedParts`]
-//! collects it for every measurement, with whether its residuals are no noise. An experiment is an outlier if its residuals
-//! are no noise and its part is above the median of all. At least [`FEWEST`] experiments, fewer than half of them
-//! unexplained, are required. The warnings of unexplained motion use it.
+//! collects it for every measurement, with its number of values and whether its residuals are no noise. The part of an
+//! experiment is the root mean square over the values of its measurements. An experiment is an outlier if any of its
+//! measurements is unexplained and its part is above the median of all. At least [`FEWEST`] experiments, fewer than half of
+//! them unexplained, are required. [`UnexplainedParts::outlying`] returns the part of an outlier, and none for others. The
+//! warnings of unexplained motion use it.
 
 use crate::numerics::total_order;
 

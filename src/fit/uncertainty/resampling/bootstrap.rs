@@ -1,11 +1,13 @@
 //! Parametric bootstrap and Monte Carlo: fits of data made by the fitted model and random noise.
 //!
-//! Every replicate adds noise to the simulated values at the optimum and fits them again; the spread of the estimates is that
-//! of the parameters. The noise is normal. Autocorrelated noise of a bootstrap consists of random blocks of the residuals,
-//! longer than its correlation (Kuensch 1989; Politis and White 2004). A Monte Carlo draws it from its AR(1) model, and the
-//! known inputs from their distributions: it verifies the linear uncertainty budget (JCGM 101). [`spreads`] returns the
-//! standard deviation and the 2.5 and 97.5 percentiles of each estimate. Replicate `n` has the random stream `n`, so that
-//! results do not depend on threads.
+//! Every replicate adds noise to the simulated values at the optimum and fits them again from the optimum; the spread of the
+//! estimates is that of the parameters. The noise is normal, and means of priors have random errors of their sigma.
+//! Autocorrelated noise of a bootstrap consists of random blocks of the residuals, longer than its correlation (Kuensch
+//! 1989; Politis and White 2004). A Monte Carlo draws it from its AR(1) model, and the known inputs from their
+//! distributions: it verifies the linear uncertainty budget (JCGM 101). [`spreads`] returns the standard deviation and the
+//! 2.5 and 97.5 percentiles of each estimate, in its unit. Both are computed on the scale of the fit (logarithm of a
+//! positive parameter) and converted. Fits that do not converge are left out, with a note; the spread is none for fewer than
+//! two, or after a stop. Replicate `n` has the random stream `n`, so that results do not depend on threads.
 
 use crate::code::Code;
 use crate::error::Error;

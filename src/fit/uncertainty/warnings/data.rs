@@ -2,8 +2,10 @@
 //! steps.
 //!
 //! Each function receives a result of an earlier stage and adds its warnings to the list, as *finding. consequence. action.*
-//! with a code. These results are constant coordinates, repeated frames, growth of sensitivities, leverage weights and halved
-//! steps. Halved steps, too large steps and repeated frames lower the grade; the others are notes.
+//! with a code. These results are constant coordinates, repeated frames, defects of recordings that drive the ends, growth
+//! of sensitivities, leverage weights below 1, and halved steps. Halved steps (unless the fit converged to residuals of
+//! noise) and too large steps have the severity `Numerics`, repeated frames `Misfit`; both lower the grade. The others are
+//! notes.
 
 use crate::code::Code;
 use crate::fit::measurement::constant_axes::ConstantAxis;

@@ -1,10 +1,14 @@
 //! Warnings about residuals that are no noise, or noise of another size than stated.
 //!
-//! Inputs are the optimum and its local analysis. Residuals are compared with the observed motion ([`unexplained_motion`]),
-//! and with white or AR(1) noise ([`test_residuals`]). They are compared with the noise scale from differences of the samples
-//! ([`excess_over_noise_scale`]) and with a stated sigma ([`doubtful_sigmas`]). Each function adds its warnings to those of
-//! the fit. [`is_noise`] is whether the first three find no misfit. The severity of each warning determines the grade of the
-//! fit.
+//! Inputs are the optimum and its local analysis; each function adds its warnings to those of the fit, whose severity
+//! determines the grade. [`unexplained_motion`] compares the root mean square residual of each measurement with the observed
+//! motion (`UNEXPLAINED`): `Worthless`, `Unexplained`, or `Misfit` of one outlying experiment. Residuals that are noise by
+//! tests or by the scale of the samples, or within [`EXPLAINED_SIGMAS`] stated sigmas, are excepted. Residuals too large for
+//! a stated sigma ([`is_too_large`]) are a `Misfit`. [`test_residuals`] tests each coordinate for white or AR(1) noise and
+//! trend (`Misfit`), notes outliers and autocorrelation, and returns all tests. [`excess_over_noise_scale`] compares with
+//! the noise scale from differences of the samples (`Ambiguous`); with a stated sigma it warns only of a correlation at its
+//! limit. [`doubtful_sigmas`] notes a stated sigma that differs from the scatter of the data by more than a factor of 2.5.
+//! [`is_noise`] returns whether the first three find no misfit, and adds none.
 
 use crate::code::Code;
 use crate::fit::measurement::experiment::all;
