@@ -1,10 +1,11 @@
 //! The results of a campaign as a CSV table: one row for each fit with a result, for spreadsheets and data frames.
 //!
 //! Input are the collected results, as JSON. Rows are in the order of the plan. Columns are id, name, fit file, all changed
-//! keys, exit code, grade and status (of a failed fit its error). Value, standard error and ends of the 95 % interval of every
-//! parameter in SI units follow, empty where missing; a lower bound alone fills the low end. Tasks that are parts of one
-//! bootstrap (equal fit file, name and other changes) are one row. Its other columns are those of the first part; the pooled
-//! replicates give one standard error and one interval, in further columns. Results that are not valid JSON of this version
+//! keys but `analysis.bootstrap_first`, exit code, grade and status (of a failed fit its error). Value, standard error and ends of the 95 % interval of every
+//! parameter in SI units follow, empty where missing; a lower bound alone fills the low end. Tasks with
+//! `analysis.bootstrap_first` that are parts of one bootstrap (equal fit file, name and other changes) are one row. Its
+//! `analysis.bootstrap` is the number of all pooled replicates, which give one standard error and one interval in further
+//! columns; its other columns are those of the first part. Results that are not valid JSON of this version
 //! are an error. The same rows are the input of the comparison page.
 
 use crate::campaign::changes::Changes;

@@ -3,8 +3,9 @@
 //! Input: the deserialized table, the folder of the fit file and the prepared scene. A file is read as one marker (by default
 //! the tip), or as several with their points. `markers = "free"` takes all markers of the recording in `supports.path` that
 //! prescribe neither an end nor an inner node. `duration`, s, with `fps`, Hz, plans an observation without data. Output: one
-//! [`Measurement`] per point, m and s, each with the table's offset, standard deviation and loss. Keys that exclude each
-//! other, missing keys and files that cannot be read are errors with the key. [`Sigma`] (a number, m, or columns of the file)
+//! [`Measurement`] per point, m and s, each with the table's offset, standard deviation, loss and `held_out`. Keys that
+//! exclude each other and missing keys are errors with the key; a file that cannot be read is an error with its path, and
+//! the line if it has one. [`Sigma`] (a number, m, or columns of the file)
 //! is shared with `[[shape]]`.
 
 use crate::error::{Error, ensure};

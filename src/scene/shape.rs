@@ -1,7 +1,9 @@
 //! Rest shapes: straight, helix, arc, or a polyline; their nodes by arc length.
 //!
-//! [`Shape::mesh`] places equal edges along the curve, with parts of the outermost edges behind walls. `Shape::nodes_of`
-//! places the nodes of a rod in this shape as an initial one, at the same fractions of the length. Formulas are evaluated
+//! [`Shape::mesh`] places nodes along the curve, with parts of the outermost edges behind walls. Edges are equal; those of a
+//! polyline are proportional to the distances of its points, and by default as many. `Shape::nodes_of` places the nodes of a
+//! rod in this shape as an initial one, at the same fractions of the length, or at the arc lengths that a polyline's file
+//! gives. Formulas are evaluated
 //! over any number type, so that meshes have derivatives by length, radius, pitch and angle. Polylines are read from files
 //! (module `polyline`).
 

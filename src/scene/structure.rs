@@ -486,7 +486,8 @@ fn index<'a>(
 
 impl StructureScene {
     /// The scene over another number type. `convert` returns the new number of the path, value and quantity (unit, limits) of
-    /// each physical number, in the order of the tables. It is called for all numbers, also those without effect.
+    /// each physical number, in the order of the tables. It is not called for `time.beta` and `time.rho_inf`
+    /// unless the scheme uses them: without effect they are no parameters, and become constants.
     pub fn map_numbers<D: From<f64>>(
         &self,
         mut convert: impl FnMut(&str, f64, Quantity) -> D,

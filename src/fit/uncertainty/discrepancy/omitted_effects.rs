@@ -293,7 +293,9 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 20] = [
     },
 ];
 
-/// Whether the number of a path is a term of a structure that cannot be negative.
+/// Whether a path is that of an effect added to a structure whose number cannot be negative: the rotational compliance of a
+/// joint (`joints.NAME.rotation`), or the first mass on a rod (`rods.NAME.mass.0.mass`). False for all other numbers, also
+/// those that cannot be negative.
 fn is_added_to_structure(path: &str) -> bool {
     let is_compliance = path.starts_with("joints.") && path.ends_with(".rotation");
     is_compliance || path.starts_with("rods.") && path.ends_with(".mass.0.mass")

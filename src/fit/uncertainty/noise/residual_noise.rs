@@ -2,11 +2,13 @@
 //!
 //! Residuals are in units of sigma. Their variance is 1 if all sigmas are stated, or where weights depend on the fit (sigma
 //! is then estimated before). Else it is `sum (w r)^2/nu`, with the leverage weights `w` and `nu` degrees of freedom:
-//! residuals, those of priors included, less unknowns and unknown arc lengths. A robust loss `rho` with `psi = rho'/2`
+//! residuals, those of priors included, less unknowns and unknown arc lengths, and less the sum of `1 - w^2` where the
+//! weights are those of growing sensitivities. With such weights or arc lengths `nu` is at least 1. A robust loss `rho` with `psi = rho'/2`
 //! reduces the information of every value to `(mean psi')^2/mean psi^2`; a rise of twice the misfit then has the scale
 //! `sum psi^2/sum psi'` (Huber 1981). The weight of a row is the root of this information times the leverage weight; rows of
 //! priors have 1. [`ResidualNoise`] is the basis of covariance and intervals. [`residual_rms`] (m, without positions rad/s)
-//! and [`loss_effects`] (one per measurement with a robust loss) are entries of the report.
+//! and [`loss_effects`] (one per measurement with a robust loss; markers of
+//! one recording share one) are entries of the report.
 
 use crate::fit::measurement::experiment::all;
 use crate::fit::measurement::loss::Loss;
