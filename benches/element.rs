@@ -54,7 +54,7 @@ fn elements(c: &mut Criterion) {
         stiffness: 7854.0,
         rest_length: 0.0101,
         natural_strain: 0.0,
-        beyond: None,
+        nonlinear: None,
     };
     let q = [0.0, 0.0, 0.01, 0.0012];
     let mut group = c.benchmark_group("planar stretch");

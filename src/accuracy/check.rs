@@ -4,7 +4,7 @@
 //! change of the errors, these were underestimated, and are enlarged until they explain the difference. The run is accepted
 //! if its error is at most the requested one, or [`CORRECTED_PART`] of it after an enlargement. Otherwise it is repeated
 //! with finer numerics, and a failed run with [`AFTER_FAILURE`] times the steps. There are at most [`MAX_REPETITIONS`]
-//! repetitions, within limits of work, and none where the scene gives the step; then the run is kept as it is. Output: the
+//! repetitions, within limits of work, and none where the scene gives the step; then the run is kept unchanged. Output: the
 //! last run and its estimated error over the length, `None` for a failed run or without estimates. Users:
 //! [`Scene::simulate`], and [`run_checked`] and [`simulate_checked`] for other kinds of runs.
 
@@ -115,7 +115,7 @@ impl RunCheck {
     /// with its estimated error over the length if that is at most the requested one. If the difference enlarged the
     /// estimate, the limit is `CORRECTED_PART` of the requested one. Otherwise it is to be repeated with finer numerics,
     /// and a failed run with `AFTER_FAILURE` times the steps. Without `can_repeat`, after `MAX_REPETITIONS`, or where no
-    /// finer run is affordable, the run is accepted as it is. Errors of the input, of files or of a stop are accepted too.
+    /// finer run is affordable, the run is accepted unchanged. Errors of the input, of files or of a stop are accepted too.
     /// The accepted estimate is `None` for a failed run, and where the trial runs have no estimated errors.
     ///
     /// # Errors

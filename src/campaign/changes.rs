@@ -80,7 +80,7 @@ pub(crate) fn is_file_key(key: &str) -> bool {
     ["file", "path", "paths"].contains(&key)
 }
 
-/// The path of a key of a scene, from its `parts`. A first part of [`SCENE_TABLES`] leaves it as it is; the short name of a
+/// The path of a key of a scene, from its `parts`. A first part of [`SCENE_TABLES`] leaves it unchanged; the short name of a
 /// parameter (all parts, joined by dots) becomes the parameter's path. None for other keys, or without parts.
 fn scene_path(parts: &[String]) -> Option<Vec<String>> {
     if SCENE_TABLES.contains(&&**parts.first()?) {

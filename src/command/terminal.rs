@@ -28,7 +28,7 @@ pub fn print_summary(summary: &Summary) -> Result<(), Error> {
     print_line(&summary.render(Stream::Output.style()))
 }
 
-/// Prints a text as it is and a line break on standard output, and flushes it. A closed pipe is no error.
+/// Prints a text without changes, and a line break, on standard output, and flushes it. A closed pipe is no error.
 fn print_line(text: &str) -> Result<(), Error> {
     let mut stdout = std::io::stdout().lock();
     unless_closed(writeln!(stdout, "{text}").and_then(|()| stdout.flush())).map_err(stdout_error)

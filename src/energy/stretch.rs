@@ -3,9 +3,9 @@
 //! Energy (Eq. 1a): `E = 1/2 EA (eps - eps_natural)^2 l`, with rest length `l` and strain `eps = |e|/l - 1` of the edge vector
 //! `e`. The strain is computed as `(e.e - l^2) / (l (|e| + l))`, which loses no digits when the edge is nearly at rest.
 //! With the force `F = EA (eps - eps_natural)` and the tangent `t`: `dE/de = F t`, `d2E/de2 = (K/l - F/|e|) t t' + F/|e| I`,
-//! where `K = dF/deps` is EA. A law that is not linear in the strain adds its [`Beyond`] to energy, `F` and `K`.
+//! where `K = dF/deps` is EA. A law that is not linear in the strain adds its [`NonlinearPart`] to energy, `F` and `K`.
 
-use crate::energy::law::{Beyond, Law};
+use crate::energy::law::{Law, NonlinearPart};
 use crate::energy::{Element, Local};
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::numerics::vector::{components, map_components};
@@ -20,7 +20,7 @@ pub struct Stretch<D, const M: usize> {
     /// Strain at which the edge is free of stress; not zero in viscous steps only.
     pub natural_strain: D,
     /// The part of a law that is not linear in the strain.
-    pub beyond: Option<Beyond<D>>,
+    pub nonlinear: Option<NonlinearPart<D>>,
 }
 
 /// The edge vector from the first node of `q` to the second, m; `N = 2 M`.
@@ -39,7 +39,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     /// An edge without stiffness, with the rest length 1 m and a linear law, as padding of SIMD lanes.
     pub(crate) fn none() -> Self {
         let (zero, one) = (D::from(0.0), D::from(1.0));
-        Self { stiffness: zero, rest_length: one, natural_strain: zero, beyond: None }
+        Self { stiffness: zero, rest_length: one, natural_strain: zero, nonlinear: None }
     }
 
     /// The edges `all` as one edge in SIMD lanes: lane `k` has the numbers of edge `k`. All have the kind of law of the
@@ -50,7 +50,9 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
             stiffness: V::gather(level, |lane| all[lane].stiffness),
             rest_length: V::gather(level, |lane| all[lane].rest_length),
             natural_strain: V::gather(level, |lane| all[lane].natural_strain),
-            beyond: Beyond::side_by_side(level, all[0].beyond.as_ref(), |lane| all[lane].beyond),
+            nonlinear: NonlinearPart::side_by_side(level, all[0].nonlinear.as_ref(), |lane| {
+                all[lane].nonlinear
+            }),
         }
     }
 
@@ -109,15 +111,15 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     pub(crate) fn energy_at(&self, squared: D, length: D) -> D {
         let strain = self.strain_of(squared, length);
         let linear = self.energies(&self.difference(&[strain]))[0];
-        match self.beyond {
+        match self.nonlinear {
             None => linear,
-            Some(beyond) => linear + beyond.energy(strain) * self.rest_length,
+            Some(nonlinear) => linear + nonlinear.energy(strain) * self.rest_length,
         }
     }
 
     /// The same edge without the nonlinear part of its law.
     pub(crate) fn linear(self) -> Self {
-        Self { beyond: None, ..self }
+        Self { nonlinear: None, ..self }
     }
 
     /// The strain `|e|/l - 1` of an edge from its squared length, m^2, and its length, m, as `(|e|^2 - l^2)/(l (|e| +
@@ -204,10 +206,10 @@ impl<D: Scalar, const M: usize> Law<D, 1> for Stretch<D, M> {
     /// For a nonlinear law, the derivative by the strain and the value of the force beyond the linear law, N; `None`
     /// for a linear one.
     #[inline(always)]
-    fn beyond(&self, [strain]: &[D; 1]) -> Option<([D; 1], [D; 1])> {
+    fn nonlinear_part(&self, [strain]: &[D; 1]) -> Option<([D; 1], [D; 1])> {
         // A copy: the call out of line takes an address, and the numbers of the edge stay in registers.
-        let beyond = self.beyond?;
-        let [slope, force] = beyond.response(*strain);
+        let nonlinear = self.nonlinear?;
+        let [slope, force] = nonlinear.response(*strain);
         Some(([slope], [force]))
     }
 
@@ -243,7 +245,7 @@ macro_rules! element {
                     stiffness: convert(self.stiffness),
                     rest_length: convert(self.rest_length),
                     natural_strain: convert(self.natural_strain),
-                    beyond: self.beyond.as_ref().map(|beyond| beyond.map(&convert)),
+                    nonlinear: self.nonlinear.as_ref().map(|nonlinear| nonlinear.map(&convert)),
                 }
             }
             /// The energy, J, at the coordinates `q` of both nodes, m.

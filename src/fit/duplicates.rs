@@ -55,7 +55,7 @@ struct CoordinateRecord {
     rounding: f64,
 }
 
-/// A measurement of an experiment with its coordinates, as it is compared with the measurements listed before it.
+/// A measurement of an experiment with its coordinates, for the comparison with the measurements listed before it.
 struct ListedMeasurement<'a> {
     experiment: &'a Experiment,
     /// Index of the measurement in the experiment.

@@ -23,7 +23,7 @@ pub(super) fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
 
 /// The one or two coordinate planes with the largest extents of these points, m. They are in descending order of the larger
 /// of their two extents, then of the smaller. Planes with an extent up to [`FLAT`] of the largest are left out; the x-y plane
-/// if none remains. `points` returns an iterator, as it is used three times.
+/// if none remains. `points` returns an iterator, for three passes.
 pub(super) fn planes<'a, I: Iterator<Item = &'a [f64; 3]>>(
     points: impl Fn() -> I,
 ) -> Vec<DrawingPlane> {

@@ -7,7 +7,7 @@
 //! are gravity times the mass less that of the displaced fluid. Point masses are not included. The planar and the
 //! spatial model use it.
 
-use crate::energy::law::Beyond;
+use crate::energy::law::NonlinearPart;
 use crate::energy::{DeadLoad, Stretch};
 use crate::numerics::scalar::Scalar;
 use crate::problem::model::Correction;
@@ -74,8 +74,8 @@ impl<D: Scalar, const N: usize> RestLine<D, N> {
         let edges = self.length.iter().zip(&self.tributary.stretch).enumerate();
         let stretch = edges.map(|(j, (l, arc))| {
             let stiffness = clamps.stretching(j, profile.edge(j).axial * (*l / *arc), *l);
-            let beyond = Beyond::new(law, stiffness);
-            Stretch { stiffness, rest_length: *l, natural_strain: D::from(0.0), beyond }
+            let nonlinear = NonlinearPart::new(law, stiffness);
+            Stretch { stiffness, rest_length: *l, natural_strain: D::from(0.0), nonlinear }
         });
         stretch.collect()
     }

@@ -471,8 +471,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<
     fn stiffen_edges(&mut self, factor: impl Fn(usize) -> f64) {
         for (j, edge) in self.stretch.iter_mut().enumerate() {
             edge.stiffness *= factor(j);
-            if let Some(beyond) = &mut edge.beyond {
-                beyond.modulus *= factor(j);
+            if let Some(nonlinear) = &mut edge.nonlinear {
+                nonlinear.modulus *= factor(j);
             }
         }
     }

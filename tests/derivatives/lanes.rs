@@ -42,7 +42,7 @@ fn stretch<D: Nestable, const M: usize>(random: &mut ChaCha8Rng) -> Stretch<D, M
         stiffness: next(10.0, 90.0),
         rest_length: next(0.08, 0.12),
         natural_strain: next(-0.1, 0.1),
-        beyond: None,
+        nonlinear: None,
     }
 }
 

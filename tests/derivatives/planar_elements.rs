@@ -60,7 +60,7 @@ fn bend_agrees_on_random_states() {
         }
     }
     println!(
-        "worst: to 170 degrees {:.1e}, beyond (scaled) {:.1e}, differences {:.1e}",
+        "worst: to 170 degrees {:.1e}, nonlinear (scaled) {:.1e}, differences {:.1e}",
         worst[0], worst[1], worst[2]
     );
 }
@@ -78,7 +78,7 @@ fn stretch_and_load_agree_on_random_states() {
             stiffness: 10f64.powf(random.random_range(-6.0..9.0)),
             rest_length,
             natural_strain: random.random_range(-0.1..0.1),
-            beyond: None,
+            nonlinear: None,
         };
         let report = check(&AsEnergy(element), &[q], Tolerance::default());
         assert!(report.passed(), "state {k}: {q:?}\n{report}");
@@ -213,7 +213,12 @@ struct Far {
 
 impl Far {
     fn spring(&self) -> Stretch<f64, 2> {
-        Stretch { stiffness: 3.0, rest_length: self.rest_length, natural_strain: 0.0, beyond: None }
+        Stretch {
+            stiffness: 3.0,
+            rest_length: self.rest_length,
+            natural_strain: 0.0,
+            nonlinear: None,
+        }
     }
 }
 

@@ -39,7 +39,7 @@ fn planar<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> Plana
                 stiffness: next(10.0, 90.0),
                 rest_length: next(0.05, 0.15),
                 natural_strain: next(-0.1, 0.1),
-                beyond: None,
+                nonlinear: None,
             })
             .collect(),
         joint: (1..EDGES)
@@ -65,7 +65,7 @@ fn spatial<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> Spat
                 stiffness: next(10.0, 90.0),
                 rest_length: next(0.05, 0.15),
                 natural_strain: next(-0.1, 0.1),
-                beyond: None,
+                nonlinear: None,
             })
             .collect(),
         joint: (1..EDGES)

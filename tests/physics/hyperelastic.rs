@@ -107,12 +107,14 @@ fn average_vector_field_conserves_the_energy_of_large_stretches() {
 }
 
 #[test]
-fn schemes_are_of_second_order_under_large_stretches() {
-    for (scheme, parameter) in [
-        (Scheme::NewmarkBeta, 0.5),
-        (Scheme::AverageVectorField, 0.5),
-        (Scheme::GeneralisedAlpha, 0.5),
-        (Scheme::Verlet, 0.5),
+fn schemes_have_their_order_under_large_stretches() {
+    for (scheme, parameter, h, order) in [
+        (Scheme::NewmarkBeta, 0.5, 1e-4, 2.0),
+        (Scheme::AverageVectorField, 0.5, 1e-4, 2.0),
+        (Scheme::GeneralisedAlpha, 0.5, 1e-4, 2.0),
+        (Scheme::Verlet, 0.5, 1e-4, 2.0),
+        (Scheme::Pefrl, 0.5, 1e-4, 4.0),
+        (Scheme::Rodas4, 0.5, 2e-4, 4.0),
     ] {
         let at = |h: f64| {
             let mut scene = released(scheme, 0.02, h);
@@ -120,7 +122,6 @@ fn schemes_are_of_second_order_under_large_stretches() {
             (time.beta, time.rho_inf) = (parameter, parameter);
             motion(&scene).tip
         };
-        let h = 1e-4;
         let exact = at(h / 32.0);
         let errors = [1.0, 0.5, 0.25].map(|part| {
             let tip = at(part * h);
@@ -128,13 +129,13 @@ fn schemes_are_of_second_order_under_large_stretches() {
         });
         let orders = [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).log2()];
         println!("{scheme:?}: orders {orders:.3?} of errors {errors:?}");
-        assert!(orders.iter().all(|order| (order - 2.0).abs() < 0.15), "{scheme:?} {orders:?}");
+        assert!(orders.iter().all(|own| (own - order).abs() < 0.15), "{scheme:?} {orders:?}");
     }
 }
 
 /// Compressible materials, and compliances in series with an edge.
 #[test]
-fn what_the_law_does_not_describe_is_rejected() {
+fn compressible_materials_and_axial_compliances_are_rejected() {
     let mut scene = rubber(6);
     scene.material.poisson_ratio = Some(0.3);
     let refused = scene.problem().unwrap_err().to_string();

@@ -61,8 +61,8 @@ struct OverviewLine {
 
 /// Reads, checks and solves all fits in order, and writes their outputs. After a stop by the user the remaining fits are not
 /// begun. Of several fits an overview is printed unless `--quiet` or an output on standard output, and with `--report` a
-/// comparison page is written. Returns the largest exit code of all fits and outputs; the error of a single fit is returned
-/// as it is, those of several are printed.
+/// comparison page is written. Returns the largest exit code of all fits and outputs; the error of a single fit is returned,
+/// those of several are printed.
 pub fn run(options: &FitOptions, global: GlobalOptions) -> Result<u8, Error> {
     // All files are read and all outputs checked before the first fit begins.
     let mut runs: Vec<FitRun> = Vec::new();

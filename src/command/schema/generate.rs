@@ -108,7 +108,7 @@ fn write(mut all: Vec<Generated>) {
     file("shared", &Value::Object(shared));
 }
 
-/// The schema (draft 07, which most editors support) of a type, as it is serialized if `written`, else as it is read from
+/// The schema (draft 07, which most editors support) of a type: of its serialized form if `written`, else of the form that is read from
 /// TOML, without nulls. Descriptions become plain text without links and examples; it has this `title`.
 fn schema<T: JsonSchema>(written: bool, title: &str) -> Schema {
     let settings = SchemaSettings::draft07();

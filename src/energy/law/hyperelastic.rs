@@ -1,7 +1,7 @@
 //! Laws of the stretch that are nonlinear in the strain.
 //!
 //! A law with the force `N(s; p)` of an edge at the strain `s` is the linear law with its stiffness `K` at no strain, and a
-//! [`Beyond`]: `N = K s + C x(s)`. The modulus `C`, N (EA), depends on the parameters, and `x` has no slope at no strain. Viscous
+//! [`NonlinearPart`]: `N = K s + C x(s)`. The modulus `C`, N (EA), depends on the parameters, and `x` has no slope at no strain. Viscous
 //! stress takes the linear law. In this form no digits are lost at small strains: `x` of an
 //! incompressible neo-Hookean rod is not the difference of `(lambda - 1/lambda^2)/3` and `s`, but
 //!
@@ -9,8 +9,8 @@
 //! x = -s^2 (3 + 2 s)/(3 lambda^2)    dx/ds = -2/3 s (3 + 3 s + s^2)/lambda^3    integral = -s^3/(3 lambda)
 //! ```
 //!
-//! with the stretch ratio `lambda = 1 + s`. [`Beyond`] returns the part beyond the linear law only: energy over the rest length,
-//! force, and its derivative by the strain, N. [`Beyond::new`] is None for the linear law. Energy and response are functions out
+//! with the stretch ratio `lambda = 1 + s`. [`NonlinearPart`] returns the part beyond the linear law only: energy over the rest length,
+//! force, and its derivative by the strain, N. [`NonlinearPart::new`] is None for the linear law. Energy and response are functions out
 //! of line, so that sweeps over edges with a linear law have no more numbers in registers. A new law is a variant of
 //! [`StretchLaw`] and its formulas here.
 
@@ -19,7 +19,7 @@ use crate::scene::StretchLaw;
 
 /// The force of an edge beyond that of its linear law.
 #[derive(Clone, Copy, Debug)]
-pub struct Beyond<D> {
+pub struct NonlinearPart<D> {
     /// The law; a linear one has no part beyond.
     law: StretchLaw,
     /// The modulus C, N: EA of a neo-Hookean rod.
@@ -33,7 +33,7 @@ struct ForceShape<D> {
     slope: D,
 }
 
-impl<D: Scalar> Beyond<D> {
+impl<D: Scalar> NonlinearPart<D> {
     /// The part of a law beyond the linear one, with the axial stiffness EA at no strain, N, as its modulus; `None` for
     /// the linear law.
     pub fn new(law: StretchLaw, stiffness: D) -> Option<Self> {
@@ -50,19 +50,19 @@ impl<D: Scalar> Beyond<D> {
         level: V::Level,
         first: Option<&Self>,
         of: impl Fn(usize) -> Option<Self>,
-    ) -> Option<Beyond<V>> {
+    ) -> Option<NonlinearPart<V>> {
         let law = first?.law;
         let modulus = V::gather(level, |lane| match of(lane) {
-            Some(beyond) => beyond.modulus,
+            Some(nonlinear) => nonlinear.modulus,
             // Beyond the end of a rod.
             None => D::from(0.0),
         });
-        Some(Beyond { law, modulus })
+        Some(NonlinearPart { law, modulus })
     }
 
     /// The part with its modulus converted to another number type.
-    pub fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> Beyond<E> {
-        Beyond { law: self.law, modulus: convert(self.modulus) }
+    pub fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> NonlinearPart<E> {
+        NonlinearPart { law: self.law, modulus: convert(self.modulus) }
     }
 
     /// The energy over the rest length, N, at the strain `s`: the integral of the force.
@@ -120,29 +120,29 @@ mod tests {
     use num_dual::Dual2_64;
 
     fn edge<const M: usize>() -> Stretch<f64, M> {
-        let beyond = Beyond::new(StretchLaw::NeoHookean, 7.0);
-        Stretch { stiffness: 7.0, rest_length: 0.9, natural_strain: 0.0, beyond }
+        let nonlinear = NonlinearPart::new(StretchLaw::NeoHookean, 7.0);
+        Stretch { stiffness: 7.0, rest_length: 0.9, natural_strain: 0.0, nonlinear }
     }
 
     /// Energy, force and stiffness of the whole law are those of `E A/6 (lambda^2 + 2/lambda - 3)`.
     #[test]
     fn neo_hookean_law_is_that_of_the_literature() {
-        let beyond = Beyond::new(StretchLaw::NeoHookean, 7.0).unwrap();
+        let nonlinear = NonlinearPart::new(StretchLaw::NeoHookean, 7.0).unwrap();
         for s in [-0.6, -0.01, 1e-9, 0.0, 0.02, 1.5] {
             let stretch = Dual2_64::from(s).derivative() + 1.0;
             let exact = (stretch * stretch + stretch.recip() * 2.0 - 3.0) * (7.0 / 6.0);
-            let [slope, force] = beyond.response(s);
-            let energy = 3.5 * s * s + beyond.energy(s);
+            let [slope, force] = nonlinear.response(s);
+            let energy = 3.5 * s * s + nonlinear.energy(s);
             assert!((energy - exact.re).abs() < 1e-14, "{s} {energy} {exact:?}");
             assert!((7.0 * s + force - exact.v1).abs() < 1e-13, "{s} {force} {exact:?}");
             assert!((7.0 + slope - exact.v2).abs() < 1e-12, "{s} {slope} {exact:?}");
             let lambda = 1.0 + s;
             let literature = 7.0 / 3.0 * (lambda - 1.0 / (lambda * lambda));
-            assert!((7.0 * s + beyond.force(s) - literature).abs() < 1e-13);
+            assert!((7.0 * s + nonlinear.force(s) - literature).abs() < 1e-13);
         }
         // The relative error of the difference of two numbers near one would be 1e-7.
         let exact = -1e-18 * (1.0 + 2e-9 / 3.0) / (1.0 + 2e-9) * 7.0;
-        assert!((beyond.force(1e-9) / exact - 1.0).abs() < 1e-15, "{:e}", beyond.force(1e-9));
+        assert!((nonlinear.force(1e-9) / exact - 1.0).abs() < 1e-15, "{:e}", nonlinear.force(1e-9));
     }
 
     /// Gradient and Hessian of an edge by hand are those of its energy by num-dual, in the plane and in space.

@@ -1,7 +1,7 @@
 //! Laws of the material: the stresses of an edge or a joint as functions of its strains.
 //!
 //! A [`Law`] is elastic: stretching of an edge, bending of a planar joint, bending and twisting of a spatial one. Its
-//! stress is `K (s - s_natural)`. A law that is not linear adds a [part beyond](Law::beyond) that, with the stiffness `K`
+//! stress is `K (s - s_natural)`. A law that is not linear adds a [part beyond](Law::nonlinear_part) that, with the stiffness `K`
 //! at no strain. Each law states its stiffness, its natural strains and its energies, for any
 //! [`Scalar`]; the sweeps over a rod, its viscous steps, its dashpots and all derivatives follow from these.
 //!
@@ -16,7 +16,7 @@ mod rate;
 pub mod slip;
 pub(crate) mod stiffness;
 
-pub use hyperelastic::Beyond;
+pub use hyperelastic::NonlinearPart;
 pub use rate::{LawRate, LawSlopes};
 pub use slip::{Sliders, Spring, Springs};
 pub use stiffness::{Stiffness, StiffnessEntry, Symmetric};
@@ -66,7 +66,7 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
     /// The part of a nonlinear law beyond the linear one at these strains: derivatives of its stresses by the strains,
     /// and the stresses, N or N m. `None` for a linear law, the default.
     #[inline(always)]
-    fn beyond(&self, _strains: &[D; S]) -> Option<(Self::Stiffness, [D; S])> {
+    fn nonlinear_part(&self, _strains: &[D; S]) -> Option<(Self::Stiffness, [D; S])> {
         None
     }
 
@@ -75,9 +75,9 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
     #[inline(always)]
     fn stress(&self, strains: &[D; S]) -> [D; S] {
         let mut stress: [D; S] = self.stiffness().times(&self.difference(strains));
-        if let Some((_, beyond)) = self.beyond(strains) {
+        if let Some((_, nonlinear)) = self.nonlinear_part(strains) {
             for c in 0..S {
-                stress[c] += beyond[c];
+                stress[c] += nonlinear[c];
             }
         }
         stress
@@ -89,14 +89,14 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
     fn response(&self, strains: &[D; S]) -> (Self::Stiffness, [D; S]) {
         let mut stress: [D; S] = self.stiffness().times(&self.difference(strains));
         let mut stiffness = self.stiffness();
-        if let Some((slopes, beyond)) = self.beyond(strains) {
+        if let Some((slopes, nonlinear)) = self.nonlinear_part(strains) {
             let linear = stiffness;
             stiffness = Symmetric::from_entries(
                 #[inline(always)]
                 |k| linear.entry(k) + slopes.entry(k),
             );
             for c in 0..S {
-                stress[c] += beyond[c];
+                stress[c] += nonlinear[c];
             }
         }
         (stiffness, stress)

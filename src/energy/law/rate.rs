@@ -4,7 +4,7 @@
 //! [`LawRate`] has the derivatives of `K` and `w` along `G` parameters, one lane each, from one dual law per parameter; its
 //! `stress` returns `dK s + dw` at fixed strains. [`LawSlopes`] has the derivatives of a number by the entries of `K` (upper
 //! triangle) and by `w`, added from those by the stresses: the transposed product. `along` is the sum of rates times slopes.
-//! The modulus of the part [beyond](Law::beyond) a linear law is only a field of [`LawSlopes`], which others fill.
+//! The modulus of the part [beyond](Law::nonlinear_part) a linear law is only a field of [`LawSlopes`], which others fill.
 
 use crate::energy::law::{Law, Symmetric};
 use crate::numerics::lanes::Lanes;

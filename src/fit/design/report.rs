@@ -1,4 +1,4 @@
-//! Report of a planned experiment, as it is stored.
+//! Report of a planned experiment in the form of its JSON.
 //!
 //! A [`Design`] has the expected uncertainties of the parameters at the values of the plan: estimates, correlations,
 //! unidentifiable combinations, budgets and undetected biases. It has the [`Contribution`] of each measurement (or

@@ -85,7 +85,7 @@ impl Loss {
     }
 
     /// The residual, in units of the noise, whose [robust residual](Self::robust) is `robust`: the inverse function in closed
-    /// form, with the same sign. Squares leave it as it is.
+    /// form, with the same sign. Squares leave it unchanged.
     pub fn plain(self, robust: f64) -> f64 {
         let c = self.scale();
         let size = match self {

@@ -94,20 +94,13 @@ impl Residuals {
             mesh: &scene.made_mesh(),
             structure: None,
         };
-        // Second derivative of half the loss: rho''/2 times the product of the slopes, plus rho'/2 times the second
-        // derivative.
-        let (mut sum, mut weights) = (0.0, weights.iter());
-        experiment.for_each_residual(&simulated, |r: HyperDual64, loss: Loss| {
-            let r = r * weights.next().copied().unwrap_or(1.0);
-            let [psi, slope] = loss.influence(r.re);
-            sum += slope * r.eps1 * r.eps2 + psi * r.eps1eps2;
-        })?;
-        Ok(sum)
+        second_derivative_of_loss(experiment, &simulated, weights)
     }
 }
 
 impl Residuals {
-    /// The same of a structure, from runs over hyper-dual numbers. Frequencies have no second derivatives.
+    /// The second derivative of half the sum of the losses of an experiment with a `structure`, from runs over hyper-dual numbers
+    /// whose parts `seed` returns. `weights` are the leverage weights of its residuals. Frequencies are an error.
     fn second_derivative_of_structure(
         &self,
         experiment: &ObservedExperiment,
@@ -132,13 +125,7 @@ impl Residuals {
             mesh: &scene.made_mesh(),
             structure: Some(&nodes),
         };
-        let (mut sum, mut weights) = (0.0, weights.iter());
-        experiment.for_each_residual(&simulated, |r: HyperDual64, loss: Loss| {
-            let r = r * weights.next().copied().unwrap_or(1.0);
-            let [psi, slope] = loss.influence(r.re);
-            sum += slope * r.eps1 * r.eps2 + psi * r.eps1eps2;
-        })?;
-        Ok(sum)
+        second_derivative_of_loss(experiment, &simulated, weights)
     }
 }
 
@@ -150,4 +137,20 @@ impl argmin::core::Hessian for Residuals {
     fn hessian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, argmin::core::Error> {
         Ok(self.hessian_at(x)?)
     }
+}
+
+/// The mixed second derivative of half the sum of the losses of an experiment, from its `simulated` output over hyper-dual
+/// numbers: for each weighted residual `rho''/2` times the product of its slopes, plus `rho'/2` times its second derivative.
+fn second_derivative_of_loss(
+    experiment: &ObservedExperiment,
+    simulated: &SimulatedOutput<HyperDual64>,
+    weights: &[f64],
+) -> Result<f64, Error> {
+    let (mut sum, mut weights) = (0.0, weights.iter());
+    experiment.for_each_residual(simulated, |r: HyperDual64, loss: Loss| {
+        let r = r * weights.next().copied().unwrap_or(1.0);
+        let [psi, slope] = loss.influence(r.re);
+        sum += slope * r.eps1 * r.eps2 + psi * r.eps1eps2;
+    })?;
+    Ok(sum)
 }

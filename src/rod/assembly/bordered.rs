@@ -3,7 +3,7 @@
 //!
 //! Every operation is that of the matrix inside. Factorizations cover the whole matrix, whatever the requested range; the row of
 //! a pivot that is zero or not finite is the error. Products and entries leave unsymmetric blocks out, factorizations include
-//! them. Two matrices of different layouts are an error in the program. Sums then leave the matrix as it is (a debug build
+//! them. Two matrices of different layouts are an error in the program. Sums then leave the matrix unchanged (a debug build
 //! panics), and factorizations return [`Singular`] at row 0. Steppers, equilibria and modes of assemblies use both enums.
 
 use crate::numerics::scalar::Scalar;

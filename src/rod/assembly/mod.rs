@@ -189,7 +189,7 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
     }
 
     /// Overwrites gradient and tangent as `tangent` does. `tensions` of the edges of all rods, N, if given, replace the
-    /// axial forces in the geometric stiffness. A tangent of the other layout (plane, space) is left as it is.
+    /// axial forces in the geometric stiffness. A tangent of the other layout (plane, space) is left unchanged.
     fn tangent_under(
         &self,
         q: &[D],

@@ -7,7 +7,7 @@
 //! gradient (N), `G` values each in SIMD lanes. Forward sensitivities use them for the right-hand side of each step.
 
 use crate::energy::law::slip::SliderRates;
-use crate::energy::law::{Beyond, LawRate, Symmetric};
+use crate::energy::law::{LawRate, NonlinearPart, Symmetric};
 use crate::energy::{Derivatives, Law, Stretch};
 use crate::numerics::lanes::{Lanes, all};
 use crate::numerics::vector::components;
@@ -25,7 +25,7 @@ pub trait RateLayout<const N: usize, const S: usize>: Layout<N, S> {
     /// `B^T` times the stress derivatives, less those of the loads. `axial` returns the derivative of the axial force
     /// of an edge from its index and strain. `stress` returns those of a joint from its index and strains, `load` those
     /// of the load on a node.
-    fn pull<const G: usize>(
+    fn gradient_rates<const G: usize>(
         geometry: &Self::Geometry,
         axial: impl Fn(usize, f64) -> Lanes<G>,
         stress: impl Fn(usize, &[f64; S]) -> [Lanes<G>; S],
@@ -36,7 +36,7 @@ pub trait RateLayout<const N: usize, const S: usize>: Layout<N, S> {
     /// Overwrites `out` with the derivatives of the forces `B^T sigma`, N, of given stresses `sigma` along `G`
     /// parameters. Both factors change: `sigma` by the rates that `axial` (edge) and `stress` (joint) return with the
     /// values, `B = ds/dq` by those of the unknowns, `q`, and of the `frames`. Loads have no part.
-    fn moving_pull<const G: usize>(
+    fn node_force_rates<const G: usize>(
         geometry: &Self::Geometry,
         axial: impl Fn(usize) -> StressRate<1, G>,
         stress: impl Fn(usize) -> StressRate<S, G>,
@@ -80,7 +80,7 @@ pub struct Rates<L: RateLayout<N, S>, const N: usize, const S: usize, const G: u
     pub(super) stretch: Vec<LawRate<[Lanes<G>; 1], 1, G>>,
     axial: Vec<LawRate<[Lanes<G>; 1], 1, G>>,
     /// Parts of the edges beyond a linear law, with the derivative along each parameter; empty of linear laws.
-    pub(super) beyond: Vec<[Beyond<Dual64>; G]>,
+    pub(super) nonlinear: Vec<[NonlinearPart<Dual64>; G]>,
     /// Derivatives of the rest lengths, over the rest lengths.
     pub(super) rest: Vec<Lanes<G>>,
     /// Laws of the joints.
@@ -100,7 +100,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> Defaul
             elastic: false,
             stretch: Vec::new(),
             axial: Vec::new(),
-            beyond: Vec::new(),
+            nonlinear: Vec::new(),
             rest: Vec::new(),
             joint: Vec::new(),
             load: Vec::new(),
@@ -114,10 +114,10 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> Rates<
     /// length.
     #[cold]
     #[inline(never)]
-    fn beyond_rate(&self, i: usize, strain: f64) -> Lanes<G> {
-        let Some(beyond) = self.beyond.get(i) else { return Lanes::ZERO };
+    fn nonlinear_rate(&self, i: usize, strain: f64) -> Lanes<G> {
+        let Some(nonlinear) = self.nonlinear.get(i) else { return Lanes::ZERO };
         Lanes(components(|g| {
-            beyond[g].force(Dual64::new(strain, -(1.0 + strain) * self.rest[i].0[g])).eps
+            nonlinear[g].force(Dual64::new(strain, -(1.0 + strain) * self.rest[i].0[g])).eps
         }))
     }
 }
@@ -246,12 +246,12 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
     /// and friction springs. Those of moments and user-defined energies stay in the dual rods. No change without dual
     /// rods.
     fn set_rates<const G: usize>(duals: &[Dual<L, N, S>; G], rates: &mut Self::Rates<G>) {
-        let Rates { elastic, stretch, axial, beyond, rest, joint, load, sliders } = rates;
+        let Rates { elastic, stretch, axial, nonlinear, rest, joint, load, sliders } = rates;
         let [first, ..] = &duals[..] else { return };
-        beyond.clear();
-        beyond.extend(
+        nonlinear.clear();
+        nonlinear.extend(
             (0..first.stretch.len())
-                .filter_map(|i| all(duals.each_ref().map(|rod| rod.stretch[i].beyond))),
+                .filter_map(|i| all(duals.each_ref().map(|rod| rod.stretch[i].nonlinear))),
         );
         stretch.clear();
         axial.clear();
@@ -300,15 +300,21 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         derivatives: Derivatives,
         out: &mut [[f64; G]],
     ) {
-        let Rates { elastic, stretch, beyond, joint, load, .. } = rates;
+        let Rates { elastic, stretch, nonlinear, joint, load, .. } = rates;
         // An elastic law that changes needs the sweep over all elements; otherwise only loads have derivatives.
         // Only loads change: the derivatives of the gradient are those of the loads.
         if derivatives == Derivatives::Hand && *elastic {
             let axial = |i: usize, strain: f64| {
                 let linear = stretch[i].stress(&[strain])[0];
-                if beyond.is_empty() { linear } else { linear + rates.beyond_rate(i, strain) }
+                if nonlinear.is_empty() { linear } else { linear + rates.nonlinear_rate(i, strain) }
             };
-            L::pull(geometry, axial, |i, strains| joint[i].stress(strains), |i| load[i], out);
+            L::gradient_rates(
+                geometry,
+                axial,
+                |i, strains| joint[i].stress(strains),
+                |i| load[i],
+                out,
+            );
         } else {
             out.fill([0.0; G]);
             for (i, load) in load.iter().enumerate() {
@@ -385,9 +391,9 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         stress_rates(&self.stretch, &rates.axial, strains, 0, axial);
         stress_rates(&self.joint, &rates.joint, strains, edges, joints);
         // Dashpots alone are linear.
-        if strains.natural && !rates.beyond.is_empty() {
+        if strains.natural && !rates.nonlinear.is_empty() {
             for (i, (out, strain)) in axial.iter_mut().zip(geometry.edge_strains()).enumerate() {
-                *out += rates.beyond_rate(i, strain);
+                *out += rates.nonlinear_rate(i, strain);
             }
         }
     }
@@ -418,7 +424,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         let bent_changes =
             [&joint_changes.as_chunks::<S>().0[..joints], joint_own_rates.as_chunks::<S>().0];
         let (joint, by_joint) = (&self.joint[..joints], &rates.joint[..joints]);
-        L::moving_pull(
+        L::node_force_rates(
             geometry,
             #[inline(always)]
             |i| {
@@ -453,7 +459,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         let (axial, joints) = stress.split_at(edges);
         let (joints, _) = joints.as_chunks::<S>();
         let load = |i: usize| changed.map_or([Lanes::ZERO; N], |changed| changed.rates.load[i]);
-        L::pull(geometry, |i, _| axial[i], |i, _| joints[i], load, out);
+        L::gradient_rates(geometry, |i, _| axial[i], |i, _| joints[i], load, out);
         if let Some(ChangedRods { duals, .. }) = changed {
             add_others(duals, q, frames, derivatives, false, out);
         }

@@ -76,10 +76,10 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
             }
         }
         for (i, law) in self.stretch.iter().enumerate() {
-            let (Some(beyond), strain) = (&law.beyond, strained.now[i]) else { continue };
+            let (Some(nonlinear), strain) = (&law.nonlinear, strained.now[i]) else { continue };
             // At fixed unknowns the strain depends on the rest length.
-            to.stretch[i].modulus += w[i] * beyond.force_shape(strain);
-            to.rest[i] -= w[i] * beyond.response(strain)[0] * (1.0 + strain);
+            to.stretch[i].modulus += w[i] * nonlinear.force_shape(strain);
+            to.rest[i] -= w[i] * nonlinear.response(strain)[0] * (1.0 + strain);
         }
     }
 
@@ -104,11 +104,11 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
         let rest = rates.rest.iter().zip(&laws.rest);
         let load = rates.load.iter().enumerate();
         let load = load.flat_map(|(i, load)| load.iter().zip(&laws.load[L::STRIDE * i..]));
-        let beyond = rates.beyond.iter().zip(&laws.stretch);
-        let beyond: f64 = beyond.map(|([rate], by)| rate.modulus.eps * by.modulus).sum();
+        let nonlinear = rates.nonlinear.iter().zip(&laws.stretch);
+        let nonlinear: f64 = nonlinear.map(|([rate], by)| rate.modulus.eps * by.modulus).sum();
         let all = stretch.chain(rest.chain(load).map(|(Lanes([rate]), to)| rate * to));
         all.sum::<f64>()
-            + beyond
+            + nonlinear
             + dual.moments.along(&laws.moment)
             + Self::along_joints(rates, laws).iter().sum::<f64>()
     }

@@ -1,7 +1,7 @@
 //! Derivatives of forces and strains of a planar rod along `G` parameters, from the geometry of the rod.
 //!
-//! `pull` overwrites its output with the derivatives of the energy gradient, N, at fixed unknowns, `B^T dsigma - dload`, from
-//! those of axial forces, moments and dead loads. `moving_pull` does the same for stresses that change with the unknowns, plus
+//! `gradient_rates` overwrites its output with the derivatives of the energy gradient, N, at fixed unknowns, `B^T dsigma - dload`, from
+//! those of axial forces, moments and dead loads. `node_force_rates` does the same for stresses that change with the unknowns, plus
 //! the change of `B` by the derivatives of the unknowns, without loads. `add_strain_rates` adds to the derivatives of strains
 //! those by the unknowns, `B dq`. All are hand-derived, with `B = ds/dq`, one SIMD lane per parameter. Forward sensitivities
 //! use them.
@@ -17,7 +17,7 @@ impl RateLayout<2, 1> for Plane {
     /// Overwrites `out` with the derivatives of the gradient, N: from those of the axial forces, `axial(edge, strain)`,
     /// of the moments, `stress(joint, curvature)`, and of the loads, `load(node)`.
     #[inline(always)]
-    fn pull<const G: usize>(
+    fn gradient_rates<const G: usize>(
         geometry: &Geometry,
         axial: impl Fn(usize, f64) -> Lanes<G>,
         stress: impl Fn(usize, &[f64; 1]) -> [Lanes<G>; 1],
@@ -59,7 +59,7 @@ impl RateLayout<2, 1> for Plane {
     /// changes by `l w n`, and `n` by `-w t/l - (t.e) n/l`. The derivative `1 + k^2/4` of a curvature by the angle
     /// changes by `k/2` of the change of the curvature.
     #[inline(always)]
-    fn moving_pull<const G: usize>(
+    fn node_force_rates<const G: usize>(
         geometry: &Geometry,
         axial: impl Fn(usize) -> StressRate<1, G>,
         stress: impl Fn(usize) -> StressRate<1, G>,

@@ -52,12 +52,12 @@ impl<const G: usize> EdgeMotion<G> {
 
 /// Derivatives of an energy by `p`, `q` and `h` of an edge, N m, with their derivatives along `G` parameters.
 #[derive(Clone, Copy)]
-pub(super) struct PullRate<const G: usize> {
+pub(super) struct EdgeForceRate<const G: usize> {
     value: [f64; 3],
     rate: [Lanes<G>; 3],
 }
 
-impl<const G: usize> PullRate<G> {
+impl<const G: usize> EdgeForceRate<G> {
     /// No stress.
     pub const ZERO: Self = Self { value: [0.0; 3], rate: [Lanes::ZERO; 3] };
 
@@ -76,12 +76,12 @@ impl<const G: usize> PullRate<G> {
 /// stresses `w`. Each has its derivatives along `G` parameters, from those of the stresses and from the motions `e` and
 /// `f` of both edges.
 #[inline(always)]
-pub(super) fn pull_rates<const G: usize>(
+pub(super) fn joint_force_rates<const G: usize>(
     SpatialJointGeometry { by: [by_e, by_f], .. }: &SpatialJointGeometry,
     StressRate { value: w, rate: dw }: &StressRate<3, G>,
     e: &EdgeMotion<G>,
     f: &EdgeMotion<G>,
-) -> [PullRate<G>; 2] {
+) -> [EdgeForceRate<G>; 2] {
     let ([pe, qe, he], [pf, qf, hf]) = (e.rotation, f.rotation);
     // The numbers of the joint from the derivatives of its strains.
     let (a, b) = ([-by_e[2][1], by_e[2][0]], [by_f[2][1], -by_f[2][0]]);
@@ -120,7 +120,7 @@ pub(super) fn pull_rates<const G: usize>(
         lanes_dot(&by_f[1], dw) + u2 - v1 + db[1] * wb + dwb * b[1] - db[0] * w[2],
         lanes_dot(&by_f[2], dw) + db[0] * w[1] - db[1] * w[0],
     ];
-    [PullRate { value: value_e, rate: rate_e }, PullRate { value: value_f, rate: rate_f }]
+    [EdgeForceRate { value: value_e, rate: rate_e }, EdgeForceRate { value: value_f, rate: rate_f }]
 }
 
 /// The derivatives along `G` parameters of the force on the second node of an edge, N, and of the torque about it, N m.
@@ -133,7 +133,7 @@ pub(super) fn edge_force_rate<const G: usize>(
     measured: &SpatialEdgeGeometry,
     frame: &FrameRate<G>,
     motion: &EdgeMotion<G>,
-    pull: &PullRate<G>,
+    pull: &EdgeForceRate<G>,
     force: f64,
     force_rate: Lanes<G>,
 ) -> ([Lanes<G>; 3], Lanes<G>) {

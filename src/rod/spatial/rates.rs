@@ -1,7 +1,7 @@
 //! Derivatives of forces and strains of a spatial rod along `G` parameters, from the geometry of the rod.
 //!
-//! `pull` overwrites its output with the derivatives of the energy gradient, N and N m (angles), at fixed unknowns and frames,
-//! `B^T dsigma - dload`, from those of axial forces, bending and twisting moments and dead loads. `moving_pull` does the same
+//! `gradient_rates` overwrites its output with the derivatives of the energy gradient, N and N m (angles), at fixed unknowns and frames,
+//! `B^T dsigma - dload`, from those of axial forces, bending and twisting moments and dead loads. `node_force_rates` does the same
 //! for stresses that change with the unknowns, plus the change of `B` by the derivatives of unknowns and frames, without loads.
 //! `add_strain_rates` adds to the derivatives of strains those by unknowns and frames, `B dq`. All are hand-derived, with
 //! `B = ds/dq`, one SIMD lane per parameter. Forward sensitivities use them.
@@ -12,14 +12,16 @@ use crate::rod::discrete::{RateLayout, StressRate};
 use crate::rod::edges::STRIDE;
 use crate::rod::frames::FrameRate;
 use crate::rod::layout::Space;
-use crate::rod::spatial::force_rates::{EdgeMotion, PullRate, edge_force_rate, pull_rates};
+use crate::rod::spatial::force_rates::{
+    EdgeForceRate, EdgeMotion, edge_force_rate, joint_force_rates,
+};
 use crate::rod::spatial::geometry::{Geometry, SpatialEdgeGeometry, SpatialJointGeometry, edge};
 
 impl RateLayout<3, 3> for Space {
     /// Overwrites `out` with the derivatives of the gradient, N and N m: from those of the axial forces,
     /// `axial(edge, strain)`, of the joint stresses, `stress(joint, strains)`, and of the loads, `load(node)`.
     #[inline(always)]
-    fn pull<const G: usize>(
+    fn gradient_rates<const G: usize>(
         Geometry { edges, joints }: &Geometry,
         axial: impl Fn(usize, f64) -> Lanes<G>,
         stress: impl Fn(usize, &[f64; 3]) -> [Lanes<G>; 3],
@@ -65,7 +67,7 @@ impl RateLayout<3, 3> for Space {
     /// change with these stresses (their rates) and with the directions, through the derivatives `q` of the unknowns
     /// and of the `frames`. Loads have no part.
     #[inline(always)]
-    fn moving_pull<const G: usize>(
+    fn node_force_rates<const G: usize>(
         Geometry { edges, joints }: &Geometry,
         axial: impl Fn(usize) -> StressRate<1, G>,
         stress: impl Fn(usize) -> StressRate<3, G>,
@@ -76,14 +78,14 @@ impl RateLayout<3, 3> for Space {
         let count = edges.len();
         let (joints, frames) = (&joints[..count - 1], &frames[..count]);
         let mut motion = EdgeMotion::new(&edges[0], &frames[0], q, 0);
-        let mut open = PullRate::ZERO;
+        let mut open = EdgeForceRate::ZERO;
         let mut carried = [Lanes::ZERO; 3];
         for j in 0..count {
             let mut pull = open;
             let mut next = motion;
             if j + 1 < count {
                 next = EdgeMotion::new(&edges[j + 1], &frames[j + 1], q, j + 1);
-                let [by_e, by_f] = pull_rates(&joints[j], &stress(j), &motion, &next);
+                let [by_e, by_f] = joint_force_rates(&joints[j], &stress(j), &motion, &next);
                 pull = pull.plus(&by_e);
                 open = by_f;
             }
