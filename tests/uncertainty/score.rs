@@ -62,6 +62,24 @@ fn autocorrelated_noise_keeps_the_false_alarm_rate() {
     assert!(alarms(of_seed, allowed) <= 8);
 }
 
+/// A tip mass that the model omits lowers Young's modulus. The bias by the score test is that of the fit, with its sign.
+#[test]
+fn relative_bias_of_an_omitted_mass_is_that_of_the_estimate() {
+    let mut truth = scene();
+    // 2 % of the mass of the rod.
+    truth.rod.mass = vec![PointMass::new(Point::Tip, 1e-3)];
+    let report = fit_of(&truth, &scene(), 3);
+    let error = report.estimate(Parameter::YoungsModulus).unwrap().value.unwrap()
+        / truth.material.youngs_modulus
+        - 1.0;
+    let test = report.score_tests.iter().find(|t| t.source == "rod.mass.0.mass").unwrap();
+    println!("{test}: bias {:?} of {}, error {error}", test.relative_bias, test.biased_parameter);
+    assert_eq!(test.biased_parameter, "youngs_modulus");
+    assert!(error < -0.02, "{error}");
+    // The score test is linear, and its estimate of the mass has an error of noise.
+    assert!((test.relative_bias.unwrap() / error - 1.0).abs() < 0.2, "{:?}", test.relative_bias);
+}
+
 /// The text of missing friction has the yield curvature of the test.
 #[test]
 fn missing_friction_is_found_with_its_yield_curvature() {

@@ -235,9 +235,9 @@ pub(crate) fn largest_biases(all: &[UndetectedBias]) -> Vec<Vec<&UndetectedBias>
 mod tests {
     use super::{UndetectedBias, largest_biases, size_text};
 
-    #[test]
-    fn largest_biases_of_all_parameters_come_first() {
-        let bias = |source: &str, parameter: &str, std_errors: f64| UndetectedBias {
+    /// Bias of a parameter by an effect, in standard errors and as the same fraction of the true value.
+    fn bias(source: &str, parameter: &str, std_errors: f64) -> UndetectedBias {
+        UndetectedBias {
             source: source.into(),
             effect: source.into(),
             size: 1.0,
@@ -251,7 +251,26 @@ mod tests {
             std_errors,
             residual_effect: 0.0,
             test: String::new(),
-        };
+        }
+    }
+
+    /// An estimate that is four times too large may also be four times too small: +300 % and -75 %.
+    #[test]
+    fn large_biases_of_undetermined_sign_have_both_signs() {
+        let large = bias("drag", "damping", 3.0);
+        assert_eq!(large.both_signs(), Some([-0.75, 3.0]));
+        assert_eq!(large.signed_bias(), "damping -75 to +300 %");
+        assert_eq!(
+            UndetectedBias { relative: Some(-0.75), ..large.clone() }.both_signs(),
+            Some([-0.75, 3.0])
+        );
+        // A determined sign, and a size at which both signs are alike.
+        assert_eq!(UndetectedBias { estimate: Some(1.0), ..large }.both_signs(), None);
+        assert_eq!(bias("density", "modulus", 0.1).both_signs(), None);
+    }
+
+    #[test]
+    fn largest_biases_of_all_parameters_come_first() {
         let mut all = vec![bias("density", "modulus", 9.0), bias("clamp", "modulus", 8.0)];
         all.extend([bias("taper", "modulus", 7.0), bias("drag", "damping", 6.0)]);
         let names: Vec<&str> = largest_biases(&all).iter().map(|own| &own[0].source[..]).collect();
