@@ -125,7 +125,7 @@ table! {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub to: Option<D> = Quantity::positive("m"),
         /// Force per unit length at rest in world axes, N/m.
-        #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
+        #[serde(deserialize_with = "crate::input::arrays::numbers")]
         pub force: [D; 3] = Quantity::signed("N/m"),
     }
 }

@@ -74,3 +74,10 @@ fn line_loads_outside_the_rod_are_rejected_with_their_key() {
         assert!(error.contains(&format!("loads.line[0].{key}")), "{error}");
     }
 }
+
+#[test]
+fn line_load_without_a_force_is_rejected_with_the_missing_key() {
+    let text = cantilever().to_toml().unwrap() + "\n[[loads.line]]\nfrom = 0.1\n";
+    let error = Scene::from_toml(&text, ".").unwrap_err().to_string();
+    assert!(error.contains("missing key: loads.line[0].force"), "{error}");
+}
