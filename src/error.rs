@@ -270,6 +270,18 @@ impl Error {
         }
     }
 
+    /// [`Error::OutOfRange`] as [`Error::Invalid`] of a key, with the range that a `place` such as `"of the rod"` allows. Others
+    /// are unchanged.
+    pub(crate) fn at_key(self, key: impl Into<String>, place: &str) -> Self {
+        match self {
+            Self::OutOfRange { what, found, low, high } => {
+                let allowed = format!("{low} .. {high} {place}");
+                Self::invalid(key, format!("{what} = {found}"), allowed)
+            }
+            error => error,
+        }
+    }
+
     /// The error with the file that it comes from. Unchanged if it has a file already, if `path` is `None`, and for kinds
     /// without such a file: only `Parse`, `Invalid` and `Io` have one.
     pub(crate) fn in_file(mut self, path: Option<&Path>) -> Self {

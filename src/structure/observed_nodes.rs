@@ -45,8 +45,8 @@ impl<D: Scalar> StructureNodes<'_, D> {
                 let rod = self.scene.rod(&format!("{key}.rod"), rod)?;
                 let first: usize = self.meshes[..rod].iter().map(|mesh| mesh.nodes.len()).sum();
                 let stencil = at.point().fixed().stencil(&self.meshes[rod]).map_err(|error| {
-                    let allowed = format!("a point of the rod {}", self.scene.rods[rod].name);
-                    Error::invalid(format!("{key}.at"), error, allowed)
+                    let place = format!("of the rod {}", self.scene.rods[rod].name);
+                    error.at_key(format!("{key}.at"), &place)
                 })?;
                 let nodes = stencil.nodes.into_iter().map(|(i, weight)| (first + i, weight));
                 Ok(Stencil { nodes: nodes.collect() })

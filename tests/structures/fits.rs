@@ -269,7 +269,11 @@ fn errors_name_rod_joint_and_key() {
             "mast, arm",
         ),
         (message("point = { body = \"bobb\" }", modulus), "observation[0].point.body", "bob"),
-        (message("point = { rod = \"arm\", at = 99 }", modulus), "observation[0].point.at", "arm"),
+        (
+            message("point = { rod = \"arm\", at = 99 }", modulus),
+            "observation[0].point.at: found node = 99",
+            "of the rod arm",
+        ),
         (message("point = \"tip\"", modulus), "observation[0].point", "mast, arm"),
         (message("", modulus), "observation[0].point", "mast, arm"),
         (message(tip, "rods.amr.section.radius"), "parameter[0].name", "rods.arm.section.radius"),

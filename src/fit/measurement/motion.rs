@@ -386,9 +386,11 @@ impl DataKind for PointMotion {
         let ValidationContext { problem, key, label, other_clock } = context;
         match check_place(problem, self.place.as_ref(), self.offset, key)? {
             true => {}
-            false => drop(problem.stencil(self.point).map_err(|error| {
-                Error::invalid(format!("{key}.point"), error, "a point of the rod")
-            })?),
+            false => drop(
+                problem
+                    .stencil(self.point)
+                    .map_err(|error| error.at_key(format!("{key}.point"), "of the rod"))?,
+            ),
         }
         // A marker farther from the rod than its length is most likely in another unit.
         let size = self.offset.iter().map(|x| x * x).sum::<f64>().sqrt();
