@@ -26,7 +26,7 @@ pub(crate) fn compared_estimates(estimates: &[Estimate]) -> Vec<&Estimate> {
 
 /// The text of the estimate of a parameter by the experiment with this name, in digits of its standard error; none without
 /// one.
-pub(crate) fn own_estimate(e: &Estimate, experiment: &str) -> Option<String> {
+fn own_estimate(e: &Estimate, experiment: &str) -> Option<String> {
     let jackknife = e.cluster_jackknife.as_ref()?;
     let own = jackknife.estimates.iter().find(|own| own.experiment == experiment)?;
     Some(digits(own.value, jackknife.std_error.min(jackknife.residual_std_error)))
@@ -40,8 +40,11 @@ pub(super) fn add_experiment_estimates(summary: Summary, estimates: &[Estimate])
     let Some(names) = compared.first().and_then(|e| e.cluster_jackknife.as_ref()) else {
         return summary;
     };
-    let heads =
-        compared.iter().map(|e| TextColumn::right(format!("{}, {}", e.label(), e.name.unit())));
+    // A pure number has no unit.
+    let heads = compared.iter().map(|e| match e.name.unit() {
+        "" => TextColumn::right(e.label()),
+        unit => TextColumn::right(format!("{}, {unit}", e.label())),
+    });
     let mut table = SummaryTable::new(std::iter::once(TextColumn::left("experiment")).chain(heads));
     for own in names.estimates.iter().take(LISTED) {
         let values = compared.iter().map(|e| own_estimate(e, &own.experiment).unwrap_or_default());
