@@ -191,7 +191,8 @@ fn compare_planar(report: &mut CheckReport, rod: &PlanarRod<f64>, q: &[f64]) {
             });
         }
     }
-    compare(report, &rod.stretch, q, 0, 0);
+    let stretch: Vec<_> = (0..rod.stretch.len()).map(|i| rod.stretch_element(i)).collect();
+    compare(report, &stretch, q, 0, 0);
     compare(report, &rod.joint, q, 1, 0);
     for (i, moment) in &rod.moments.list {
         compare(report, &[*moment], &q[2 * i..], *i, *i);
@@ -240,7 +241,7 @@ fn compare_spatial(
         // Coordinates relative to the first node, in units of the edge length.
         let local = std::array::from_fn(|k| if k < 3 { 0.0 } else { own[k + 1] - own[k - 3] });
         let units = [rod.stretch[i].rest_length; 6];
-        let scaled = Scaled { energy: AsEnergy(rod.stretch[i]), units };
+        let scaled = Scaled { energy: AsEnergy(rod.stretch_element(i)), units };
         let name = format!("stretch {i}");
         report.compare(&scaled, &scaled.scaled(&local), &name, |k| dof(i, k + k / 3));
     }

@@ -189,8 +189,10 @@ impl Model for PlanarModel {
         };
         let gravity = self.projected(scene.loads.gravity);
         let InertiaAndWeight { mass, load } = line.inertia_and_weight(scene, &profile, gravity);
+        let (stretch, nonlinear) = line.stretch(scene.material.stretch_law, &profile, &clamps);
         PlanarRod {
-            stretch: line.stretch(scene.material.stretch_law, &profile, &clamps),
+            stretch,
+            nonlinear,
             joint: bend.collect(),
             mass,
             load,

@@ -1,7 +1,7 @@
 //! Rest shape of a rod in the axes of its model, and the parts of the rod that are alike in both models.
 //!
 //! [`RestLine`] holds nodes and lengths of chords (m), tributary lengths, and places of the nodes as fractions of the
-//! length. `stretch` returns the edges with their law and `EA` (N), from the section profile, times chord over arc, in
+//! length. `stretch` returns the edges with `EA` (N) and the nonlinear parts of their law, from the section profile, times chord over arc, in
 //! series with the axial compliance of clamps. `inertia_and_weight` returns masses of all unknowns (kg), with the added
 //! mass of a fluid, and in space the rotational inertia (kg m^2) about the rod for angles. The weights of the nodes (N)
 //! are gravity times the mass less that of the displaced fluid. Point masses are not included. The planar and the
@@ -14,6 +14,7 @@ use crate::problem::model::Correction;
 use crate::problem::section_profile::SectionProfile;
 use crate::problem::soft_clamp::SoftClamps;
 use crate::problem::tributary::TributaryLengths;
+use crate::rod::NonlinearParts;
 use crate::scene::mesh::Mesh;
 use crate::scene::{Scene, StretchLaw};
 
@@ -70,14 +71,16 @@ impl<D: Scalar, const N: usize> RestLine<D, N> {
         law: StretchLaw,
         profile: &SectionProfile<D>,
         clamps: &SoftClamps<D>,
-    ) -> Vec<Stretch<D, N>> {
+    ) -> (Vec<Stretch<D, N>>, NonlinearParts<D>) {
         let edges = self.length.iter().zip(&self.tributary.stretch).enumerate();
         let stretch = edges.map(|(j, (l, arc))| {
             let stiffness = clamps.stretching(j, profile.edge(j).axial * (*l / *arc), *l);
-            let nonlinear = NonlinearPart::new(law, stiffness);
-            Stretch { stiffness, rest_length: *l, natural_strain: D::from(0.0), nonlinear }
+            Stretch { stiffness, rest_length: *l, natural_strain: D::from(0.0) }
         });
-        stretch.collect()
+        let stretch: Vec<_> = stretch.collect();
+        let parts = stretch.iter().filter_map(|edge| NonlinearPart::new(law, edge.stiffness));
+        let edges = parts.collect();
+        (stretch, NonlinearParts { edges })
     }
 
     /// Mass of every unknown, kg, with the added mass of a fluid. In space an angle has the rotational inertia about the rod,

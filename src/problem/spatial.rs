@@ -159,8 +159,10 @@ impl Model for SpatialModel {
         });
         let gravity = self.components(scene.loads.gravity);
         let InertiaAndWeight { mass, load } = line.inertia_and_weight(scene, &profile, gravity);
+        let (stretch, nonlinear) = line.stretch(scene.material.stretch_law, &profile, &clamps);
         SpatialRod {
-            stretch: line.stretch(scene.material.stretch_law, &profile, &clamps),
+            stretch,
+            nonlinear,
             joint: joint.collect(),
             mass,
             load,

@@ -13,13 +13,14 @@ mod transposed;
 pub use rates::{RateLayout, StressRate};
 
 use crate::energy::law::Spring;
-use crate::energy::{DeadLoad, Derivatives, Element, Law, Stretch};
+use crate::energy::{DeadLoad, Derivatives, Element, HyperelasticStretch, Law, Stretch};
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::tangent::{PatternByOrder, Tangent};
 use crate::numerics::vector::components;
 use crate::rod::frames::ReferenceFrames;
 use crate::rod::layout::{At, Elements, Layout, LayoutSprings, NodeSink};
 use crate::rod::moments::Moments;
+use crate::rod::nonlinear::NonlinearParts;
 use crate::rod::sweeps::{EdgeTangent, Elastic, GeometrySweep, Strains, TangentSweep};
 use crate::rod::{AssembledRod, Energies, Extra, InternalVariables, Rod, Viscosity};
 use num_dual::Dual64;
@@ -27,8 +28,10 @@ use num_dual::Dual64;
 /// The elements, masses and loads of a rod whose nodes have `N` coordinates and whose joints have `S` strains.
 #[derive(Clone, Debug)]
 pub struct DiscreteRod<D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
-    /// One per edge.
+    /// One per edge: the linear law.
     pub stretch: Vec<Stretch<D, N>>,
+    /// The parts of laws that are not linear in the strain.
+    pub nonlinear: NonlinearParts<D>,
     /// One per inner node: `joint[i]` is that of node `i + 1`.
     pub joint: Vec<L::Joint<D>>,
     /// Lumped mass of every degree of freedom, kg, and rotational inertia of every edge with an angle, kg m^2.
@@ -71,9 +74,14 @@ fn turned_far<D: Scalar, const N: usize>(a: [D; N], b: [D; N]) -> bool {
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D, L, N, S> {
     /// References to the elements of the rod. The springs of internal friction are included only while they are active.
     pub(super) fn elements(&self) -> Elements<'_, D, L, N, S> {
-        let Self { stretch, joint, load, sliders, .. } = self;
+        let Self { stretch, nonlinear, joint, load, sliders, .. } = self;
         let springs = sliders.as_ref().filter(|springs| !springs.acting.is_empty());
-        Elements { stretch, joint, load, springs, tensions: None }
+        Elements { stretch, nonlinear, joint, load, springs, tensions: None }
+    }
+
+    /// Edge `i` as an element with its whole law, also where it is not linear in the strain.
+    pub fn stretch_element(&self, i: usize) -> HyperelasticStretch<D, N> {
+        self.nonlinear.stretch(&self.stretch[i], i)
     }
 
     /// The elements of the rod together with the unknowns `q` and the frames, as the sweeps over edges need them.
@@ -126,8 +134,10 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
                 D::run_sweep(GeometrySweep { at, geometry });
             }
         } else {
-            let (gradient, tangent) = (&mut *gradient, &mut *tangent);
-            D::run_sweep(TangentSweep { at, gradient, tangent, geometry });
+            let under_tension = at.elements.tensions.is_some();
+            let (linear, to) = (&self.stretch, (&mut *gradient, &mut *tangent));
+            D::run_sweep(TangentSweep { at, gradient: &mut *to.0, tangent: &mut *to.1, geometry });
+            self.nonlinear.add_tangent::<L, N, S>(linear, at.q, under_tension, to.0, to.1);
         }
         // Constant moments and user-defined energies are few, and come after the sweep.
         self.moments.add_tangent(at.q, gradient, tangent);
@@ -183,6 +193,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
             });
         } else {
             L::gradient(at, gradient);
+            self.nonlinear.add_gradient::<L, N, S>(&self.stretch, q, gradient);
         }
         self.moments.add_gradient(q, gradient);
         self.own.add_gradient(q, frames.edge_frames(), derivatives, gradient);
@@ -222,7 +233,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         tensions.clear();
         for (i, stretch) in self.stretch.iter().enumerate() {
             let (now, change) = (L::edge(q, i), L::edge(change, i));
-            tensions.push(stretch.tension_after(&components(|c| now[c] - change[c]), &now));
+            let strain = stretch.strain_after(&components(|c| now[c] - change[c]), &now);
+            tensions.push(stretch.stress(&[strain])[0] + self.nonlinear.axial_force(i, strain));
         }
     }
 
@@ -265,6 +277,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
             L::derive_by_duals(at, &mut edges);
         } else {
             D::run_sweep(EdgeTangent { at, tangent: &mut *tangent });
+            self.nonlinear.add_edge_tangent::<L, N, S>(&self.stretch, q, tangent);
         }
         self.moments.add_edge_tangent(q, tangent);
     }
@@ -284,6 +297,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
             return self.gradient(q, frames, derivatives, gradient);
         }
         L::moved_gradient(self.elements(), q, frames, gradient);
+        self.nonlinear.add_gradient::<L, N, S>(&self.stretch, q, gradient);
         self.moments.add_gradient(q, gradient);
         self.own.add_gradient(q, frames.edge_frames(), derivatives, gradient);
     }
@@ -339,6 +353,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     fn energies(&self, q: &[D], frames: &Self::Frames) -> Energies {
         let at = self.at(q, frames);
         let mut sums = D::run_sweep(Elastic { at });
+        sums.stretch += self.nonlinear.stretch_energy::<L, N, S>(&self.stretch, q);
         for (i, load) in self.load.iter().enumerate() {
             sums.potential += load.energy(L::node(q, i)).value();
         }
@@ -366,8 +381,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         let zero = D::from(0.0);
         // Dashpots: the strains of the elements stand for rates, whose natural values are zero.
         for edge in &mut rod.stretch {
-            *edge = edge.linear().with(edge.stiffness(), [zero]);
+            *edge = edge.with(edge.stiffness(), [zero]);
         }
+        rod.nonlinear = NonlinearParts::default();
         rod.joint.iter_mut().for_each(|joint| *joint = joint.with(joint.stiffness(), [zero; S]));
         rod.load.iter_mut().for_each(|load| load.force = [zero; N]);
         rod.moments.list.clear();
@@ -471,9 +487,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<
     fn stiffen_edges(&mut self, factor: impl Fn(usize) -> f64) {
         for (j, edge) in self.stretch.iter_mut().enumerate() {
             edge.stiffness *= factor(j);
-            if let Some(nonlinear) = &mut edge.nonlinear {
-                nonlinear.modulus *= factor(j);
-            }
+        }
+        for (j, part) in self.nonlinear.edges.iter_mut().enumerate() {
+            part.modulus *= factor(j);
         }
     }
 

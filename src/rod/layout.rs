@@ -14,6 +14,7 @@ use crate::numerics::tangent::PatternByOrder;
 use crate::numerics::vector::components;
 use crate::rod::blocks::{MOST, block};
 use crate::rod::frames::{ReferenceFrames, RodGeometry};
+use crate::rod::nonlinear::NonlinearParts;
 use std::fmt::Debug;
 
 /// The layout of a rod in the plane.
@@ -37,6 +38,8 @@ pub type JointResponse<L, D, const N: usize, const S: usize> =
 pub struct Elements<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
     /// One per edge.
     pub stretch: &'a [Stretch<D, N>],
+    /// The parts of their laws beyond the linear ones, which sweeps in SIMD lanes leave out.
+    pub nonlinear: &'a NonlinearParts<D>,
     /// One per inner node.
     pub joint: &'a [L::Joint<D>],
     /// One per node.

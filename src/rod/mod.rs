@@ -18,6 +18,7 @@ mod extra;
 mod frames;
 pub mod layout;
 mod moments;
+mod nonlinear;
 pub mod planar;
 mod sensitive;
 pub mod spatial;
@@ -37,6 +38,7 @@ pub use frames::{
 };
 pub use layout::Layout;
 pub use moments::Moments;
+pub use nonlinear::NonlinearParts;
 pub use planar::PlanarRod;
 pub use sensitive::{ChangedRods, EffectiveStrains, Sensitive};
 pub use spatial::SpatialRod;

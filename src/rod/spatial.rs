@@ -108,7 +108,8 @@ impl Layout<3, 3> for Space {
         At { elements, q, frames }: At<'_, D>,
         mut add: impl FnMut(usize, &[D]),
     ) {
-        for (i, element) in elements.stretch.iter().enumerate() {
+        for (i, linear) in elements.stretch.iter().enumerate() {
+            let element = &elements.nonlinear.stretch(linear, i);
             let local = dual_gradient(element, &ends(q, i));
             let mut own = [D::from(0.0); 7];
             (0..6).for_each(|r| own[ENDS[r]] = local[r]);
@@ -178,7 +179,8 @@ impl Layout<3, 3> for Space {
             };
         // Derivatives by an edge of the joint before it, which are complete only with the joint after it.
         let mut open = ([zero; 4], [[zero; 4]; 4]);
-        for (i, element) in elements.stretch.iter().enumerate() {
+        for (i, linear) in elements.stretch.iter().enumerate() {
+            let element = &elements.nonlinear.stretch(linear, i);
             let stretch = dual_tangent(element, &ends(q, i));
             let (mut gradient, mut own) = open;
             for r in 0..3 {

@@ -13,7 +13,7 @@ use rodfit::energy::law::{Sliders, Spring, Springs};
 use rodfit::energy::{DeadLoad, PlanarBend, Stretch};
 use rodfit::numerics::scalar::Nestable;
 use rodfit::numerics::tangent::Tangent;
-use rodfit::rod::{Energies, Extra, Moments, PlanarRod, Rod, SpatialRod};
+use rodfit::rod::{Energies, Extra, Moments, NonlinearParts, PlanarRod, Rod, SpatialRod};
 use std::sync::Arc;
 
 /// Rods of these many edges, each several times.
@@ -42,7 +42,6 @@ fn stretch<D: Nestable, const M: usize>(random: &mut ChaCha8Rng) -> Stretch<D, M
         stiffness: next(10.0, 90.0),
         rest_length: next(0.08, 0.12),
         natural_strain: next(-0.1, 0.1),
-        nonlinear: None,
     }
 }
 
@@ -53,6 +52,7 @@ fn planar<D: Nestable>(seed: u64, edges: usize, slides: bool) -> (PlanarRod<D>, 
     let stretch = (0..edges).map(|_| stretch(&mut random)).collect();
     let mut next = |low: f64, high: f64| D::from(random.random_range(low..high));
     let rod = PlanarRod {
+        nonlinear: NonlinearParts::default(),
         stretch,
         joint: (1..edges)
             .map(|_| PlanarBend { stiffness: next(0.1, 3.0), natural_curvature: next(-1.0, 1.0) })
@@ -113,6 +113,7 @@ fn spatial<D: Nestable>(
     };
     let rod = SpatialRod {
         moments: Moments::none(),
+        nonlinear: NonlinearParts::default(),
         stretch,
         joint: (1..edges)
             .map(|_| JointLaw {

@@ -78,7 +78,6 @@ fn stretch_and_load_agree_on_random_states() {
             stiffness: 10f64.powf(random.random_range(-6.0..9.0)),
             rest_length,
             natural_strain: random.random_range(-0.1..0.1),
-            nonlinear: None,
         };
         let report = check(&AsEnergy(element), &[q], Tolerance::default());
         assert!(report.passed(), "state {k}: {q:?}\n{report}");
@@ -213,12 +212,7 @@ struct Far {
 
 impl Far {
     fn spring(&self) -> Stretch<f64, 2> {
-        Stretch {
-            stiffness: 3.0,
-            rest_length: self.rest_length,
-            natural_strain: 0.0,
-            nonlinear: None,
-        }
+        Stretch { stiffness: 3.0, rest_length: self.rest_length, natural_strain: 0.0 }
     }
 }
 

@@ -11,7 +11,9 @@ use rodfit::energy::{DeadLoad, DeadMoment, PlanarBend, Stretch};
 use rodfit::numerics::banded::BandMatrix;
 use rodfit::numerics::scalar::Nestable;
 use rodfit::rod::{ChangedRods, frame_rates, set_dual_frames, set_real_frames};
-use rodfit::rod::{Extra, FrameRate, Moments, PlanarRod, Rod, RodGeometry, Sensitive, SpatialRod};
+use rodfit::rod::{
+    Extra, FrameRate, Moments, NonlinearParts, PlanarRod, Rod, RodGeometry, Sensitive, SpatialRod,
+};
 
 const EDGES: usize = 6;
 
@@ -34,12 +36,12 @@ impl Numbers {
 fn planar<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> PlanarRod<D> {
     let mut next = |low, high| to(numbers.next(low, high));
     PlanarRod {
+        nonlinear: NonlinearParts::default(),
         stretch: (0..EDGES)
             .map(|_| Stretch {
                 stiffness: next(10.0, 90.0),
                 rest_length: next(0.05, 0.15),
                 natural_strain: next(-0.1, 0.1),
-                nonlinear: None,
             })
             .collect(),
         joint: (1..EDGES)
@@ -60,12 +62,12 @@ fn spatial<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> Spat
     let mut next = |low, high| to(numbers.next(low, high));
     SpatialRod {
         moments: Moments::none(),
+        nonlinear: NonlinearParts::default(),
         stretch: (0..EDGES)
             .map(|_| Stretch {
                 stiffness: next(10.0, 90.0),
                 rest_length: next(0.05, 0.15),
                 natural_strain: next(-0.1, 0.1),
-                nonlinear: None,
             })
             .collect(),
         joint: (1..EDGES)

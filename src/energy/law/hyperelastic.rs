@@ -10,11 +10,10 @@
 //! ```
 //!
 //! with the stretch ratio `lambda = 1 + s`. [`NonlinearPart`] returns the part beyond the linear law only: energy over the rest length,
-//! force, and its derivative by the strain, N. [`NonlinearPart::new`] is None for the linear law. Energy and response are functions out
-//! of line, so that sweeps over edges with a linear law have no more numbers in registers. A new law is a variant of
+//! force, and its derivative by the strain, N. [`NonlinearPart::new`] is None for the linear law. A new law is a variant of
 //! [`StretchLaw`] and its formulas here.
 
-use crate::numerics::scalar::{Scalar, SimdScalar};
+use crate::numerics::scalar::Scalar;
 use crate::scene::StretchLaw;
 
 /// The force of an edge beyond that of its linear law.
@@ -43,31 +42,12 @@ impl<D: Scalar> NonlinearPart<D> {
         }
     }
 
-    /// The parts of edges in SIMD lanes, all with the law of `first`. `of(lane)` returns the part of an edge; without
-    /// one the modulus is zero. `None` if `first` is.
-    #[inline(always)]
-    pub(crate) fn side_by_side<V: SimdScalar<D>>(
-        level: V::Level,
-        first: Option<&Self>,
-        of: impl Fn(usize) -> Option<Self>,
-    ) -> Option<NonlinearPart<V>> {
-        let law = first?.law;
-        let modulus = V::gather(level, |lane| match of(lane) {
-            Some(nonlinear) => nonlinear.modulus,
-            // Beyond the end of a rod.
-            None => D::from(0.0),
-        });
-        Some(NonlinearPart { law, modulus })
-    }
-
     /// The part with its modulus converted to another number type.
     pub fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> NonlinearPart<E> {
         NonlinearPart { law: self.law, modulus: convert(self.modulus) }
     }
 
     /// The energy over the rest length, N, at the strain `s`: the integral of the force.
-    #[cold]
-    #[inline(never)]
     pub fn energy(&self, s: D) -> D {
         let integral = match self.law {
             StretchLaw::Linear => s.like(0.0),
@@ -89,8 +69,6 @@ impl<D: Scalar> NonlinearPart<D> {
     }
 
     /// The derivative of the force by the strain `s`, and the force, N.
-    #[cold]
-    #[inline(never)]
     pub fn response(&self, s: D) -> [D; 2] {
         let ForceShape { force, slope } = self.shape(s);
         [self.modulus * slope, self.modulus * force]
@@ -116,12 +94,13 @@ impl<D: Scalar> NonlinearPart<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::energy::{Element, Stretch, dual_tangent};
+    use crate::energy::{Element, HyperelasticStretch, Stretch, dual_tangent};
     use num_dual::Dual2_64;
 
-    fn edge<const M: usize>() -> Stretch<f64, M> {
+    fn edge<const M: usize>() -> HyperelasticStretch<f64, M> {
         let nonlinear = NonlinearPart::new(StretchLaw::NeoHookean, 7.0);
-        Stretch { stiffness: 7.0, rest_length: 0.9, natural_strain: 0.0, nonlinear }
+        let linear = Stretch { stiffness: 7.0, rest_length: 0.9, natural_strain: 0.0 };
+        HyperelasticStretch { linear, nonlinear }
     }
 
     /// Energy, force and stiffness of the whole law are those of `E A/6 (lambda^2 + 2/lambda - 3)`.

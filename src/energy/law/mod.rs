@@ -1,8 +1,8 @@
 //! Laws of the material: the stresses of an edge or a joint as functions of its strains.
 //!
 //! A [`Law`] is elastic: stretching of an edge, bending of a planar joint, bending and twisting of a spatial one. Its
-//! stress is `K (s - s_natural)`. A law that is not linear adds a [part beyond](Law::nonlinear_part) that, with the stiffness `K`
-//! at no strain. Each law states its stiffness, its natural strains and its energies, for any
+//! stress is `K (s - s_natural)`. A law that is not linear in the strain adds a part beyond that: [`NonlinearPart`].
+//! Each law states its stiffness, its natural strains and its energies, for any
 //! [`Scalar`]; the sweeps over a rod, its viscous steps, its dashpots and all derivatives follow from these.
 //!
 //! - Kelvin-Voigt and Maxwell stress over a step make another elastic law of an elastic one: [`Law::viscous`].
@@ -33,13 +33,13 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
     /// The kind of each strain: 0 of stretching, 1 of bending, 2 of twisting.
     const KINDS: [usize; S];
 
-    /// The stiffness `K` at no strain, of the linear law: N of an edge, N m of a joint.
+    /// The stiffness `K`: N of an edge, N m of a joint.
     fn stiffness(&self) -> Self::Stiffness;
 
     /// The strains at which there is no stress.
     fn natural(&self) -> [D; S];
 
-    /// The law with another stiffness and other natural strains; a nonlinear part stays.
+    /// The law with another stiffness and other natural strains.
     fn with(&self, stiffness: Self::Stiffness, natural: [D; S]) -> Self;
 
     /// Replaces stiffnesses and natural strains.
@@ -48,7 +48,7 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
         *self = self.with(stiffness, natural);
     }
 
-    /// Energies of stretching, bending and twisting of the linear law, J, at the difference of the strains from the natural ones.
+    /// Energies of stretching, bending and twisting, J, at the difference of the strains from the natural ones.
     /// The energy of a coupling counts half for each of its kinds.
     /// Joints use strains integrated over their length, an edge its rest length.
     fn energies(&self, difference: &[D; S]) -> [D; 3];
@@ -63,46 +63,19 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
         difference
     }
 
-    /// The part of a nonlinear law beyond the linear one at these strains: derivatives of its stresses by the strains,
-    /// and the stresses, N or N m. `None` for a linear law, the default.
-    #[inline(always)]
-    fn nonlinear_part(&self, _strains: &[D; S]) -> Option<(Self::Stiffness, [D; S])> {
-        None
-    }
-
-    /// The stresses at these strains, N of an edge, N m of a joint: `K (s - natural)` plus the part beyond the linear
-    /// law.
+    /// The stresses at these strains, N of an edge, N m of a joint: `K (s - natural)`.
     #[inline(always)]
     fn stress(&self, strains: &[D; S]) -> [D; S] {
-        let mut stress: [D; S] = self.stiffness().times(&self.difference(strains));
-        if let Some((_, nonlinear)) = self.nonlinear_part(strains) {
-            for c in 0..S {
-                stress[c] += nonlinear[c];
-            }
-        }
-        stress
+        self.stiffness().times(&self.difference(strains))
     }
 
-    /// The derivatives of the stresses by the strains, and the stresses, at these strains; both with the part beyond
-    /// the linear law.
+    /// The derivatives of the stresses by the strains, and the stresses, at these strains.
     #[inline(always)]
     fn response(&self, strains: &[D; S]) -> (Self::Stiffness, [D; S]) {
-        let mut stress: [D; S] = self.stiffness().times(&self.difference(strains));
-        let mut stiffness = self.stiffness();
-        if let Some((slopes, nonlinear)) = self.nonlinear_part(strains) {
-            let linear = stiffness;
-            stiffness = Symmetric::from_entries(
-                #[inline(always)]
-                |k| linear.entry(k) + slopes.entry(k),
-            );
-            for c in 0..S {
-                stress[c] += nonlinear[c];
-            }
-        }
-        (stiffness, stress)
+        (self.stiffness(), self.stress(strains))
     }
 
-    /// The law of a viscous step, with the stress `K (factor s - natural - shift)` and the same part beyond: stiffness
+    /// The law of a viscous step, with the stress `K (factor s - natural - shift)`: stiffness
     /// `factor K`, natural strains `(natural + shift)/factor`.
     #[inline(always)]
     fn viscous(&self, factor: D, shift: &[D; S]) -> Self {

@@ -4,7 +4,7 @@
 //! [`LawRate`] has the derivatives of `K` and `w` along `G` parameters, one lane each, from one dual law per parameter; its
 //! `stress` returns `dK s + dw` at fixed strains. [`LawSlopes`] has the derivatives of a number by the entries of `K` (upper
 //! triangle) and by `w`, added from those by the stresses: the transposed product. `along` is the sum of rates times slopes.
-//! The modulus of the part [beyond](Law::nonlinear_part) a linear law is only a field of [`LawSlopes`], which others fill.
+//! The modulus of a [`NonlinearPart`](crate::energy::law::NonlinearPart) is only a field of [`LawSlopes`], which others fill.
 
 use crate::energy::law::{Law, Symmetric};
 use crate::numerics::lanes::Lanes;
@@ -21,8 +21,7 @@ pub struct LawRate<K, const S: usize, const G: usize> {
 }
 
 impl<K: Symmetric<Lanes<G>, S>, const S: usize, const G: usize> LawRate<K, S, G> {
-    /// The derivatives of `K` and of `-K s_natural` that dual laws contain, one lane for each parameter. The part
-    /// beyond a linear law is left out.
+    /// The derivatives of `K` and of `-K s_natural` that dual laws contain, one lane for each parameter.
     pub fn from_duals<L: Law<Dual64, S>>(duals: [&L; G]) -> Self {
         let offsets = duals.map(|law| law.stiffness().times(&law.natural()));
         Self {

@@ -250,8 +250,9 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         let [first, ..] = &duals[..] else { return };
         nonlinear.clear();
         nonlinear.extend(
-            (0..first.stretch.len())
-                .filter_map(|i| all(duals.each_ref().map(|rod| rod.stretch[i].nonlinear))),
+            (0..first.stretch.len()).filter_map(|i| {
+                all(duals.each_ref().map(|rod| rod.nonlinear.edges.get(i).copied()))
+            }),
         );
         stretch.clear();
         axial.clear();

@@ -75,8 +75,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
                 to.rest[i] += w[i] * law.stiffness * (strain + 1.0);
             }
         }
-        for (i, law) in self.stretch.iter().enumerate() {
-            let (Some(nonlinear), strain) = (&law.nonlinear, strained.now[i]) else { continue };
+        for (i, (nonlinear, strain)) in self.nonlinear.edges.iter().zip(strained.now).enumerate() {
+            let strain = *strain;
             // At fixed unknowns the strain depends on the rest length.
             to.stretch[i].modulus += w[i] * nonlinear.force_shape(strain);
             to.rest[i] -= w[i] * nonlinear.response(strain)[0] * (1.0 + strain);
