@@ -61,7 +61,7 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D>> {
     /// The parameter of the scheme.
     pub parameter: D,
     /// Damping: rates in 1/s, times in s.
-    pub damping: Damping<D>,
+    pub damping: &'a Damping<D>,
     /// Drag of a fluid, if there is one.
     pub drag: Option<&'a NodalDrag<D>>,
     /// The state at the start of the step.

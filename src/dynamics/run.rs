@@ -332,7 +332,7 @@ fn record_state<M: Model>(
     }
     if let Some(reactions) = &mut record.reactions {
         let resistances =
-            MotionResistances { damping: simulation.damping(), drag: simulation.drag() };
+            MotionResistances { damping: simulation.damping().clone(), drag: simulation.drag() };
         reactions.push(discretized.reactions(simulation.rod(), resistances, state));
     }
     let tracked = record.tracked();

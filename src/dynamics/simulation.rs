@@ -156,8 +156,8 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         self.system.free.clone()
     }
     /// Mass damping, Kelvin-Voigt damping, relaxation and internal friction of the scene.
-    pub fn damping(&self) -> Damping<D> {
-        self.system.damping
+    pub fn damping(&self) -> &Damping<D> {
+        &self.system.damping
     }
     /// Counts of the numerical work so far, undone steps included.
     pub fn work(&self) -> Work {
@@ -233,9 +233,10 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         energies.potential += self.state.wound;
         let internal = &self.state.internal;
         energies.bend += self.system.rod.slider_energy(&internal.slid);
-        if let Some(maxwell) = &self.system.damping.maxwell {
-            let kinds = self.system.rod.strain_energies(&internal.relaxing);
-            let [stretch, bend, twist] = kinds.map(|energy| (energy * maxwell.stiffness).value());
+        let branches = self.system.damping.maxwell.as_slice();
+        for (branch, stretches) in branches.iter().zip(internal.branches()) {
+            let kinds = self.system.rod.strain_energies(stretches);
+            let [stretch, bend, twist] = kinds.map(|energy| (energy * branch.stiffness).value());
             energies.stretch += stretch;
             energies.bend += bend;
             energies.twist += twist;

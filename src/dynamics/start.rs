@@ -100,7 +100,7 @@ impl<M: Model> Discretized<'_, M> {
             q,
             frames,
             self.free(),
-            scene.loads.damping,
+            scene.loads.damping.clone(),
             settings,
             self.problem.derivatives(),
         );

@@ -11,7 +11,8 @@
 //! z1 = z0 e^(-h/tau) + (s1 - s0) w,    w = (1 - e^(-h/tau)) tau/h
 //! ```
 //!
-//! so that the branch adds `g w` to the factor of the stiffness and `g (w s0 - e^(-h/tau) z0)` to the shift.
+//! so that the branch adds `g w` to the factor of the stiffness and `g (w s0 - e^(-h/tau) z0)` to the shift. Several
+//! branches add their parts: a Prony series.
 //!
 //! Input: coefficients of the step, damping, and strains, rates and spring stretches at its start. Output: a
 //! [`Viscosity`], from which the laws of a step follow, and the stretches of the Maxwell springs after the step.
@@ -30,10 +31,10 @@ pub fn relaxation<D: Scalar>(maxwell: &Maxwell<D>, h: f64) -> [D; 2] {
     [(-x).exp(), phi1(x)]
 }
 
-/// Coefficients of the effective strain at one moment, from a strain `s` there. `s0`, `r0` and `z0` are the strain
-/// before, its mean rate over the step before, 1/s, and the stretch of its Maxwell spring. The stress is that of the
-/// elastic rod at `factor s - strain s0 - rate r0 - relaxing z0`. For each of stretching, bending and twisting
-/// `own_factor s - time (past[0] s0 + past[1] r0)` is added.
+/// Coefficients of the effective strain at one moment, from a strain `s` there. `s0` and `r0` are the strain before and
+/// its mean rate over the step before, 1/s. The stress is that of the elastic rod at `factor s - strain s0 - rate r0`
+/// plus the stretch of every Maxwell spring times its factor, which is no part of these. For each of stretching,
+/// bending and twisting `own_factor s - time (past[0] s0 + past[1] r0)` is added.
 #[derive(Clone, Copy, Debug)]
 pub struct EffectiveStrainFactors<D> {
     /// Factor of the strain `s`.
@@ -42,8 +43,6 @@ pub struct EffectiveStrainFactors<D> {
     pub strain: D,
     /// Factor of its rate before, s.
     pub rate: D,
-    /// Factor of the stretch of the Maxwell spring.
-    pub relaxing: D,
     /// Factors of strain, 1/s, and rate before in minus the rate of strain.
     pub past: [D; 2],
     /// Factor of `s` of each kind with a time of its own.
@@ -53,10 +52,10 @@ pub struct EffectiveStrainFactors<D> {
 }
 
 impl<D: Scalar> EffectiveStrainFactors<D> {
-    /// The factors of the stress at the end of a step that began with `s0`, `r0` and `z0`. Those of an averaging
-    /// scheme are for the viscous stress alone, with half of the damping times.
-    pub fn at_end(coefficients: &StepCoefficients<D>, damping: &Damping<D>) -> Self {
-        let (zero, part) = (D::from(0.0), if coefficients.averages() { 0.5 } else { 1.0 });
+    /// The factors of the stress at the end of a step that began with `s0` and `r0`. `taken` is the sum of `g w` of the
+    /// Maxwell branches. Those of an averaging scheme are for the viscous stress alone, with half of the damping times.
+    pub fn at_end(coefficients: &StepCoefficients<D>, damping: &Damping<D>, taken: D) -> Self {
+        let part = if coefficients.averages() { 0.5 } else { 1.0 };
         let past = [(1.0, 0.0), (0.0, 1.0)]
             .map(|(strain, rate)| coefficients.viscous_past(D::from(strain), D::from(rate)));
         let (eta, time) = (
@@ -64,15 +63,10 @@ impl<D: Scalar> EffectiveStrainFactors<D> {
             map_components(&damping.additional_times(), |time| time * part),
         );
         let own_factor = map_components(&time, |time| time * past[0]);
-        let [left, taken] = match &damping.maxwell {
-            Some(maxwell) => relaxation(maxwell, coefficients.h).map(|x| maxwell.stiffness * x),
-            None => [zero; 2],
-        };
         Self {
             factor: coefficients.viscous_factor(damping.stiffness) + taken,
             strain: eta * past[0] + taken,
             rate: eta * past[1],
-            relaxing: -left,
             past,
             own_factor,
             time,
@@ -80,7 +74,7 @@ impl<D: Scalar> EffectiveStrainFactors<D> {
     }
 
     /// The factors of the whole stress, elastic and viscous, at the start of a step: `factor` is 1, for the strain `s0`
-    /// there. `r0` is its mean rate over the step before, `z0` the stretch of the Maxwell spring there; `strain` is zero.
+    /// there, and `strain` is zero. `r0` is its mean rate over the step before.
     /// For an averaging scheme they are those of half of the viscous stress, without the elastic one: `factor` is zero.
     pub fn at_start(coefficients: &StepCoefficients<D>, damping: &Damping<D>) -> Self {
         let zero = D::from(0.0);
@@ -90,7 +84,6 @@ impl<D: Scalar> EffectiveStrainFactors<D> {
             factor: D::from(if coefficients.averages() { 0.0 } else { 1.0 }),
             strain: zero,
             rate: -(damping.stiffness * part),
-            relaxing: damping.maxwell.as_ref().map_or(zero, |maxwell| -maxwell.stiffness),
             past: [zero, D::from(-1.0)],
             own_factor: [zero; 3],
             time: map_components(&damping.additional_times(), |time| time * part),
@@ -99,8 +92,8 @@ impl<D: Scalar> EffectiveStrainFactors<D> {
 }
 
 /// Overwrites `viscosity` with the stress at the end of a step that began with the internal variables `before`: a
-/// factor of the stiffnesses, and shifts of the natural strains. A shift is `eta p + g (w s0 - e^(-h/tau) z0)` with the
-/// [past](StepCoefficients::viscous_past) `p` of its strain. Kinds with additional times get their own factors and `p`,
+/// factor of the stiffnesses, and shifts of the natural strains. A shift is `eta p`, plus `g (w s0 - e^(-h/tau) z0)` of
+/// every Maxwell branch, with the [past](StepCoefficients::viscous_past) `p` of its strain. Kinds with additional times get their own factors and `p`,
 /// if `viscosity` has them. For averaging schemes it is the stress of dashpots alone: factors have half of the damping
 /// times, and shifts are `p` over the rate coefficient.
 pub fn at_end<D: Scalar>(
@@ -109,9 +102,21 @@ pub fn at_end<D: Scalar>(
     before: &InternalVariables<D>,
     viscosity: &mut Viscosity<D>,
 ) {
-    let InternalVariables { strain, strain_rate, relaxing, .. } = before;
+    let InternalVariables { strain, strain_rate, .. } = before;
     let Viscosity { factor, shift, own } = viscosity;
-    let factors = EffectiveStrainFactors::at_end(coefficients, damping);
+    // The stress that remains of the Maxwell springs' stretches at the start, and the factor of the strain's change.
+    let (branches, mut taken) = (damping.maxwell.as_slice(), D::from(0.0));
+    for (k, (branch, stretches)) in branches.iter().zip(before.branches()).enumerate() {
+        let [left, part] = relaxation(branch, coefficients.h).map(|x| branch.stiffness * x);
+        let relaxing = -left;
+        taken += part;
+        if k == 0 {
+            shift.iter_mut().zip(stretches).for_each(|(shift, z)| *shift = relaxing * *z);
+        } else {
+            shift.iter_mut().zip(stretches).for_each(|(shift, z)| *shift += relaxing * *z);
+        }
+    }
+    let factors = EffectiveStrainFactors::at_end(coefficients, damping, taken);
     let starts = strain.iter().zip(strain_rate);
     let past = |strain: &D, rate: &D| factors.past[0] * *strain + factors.past[1] * *rate;
     *factor = factors.factor;
@@ -126,13 +131,14 @@ pub fn at_end<D: Scalar>(
         }
         return;
     }
-    // Kelvin-Voigt stress as a shift of the natural strains, then the Maxwell branch and kinds with their own time.
-    for (shift, (strain, rate)) in shift.iter_mut().zip(starts.clone()) {
-        *shift = factors.strain * *strain + factors.rate * *rate;
-    }
-    if damping.maxwell.is_some() {
-        for (shift, z) in shift.iter_mut().zip(relaxing) {
-            *shift += factors.relaxing * *z;
+    // Kelvin-Voigt stress and the strain at the start as shifts of the natural strains, then kinds with their own time.
+    if branches.is_empty() {
+        for (shift, (strain, rate)) in shift.iter_mut().zip(starts.clone()) {
+            *shift = factors.strain * *strain + factors.rate * *rate;
+        }
+    } else {
+        for (shift, (strain, rate)) in shift.iter_mut().zip(starts.clone()) {
+            *shift += factors.strain * *strain + factors.rate * *rate;
         }
     }
     if let Some(own) = own {
@@ -163,7 +169,7 @@ pub fn at_start<D: Scalar>(
 }
 
 /// Overwrites `z` with the stretches of the Maxwell springs after a step of length `h`, s, from the internal
-/// variables `before` to these `strains`: `z0 e^(-h/tau) + (s1 - s0) w`. Empty without a Maxwell branch.
+/// variables `before` to these `strains`: `z0 e^(-h/tau) + (s1 - s0) w`, branch after branch. Empty without any.
 pub fn relax<D: Scalar>(
     damping: &Damping<D>,
     h: f64,
@@ -171,10 +177,12 @@ pub fn relax<D: Scalar>(
     strains: &[D],
     z: &mut Vec<D>,
 ) {
-    let Some(maxwell) = &damping.maxwell else { return z.clear() };
-    let [left, taken] = relaxation(maxwell, h);
     z.clone_from(&before.relaxing);
-    for (z, (now, then)) in z.iter_mut().zip(strains.iter().zip(&before.strain)) {
-        *z = *z * left + (*now - *then) * taken;
+    let lists = z.chunks_exact_mut(strains.len().max(1));
+    for (branch, z) in damping.maxwell.as_slice().iter().zip(lists) {
+        let [left, taken] = relaxation(branch, h);
+        for (z, (now, then)) in z.iter_mut().zip(strains.iter().zip(&before.strain)) {
+            *z = *z * left + (*now - *then) * taken;
+        }
     }
 }

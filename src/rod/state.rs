@@ -9,6 +9,7 @@
 //! end of each step, and `restore` copies an earlier one back.
 
 use crate::numerics::scalar::Scalar;
+use std::slice::ChunksExact;
 
 /// The state of a rod at one time. Lengths: the rod's degrees of freedom, or its strains.
 #[derive(Clone, Debug)]
@@ -43,7 +44,7 @@ pub struct InternalVariables<D> {
     /// Stretches of the springs of internal friction, one for each strain of bending and twisting; empty without
     /// friction.
     pub slid: Vec<D>,
-    /// Stretches of the springs of a Maxwell branch, one for each strain; empty without one.
+    /// Stretches of the springs of the Maxwell branches, branch after branch, one for each strain; empty without any.
     pub relaxing: Vec<D>,
 }
 
@@ -51,6 +52,13 @@ impl<D> Default for InternalVariables<D> {
     /// Empty lists: a material without viscosity, relaxation and internal friction.
     fn default() -> Self {
         Self { strain: Vec::new(), strain_rate: Vec::new(), slid: Vec::new(), relaxing: Vec::new() }
+    }
+}
+
+impl<D> InternalVariables<D> {
+    /// The stretches of the springs of each Maxwell branch, one for each strain.
+    pub fn branches(&self) -> ChunksExact<'_, D> {
+        self.relaxing.chunks_exact(self.strain.len().max(1))
     }
 }
 

@@ -53,14 +53,14 @@ impl<D: Scalar> Viscosity<D> {
     /// Kelvin-Voigt time times the strain rate, less the relative stiffness times the stretch of Maxwell and friction
     /// springs. Kinds with additional times get these times and minus the strain rates.
     pub fn now(&mut self, damping: &Damping<D>, internal: &InternalVariables<D>) {
-        let InternalVariables { strain_rate, relaxing, slid, .. } = internal;
+        let InternalVariables { strain_rate, slid, .. } = internal;
         self.factor = D::from(1.0);
         for (shift, rate) in self.shift.iter_mut().zip(strain_rate) {
             *shift = -(damping.stiffness * *rate);
         }
-        if let Some(maxwell) = &damping.maxwell {
-            for (shift, stretched) in self.shift.iter_mut().zip(relaxing) {
-                *shift -= maxwell.stiffness * *stretched;
+        for (branch, stretches) in damping.maxwell.as_slice().iter().zip(internal.branches()) {
+            for (shift, stretched) in self.shift.iter_mut().zip(stretches) {
+                *shift -= branch.stiffness * *stretched;
             }
         }
         if let Some(friction) = &damping.friction {

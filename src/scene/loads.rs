@@ -6,6 +6,7 @@
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::scene::drag::Drag;
+use crate::scene::maxwell::MaxwellBranches;
 use crate::scene::number::{Candidates, Quantity, is_default};
 use crate::scene::point::Point;
 use crate::scene::table::{TABLE, table};
@@ -44,7 +45,7 @@ table! {
 
 table! {
     /// `loads.damping`: damping of the motion.
-    #[derive(Copy, Default)]
+    #[derive(Default)]
     pub struct Damping {
         /// Damping rate of the force -mass M v, 1/s.
         #[serde(default)]
@@ -61,9 +62,9 @@ table! {
         /// Additional Kelvin-Voigt time of stretch, s.
         #[serde(default, skip_serializing_if = "is_default")]
         pub stretching: D = TIME,
-        /// Parallel Maxwell branch that relaxes.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        pub maxwell: Option<Maxwell<D>> = TABLE,
+        /// Parallel Maxwell branches that relax: one table, or a list of them (a Prony series).
+        #[serde(default, skip_serializing_if = "MaxwellBranches::is_empty")]
+        pub maxwell: MaxwellBranches<D> = TABLE,
         /// Internal friction of bending and twisting.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub friction: Option<Friction<D>> = TABLE,
@@ -79,18 +80,6 @@ table! {
         pub stiffness: D = FRACTION,
         /// Curvature at which the springs slip, 1/m.
         pub curvature: D = Quantity::positive("1/m"),
-    }
-}
-
-table! {
-    /// `loads.damping.maxwell`: a spring in series with a dashpot, parallel to the elastic rod;
-    /// together a standard linear solid.
-    #[derive(Copy)]
-    pub struct Maxwell {
-        /// Stiffness of the branch as a fraction of the stiffness of the rod.
-        pub stiffness: D = FRACTION.vanishing(),
-        /// Relaxation time of the branch, s.
-        pub time: D = Quantity::positive("s"),
     }
 }
 
@@ -179,13 +168,13 @@ impl<D: Scalar> Damping<D> {
 }
 
 impl<D: Nestable> Damping<D> {
-    /// Whether a Kelvin-Voigt time, or a derivative of one, is not zero, or there is a Maxwell branch. The stress then
+    /// Whether a Kelvin-Voigt time, or a derivative of one, is not zero, or there are Maxwell branches. The stress then
     /// depends on strain rates or their history.
     pub(crate) fn is_viscous(&self) -> bool {
         let is_present = |time: &D| !time.is_identically_zero();
         is_present(&self.stiffness)
             || self.additional_times().iter().any(is_present)
-            || self.maxwell.is_some()
+            || !self.maxwell.is_empty()
     }
 }
 
@@ -193,11 +182,10 @@ impl Damping<Dual64> {
     /// Whether the stress, or its derivative, depends on the history of the strains. Then a Kelvin-Voigt time, or the
     /// stiffness of a Maxwell branch or of friction, has a value or derivative other than zero.
     pub(crate) fn depends_on_history(&self) -> bool {
-        let Self { stiffness, maxwell, friction, .. } = self;
-        let parts =
-            [maxwell.map(|branch| branch.stiffness), friction.map(|springs| springs.stiffness)];
-        let times = self.additional_times().into_iter().chain([*stiffness]);
-        times.chain(parts.into_iter().flatten()).any(|x| x.re != 0.0 || x.eps != 0.0)
+        let branches = self.maxwell.as_slice().iter().map(|branch| branch.stiffness);
+        let springs = self.friction.map(|springs| springs.stiffness);
+        let times = self.additional_times().into_iter().chain([self.stiffness]);
+        times.chain(branches).chain(springs).any(|x| x.re != 0.0 || x.eps != 0.0)
     }
 }
 

@@ -10,9 +10,10 @@ use crate::scene::Scene;
 use crate::scene::along::Along;
 use crate::scene::drag::Drag;
 use crate::scene::initial::Initial;
-use crate::scene::loads::{Damping, Friction, LineForce, Loads, Maxwell, PointForce};
+use crate::scene::loads::{Damping, Friction, LineForce, Loads, PointForce};
 use crate::scene::mass::PointMass;
 use crate::scene::material::Material;
+use crate::scene::maxwell::Maxwell;
 use crate::scene::nearest::{LONGEST_NAME, nearest};
 use crate::scene::number::Quantity;
 use crate::scene::point::Point;
@@ -584,8 +585,9 @@ fn catalog_scenes() -> [Scene; 6] {
         let node = Point::ArcLength(1.0);
         scene.rod.mass = vec![PointMass { node, mass: 1.0 }];
         let point = vec![PointForce { node, ..PointForce::default() }];
+        let branch = Maxwell { stiffness: 1.0, time: 1.0 };
         let damping = Damping {
-            maxwell: Some(Maxwell { stiffness: 1.0, time: 1.0 }),
+            maxwell: if whole { branch.into() } else { vec![branch].into() },
             friction: Some(Friction { stiffness: 1.0, curvature: 1.0 }),
             ..Damping::default()
         };

@@ -30,7 +30,7 @@ impl Scene {
             if damping.friction.is_some() {
                 add("loads.damping.friction", beside("friction"), |traits| traits.takes_friction);
             }
-            if damping.maxwell.is_some() {
+            if !damping.maxwell.is_empty() {
                 add("loads.damping.maxwell", beside("maxwell"), |traits| traits.takes_friction);
             }
         }

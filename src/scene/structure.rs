@@ -540,7 +540,7 @@ impl<D: Scalar> StructureScene<D> {
         scene.rod.mass.clone_from(&own.mass);
         scene.material = self.material_of(own)?;
         scene.loads.gravity = self.loads.gravity;
-        scene.loads.damping = self.loads.damping;
+        scene.loads.damping = self.loads.damping.clone();
         scene.time.clone_from(&self.time);
         Ok(())
     }

@@ -67,7 +67,7 @@ pub(crate) fn catalog_structure(scene: &Scene) -> StructureScene {
         supports: Vec::new(),
         loads: StructureLoads {
             gravity: [0.0; 3],
-            damping: scene.loads.damping,
+            damping: scene.loads.damping.clone(),
             point: vec![force],
         },
         initial: StructureStart::default(),

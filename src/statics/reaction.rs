@@ -45,7 +45,7 @@ pub struct Reactions {
 }
 
 /// Forces against a motion: damping and drag.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Default)]
 pub(crate) struct MotionResistances<'a> {
     /// Damping of mass and strain rates.
     pub damping: Damping<f64>,

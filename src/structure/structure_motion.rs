@@ -195,7 +195,7 @@ impl Structure {
             tolerance: time.tolerance,
             length: self.length(),
         };
-        let (damping, derivatives) = (scene.loads.damping, self.derivatives);
+        let (damping, derivatives) = (scene.loads.damping.clone(), self.derivatives);
         Ok(Simulation::new(assembly, q, frames, 0..n, damping, settings, derivatives))
     }
 

@@ -109,7 +109,7 @@ fn adjoint_gradient_equals_forward_derivatives_by_every_number() {
             (damping.bending, damping.stretching) = (1e-3, 5e-4);
         }
         if seed % 5 < 2 {
-            damping.maxwell = Some(Maxwell { stiffness: 0.3, time: 4e-3 });
+            damping.maxwell = Maxwell { stiffness: 0.3, time: 4e-3 }.into();
         }
         if seed % 6 < 2 {
             let fluid_velocity = [0.3, -0.2, if planar { 0.0 } else { 0.1 }];
@@ -212,7 +212,9 @@ fn adjoint_gradient_with_driven_nodes_and_free_twists_equals_forward_derivatives
             scene.supports.motion = vec![Motion { end: End::End, twist: 0.4, ..Motion::default() }];
             scene.loads.damping = Damping { mass: 0.4, ..Damping::default() };
         }
-        scene.loads.damping.maxwell = (seed == 2).then_some(Maxwell { stiffness: 0.3, time: 4e-3 });
+        if seed == 2 {
+            scene.loads.damping.maxwell = Maxwell { stiffness: 0.3, time: 4e-3 }.into();
+        }
         scene.loads.drag = (seed != 1).then_some(Drag {
             linear_normal: 0.02,
             quadratic_normal: 0.3,

@@ -28,7 +28,7 @@ fn rubber(planar: bool, scheme: Scheme, damping: f64) -> Scene {
     if damping > 0.0 {
         scene.loads.damping.mass = 1.5;
         if scheme.traits().takes_friction {
-            scene.loads.damping.maxwell = Some(Maxwell { stiffness: 0.3, time: 4e-3 });
+            scene.loads.damping.maxwell = Maxwell { stiffness: 0.3, time: 4e-3 }.into();
         }
     }
     let step = 1e-3;

@@ -12,6 +12,7 @@ mod motion;
 mod parameters;
 mod planar_elements;
 mod prescribed_motion;
+mod prony;
 mod random_scene_checks;
 mod rates;
 mod recorded;

@@ -217,7 +217,7 @@ fn derivatives_with_slipping_springs_are_the_same_in_any_group() {
             mass: 0.3,
             stiffness: 1e-3,
             bending: 2e-3,
-            maxwell: Some(Maxwell { stiffness: 0.4, time: 0.02 }),
+            maxwell: Maxwell { stiffness: 0.4, time: 0.02 }.into(),
             friction: Some(Friction { stiffness: 0.8, curvature: 0.1 }),
             ..Damping::default()
         };

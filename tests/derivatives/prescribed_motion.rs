@@ -66,7 +66,7 @@ fn derivatives_with_driven_nodes_and_all_forces_equal_differences() {
                 let damping = &mut scene.loads.damping;
                 match k {
                     0 => *damping = Damping { mass: 0.4, bending: 2e-3, ..Damping::default() },
-                    1 => damping.maxwell = Some(Maxwell { stiffness: 0.7, time: 0.02 }),
+                    1 => damping.maxwell = Maxwell { stiffness: 0.7, time: 0.02 }.into(),
                     2 => damping.friction = Some(Friction { stiffness: 1.6, curvature: 50.0 }),
                     _ => scene.loads.drag = Some(stream(planar)),
                 }

@@ -205,9 +205,9 @@ fn derivatives_with_viscous_damping_equal_differences() {
             {
                 let mut scene = scene(planar, scheme);
                 let damping = &mut scene.loads.damping;
-                *damping = Damping { stiffness, bending, twisting, stretching, ..*damping };
+                *damping = Damping { stiffness, bending, twisting, stretching, ..damping.clone() };
                 if scheme.traits().takes_friction && k > 0 {
-                    damping.maxwell = Some(Maxwell { stiffness: 0.7, time: 0.02 });
+                    damping.maxwell = Maxwell { stiffness: 0.7, time: 0.02 }.into();
                 }
                 println!("{scheme:?}, planar: {planar}, {k}");
                 let smooth = k == 2 && (planar || scheme != Scheme::AverageVectorField);

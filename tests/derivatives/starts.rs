@@ -110,7 +110,7 @@ fn derivatives_by_initial_velocities_equal_dual_numbers_and_differences() {
     turned.loads.point.clear();
     let mut helix = helix_with(0.6, 2e-3, 0.1, Clamp::MidEdge);
     helix.rod.segments = Some(16);
-    helix.loads.damping = arc.loads.damping;
+    helix.loads.damping = arc.loads.damping.clone();
     let mut spinning = helix.clone();
     spinning.initial.state = InitialState::Equilibrium;
     spinning.initial.angular_velocity = [1.0, -2.0, 3.0];

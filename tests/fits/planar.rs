@@ -4,7 +4,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rodfit::fit::Sample;
 use rodfit::scene::{
-    Clamp, Dimension, End, Handedness, Motion, Scene, Scheme, Section, Shape, Support, Time,
+    Clamp, Dimension, End, Handedness, Maxwell, Motion, Scene, Scheme, Section, Shape, Support,
+    Time,
 };
 use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 
@@ -103,6 +104,32 @@ fn exact_data_give_dampings_and_modulus() {
     ];
     // The values with which the data are simulated, without noise.
     found(&fit(&scene, &data, &truths.map(|(p, _)| p)), &truths, 1e-6);
+}
+
+/// Modulus, stiffness fractions and relaxation times of two Maxwell branches.
+#[test]
+fn exact_data_give_the_prony_series() {
+    let mut scene = small(2.0);
+    let series = |[g, fast, h, slow]: [f64; 4]| {
+        let branches =
+            vec![Maxwell { stiffness: g, time: fast }, Maxwell { stiffness: h, time: slow }];
+        branches.into()
+    };
+    let truth = [0.3, 0.02, 0.5, 0.4];
+    scene.loads.damping.maxwell = series(truth);
+    let data = observe(&scene, 200);
+    let start = [0.2, 0.03, 0.4, 0.3];
+    scene.loads.damping.maxwell = series(start);
+    let names = ["0.stiffness", "0.time", "1.stiffness", "1.time"];
+    let parameter =
+        |name: &str| -> Parameter { format!("loads.damping.maxwell.{name}").parse().unwrap() };
+    let mut truths = vec![(Parameter::YoungsModulus, 1e8)];
+    truths.extend(names.iter().zip(truth).map(|(name, value)| (parameter(name), value)));
+    let mut unknowns = vec![Unknown::new(Parameter::YoungsModulus).start(0.9e8)];
+    let starts = names.iter().zip(start);
+    unknowns.extend(starts.map(|(name, value)| Unknown::new(parameter(name)).start(value)));
+    // The values with which the data are simulated, without noise.
+    found(&fit(&scene, &data, &unknowns), &truths, 1e-6);
 }
 
 /// Every scheme identifies the modulus of its own simulation without a start. The motion of an accurate scheme gives the

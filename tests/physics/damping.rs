@@ -114,7 +114,7 @@ fn oscillator(maxwell: Maxwell, scheme: Scheme, turns: f64, steps: u32) -> [f64;
     let problem = scene.problem().unwrap();
     let rod = planar(&problem).rod();
     let w = (rod.stretch[1].stiffness / rod.stretch[1].rest_length / rod.mass[4]).sqrt();
-    scene.loads.damping.maxwell = Some(Maxwell { time: maxwell.time / w, ..maxwell });
+    scene.loads.damping.maxwell = Maxwell { time: maxwell.time / w, ..maxwell }.into();
     let problem = scene.problem().unwrap();
     let mut simulation = planar(&problem).simulation().unwrap();
     let rest = simulation.state().q[4];
@@ -171,7 +171,7 @@ fn relaxation_dissipates_energy() {
         scene.initial = Initial { state: InitialState::Equilibrium, ..Initial::default() };
         scene.initial.point = at_tip(force);
         let mut lost = |scheme, step| {
-            scene.loads.damping.maxwell = Some(Maxwell { stiffness: 0.5, time: 0.05 });
+            scene.loads.damping.maxwell = Maxwell { stiffness: 0.5, time: 0.05 }.into();
             scene.time = Some(Time { scheme, rho_inf: 0.9, ..Time::new(0.3, step) });
             let problem = scene.problem().unwrap();
             let mut totals = Vec::new();

@@ -17,6 +17,7 @@ mod newton;
 mod numerical_damping;
 mod paper;
 mod prescribed_motion;
+mod prony;
 mod recorded;
 mod spatial;
 mod supports;

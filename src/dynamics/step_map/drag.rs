@@ -8,7 +8,6 @@
 //! places are returned, for the caller to pass on to `q0` and `v0`.
 
 use crate::dynamics::step_map::StepMap;
-use crate::dynamics::step_map::numbers::SCHEME;
 use crate::dynamics::step_map::rates::{LaneDrag, ParameterRates, ParameterSlopes, StateRates};
 use crate::dynamics::step_map::workspace::{DragWorkspace, Held};
 use crate::rod::{Sensitive, Transposed};
@@ -35,7 +34,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         let (before, now) = (self.step.before, self.step.after);
         for LaneDrag { lane: g, drag } in &parameters.drag {
             let g = *g;
-            let scheme = Dual64::new(self.step.parameter, parameters.numbers[SCHEME].0[g]);
+            let scheme = Dual64::new(self.step.parameter, parameters.numbers.scheme.0[g]);
             let coefficients = self.coefficients(scheme);
             let DragWorkspace { places, v, .. } = room;
             // Until they are moved on, the velocities are those at the start.
@@ -107,7 +106,7 @@ impl<R: Transposed> StepMap<'_, R> {
             state.q[i][0] -= by_v * by_change;
             state.v[i][0] += by_v * by_v0;
             state.acceleration[i][0] += by_v * by_a0;
-            slopes.numbers[SCHEME] += by_v * self.nodal.damped_velocity(&self.step_motion(i))[1];
+            slopes.numbers.scheme += by_v * self.nodal.damped_velocity(&self.step_motion(i))[1];
         }
         by_place
     }

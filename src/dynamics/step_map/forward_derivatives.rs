@@ -8,7 +8,6 @@
 //! indefinite matrix is [`Error::SingularTangent`].
 
 use crate::dynamics::coefficients::END;
-use crate::dynamics::step_map::numbers::{MASS, SCHEME};
 use crate::dynamics::step_map::workspace::Held;
 use crate::dynamics::step_map::{ParameterRates, StateRates, StepMap, StepWorkspace};
 use crate::error::Error;
@@ -279,7 +278,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         parameters: &ParameterRates<R, G>,
         room: &mut StepWorkspace<R, G>,
     ) {
-        let [damping, scheme] = [parameters.numbers[MASS], parameters.numbers[SCHEME]];
+        let (damping, scheme) = (parameters.numbers.mass, parameters.numbers.scheme);
         let (nodal, step, mass) = (self.nodal, self.step, self.step.rod.mass());
         if parameters.mass.is_some() || damping != Lanes::ZERO {
             for i in step.free.clone() {
@@ -389,7 +388,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         state: &mut StateRates<G>,
         room: &StepWorkspace<R, G>,
     ) {
-        let scheme = parameters.numbers[SCHEME];
+        let scheme = parameters.numbers.scheme;
         if scheme != Lanes::ZERO {
             for i in self.step.free.clone() {
                 let [v, a] = self.nodal.end_by_scheme(&self.step_motion(i));

@@ -1,19 +1,21 @@
 //! Derivatives of stresses that depend on earlier strains: Kelvin-Voigt damping, relaxation and internal friction.
 //!
 //! The stress at the end of a step, or at the start of the next, is `K s`. The effective strain of a [`HistoryForm`] is
-//! `s = f1 s1 + f0 s0 + fr r0 + fz z0`. `s1` is the strain at the end of the step, `s0` the strain at its start. `r0`
-//! is the mean strain rate over the step before, `z0` the stretch of the Maxwell spring. Stretching, bending and
+//! `s = f1 s1 + f0 s0 + fr r0`, plus `fz z0` of every Maxwell branch. `s1` is the strain at the end of the step, `s0`
+//! the strain at its start. `r0` is the mean strain rate over the step before, `z0` the stretch of the Maxwell spring.
+//! Stretching, bending and
 //! twisting may have further terms by damping times of their own. Forward, derivatives of strains, rates and stretches
 //! become those of the stresses (N or N m), and advance to the end of the step. Transposed, derivatives of a misfit by
 //! the forces become those by strains, rates, stretches, laws and damping numbers; friction is left out there.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step_map::StepMap;
-use crate::dynamics::step_map::numbers::{COUNT, MASS, RELAXATION, along};
+use crate::dynamics::step_map::branch_relaxation::{BranchRelaxation, HistoryMoment};
+use crate::dynamics::step_map::numbers::{NONE, SCHEME, StepNumbers, along};
 use crate::dynamics::step_map::rates::{ParameterRates, ParameterSlopes, StateRates};
-use crate::dynamics::step_map::workspace::{HistoryMoment, HistoryWorkspace};
+use crate::dynamics::step_map::workspace::HistoryWorkspace;
 use crate::dynamics::stepper::stretch_springs;
-use crate::dynamics::viscosity::{EffectiveStrainFactors, relaxation};
+use crate::dynamics::viscosity::EffectiveStrainFactors;
 use crate::energy::Derivatives;
 use crate::numerics::lanes::Lanes;
 use crate::numerics::vector::map_components;
@@ -21,14 +23,13 @@ use crate::rod::{
     EffectiveStrains, FrameRate, InternalVariables, RodGeometry, Sensitive, Strained, Transposed,
     strained,
 };
-use crate::scene::Damping;
 use num_dual::Dual64;
 
 /// The factors of the effective strains, or their derivatives by one number of the damping.
 #[derive(Clone, Copy, Debug)]
 struct HistoryForm {
-    /// Factors of `s1`, `s0`, `r0` and `z0` for all strains.
-    all: [f64; 4],
+    /// Factors of `s1`, `s0` and `r0` for all strains.
+    all: [f64; 3],
     /// Factors of `s1`, `s0` and `r0` for stretching, bending and twisting, beside those for all.
     own: [[f64; 3]; 3],
 }
@@ -36,21 +37,20 @@ struct HistoryForm {
 impl HistoryForm {
     /// The factors of the form from those of the effective strain; `part` selects values or derivatives.
     fn new(factors: &EffectiveStrainFactors<Dual64>, part: fn(Dual64) -> f64) -> Self {
-        let EffectiveStrainFactors { factor, strain, rate, relaxing, past, own_factor, time } =
-            factors;
+        let EffectiveStrainFactors { factor, strain, rate, past, own_factor, time } = factors;
         // Strains with times of their own: effective strain own_factor s1 - time (past[0] s0 +
         // past[1] r0).
         let own = |k: usize| {
             map_components(&[own_factor[k], -(time[k] * past[0]), -(time[k] * past[1])], part)
         };
-        let all = map_components(&[*factor, -strain, -rate, -relaxing], part);
+        let all = map_components(&[*factor, -strain, -rate], part);
         Self { all, own: [own(0), own(1), own(2)] }
     }
 }
 
-/// The lists `[s1, s0, r0, z0]`: strains `s1` at the end, and strains, rates and stretches of `past`.
-fn lists<'a, T>(s1: &'a [T], past: &'a InternalVariables<T>) -> [&'a [T]; 4] {
-    [s1, &past.strain, &past.strain_rate, &past.relaxing]
+/// The strains `s1` at the end, and strains and rates of the `past`.
+fn lists<'a, T>(s1: &'a [T], past: &'a InternalVariables<T>) -> [&'a [T]; 3] {
+    [s1, &past.strain, &past.strain_rate]
 }
 
 impl<R: Sensitive> StepMap<'_, R> {
@@ -63,36 +63,61 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// The factors of the effective strain of a moment, with their derivatives by the entry `place` of the [list of
-    /// numbers](along).
-    fn factors(&self, moment: HistoryMoment, place: usize) -> EffectiveStrainFactors<Dual64> {
-        let (damping, parameter) = along(&self.step.damping, self.step.parameter, place);
-        let of: fn(&StepCoefficients<Dual64>, &Damping<Dual64>) -> EffectiveStrainFactors<Dual64> =
-            match moment {
-                HistoryMoment::End => EffectiveStrainFactors::at_end,
-                HistoryMoment::NextStart => EffectiveStrainFactors::at_start,
-            };
-        of(&self.coefficients(parameter), &damping)
+    /// The factors of the effective strain of a moment, with their derivatives by the number at `place`, as [`along`] has
+    /// it. `taken` is the sum of the factors of the strain's change of all Maxwell branches.
+    fn factors(
+        &self,
+        moment: HistoryMoment,
+        place: usize,
+        taken: f64,
+    ) -> EffectiveStrainFactors<Dual64> {
+        let (damping, parameter) = along(self.step.damping, self.step.parameter, place);
+        let coefficients = self.coefficients(parameter);
+        match moment {
+            HistoryMoment::End => {
+                EffectiveStrainFactors::at_end(&coefficients, &damping, taken.into())
+            }
+            HistoryMoment::NextStart => EffectiveStrainFactors::at_start(&coefficients, &damping),
+        }
     }
 
-    /// The factors of the effective strains at the end of the step, or at the start of the next.
-    fn form(&self, moment: HistoryMoment) -> HistoryForm {
-        HistoryForm::new(&self.factors(moment, COUNT), |x| x.re)
+    /// The factors of the effective strains at the end of the step, or at the start of the next, with the change of the
+    /// strain in the Maxwell `branches`.
+    fn form(&self, moment: HistoryMoment, branches: &[BranchRelaxation]) -> HistoryForm {
+        let taken = branches.iter().map(BranchRelaxation::change_factor).sum();
+        HistoryForm::new(&self.factors(moment, NONE, taken), |x| x.re)
     }
 
-    /// The derivatives of the factors by the entry `place` of the list of numbers.
+    /// The derivatives of the factors by the Kelvin-Voigt time or the scheme's parameter at `place`.
     fn form_slope(&self, moment: HistoryMoment, place: usize) -> HistoryForm {
-        HistoryForm::new(&self.factors(moment, place), |x| x.eps)
+        HistoryForm::new(&self.factors(moment, place, 0.0), |x| x.eps)
     }
 
-    /// The lists `[s1, s0, r0, z0]` from which the stress of a moment follows. At the start of the next step all are
-    /// those of its start.
-    fn history(&self, moment: HistoryMoment) -> [&[f64]; 4] {
-        let (before, now) = (&self.step.before.internal, &self.step.after.internal);
-        lists(&now.strain, if moment == HistoryMoment::End { before } else { now })
+    /// Overwrites `branches` with the relaxation of the Maxwell branches over the step.
+    fn set_branches(&self, branches: &mut Vec<BranchRelaxation>) {
+        let h = self.step.after.time - self.step.before.time;
+        branches.clear();
+        branches.extend(
+            self.step.damping.maxwell.as_slice().iter().map(|own| BranchRelaxation::new(own, h)),
+        );
     }
 
-    /// Overwrites `effective` with the effective strains of a moment, `f1 s1 + f0 s0 + fr r0 + fz z0`, one per strain.
+    /// The lists `[s1, s0, r0]` of strains and rates from which the stress of a moment follows. At the start of the next
+    /// step all are those of its start.
+    fn history(&self, moment: HistoryMoment) -> [&[f64]; 3] {
+        lists(&self.step.after.internal.strain, self.past(moment))
+    }
+
+    /// The internal variables at the start of the step, or at the start of the next.
+    fn past(&self, moment: HistoryMoment) -> &InternalVariables<f64> {
+        match moment {
+            HistoryMoment::End => &self.step.before.internal,
+            HistoryMoment::NextStart => &self.step.after.internal,
+        }
+    }
+
+    /// Overwrites `effective` with the effective strains of a moment, `f1 s1 + f0 s0 + fr r0`, plus `fz z0` of every Maxwell
+    /// branch, one per strain.
     /// If `has_own_times`, the strains with damping times of their kind, `own[0] s1 + own[1] s0 + own[2] r0`, are
     /// listed beside them, else that list is empty. Derivatives are not set.
     #[inline(always)]
@@ -100,12 +125,13 @@ impl<R: Sensitive> StepMap<'_, R> {
         &self,
         moment: HistoryMoment,
         form: &HistoryForm,
+        branches: &[BranchRelaxation],
         has_own_times: bool,
         effective: &mut EffectiveStrains<G>,
     ) {
         let history = self.history(moment);
         // s = f1 s1 + f0 s0 + fr r0 + fz z0, the strain that the elastic stiffness multiplies.
-        let (count, [s1, s0, r0, z0], [f1, f0, fr, fz]) = (history[0].len(), history, form.all);
+        let (count, [s1, s0, r0], [f1, f0, fr]) = (history[0].len(), history, form.all);
         effective.natural = !self.averages;
         let values = &mut effective.values;
         values.resize(count, 0.0);
@@ -113,8 +139,11 @@ impl<R: Sensitive> StepMap<'_, R> {
         for i in 0..count {
             values[i] = f1 * s1[i] + f0 * s0[i] + fr * r0[i];
         }
-        for (value, z) in values.iter_mut().zip(z0) {
-            *value += fz * z;
+        for (branch, z0) in branches.iter().zip(self.past(moment).branches()) {
+            let fz = branch.stretch_factor(moment);
+            for (value, z) in values.iter_mut().zip(z0) {
+                *value += fz * z;
+            }
         }
         // Stretching, bending and twisting may have damping times beside the common one.
         effective.own.clear();
@@ -138,6 +167,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         room: &mut HistoryWorkspace<G>,
     ) {
         // At fixed unknowns strains change with the rest lengths only.
+        self.set_branches(&mut room.branches);
         room.rest.resize(internal.strain.len(), Lanes::ZERO);
         R::rest_strain_rates(&parameters.laws, self.step.end, &mut room.rest);
         // The springs slip with the strain itself, the stress follows from its multiple f1 s1.
@@ -179,7 +209,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         room.strain.clone_from(&room.rest);
         self.step.rod.add_strain_rates(&state.frames, self.step.end, &state.q, &mut room.strain);
         self.slide(parameters, &state.internal, room);
-        self.relax(parameters, &mut state.internal, &room.strain);
+        self.relax(parameters, &mut state.internal, &room.branches, &room.strain);
         let (internal, by_h) = (&mut state.internal, self.nodal.h().recip());
         let (now, count) = (&room.strain[..], room.strain.len());
         let (then, rate) = (&mut internal.strain[..count], &mut internal.strain_rate[..count]);
@@ -200,14 +230,15 @@ impl<R: Sensitive> StepMap<'_, R> {
         &self,
         parameters: &ParameterRates<R, G>,
         internal: &InternalVariables<Lanes<G>>,
-        HistoryWorkspace { rest, strain, effective, .. }: &mut HistoryWorkspace<G>,
+        HistoryWorkspace { rest, strain, branches, effective, .. }: &mut HistoryWorkspace<G>,
     ) {
-        let (end, next) = (self.form(HistoryMoment::End), self.form(HistoryMoment::NextStart));
-        let [s1, _, r1, z1] = self.history(HistoryMoment::NextStart);
+        let end = self.form(HistoryMoment::End, branches);
+        let next = self.form(HistoryMoment::NextStart, branches);
+        let [s1, _, r1] = self.history(HistoryMoment::NextStart);
         // The forces of an averaging scheme at the next start are not those at the end and a
         // difference, but all viscous forces.
         let kept = if self.averages { 0.0 } else { 1.0 };
-        let ([n1, n0, nr, nz], e1) = (next.all, kept * end.all[0]);
+        let ([n1, n0, nr], e1) = (next.all, kept * end.all[0]);
         let EffectiveStrains { values, rates, own, own_rates, .. } = effective;
         let count = values.len();
         let (values, rates) = (&mut values[..count], &mut rates[..count]);
@@ -220,9 +251,14 @@ impl<R: Sensitive> StepMap<'_, R> {
             values[i] = (n1 + n0) * s1[i] + nr * r1[i] - kept * values[i];
             rates[i] = strain[i] * by_strain + rate[i] * nr + rest[i] * e1 - rates[i] * kept;
         }
-        for (i, z) in internal.relaxing.iter().enumerate() {
-            values[i] += nz * z1[i];
-            rates[i] += *z * nz;
+        let past = self.past(HistoryMoment::NextStart);
+        let stretches = past.branches().zip(internal.branches());
+        for (branch, (z1, z_rates)) in branches.iter().zip(stretches) {
+            let nz = branch.stretch_factor(HistoryMoment::NextStart);
+            for (i, z) in z_rates.iter().enumerate() {
+                values[i] += nz * z1[i];
+                rates[i] += *z * nz;
+            }
         }
         for (i, (value, rate)) in own.iter_mut().zip(own_rates.iter_mut()).enumerate() {
             let kind = self.step.rod.kind(i);
@@ -231,7 +267,7 @@ impl<R: Sensitive> StepMap<'_, R> {
             *rate = strain[i] * (n1 + n0 - e1) + internal.strain_rate[i] * nr + rest[i] * e1
                 - *rate * kept;
         }
-        self.add_by_numbers(HistoryMoment::NextStart, parameters, effective);
+        self.add_by_numbers(HistoryMoment::NextStart, parameters, branches, effective);
     }
 
     /// Overwrites `room.slid` with the derivatives of the stretches of friction springs, with slip, at the end of the
@@ -262,33 +298,30 @@ impl<R: Sensitive> StepMap<'_, R> {
 
     /// Replaces the derivatives of the stretches of the Maxwell springs by those at the end of the step, of `z1 = left
     /// z0 + taken (s1 - s0)`. They are by `z0`, by both strains, whose derivatives at the end are in `strain`, and by
-    /// the relaxation time. No effect without a Maxwell branch.
+    /// the relaxation time, branch after branch. No effect without a Maxwell branch.
     fn relax<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
         internal: &mut InternalVariables<Lanes<G>>,
+        branches: &[BranchRelaxation],
         strain: &[Lanes<G>],
     ) {
-        let Some([left, taken]) = self.relaxation() else { return };
         let (before, now) = (&self.step.before.internal, &self.step.after.internal);
         let InternalVariables { relaxing, strain: start, .. } = internal;
-        let by_time = parameters.numbers[RELAXATION];
-        for (i, z) in relaxing.iter_mut().enumerate() {
-            let change = now.strain[i] - before.strain[i];
-            // z1 = left z0 + taken (s1 - s0), by z0, by the strains, and by the relaxation time
-            // in both factors.
-            *z = *z * left.re
-                + by_time * left.eps * before.relaxing[i]
-                + (strain[i] - start[i]) * taken.re
-                + by_time * taken.eps * change;
+        let lists = relaxing.chunks_exact_mut(strain.len().max(1)).zip(before.branches());
+        let numbers = branches.iter().zip(&parameters.numbers.branches);
+        for ((branch, along), (relaxing, z0)) in numbers.zip(lists) {
+            let (BranchRelaxation { left, taken, .. }, by_time) = (branch, along.time);
+            for (i, z) in relaxing.iter_mut().enumerate() {
+                let change = now.strain[i] - before.strain[i];
+                // z1 = left z0 + taken (s1 - s0), by z0, by the strains, and by the relaxation
+                // time in both factors.
+                *z = *z * left.re
+                    + by_time * left.eps * z0[i]
+                    + (strain[i] - start[i]) * taken.re
+                    + by_time * taken.eps * change;
+            }
         }
-    }
-
-    /// The factors `[left, taken]` of a Maxwell spring, `z1 = left z0 + taken (s1 - s0)`, with derivatives by the
-    /// relaxation time. `None` without a Maxwell branch.
-    fn relaxation(&self) -> Option<[Dual64; 2]> {
-        let (damping, _) = along(&self.step.damping, self.step.parameter, RELAXATION);
-        Some(relaxation(damping.maxwell.as_ref()?, self.step.after.time - self.step.before.time))
     }
 
     /// Overwrites `room.effective` with the effective strains at the end of the step without internal friction, and
@@ -299,12 +332,13 @@ impl<R: Sensitive> StepMap<'_, R> {
         &self,
         parameters: &ParameterRates<R, G>,
         internal: &InternalVariables<Lanes<G>>,
-        HistoryWorkspace { rest, effective, .. }: &mut HistoryWorkspace<G>,
+        HistoryWorkspace { rest, branches, effective, .. }: &mut HistoryWorkspace<G>,
     ) {
-        let form = self.form(HistoryMoment::End);
-        self.set_effective(HistoryMoment::End, &form, parameters.has_own_times, effective);
+        let form = self.form(HistoryMoment::End, branches);
+        let has_own_times = parameters.has_own_times;
+        self.set_effective(HistoryMoment::End, &form, branches, has_own_times, effective);
         let (count, EffectiveStrains { rates, own, own_rates, .. }) = (rest.len(), &mut *effective);
-        let [f1, f0, fr, fz] = form.all;
+        let [f1, f0, fr] = form.all;
         rates.resize(count, Lanes::ZERO);
         let (rates, rest) = (&mut rates[..count], &rest[..count]);
         let (strain, strain_rate) = (&internal.strain[..count], &internal.strain_rate[..count]);
@@ -312,8 +346,11 @@ impl<R: Sensitive> StepMap<'_, R> {
         for i in 0..count {
             rates[i] = rest[i] * f1 + strain[i] * f0 + strain_rate[i] * fr;
         }
-        for (i, z) in internal.relaxing.iter().enumerate() {
-            rates[i] += *z * fz;
+        for (branch, z0) in branches.iter().zip(internal.branches()) {
+            let fz = branch.stretch_factor(HistoryMoment::End);
+            for (rate, z) in rates.iter_mut().zip(z0) {
+                *rate += *z * fz;
+            }
         }
         own_rates.clear();
         // The same for the strains with times of their own.
@@ -321,7 +358,7 @@ impl<R: Sensitive> StepMap<'_, R> {
             let own = &form.own[self.step.rod.kind(i)];
             rest[i] * own[0] + strain[i] * own[1] + strain_rate[i] * own[2]
         }));
-        self.add_by_numbers(HistoryMoment::End, parameters, effective);
+        self.add_by_numbers(HistoryMoment::End, parameters, branches, effective);
     }
 
     /// Adds the derivatives of effective strains of a moment by the damping numbers and the parameter of the scheme:
@@ -332,27 +369,74 @@ impl<R: Sensitive> StepMap<'_, R> {
         &self,
         moment: HistoryMoment,
         parameters: &ParameterRates<R, G>,
+        branches: &[BranchRelaxation],
+        effective: &mut EffectiveStrains<G>,
+    ) {
+        let numbers = &parameters.numbers;
+        for (place, along) in numbers.times.iter().enumerate() {
+            self.add_by_number(moment, place, along, effective);
+        }
+        let stretches = self.past(moment).branches();
+        for ((branch, along), z0) in branches.iter().zip(&numbers.branches).zip(stretches) {
+            let slopes = [
+                (along.stiffness, branch.by_stiffness(moment)),
+                (along.time, branch.by_time(moment)),
+            ];
+            for (along, slope) in slopes {
+                if along != Lanes::ZERO {
+                    self.add_by_branch(moment, along, slope, z0, effective);
+                }
+            }
+        }
+        self.add_by_number(moment, SCHEME, &numbers.scheme, effective);
+    }
+
+    /// Adds the derivatives of effective strains of a moment by a Kelvin-Voigt time or the scheme's parameter, whose
+    /// derivatives are `along`; nothing if these are zero.
+    #[inline(always)]
+    fn add_by_number<const G: usize>(
+        &self,
+        moment: HistoryMoment,
+        place: usize,
+        along: &Lanes<G>,
         EffectiveStrains { rates, own_rates, .. }: &mut EffectiveStrains<G>,
     ) {
+        if *along == Lanes::ZERO {
+            return;
+        }
         let count = rates.len();
-        let ([s1, s0, r0, z0], rates) = (self.history(moment), &mut rates[..count]);
+        let ([s1, s0, r0], rates) = (self.history(moment), &mut rates[..count]);
         let (s1, s0, r0) = (&s1[..count], &s0[..count], &r0[..count]);
-        for (place, along) in parameters.numbers.iter().enumerate() {
-            if *along == Lanes::ZERO || place == MASS {
-                continue;
-            }
-            let slope = self.form_slope(moment, place);
-            let [g1, g0, gr, gz] = slope.all;
-            for i in 0..count {
-                rates[i] += *along * (g1 * s1[i] + g0 * s0[i] + gr * r0[i]);
-            }
-            for (rate, z) in rates.iter_mut().zip(z0) {
-                *rate += *along * (gz * z);
-            }
-            for (i, rate) in own_rates.iter_mut().enumerate() {
-                let own = &slope.own[self.step.rod.kind(i)];
-                *rate += *along * (own[0] * s1[i] + own[1] * s0[i] + own[2] * r0[i]);
-            }
+        let slope = self.form_slope(moment, place);
+        let [g1, g0, gr] = slope.all;
+        for i in 0..count {
+            rates[i] += *along * (g1 * s1[i] + g0 * s0[i] + gr * r0[i]);
+        }
+        for (i, rate) in own_rates.iter_mut().enumerate() {
+            let own = &slope.own[self.step.rod.kind(i)];
+            *rate += *along * (own[0] * s1[i] + own[1] * s0[i] + own[2] * r0[i]);
+        }
+    }
+
+    /// Adds the derivatives of effective strains of a moment by a number of a Maxwell branch, whose derivatives are
+    /// `along`. The `slope` has the derivatives of the factors of strain change and stretch by it, `z0` the stretches.
+    #[inline(always)]
+    fn add_by_branch<const G: usize>(
+        &self,
+        moment: HistoryMoment,
+        along: Lanes<G>,
+        [by_change, by_stretch]: [f64; 2],
+        z0: &[f64],
+        EffectiveStrains { rates, .. }: &mut EffectiveStrains<G>,
+    ) {
+        let count = rates.len();
+        let ([s1, s0, _], rates) = (self.history(moment), &mut rates[..count]);
+        let (s1, s0) = (&s1[..count], &s0[..count]);
+        for i in 0..count {
+            rates[i] += along * (by_change * s1[i] - by_change * s0[i]);
+        }
+        for (rate, z) in rates.iter_mut().zip(z0) {
+            *rate += along * (by_stretch * z);
         }
     }
 }
@@ -371,13 +455,14 @@ impl<R: Transposed> StepMap<'_, R> {
         room: &mut HistoryWorkspace<1>,
     ) {
         let rod = self.step.rod;
-        let HistoryWorkspace { effective, along, by_strain, by_own, .. } = room;
+        let HistoryWorkspace { branches, effective, along, by_strain, by_own, .. } = room;
         let internal = &mut state.internal;
         let has_history = !internal.strain.is_empty();
-        let form = has_history.then(|| self.form(moment));
+        self.set_branches(branches);
+        let form = has_history.then(|| self.form(moment, branches));
         // Without a history the stress follows from the strains at the end alone.
         match &form {
-            Some(form) => self.set_effective(moment, form, self.has_own_times, effective),
+            Some(form) => self.set_effective(moment, form, branches, self.has_own_times, effective),
             None => self.step.end.write_strains(&mut effective.values),
         }
         along.resize(effective.values.len(), 0.0);
@@ -398,12 +483,15 @@ impl<R: Transposed> StepMap<'_, R> {
 
         let history = self.history(moment);
         let InternalVariables { strain, strain_rate, relaxing, .. } = internal;
-        let [_, s0, r0, z0] = form.all;
-        let past = [(s0, &mut *strain), (r0, &mut *strain_rate), (z0, relaxing)];
-        for (factor, to) in past {
+        let [_, s0, r0] = form.all;
+        for (factor, to) in [(s0, &mut *strain), (r0, &mut *strain_rate)] {
             to.iter_mut().zip(&*by_strain).for_each(|(to, by)| to.0[0] += factor * by);
         }
-        let (mut sums, mut own_sums) = ([0.0; 4], [[0.0; 3]; 3]);
+        for (branch, to) in branches.iter().zip(relaxing.chunks_exact_mut(by_strain.len().max(1))) {
+            let factor = branch.stretch_factor(moment);
+            to.iter_mut().zip(&*by_strain).for_each(|(to, by)| to.0[0] += factor * by);
+        }
+        let (mut sums, mut own_sums) = ([0.0; 3], [[0.0; 3]; 3]);
         // By the factors of the form, for the numbers that they depend on.
         for (sum, list) in sums.iter_mut().zip(history) {
             *sum = list.iter().zip(&*by_strain).map(|(x, by)| x * by).sum();
@@ -424,12 +512,21 @@ impl<R: Transposed> StepMap<'_, R> {
             }
         }
         // By the damping numbers: the derivatives of the factors times the sums above.
-        for place in 0..COUNT {
+        let StepNumbers { times, branches: by_branches, scheme, .. } = &mut slopes.numbers;
+        for (place, by) in times.iter_mut().chain([scheme]).enumerate() {
             let slope = self.form_slope(moment, place);
             let all = slope.all.iter().zip(sums);
             let own = slope.own.as_flattened().iter().zip(own_sums.as_flattened());
-            slopes.numbers[place] += all.map(|(a, b)| a * b).sum::<f64>();
-            slopes.numbers[place] += own.map(|(a, b)| a * b).sum::<f64>();
+            *by += all.map(|(a, b)| a * b).sum::<f64>();
+            *by += own.map(|(a, b)| a * b).sum::<f64>();
+        }
+        let stretches = self.past(moment).branches();
+        for ((branch, by), z0) in branches.iter().zip(by_branches).zip(stretches) {
+            let stretch: f64 = z0.iter().zip(&*by_strain).map(|(x, by)| x * by).sum();
+            let along =
+                |[change, spring]: [f64; 2]| change * sums[0] - change * sums[1] + spring * stretch;
+            by.stiffness += along(branch.by_stiffness(moment));
+            by.time += along(branch.by_time(moment));
         }
     }
 
@@ -445,20 +542,28 @@ impl<R: Transposed> StepMap<'_, R> {
     ) {
         let (before, now) = (&self.step.before.internal, &self.step.after.internal);
         let InternalVariables { strain, strain_rate, relaxing, .. } = &mut state.internal;
-        let mut by_relaxation = [0.0; 2];
-        let [left, taken] = self.relaxation().unwrap_or([Dual64::from(0.0); 2]);
-        let by_strain = &mut room.by_strain;
+        let HistoryWorkspace { branches, by_strain, .. } = room;
+        self.set_branches(branches);
+        let count = now.strain.len();
         // The start takes back the part of a strain's change over the step.
-        for i in 0..now.strain.len() {
-            let change = now.strain[i] - before.strain[i];
-            let mut by_change = strain_rate[i].0[0] / self.nodal.h();
+        for i in 0..count {
+            by_strain[i] = strain_rate[i].0[0] / self.nodal.h();
+        }
+        let lists = relaxing.chunks_exact_mut(count.max(1)).zip(before.branches());
+        let numbers = branches.iter().zip(&mut slopes.numbers.branches);
+        for ((branch, by), (relaxing, z0)) in numbers.zip(lists) {
+            let (BranchRelaxation { left, taken, .. }, mut sums) = (branch, [0.0; 2]);
             // z1 = left z0 + taken (s1 - s0), transposed.
-            if let Some(Lanes([z])) = relaxing.get_mut(i) {
-                by_change += taken.re * *z;
-                by_relaxation[0] += before.relaxing[i] * *z;
-                by_relaxation[1] += change * *z;
+            for (i, Lanes([z])) in relaxing.iter_mut().enumerate() {
+                by_strain[i] += taken.re * *z;
+                sums[0] += z0[i] * *z;
+                sums[1] += (now.strain[i] - before.strain[i]) * *z;
                 *z *= left.re;
             }
+            by.time += sums[0] * left.eps + sums[1] * taken.eps;
+        }
+        for i in 0..count {
+            let by_change = by_strain[i];
             // The rate (s1 - s0)/h depends on both strains, with opposite signs.
             let by_end = strain[i].0[0] + by_change;
             (strain[i], strain_rate[i]) = (Lanes([-by_change]), Lanes::ZERO);
@@ -467,7 +572,6 @@ impl<R: Transposed> StepMap<'_, R> {
                 *rest -= (1.0 + now.strain[i]) * by_end;
             }
         }
-        slopes.numbers[RELAXATION] += by_relaxation[0] * left.eps + by_relaxation[1] * taken.eps;
         // What remains at the end of the step is a derivative by its strains: it goes on to
         // unknowns and frames.
         let (q, base) = (&self.step.after.q, &self.step.before.frames);

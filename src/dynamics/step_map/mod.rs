@@ -12,6 +12,7 @@
 //! Input: a linearized step ([`Linearization`](crate::dynamics::Linearization)). [`StepMap`] is the map; its arguments and
 //! results are [`StateRates`], with [`ParameterRates`] forward and [`ParameterSlopes`] transposed.
 
+mod branch_relaxation;
 mod drag;
 mod forward_derivatives;
 mod history;

@@ -1,50 +1,94 @@
-//! The scalar numbers of damping and of the time integration scheme in the equations of a step, as one list of
-//! [`COUNT`] entries.
+//! The scalar numbers of damping and of the time integration scheme in the equations of a step.
 //!
-//! Order: mass damping (1/s); Kelvin-Voigt times of all strains, stretching, bending and twisting (s); stiffness
-//! fraction and relaxation time (s) of the Maxwell branch; parameter of the scheme. [`list`] makes it from the damping,
-//! over any scalar, with zeros for an absent Maxwell branch. [`along`] returns damping and parameter as dual numbers,
-//! with derivative 1 of one entry and 0 of all others; an index of [`COUNT`] or more gives no derivatives. Internal
-//! friction is no part of it. The step map loops over the list for derivatives by each number.
+//! [`StepNumbers`] has one entry for each: mass damping (1/s); Kelvin-Voigt times of all strains, stretching, bending
+//! and twisting (s); stiffness fraction and relaxation time (s) of every Maxwell branch; parameter of the scheme. The
+//! entries are derivatives along parameters, or derivatives of a misfit by these numbers. [`along`] returns
+//! Kelvin-Voigt times and scheme as dual numbers, with derivative 1 of one of them. Internal friction is no part.
 
-use crate::numerics::scalar::Scalar;
-use crate::scene::{Damping, Maxwell};
+use crate::numerics::lanes::Lanes;
+use crate::numerics::vector::components;
+use crate::scene::{Damping, Maxwell, MaxwellBranches};
 use num_dual::Dual64;
 
-/// The number of entries of the list.
-pub const COUNT: usize = 8;
-/// Index of the mass damping, 1/s, in the list.
-pub const MASS: usize = 0;
-/// Index of the relaxation time of the Maxwell branch, s, in the list.
-pub const RELAXATION: usize = 6;
-/// Index of the scheme's parameter in the list.
-pub const SCHEME: usize = 7;
+/// The number of Kelvin-Voigt times.
+const TIMES: usize = 4;
+/// Place of the scheme's parameter for [`along`]; the Kelvin-Voigt times have the places before it.
+pub const SCHEME: usize = TIMES;
+/// A place of no number: [`along`] returns no derivatives.
+pub const NONE: usize = SCHEME + 1;
 
-/// The list from the damping and the scheme's parameter; zeros for an absent Maxwell branch.
-pub fn list<D: Scalar>(damping: &Damping<D>, parameter: D) -> [D; COUNT] {
-    let Damping { mass, stiffness, stretching, bending, twisting, maxwell, .. } = *damping;
-    let zero = D::from(0.0);
-    let maxwell = maxwell.unwrap_or(Maxwell { stiffness: zero, time: zero });
-    let Maxwell { stiffness: branch, time } = maxwell;
-    [mass, stiffness, stretching, bending, twisting, branch, time, parameter]
+/// One entry for each number of damping and scheme.
+#[derive(Clone, Debug)]
+pub struct StepNumbers<T> {
+    /// Mass damping.
+    pub mass: T,
+    /// Kelvin-Voigt times of all strains, stretching, bending and twisting.
+    pub times: [T; TIMES],
+    /// Stiffness fraction and relaxation time of every Maxwell branch.
+    pub branches: Vec<Maxwell<T>>,
+    /// The parameter of the scheme.
+    pub scheme: T,
 }
 
-/// Damping and the scheme's parameter as dual numbers, with derivative 1 of the entry `place` of the list and 0 of all
-/// others. `place >= COUNT`: no derivatives. Internal friction is left out.
+impl StepNumbers<f64> {
+    /// Zeros for so many Maxwell branches.
+    pub fn zeros(branches: usize) -> Self {
+        let branches = vec![Maxwell { stiffness: 0.0, time: 0.0 }; branches];
+        Self { mass: 0.0, times: [0.0; TIMES], branches, scheme: 0.0 }
+    }
+
+    /// The derivative of a misfit through these numbers: the sum of the derivatives by them times their derivatives
+    /// `along` one parameter.
+    pub fn product(&self, along: &StepNumbers<Lanes<1>>) -> f64 {
+        let mut sum = self.mass * along.mass.0[0];
+        for (by, rate) in self.times.iter().zip(&along.times) {
+            sum += by * rate.0[0];
+        }
+        for (by, rate) in self.branches.iter().zip(&along.branches) {
+            sum += by.stiffness * rate.stiffness.0[0];
+            sum += by.time * rate.time.0[0];
+        }
+        sum + self.scheme * along.scheme.0[0]
+    }
+}
+
+impl<const G: usize> StepNumbers<Lanes<G>> {
+    /// The derivatives that `damping` and the schemes' `parameters` contain, one lane each. All have equally many
+    /// Maxwell branches.
+    pub fn new(damping: [&Damping<Dual64>; G], parameters: [Dual64; G]) -> Self {
+        let lanes =
+            |of: &dyn Fn(&Damping<Dual64>) -> Dual64| Lanes(components(|g| of(damping[g]).eps));
+        let branches = damping.iter().map(|damping| damping.maxwell.as_slice().len()).min();
+        let branch = |k: usize| Maxwell {
+            stiffness: lanes(&|damping| damping.maxwell.as_slice()[k].stiffness),
+            time: lanes(&|damping| damping.maxwell.as_slice()[k].time),
+        };
+        Self {
+            mass: lanes(&|damping| damping.mass),
+            times: [
+                lanes(&|damping| damping.stiffness),
+                lanes(&|damping| damping.stretching),
+                lanes(&|damping| damping.bending),
+                lanes(&|damping| damping.twisting),
+            ],
+            branches: (0..branches.unwrap_or(0)).map(branch).collect(),
+            scheme: Lanes(components(|g| parameters[g].eps)),
+        }
+    }
+}
+
+/// Damping and the scheme's parameter as dual numbers, with derivative 1 of the Kelvin-Voigt time or the parameter at
+/// `place`; [`NONE`]: no derivatives. Maxwell branches and internal friction are left out.
 pub fn along(damping: &Damping<f64>, parameter: f64, place: usize) -> (Damping<Dual64>, Dual64) {
     let dual = |k: usize, x: f64| Dual64::new(x, f64::from(u8::from(k == place)));
-    let maxwell = damping.maxwell.map(|Maxwell { stiffness, time }| Maxwell {
-        stiffness: dual(5, stiffness),
-        time: dual(RELAXATION, time),
-    });
-    let damping = Damping {
-        mass: dual(MASS, damping.mass),
-        stiffness: dual(1, damping.stiffness),
-        stretching: dual(2, damping.stretching),
-        bending: dual(3, damping.bending),
-        twisting: dual(4, damping.twisting),
-        maxwell,
+    let times = Damping {
+        mass: damping.mass.into(),
+        stiffness: dual(0, damping.stiffness),
+        stretching: dual(1, damping.stretching),
+        bending: dual(2, damping.bending),
+        twisting: dual(3, damping.twisting),
+        maxwell: MaxwellBranches::default(),
         friction: None,
     };
-    (damping, dual(SCHEME, parameter))
+    (times, dual(SCHEME, parameter))
 }

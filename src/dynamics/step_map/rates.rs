@@ -7,9 +7,9 @@
 //! ones is the derivative of the misfit along one parameter, `dm/dp = dm/dx . dx/dp`, without friction springs.
 
 use crate::dynamics::simulation::Simulation;
-use crate::dynamics::step_map::numbers::{COUNT, list};
+use crate::dynamics::step_map::numbers::StepNumbers;
 use crate::numerics::lanes::{Lanes, all};
-use crate::numerics::vector::{components, map_components};
+use crate::numerics::vector::map_components;
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::{
     ChangedRods, DragSlopes, FrameRate, InternalVariables, Laws, NodalDrag, Rod, Sensitive,
@@ -138,8 +138,8 @@ pub struct ParameterRates<R: Sensitive, const G: usize> {
     pub laws: R::Rates<G>,
     /// Of the masses; none where none changes.
     pub mass: Option<Vec<[f64; G]>>,
-    /// Of the [numbers](list) of damping and the scheme.
-    pub numbers: [Lanes<G>; COUNT],
+    /// Of the numbers of damping and the scheme.
+    pub numbers: StepNumbers<Lanes<G>>,
     /// Of the stiffness of springs of internal friction.
     pub friction: Lanes<G>,
     /// Whether kinds of strain have damping times of their own.
@@ -163,8 +163,6 @@ impl<R: Sensitive, const G: usize> ParameterRates<R, G> {
         R::set_rates(&rods, &mut laws);
         let mass = lanes(rods.each_ref().map(|rod| rod.mass()));
         let damping = simulations.map(Simulation::damping);
-        let numbers: [[Dual64; COUNT]; G] =
-            std::array::from_fn(|g| list(&damping[g], parameters[g]));
         let friction = damping.map(|damping| damping.friction.map_or(0.0, |f| f.stiffness.eps));
         let times = damping.iter().flat_map(|damping| damping.additional_times());
         let drags = simulations.iter().map(|simulation| simulation.drag()).enumerate();
@@ -175,7 +173,7 @@ impl<R: Sensitive, const G: usize> ParameterRates<R, G> {
         Some(Self {
             laws,
             mass: mass.iter().any(|mass| *mass != [0.0; G]).then_some(mass),
-            numbers: components(|k| Lanes(components(|g| numbers[g][k].eps))),
+            numbers: StepNumbers::new(damping, parameters),
             friction: Lanes(friction),
             has_own_times: times.into_iter().any(|time| time.re != 0.0 || time.eps != 0.0),
             drag: drags
@@ -201,8 +199,8 @@ pub struct ParameterSlopes {
     pub laws: Laws,
     /// By the masses.
     pub mass: Vec<f64>,
-    /// By the [numbers](list) of damping and the scheme.
-    pub numbers: [f64; COUNT],
+    /// By the numbers of damping and the scheme.
+    pub numbers: StepNumbers<f64>,
     /// By the numbers of drag.
     pub drag: Option<DragSlopes>,
 }
@@ -213,7 +211,7 @@ impl ParameterSlopes {
         Self {
             laws: simulation.rod().no_laws(moments),
             mass: vec![0.0; simulation.rod().mass().len()],
-            numbers: [0.0; COUNT],
+            numbers: StepNumbers::zeros(simulation.damping().maxwell.as_slice().len()),
             drag: simulation.drag().map(NodalDrag::no_slopes),
         }
     }
@@ -222,8 +220,8 @@ impl ParameterSlopes {
     /// the numbers along one parameter. `rod` is that of the run.
     pub fn product<R: Transposed>(&self, rod: &R, along: &ParameterRates<R, 1>) -> f64 {
         let [dual] = &along.rods;
-        let mut total = rod.along(dual, &along.laws, &self.laws)
-            + dot(&self.numbers, &along.numbers.map(|Lanes([rate])| rate));
+        let mut total =
+            rod.along(dual, &along.laws, &self.laws) + self.numbers.product(&along.numbers);
         if let Some(mass) = &along.mass {
             total += dot(&self.mass, mass.as_flattened());
         }

@@ -7,8 +7,7 @@
 //! no transpose. An inaccurate solution with an indefinite matrix is an error.
 
 use crate::dynamics::linearization::{Linearization, StartForces};
-use crate::dynamics::step_map::numbers::{MASS, SCHEME};
-use crate::dynamics::step_map::workspace::HistoryMoment;
+use crate::dynamics::step_map::branch_relaxation::HistoryMoment;
 use crate::dynamics::step_map::{
     MovingSupports, ParameterSlopes, StateRates, StepMap, StepWorkspace,
 };
@@ -87,7 +86,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         for i in step.free.clone() {
             let (mass, v) = (step.rod.mass()[i], step.after.v[i]);
             state.v[i][0] += damping * mass * d[i];
-            slopes.numbers[MASS] += mass * v * d[i];
+            slopes.numbers.mass += mass * v * d[i];
             slopes.mass[i] += damping * v * d[i];
         }
         self.next_drag_transposed(&d, state, slopes);
@@ -120,8 +119,8 @@ impl<'a, R: Transposed> StepMap<'a, R> {
             let (v1, n1) = (state.v[i][0], state.unbalanced[i][0]);
             let a1 = if has_acceleration { state.acceleration[i][0] } else { 0.0 };
             let [v_slope, a_slope] = self.nodal.end_by_scheme(&self.step_motion(i));
-            slopes.numbers[SCHEME] += v1 * v_slope;
-            slopes.numbers[SCHEME] += a1 * a_slope;
+            slopes.numbers.scheme += v1 * v_slope;
+            slopes.numbers.scheme += a1 * a_slope;
             let [q0, v0, a0, change] = self.nodal.end_transposed([v1, a1]);
             let [n, r, q1] = self.nodal.force_transposed(self.step.rod.mass()[i], n1);
             room.solution[i][0] = state.q[i][0] + change + q1;
@@ -168,8 +167,8 @@ impl<'a, R: Transposed> StepMap<'a, R> {
             let [of_mass, damping, scheme] =
                 self.nodal.numbers_transposed(mass, &self.step_motion(i), forces, by);
             slopes.mass[i] += of_mass;
-            slopes.numbers[MASS] += damping;
-            slopes.numbers[SCHEME] += scheme;
+            slopes.numbers.mass += damping;
+            slopes.numbers.scheme += scheme;
         }
     }
 

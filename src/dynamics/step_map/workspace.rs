@@ -3,23 +3,14 @@
 //! [`StepWorkspace`] has the derivatives of forces, right-hand sides and solutions per unknown, and the [`Held`]
 //! unknowns of supports. [`HistoryWorkspace`] has those of strains, effective strains and stresses per strain.
 //! [`DragWorkspace`] has places (m) and velocities (m/s) in dual numbers; its `add_rates` adds the derivatives of the
-//! drag (N) there to one lane. [`HistoryMoment`] names the moment of a stress: the end of the step, or the start of the
-//! next. The lists are kept from step to step, and resized at the first one. With `G = 1` the transposed map uses them
-//! for derivatives of a misfit.
+//! drag (N) there to one lane. The lists are kept from step to step, and resized at the first one. With `G = 1` the
+//! transposed map uses them for derivatives of a misfit.
 
+use crate::dynamics::step_map::branch_relaxation::BranchRelaxation;
 use crate::numerics::lanes::Lanes;
 use crate::numerics::vector::Vector;
 use crate::rod::{DualFrames, EffectiveStrains, NodalDrag, Rod};
 use num_dual::Dual64;
-
-/// The moment at which stresses are taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum HistoryMoment {
-    /// The end of the step, in its equations.
-    End,
-    /// The start of the next step.
-    NextStart,
-}
 
 /// Strains and stresses of a step with their derivatives along `G` parameters.
 #[derive(Clone, Default)]
@@ -32,6 +23,8 @@ pub struct HistoryWorkspace<const G: usize> {
     pub z: Vec<f64>,
     /// Derivatives of those stretches with slip.
     pub slid: Vec<Lanes<G>>,
+    /// Relaxation of the Maxwell branches over the step.
+    pub branches: Vec<BranchRelaxation>,
     /// Effective strains with their derivatives.
     pub effective: EffectiveStrains<G>,
     /// The effective strains with those of internal friction.

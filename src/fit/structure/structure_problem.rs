@@ -38,7 +38,7 @@ pub(crate) fn representative_problem(scene: StructureScene) -> Result<Problem, E
     let mut rod = Scene::new(structure.segments(), shape, first.section.clone(), material);
     rod.rod.dimension = Dimension::Planar;
     rod.loads.gravity = across.map(|x| -ORIENTING_GRAVITY * x);
-    rod.loads.damping = scene.loads.damping;
+    rod.loads.damping = scene.loads.damping.clone();
     rod.initial = Initial { state: scene.initial.state, ..Initial::default() };
     rod.time.clone_from(&scene.time);
     rod.camera = scene.camera;

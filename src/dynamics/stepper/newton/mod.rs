@@ -159,8 +159,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             rod.strains(q, frames, &mut internal.strain);
             internal.strain_rate = vec![D::from(0.0); internal.strain.len()];
             internal.slid = vec![D::from(0.0); rod.sliding_strains()];
-            let relaxes = system.damping.maxwell.is_some();
-            internal.relaxing.resize(if relaxes { internal.strain.len() } else { 0 }, D::from(0.0));
+            let branches = system.damping.maxwell.as_slice().len();
+            internal.relaxing.resize(branches * internal.strain.len(), D::from(0.0));
         }
         // Averaging schemes take the viscous stress separately, from a rod of dashpots.
         let law = || if averages { rod.dashpots() } else { rod.clone() };
@@ -241,7 +241,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             prescribed: &system.prescribed,
             scheme: self.scheme,
             parameter: self.parameter,
-            damping: system.damping,
+            damping: &system.damping,
             drag: system.drag.as_ref(),
             before,
             after,
