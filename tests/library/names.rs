@@ -28,7 +28,7 @@ const REPEATED_TYPES: &[(&str, &str)] = &[
 const MODULES: &str = "
 acceleration accuracy adapter adequacy adjoint adjoint_gradient aim along analysis ar1 arrays assembly
 assessment attach attachment autocorrelation averaging axes banded basis bench bend_twist bias bisection
-blocks blueprint bodies bootstrap bordered boundary budget by_unknowns cable camera campaign candidate_designs
+blocks blueprint bodies bootstrap bordered boundary branch_relaxation budget by_unknowns cable camera campaign candidate_designs
 card carrying changes chart check checkpoints cluster_jackknife coarse code coefficients collect columns
 combinations combined command comparison compute constant_axes contributions convergence conversion
 coordinate_series correlation covariance coverage_factor csv csv_table curved_joints damping data
@@ -43,7 +43,7 @@ frequencies_form gauge gauss_newton generate geometry grade grid hash held_nodes
 html hyperelastic identifiability inertia init initial initial_sigmas input input_changes input_directions
 input_errors input_sensitivities inspect inspection inspection_summary job_script joined_rods joint joint_law
 journal known lanczos lanes largest_step law layout ldlt levenberg_marquardt limit limits line_loads
-linearization linearized lists loads local_analysis local_minima loss lowest_eigenvalues marker mass material
+linearization linearized lists loads local_analysis local_minima loss lowest_eigenvalues marker mass material maxwell
 measured_run measurement measures member mesh minimum minimum_comparison misfit missing_keys mode_numbers
 model model_with_setup modes moments momentum motion motion_rate moving name natural_turn nearest neighbors
 neutral_equilibrium newton nodal noise noise_scale number numbers numerics observation_form observation_row
