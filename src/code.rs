@@ -1,9 +1,10 @@
 //! Codes: short stable names of grades, warnings and reasons for which a computation ended, such as `beyond-sigma`.
 //!
-//! A code follows its message in brackets, as in `[beyond-sigma]`, on the terminal, in JSON and on pages. Its entry with
-//! meaning, test and remedy is in `docs/codes/`, compiled into the library, and `rodfit explain` prints it. Messages may
-//! change; a renamed code is still read by its former name. Exit codes of the program have entries too. [`Code`] has the
-//! codes; [`explained`] and [`all_explained`] return entries by name.
+//! A code follows its message in brackets, as in `[beyond-sigma]`, on the terminal, in JSON and on pages. Its entry
+//! with meaning, test and remedy is in `docs/codes/`, compiled into the library, and `rodfit explain` prints it.
+//! Messages may change; a renamed code is still read by its former name. Exit codes of the program have entries too.
+//! [`Code`] has the codes; [`explained`] returns the entry of a current or former name, None for others, and
+//! [`all_explained`] all entries with their names.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;

@@ -16,6 +16,7 @@ use std::path::{Path, PathBuf};
 pub(crate) fn none_on_failure<T>(result: Result<T, Error>) -> Result<Option<T>, Error> {
     match result {
         Ok(value) => Ok(Some(value)),
+        // An interruption must end the whole computation, and not count as one failed attempt.
         Err(Error::Interrupted) => Err(Error::Interrupted),
         Err(_) => Ok(None),
     }
@@ -241,6 +242,7 @@ fn kinetic_percentage(fraction: f64) -> String {
     match 100.0 * fraction {
         percent @ 0.1..1e6 => format!(", {percent:.1} % of the largest kinetic energy"),
         percent @ 0.0..0.1 => format!(", {percent:.1e} % of the largest kinetic energy"),
+        // Without motion the fraction has no meaning: it is negative, not finite or very large.
         _ => String::new(),
     }
 }
@@ -289,6 +291,7 @@ impl Error {
         | Self::Invalid { file, .. }
         | Self::Io { named_in: file, .. } = &mut self
         {
+            // The file nearest to the error is kept, such as a scene that a fit file names.
             *file = file.take().or_else(|| path.map(Into::into));
         }
         self
@@ -310,6 +313,7 @@ impl Error {
             Self::Mode { .. } => Code::ModeWithoutDerivative,
             Self::Interrupted => Code::Interrupted,
             Self::Fit(_) => Code::FitFailed,
+            // Invalid input has no code: its message has the file, the key and the allowed values.
             Self::Io { .. }
             | Self::Parse { .. }
             | Self::Invalid { .. }
@@ -341,6 +345,7 @@ impl From<marker_files::Error> for Error {
             marker_files::Error::Io { path, source } => Self::io(&path, source),
             marker_files::Error::Data { path, line, message } => Self::Data { path, line, message },
             marker_files::Error::Accelerations { path, allowed } => {
+                // Only the prescribed motion of an end takes accelerations: the message names its key.
                 let found = "accelerations instead of positions. Give accelerations `ax, ay, az` \
                              of a moved end in [[supports.motion]]";
                 Self::Data { path, line: 1, message: format!("found {found}, allowed: {allowed}") }

@@ -1,12 +1,13 @@
-//! Purposes for which numerics are chosen ([`Aim`]), and limits of the choice: Newton tolerances, largest meshes, allowed
-//! numbers of edges.
+//! Purposes for which numerics are chosen ([`Aim`]: a motion, an equilibrium, modes, or a first guess), and limits of
+//! the choice: Newton tolerances, largest meshes, allowed numbers of edges.
 //!
 //! The Newton tolerance of a step, over the rod length, is a fraction of the requested accuracy ([`RUN_TOLERANCE`],
-//! [`TRIAL_TOLERANCE`]), at most [`LARGEST_TOLERANCE`]. It is set only where the program chose the scheme and that has
-//! Newton iterations. Meshes at rest, and the first mesh of a motion, have at most [`MAX_SEGMENTS`] edges, those of modes
-//! [`MAX_SEGMENTS_OF_MODES`]. `allowed_edges` returns the smallest number of edges, at least the given one, at which every
-//! marker of a recorded path is at a node. `is_struck` returns whether a motion begins with a jump of velocities:
-//! `supports.motion`, or an initial velocity. The choice of numerics uses them.
+//! [`TRIAL_TOLERANCE`]), at most [`LARGEST_TOLERANCE`]. It is set only where the program chose the scheme and that
+//! has Newton iterations. Meshes at rest, and the first mesh of a motion, have at most [`MAX_SEGMENTS`] edges, those
+//! of modes [`MAX_SEGMENTS_OF_MODES`]. `allowed_edges` returns the smallest number of edges, at least the given one,
+//! at which every marker of a recorded path is at a node. Without such a path it is the given one. `is_struck`
+//! returns whether a motion begins with a jump of velocities: `supports.motion`, or an initial velocity or angular
+//! velocity. The choice of numerics uses them.
 
 use crate::scene::{Recorded, Scene, StepTolerance, Time};
 
@@ -42,6 +43,7 @@ pub enum Aim {
 /// the scheme has no Newton iterations.
 pub(super) fn set_newton_tolerance(scene: &mut Scene, part: f64) {
     let (requested, chosen) = (scene.asked(), scene.chosen().scheme);
+    // A scheme that the scene gives keeps the tolerance of the scene.
     let iterated = |time: &&mut Time| time.scheme.traits().parameter.is_some();
     if let Some(time) = scene.time.as_mut().filter(|_| chosen).filter(iterated) {
         time.tolerance = StepTolerance::Predicted((part * requested).min(LARGEST_TOLERANCE));

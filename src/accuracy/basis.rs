@@ -1,12 +1,12 @@
 //! The basis of the chosen numerics of a motion: the last trial run of the search, its estimated errors (over the rod
 //! length) and orders, and the limits of the work.
 //!
-//! [`Basis::refinement`] returns the factors on mesh and step with the least work whose extrapolated error is the target. If
-//! that is above [`LAST_GROWTH`] times the work of the trial run, it returns the most accurate ones within that work. A part
-//! that is not free keeps the factor 1; factors below 1 are coarser. [`Basis::refined`] returns edges and steps of a run
-//! with them, rounded up. The search for numerics chooses the run with it, and the check of that run a repetition.
-//! [`ChosenMotion`] is the result of the search: numerics, step in s, estimated error (none if unknown), and the reason if
-//! the requested error is not reached.
+//! [`Basis::refinement`] returns the factors on mesh and step with the least work whose extrapolated error is the
+//! target. If there are none within [`LAST_GROWTH`] times the work of the trial run, it returns the most accurate
+//! ones within that work. A part that is not free keeps the factor 1; factors below 1 are coarser. [`Basis::refined`]
+//! returns edges and steps of a run with them, rounded up. The search for numerics chooses the run with it, and the
+//! check of that run a repetition. [`ChosenMotion`] is the result of the search: numerics, step in s, estimated error
+//! (none if unknown), and the reason if the requested error is not reached.
 
 use crate::accuracy::aim::allowed_edges;
 use crate::accuracy::refinement::{ErrorModel, Free, RefinementFactors, work};
@@ -69,6 +69,7 @@ impl Basis {
     /// 2 edges and 1 step; edges further so that every marker of a recorded path is at a node.
     pub fn refined(&self, finer: RefinementFactors, scene: &Scene) -> Numerics {
         let from = self.trial.numerics;
+        // Rounding errors of a factor that gives a whole number must not add an edge or a step.
         let segments = (finer.mesh * from.segments as f64 - 1e-6).ceil().max(2.0) as usize;
         let steps = (finer.step * from.steps as f64 - 1e-6).ceil().max(1.0) as usize;
         Numerics { segments: allowed_edges(scene, segments), steps, scheme: from.scheme }

@@ -1,12 +1,13 @@
 //! Check of a chosen run by the last trial run, with repetition where its error is too large.
 //!
-//! Positions of both runs are compared at nine points or fewer and 200 times. Where they differ by more than the estimated
-//! change of the errors, these were underestimated, and are enlarged until they explain the difference. The run is accepted
-//! if its error is at most the requested one, or [`CORRECTED_PART`] of it after an enlargement. Otherwise it is repeated
-//! with finer numerics, and a failed run with [`AFTER_FAILURE`] times the steps. There are at most [`MAX_REPETITIONS`]
-//! repetitions, within limits of work, and none where the scene gives the step; then the run is kept unchanged. Output: the
-//! last run and its estimated error over the length, `None` for a failed run or without estimates. Users:
-//! [`Scene::simulate`], and [`run_checked`] and [`simulate_checked`] for other kinds of runs.
+//! Positions of both runs are compared at seven to nine points and about 200 times. Where they differ by more than
+//! the estimated change of the errors, these were underestimated, and are enlarged until they explain the difference.
+//! A run with less than [`LEAST_GROWTH`] times the work of the trial run enlarges no error. The run is accepted if
+//! its error is at most the requested one, or [`CORRECTED_PART`] of it after an enlargement. Otherwise it is repeated
+//! with finer numerics, and a failed run with [`AFTER_FAILURE`] times the steps. There are at most
+//! [`MAX_REPETITIONS`] repetitions, within limits of work, and none where the scene gives the step; then the run is
+//! kept unchanged. Output: the last run and its estimated error over the length, `None` for a failed run or without
+//! estimates. Users: [`Scene::simulate`], and [`run_checked`] and [`simulate_checked`] for other kinds of runs.
 
 use crate::accuracy::aim::{RUN_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::basis::Basis;
@@ -84,6 +85,7 @@ impl RunCheck {
     /// run that fails the check may be repeated with smaller steps. `work`: the work of the search for these numerics,
     /// edges times Newton iterations.
     pub(super) fn new(scene: &Scene, basis: Basis, can_repeat: bool, work: f64) -> Self {
+        // The search chose the run by the same functions, so that its numerics follow from the basis.
         let finer = basis.refinement();
         let numerics = basis.refined(finer, scene);
         Self { scene: scene.clone(), basis, can_repeat, finer, numerics, attempts: 0, work }
@@ -95,6 +97,7 @@ impl RunCheck {
     /// None for the problem that the check was made for; for another one, points that it does not have.
     pub fn monitor(&self, problem: &Problem) -> Result<RunMonitor, Error> {
         let points = comparison_points(problem);
+        // The points are the same on both meshes, with different nodes around them.
         let own = points.iter().map(|point| problem.stencil(*point));
         let of_trial = self.basis.trial.stencils.iter();
         let pair = |(own, other): (Result<Stencil, Error>, &Stencil)| Ok([own?, other.clone()]);
@@ -133,6 +136,7 @@ impl RunCheck {
             Err(Error::Invalid { .. } | Error::Io { .. } | Error::Interrupted) => {
                 return Ok(RunAssessment::Accepted(None));
             }
+            // A failed run has no difference that could correct the errors: only its step is refined.
             Err(_) if can_refine => {
                 let finer =
                     RefinementFactors { step: AFTER_FAILURE * self.finer.step, ..self.finer };
@@ -170,6 +174,7 @@ impl RunCheck {
         let target = REPEATED_TARGET * self.scene.asked();
         // The cheapest that reaches the request; else the best for the allowed work.
         let cheapest = errors.cheapest(target, segments, free).map(|(finer, _)| finer);
+        // If not even the first choice was expected to reach the request, a partial improvement is not worth a run.
         let was_promised = expected <= self.scene.asked();
         let most = REPEATED_GROWTH * self.basis.growth(self.numerics);
         let partly = was_promised.then(|| errors.best_within(most, segments, free));

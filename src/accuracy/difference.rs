@@ -63,6 +63,7 @@ impl RefinementChange {
             before.error_after() / after.error_before()
         };
         let [mut low, mut high] = [lowest, highest];
+        // The expected ratio decreases with the order, so that the bisection has one solution at most.
         if fall >= expected(low) {
             return low;
         }
@@ -111,6 +112,7 @@ impl RefinementSequence {
     pub fn coarsened(mut self) -> Self {
         let order = self.order();
         if let Some(last) = self.changes.pop() {
+            // One refinement before, the difference was larger by r^p.
             let difference = last.difference * last.ratio.powf(order);
             self.changes = vec![RefinementChange { difference, ..last }];
         }
@@ -137,6 +139,7 @@ impl RefinementSequence {
     pub fn is_converging(&self) -> bool {
         let OrderBounds { lowest, highest, .. } = self.bounds;
         match self.changes[..] {
+            // An order below the lowest one is recognized only if it is resolved.
             [.., before, last] => before.order_to(last, 0.5 * lowest, highest) >= lowest,
             _ => true,
         }
@@ -155,6 +158,7 @@ impl RefinementSequence {
         let order = |a: RefinementChange, b: RefinementChange| a.order_to(b, lowest, highest);
         match self.changes[..] {
             [.., first, before, last] => {
+                // One irregular difference can suggest a high order, which would underestimate the error.
                 let observed = order(before, last);
                 observed.min(order(first, before).max(at_once))
             }

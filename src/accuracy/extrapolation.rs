@@ -48,6 +48,7 @@ pub(super) fn order_of_mesh(scene: &Scene) -> f64 {
 /// The theoretical order of the step error of the scene's scheme: one for Newmark with numerical damping (`beta` above
 /// 0.5), otherwise that of the method.
 pub(crate) fn step_order(time: &Time) -> f64 {
+    // With beta above 1/2 the numerical damping of Newmark's method is an error of first order.
     let dissipates = time.scheme.takes_beta() && time.beta > 0.5;
     if dissipates { 1.0 } else { time.scheme.traits().order as f64 }
 }

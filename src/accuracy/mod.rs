@@ -78,6 +78,7 @@ impl Scene {
     pub fn checked_problem(&self) -> Result<(Problem, Option<RunCheck>), Error> {
         self.validate()?;
         let open = self.left_open();
+        // The error of given numerics is estimated only if an accuracy is requested.
         if self.time.is_none() || !open.any() && self.accuracy.is_none() {
             return Ok((self.problem()?, None));
         }
@@ -89,8 +90,10 @@ impl Scene {
             resolution.error = error.filter(|error| error.is_finite());
             (resolution.bound, resolution.work) = (bound, search.work());
         }
+        // Errors of Newton's method must stay far below those of mesh and step.
         set_newton_tolerance(&mut chosen, RUN_TOLERANCE);
         let check = basis
+            // A run with given numerics is never repeated: it needs no check.
             .filter(|_| open.any())
             .map(|basis| RunCheck::new(&scene, basis, open.step, search.work()));
         Ok((chosen.build()?, check))
@@ -158,11 +161,13 @@ impl InitialNumerics {
 /// An error above [`MAX_SEGMENTS`].
 fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
     let shape = &scene.rod.shape;
+    // Edges are chords: too few of them would change the shape of a curved rod.
     let turning = turning(scene, shape.turning().unwrap_or(0.0), shape.length());
     let fine = match aim {
         Aim::Motion => FIRST_EDGES,
         _ => FIRST_EDGES_STILL * fineness(scene),
     };
+    // Mode k has about k half waves, with two edges each at least.
     let modes = if let Aim::Modes(count) = aim { 2.0 * count as f64 } else { 0.0 };
     let edges = fine.max(turning / FIRST_TURN).max(modes).ceil() as usize;
     if edges > MAX_SEGMENTS {
@@ -211,9 +216,11 @@ fn first_step(scene: &Scene, edges: usize) -> Result<f64, Error> {
     let per_length = material.density * moments.area;
     let bending = material.youngs_modulus * i1.max(i2) / (per_length * length.powi(4));
     let size = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+    // Loads count as an additional weight: their sum over the mass of the rod is an acceleration.
     let pulls = scene.loads.point.iter().chain(&scene.initial.point).map(|load| size(&load.force));
     let lines = scene.loads.line.iter().map(|line| line.size(length));
     let pull = pulls.chain(lines).sum::<f64>() / (per_length * length);
+    // 12.4 is the fourth power of 1.875, the first root of the frequency equation of a cantilever.
     let squares = [12.4 * bending, (size(&scene.loads.gravity) + pull) / length];
     let rates = [
         torsional_rate(scene, length),
@@ -223,6 +230,7 @@ fn first_step(scene: &Scene, edges: usize) -> Result<f64, Error> {
     ];
     let shortest = std::f64::consts::TAU / rates.into_iter().fold(f64::MIN_POSITIVE, f64::max);
     let frames = scene.supports.path.as_ref().map(|path| path.track()).transpose()?;
+    // Longer steps would skip samples of the prescribed motion.
     let frame = frames.map_or(f64::INFINITY, |track| track.end() / track.times().len() as f64);
     let good = scene.supports.largest_good_step();
     Ok((shortest.min(time.end) / FIRST_STEPS).min(good).min(frame))

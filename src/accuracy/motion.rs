@@ -1,14 +1,16 @@
-//! Search for mesh, step and scheme of a motion by trial runs, each with a finer mesh or smaller steps than the one before.
+//! Search for mesh, step and scheme of a motion by trial runs, each with a finer mesh or smaller steps than the one
+//! before.
 //!
-//! Input: the scene, whose given mesh or step is kept, and a first step in s. The [differences](crate::accuracy::difference)
-//! between successive runs estimate the errors of mesh and step; the part with the larger error is refined next. A failed
-//! run is followed by one with smaller steps. The target error is a fraction of the requested one, given by `tuning`. The
-//! search ends where an extrapolation from the last run reaches it, at a limit of work, or after more than [`MAX_FAILURES`]
-//! failed runs. Output: the numerics with the least work whose extrapolated error is the target, or the most accurate within
-//! the allowed work. Their estimated error over the length is `None` unless all open parts were estimated. The reason is
-//! added if the requested error is not reached, and the basis for the check of the run. Neither part is refined far without
-//! the other: large steps damp the modes that finer edges would add, and a coarse mesh lacks the modes that smaller steps
-//! would reveal.
+//! Input: the scene, whose given mesh or step is kept, and a first step in s. The
+//! [differences](crate::accuracy::difference) between successive runs estimate the errors of mesh and step; the part
+//! with the larger error is refined next. A failed run is followed by one with smaller steps. The target error is a
+//! fraction of the requested one, given by `tuning`. The search ends where an extrapolation from the last run reaches
+//! it, where given numerics prevent further runs, at a limit of work, or after more than [`MAX_FAILURES`] failed
+//! runs. Output: the numerics with the least work whose extrapolated error is the target, or the most accurate within
+//! the allowed work. Their estimated error over the length is `None` unless all open parts were estimated. The reason
+//! is added if the requested error is not reached, and the basis for the check of the run. Neither part is refined
+//! far without the other: large steps damp the modes that finer edges would add, and a coarse mesh lacks the modes
+//! that smaller steps would reveal.
 
 use crate::accuracy::aim::allowed_edges;
 use crate::accuracy::basis::{Basis, ChosenMotion};
@@ -160,7 +162,7 @@ impl<'a> MotionSearch<'a> {
                 continue;
             };
             // The change from the run before estimates the error of the mesh or of the step.
-            // Richardson: the difference of two runs estimates the error of the coarser part.
+            // Richardson: the error of the finer run is the difference over r^p - 1.
             if let Some(before) = &last {
                 let then = before.numerics;
                 let ratio = match refined {
@@ -287,6 +289,7 @@ impl<'a> MotionSearch<'a> {
     /// every second failure [`MORE_EDGES`] times the edges. A given mesh or step is used as given.
     fn after_failure(&self, now: Numerics, failures: usize) -> Numerics {
         let steps = self.given_steps.unwrap_or(2 * now.steps);
+        // A mesh that is too coarse can make runs fail at any step.
         let more = allowed_edges(self.scene, (MORE_EDGES * now.segments as f64).ceil() as usize);
         let segments = if failures.is_multiple_of(2) { more } else { now.segments };
         Numerics { segments: self.given_segments.unwrap_or(segments), steps, ..now }

@@ -82,6 +82,7 @@ impl ErrorModel {
         if self.after(same) <= allowed {
             return same;
         }
+        // The order is not observed here: a part of the allowed error stays in reserve.
         let (target, both) = (TARGET_PART * allowed, Free { mesh: true, step: true });
         let RefinementFactors { mesh, step } = self
             .cheapest(target, segments as f64, both)
@@ -112,6 +113,7 @@ impl ErrorModel {
     pub fn underestimated(&self, factor: f64, lowest: f64) -> Self {
         let lower = |order: f64| {
             let explained = (1.0 + (order.exp2() - 1.0) / factor).log2();
+            // An order that is below the limit already is not raised to it.
             explained.max(lowest.min(order))
         };
         Self {
@@ -139,10 +141,12 @@ impl ErrorModel {
             false => vec![1.0],
         };
         let candidates = meshes.into_iter().filter_map(|mesh| {
+            // The step may use the error that the mesh leaves of the target.
             let left = target - self.mesh * effective(mesh).powf(-self.mesh_order);
             let step = needed((self.step / left).powf(self.step_order.recip())).max(COARSEST);
             let step = if free.step { step } else { 1.0 };
             let finer = RefinementFactors { mesh, step };
+            // The margin is for rounding: a free step uses up the target exactly.
             let is_enough = left > 0.0 && self.after(finer) <= target * (1.0 + 1e-9);
             is_enough.then(|| (finer, work(mesh * segments, step) / work(segments, 1.0)))
         });
@@ -157,6 +161,7 @@ impl ErrorModel {
             [1e-3, 1e3].map(|factor| factor * (self.mesh + self.step).max(1e-300));
         let within =
             |target: f64| self.cheapest(target, segments, free).filter(|(_, cost)| *cost <= growth);
+        // The least work falls with a growing target: the smallest target within the allowed work is bracketed.
         for _ in 0..BISECTIONS {
             let middle = (low * high).sqrt();
             match within(middle) {

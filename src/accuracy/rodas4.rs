@@ -51,7 +51,7 @@ pub(super) fn cheaper_alternative(
     let mut step = RefinementSequence::new(ORDERS);
     let mut before: Option<TrialRun> = None;
     for _ in 0..MAX_RUNS {
-        // Two runs are needed for an estimate of the error.
+        // A run that is itself too expensive ends the attempt, although an estimate needs two.
         if !is_worthwhile(steps as f64) {
             return Ok(None);
         }
@@ -63,6 +63,7 @@ pub(super) fn cheaper_alternative(
             step.push(difference, 2.0);
             let further = (step.error() / target).powf(step.order().recip());
             let is_known = difference < UNRELATED && further <= MAX_EXTRAPOLATION;
+            // The result has at least the steps of the run before, half of these.
             if is_known && is_worthwhile(steps as f64 * further.max(0.5)) {
                 // If the run before already reaches the target, its larger step is used.
                 let is_fine = step.clone().coarsened().error() <= target;

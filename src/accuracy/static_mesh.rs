@@ -1,13 +1,15 @@
 //! The mesh of an equilibrium or of vibration modes: the number of edges is doubled until an extrapolation reaches
 //! [`TARGET_PART`] of the requested error.
 //!
-//! Compared are the positions of the free ends (the middle without any) over the length, or the logarithms of frequencies
-//! and growth rates. The error follows by Richardson extrapolation with the observed order (`difference`). The chosen mesh
-//! follows by extrapolation: from half of the last mesh to [`MAX_EXTRAPOLATION`] times it, and at least 2 edges per mode. A
-//! mesh without an equilibrium is skipped if a finer one is allowed. The search ends at [`MAX_SEGMENTS`] edges
+//! Input: the scene, the purpose, and the first number of edges. Compared are the positions of the free ends (the
+//! middle without any) over the length, or the logarithms of frequencies and growth rates. Modes are about the rest
+//! shape if there is no equilibrium. The error follows by Richardson extrapolation with the observed order
+//! (`difference`). The chosen mesh follows by extrapolation: from half of the last mesh to [`MAX_EXTRAPOLATION`]
+//! times it, which is 1 to 2 by the number of compared meshes. It has at least 2 edges per mode. A mesh without an
+//! equilibrium is skipped if a finer one is allowed. The search ends at [`MAX_SEGMENTS`] edges
 //! ([`MAX_SEGMENTS_OF_MODES`] for modes), or where rounding errors dominate; then the requested error is not reached.
-//! Output: [`StaticMesh`] with the number of edges, the estimated error (over the length, or relative for modes), and the
-//! reason in that case. Failed solutions are errors.
+//! Output: [`StaticMesh`] with the number of edges, the estimated error (over the length, or relative for modes), and
+//! the reason in that case. Failed solutions are errors.
 
 use crate::accuracy::aim::{Aim, MAX_SEGMENTS, MAX_SEGMENTS_OF_MODES, allowed_edges};
 use crate::accuracy::difference::{OrderBounds, Positions, RefinementSequence, largest_distance};
@@ -78,6 +80,7 @@ pub(super) fn choose_static_mesh(
             Err(Error::Equilibrium { .. }) if 2 * segments <= most => None,
             compared => Some(compared?),
         };
+        // A skipped mesh interrupts the sequence: a difference across it would have another ratio.
         match before.as_ref().zip(now.as_ref()) {
             Some((before, now)) => differences.push(largest_distance(before, now), 2.0),
             None => differences.clear(),
@@ -85,10 +88,12 @@ pub(super) fn choose_static_mesh(
         has_failed |= now.is_none();
         before = now;
         let last = differences.last();
+        // Meshes that agree to rounding errors have no observable order.
         let is_none = differences.count() > 1 && last.is_some_and(|last| last < NO_DIFFERENCE);
         let known = differences.count() > 0 && (differences.is_converging() || is_none);
         let error = known.then(|| if is_none { last.unwrap_or(0.0) } else { differences.error() });
         if let Some(error) = error {
+            // The extrapolation is shorter where the order is assumed from a single difference.
             let far = match (differences.count(), has_failed) {
                 (1, true) => MAX_EXTRAPOLATION[2],
                 (1, false) => MAX_EXTRAPOLATION[1],

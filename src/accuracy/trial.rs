@@ -95,6 +95,7 @@ impl<'a> TrialRuns<'a> {
     /// Expected work of a run with these numerics: edges times steps. For `rodas4` times the Newton iterations that take
     /// as long as one of its steps, over the mean number [`ITERATIONS`] of generalised-alpha.
     pub fn expected_work(&self, Numerics { segments, steps, scheme }: Numerics) -> f64 {
+        // The unit of work is an iteration of generalised-alpha, so that both schemes can be compared.
         let one = match scheme {
             Scheme::Rodas4 => self.iterations_of_rodas4 / ITERATIONS,
             _ => 1.0,

@@ -67,6 +67,7 @@ pub(super) fn is_limp(scene: &Scene, guess: &Problem) -> bool {
     let [i1, i2] = moments.second_moments;
     let gravity = scene.loads.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
     let weight = material.density * moments.area * gravity;
+    // A uniform load w deflects the tip of a cantilever by w L^4/(8 E I).
     let deflection = weight * guess.length().powi(3) / (8.0 * material.youngs_modulus * i1.min(i2));
     deflection > LIMP
 }

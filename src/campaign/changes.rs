@@ -1,11 +1,12 @@
 //! Changes of a campaign task to its fit file and scenes: new values by the paths of TOML keys.
 //!
 //! A path has parts separated by dots, as in `rod.segments`, `observation.0.file`, `loads.gravity.y` or
-//! `experiment.long.radius`. A part is a key of a table, or an index (from 0), an axis (x, y, z) or a `name` in a list. The
-//! short name of a scene parameter, as `radius`, stands for its path. [`Key::new`] determines whether the fit file, all scenes,
-//! or the scene of one experiment has the key, or returns an error. [`set_value`] writes the value into the table. It creates
-//! missing tables, and `[0, 0, 0]` for a missing vector, but no items of lists. A missing index or name, or a path below a
-//! plain value, is an error. Tables (CSV) and grids of a campaign file use such paths.
+//! `experiment.long.radius`. A part is a key of a table, or an index (from 0), an axis (x, y, z) or a `name` in a
+//! list. The short name of a scene parameter, as `radius`, stands for its path. [`Key::new`] determines whether the
+//! fit file, all scenes, or the scene of one experiment has the key, or returns an error. [`set_value`] writes the
+//! value into the table; a number or truth value in the place of a text becomes a text. It creates missing tables,
+//! and `[0, 0, 0]` for a missing vector, but no items of lists. A missing index or name, or a path below a plain
+//! value, is an error. Tables (CSV) and grids of a campaign file use such paths.
 
 use crate::error::Error;
 use crate::scene::Parameter;
@@ -68,6 +69,7 @@ impl Key {
     /// `path`, `paths`, or `scene` in a fit file.
     pub fn names_a_file(&self) -> bool {
         let (Self::Fit(path) | Self::Scenes(path) | Self::Scene(_, path)) = self;
+        // The index of a list follows its key, as in `paths.0`.
         let last = path.iter().rfind(|part| part.parse::<usize>().is_err());
         last.is_some_and(|last| {
             is_file_key(last) || (last == "scene" && matches!(self, Self::Fit(_)))

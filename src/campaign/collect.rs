@@ -140,6 +140,7 @@ fn have_equal_parameters(one: &Value, other: &Value) -> bool {
     let parameters =
         |of: &Value| of["report"]["parameters"].as_array().cloned().unwrap_or_default();
     let (these, those) = (parameters(one), parameters(other));
+    // Mathematical libraries differ in the last digits; names, counts and exit codes must be equal.
     let is_near = |a: &Value, b: &Value, key: &str| match (a[key].as_f64(), b[key].as_f64()) {
         (Some(a), Some(b)) => (a - b).abs() <= PLATFORM_DIFFERENCE * a.abs().max(b.abs()),
         (a, b) => a == b,

@@ -1,12 +1,12 @@
 //! The results of a campaign as a CSV table: one row for each fit with a result, for spreadsheets and data frames.
 //!
-//! Input are the collected results, as JSON. Rows are in the order of the plan. Columns are id, name, fit file, all changed
-//! keys but `analysis.bootstrap_first`, exit code, grade and status (of a failed fit its error). Value, standard error and ends of the 95 % interval of every
-//! parameter in SI units follow, empty where missing; a lower bound alone fills the low end. Tasks with
-//! `analysis.bootstrap_first` that are parts of one bootstrap (equal fit file, name and other changes) are one row. Its
-//! `analysis.bootstrap` is the number of all pooled replicates, which give one standard error and one interval in further
-//! columns; its other columns are those of the first part. Results that are not valid JSON of this version
-//! are an error. The same rows are the input of the comparison page.
+//! Input are the collected results, as JSON. Rows are in the order of the plan. Columns are id, name, fit file, all
+//! changed keys but `analysis.bootstrap_first`, exit code, grade and status (of a failed fit its error). Value,
+//! standard error and ends of the 95 % interval of every parameter in SI units follow, empty where missing; a lower
+//! bound alone fills the low end. Tasks with `analysis.bootstrap_first` that are parts of one bootstrap (equal fit
+//! file, name and other changes) are one row. Its `analysis.bootstrap` is the number of all pooled replicates, which
+//! give one standard error and one interval in further columns; its other columns are those of the first part.
+//! Results that are not valid JSON of this version are an error. The same rows are the input of the comparison page.
 
 use crate::campaign::changes::Changes;
 use crate::campaign::collect::Collected;
@@ -68,6 +68,7 @@ impl ResultRow<'_> {
     /// The cell of a changed `key` as text; empty if the task does not change it. The cell of the number of bootstrap
     /// replicates is that of all pooled ones.
     fn change(&self, key: &str) -> String {
+        // The change of the first part has its own number of replicates only.
         match (self.task.changes.get(key), self.replicates.first()) {
             (Some(_), Some(replicates)) if key == BOOTSTRAP_KEYS[0] => replicates.len().to_string(),
             (value, _) => value.map_or_else(String::new, plain_text),
@@ -94,6 +95,7 @@ impl ResultRow<'_> {
         };
         let [low, high] = e.interval95.map_or([e.lower95, None], |ends| ends.map(Some));
         let unknown = Unknown::new(e.name);
+        // The error and interval of pooled replicates are those of a single bootstrap with all of them.
         let pooled =
             e.value.and_then(|value| Bootstrap::from_estimates(&unknown, value, replicates));
         let [pooled_low, pooled_high] =
@@ -176,6 +178,7 @@ impl Collected<'_> {
                 let group = (&*task.fit, &*task.name, other_changes(&task.changes));
                 if let Some(first) = bootstraps.get(&group) {
                     let all = rows[*first].replicates.iter_mut();
+                    // Parts of one bootstrap have the same parameters in the same order.
                     all.zip(replicates).for_each(|(all, more)| all.extend(more));
                     continue;
                 }

@@ -1,9 +1,10 @@
 //! Glob patterns of fit files in a campaign file, as `specimens/*/fit.toml` and `**/fit.toml`.
 //!
-//! Input is a pattern and the folder that it is relative to; output are the matching files in alphabetical order, an empty
-//! list without any. `**` matches any number of folders; links to folders are followed once. Folders that cannot be read are
-//! skipped, and so are folders of devices and processes, which hold no fits and may change while they are listed. A search of
-//! the whole disk or of more than `MOST_ENTRIES` entries is an error.
+//! Input is a pattern and the folder that it is relative to; output are the matching files in alphabetical order, an
+//! empty list without any. `**` matches any number of folders; below it a link is followed unless it leads to a
+//! folder on the way to it. Folders that cannot be read are skipped, and so are folders of devices and processes,
+//! which hold no fits and may change while they are listed. A pattern that is not well formed, and a search of the
+//! whole disk or of more than `MOST_ENTRIES` entries, are errors.
 
 use crate::error::Error;
 use glob::Pattern;

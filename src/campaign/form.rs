@@ -104,6 +104,7 @@ impl CampaignFile {
                 let allowed = format!("2 .. {MOST_TASKS}");
                 return Err(Error::invalid("bootstrap.replicates", replicates, allowed));
             }
+            // Every task repeats the first fit: with a single replicate each it would cost more than the replicates.
             if !(2..=100_000).contains(&batch) {
                 return Err(Error::invalid("bootstrap.batch", batch, "2 .. 100000"));
             }
@@ -121,6 +122,7 @@ impl CampaignFile {
     pub fn task_count(&self, rows: usize) -> usize {
         let starts = self.starts.map_or(1, |starts| starts.count);
         let parts = self.bootstrap.map_or(1, DistributedBootstrap::parts);
+        // The product is compared with a limit, and must not overflow.
         rows.saturating_mul(starts).saturating_mul(parts)
     }
 
@@ -155,6 +157,7 @@ impl CampaignFile {
         for row in rows {
             for combination in &combinations {
                 let mut row = row.clone();
+                // A value of the grid replaces that of the table for the same key.
                 row.changes.extend(combination.clone());
                 all.push(row);
             }

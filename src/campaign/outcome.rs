@@ -39,6 +39,7 @@ const TIME_KEY: &str = "wall_seconds";
 pub(crate) fn solve(task: &Resolved, stop: Arc<AtomicBool>) -> Option<Outcome> {
     let solved = task.fit(|_| Ok(())).and_then(|file| file.fit().stop_when(stop).solve());
     let (code, key, mut content) = match solved {
+        // The values of an interrupted fit depend on the time of the stop.
         Ok(report) if report.interrupted => return None,
         Ok(report) => {
             let code = if report.is_success() { 0 } else { 3 };

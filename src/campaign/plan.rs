@@ -1,10 +1,12 @@
 //! The plan of a campaign: the list of all its tasks, in the folder that also gets their results.
 //!
-//! Input is a campaign file with the fits, scenes and data that it names. Each row becomes one task per random start and part
-//! of a bootstrap, with an id that is a hash of all inputs. Every fit is read and checked once. One of a pattern that cannot be
-//! solved is still planned and listed as refused; one of a table is an error. The folder gets `tasks.jsonl`, a line of JSON
-//! per task, and `plan.json` with the version, the number of tasks and their digest; results in it stay. [`Plan::open`] rejects
-//! a changed list or a plan of another version. [`Plan::open_results`] accepts other versions, to collect results.
+//! Input is a campaign file with the fits, scenes and data that it names. Each row becomes one task per random start
+//! and part of a bootstrap, with an id that is a hash of all inputs. Every fit is read and checked once. One of a
+//! pattern that cannot be solved is still planned and listed as refused. One of a table is an error, and so are keys
+//! of the grid that do not exist, and fits that [`Admission`] rejects. The folder gets `tasks.jsonl`, a line of JSON
+//! per task, and `plan.json` with the version, the number of tasks and their digest. Results in it stay; a folder
+//! with other files is an error. [`Plan::open`] rejects a changed list or a plan of another version.
+//! [`Plan::open_results`] accepts other versions, to collect results.
 
 use crate::campaign::changes::{Changes, can_be_planned};
 use crate::campaign::form::{CampaignFile, DistributedBootstrap, MOST_TASKS, extended};
@@ -270,6 +272,7 @@ fn row_tasks(
         }
         Err(error) => match too_large.into_inner() {
             Some(error) => return Err(located(error)),
+            // A row of a table is explicit, and its error a mistake; a pattern may match fits that cannot be solved.
             None if row.source.is_some() => return Err(located(error)),
             None => match unknown_grid_key(root, row, &error) {
                 Some(error) => return Err(error),
@@ -324,6 +327,7 @@ fn bootstrap_parts(
     let replicates = bootstrap.replicates;
     let parts = bootstrap.parts();
     (0..parts).map(move |k| {
+        // Part k ends where part k + 1 begins, so that no replicate is left out or run twice.
         let (first, next) = (k * replicates / parts, (k + 1) * replicates / parts);
         let change = |key: &str, number: i64| (format!("analysis.{key}"), Value::Integer(number));
         Changes::from([

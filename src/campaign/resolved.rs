@@ -90,6 +90,7 @@ impl Resolved {
             })?;
             set_value(scene.table, path, value)?;
         }
+        // Paths in changes and scenes are absolute already; those of the fit file remain.
         make_absolute(&mut table, &folder);
         Ok(Self { file, table })
     }
@@ -153,6 +154,7 @@ fn fit_scenes<'a>(fit: &'a mut Table, folder: &Path) -> Result<Vec<FitScene<'a>>
                 let scene = |table| FitScene { experiment: None, name: String::new(), table };
                 scenes.extend(table.map(scene));
             }
+            // Experiments are visited later: the scene of the fit comes first, wherever the file has it.
             ("experiment", Value::Array(list)) => experiments = list,
             _ => {}
         }
@@ -239,6 +241,7 @@ fn for_each_file_in(
 /// The SHA-256 of a data file in hexadecimal, from `hashes` if it is there, else computed and added to it. Error: the file
 /// cannot be read.
 fn data_hash(file: &Path, hashes: &mut DataHashes) -> Result<String, Error> {
+    // Many fits of a plan may share a data file, which is read once.
     if let Some(known) = hashes.get(file) {
         return Ok(known.clone());
     }
@@ -255,6 +258,7 @@ fn canonical_json(value: &Value) -> Json {
             table.iter().map(|(key, value)| (key.clone(), canonical_json(value))).collect()
         }
         Value::Array(list) => list.iter().map(canonical_json).collect(),
+        // JSON has no such numbers: as null they would all be equal.
         Value::Float(x) if !x.is_finite() => json!({ "float": x.to_string() }),
         Value::Float(x) => json!(x),
         Value::Integer(n) => json!(n),

@@ -107,6 +107,7 @@ impl Plan {
     /// id.
     fn resolved(&self, task: &CampaignTask) -> Result<Resolved, Error> {
         let resolved = Resolved::new(&self.root, &task.fit, &task.changes)?;
+        // Files may have changed since the plan: their result must not be stored under the planned id.
         if resolved.id(&mut DataHashes::new())? != task.id {
             let found = "a fit, a scene or data that changed after the plan was written";
             let allowed = "unchanged files; run `rodfit campaign plan` again";
@@ -129,6 +130,7 @@ impl Plan {
         })?;
         let mut seen = HashSet::new();
         let is_own = |task: &&CampaignTask| shard.is_none_or(|shard| shard.contains(&task.id));
+        // Two rows of a plan may have one id, which is computed once.
         let own = self.tasks.iter().filter(is_own).filter(|task| seen.insert(&task.id));
         let (before, open): (Vec<&CampaignTask>, Vec<&CampaignTask>) =
             own.partition(|task| done.contains(&task.id));
@@ -165,12 +167,15 @@ impl Plan {
             let pool = ThreadPoolBuilder::new().num_threads(share).build();
             let pool = pool
                 .map_err(|error| Error::Fit(format!("the threads cannot be started: {error}")))?;
+            // A result that cannot be stored ends all workers.
             while !options.stop.load(Ordering::Relaxed) && locked(&failure).is_none() {
                 let Some(task) = open.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
                 let task: &CampaignTask = task;
                 let attempt = || pool.install(|| self.solve_task(task, options.stop.clone()));
+                // A fault of the program in one fit must not end the others.
                 match catch_unwind(AssertUnwindSafe(attempt)) {
                     Ok(Ok(Some(TimedOutcome { outcome, seconds }))) => {
+                        // The result is stored before it is counted: a killed process loses running fits only.
                         store.add(&task.id, &outcome, seconds)?;
                         let mut summary = locked(&summary);
                         summary.codes.push(outcome.code);
@@ -188,6 +193,7 @@ impl Plan {
         };
         std::thread::scope(|scope| {
             for worker in 0..workers {
+                // The first workers get one processor more if the division has a remainder.
                 let share = threads / workers + usize::from(worker < threads % workers);
                 let (work, failure) = (&work, &failure);
                 scope.spawn(move || {

@@ -43,6 +43,7 @@ impl Shard {
 
     /// Whether a task with this id (hexadecimal) is in the shard; false for a text that is no number.
     pub fn contains(&self, id: &str) -> bool {
+        // Ids are hashes, so that their remainders are evenly distributed.
         u128::from_str_radix(id, 16).is_ok_and(|id| id % self.count == self.index)
     }
 

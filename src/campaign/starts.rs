@@ -58,6 +58,7 @@ pub(crate) fn start_ranges(fit: &Resolved) -> Result<Vec<StartRange>, Error> {
         // Random starts need a finite range, and a positive one for a logarithmic scale.
         let bounds = bound(0).zip(bound(1));
         let (low, high) = bounds.ok_or_else(|| invalid("none".into()))?;
+        // Positive parameters may vary over decades: they are drawn on a logarithmic scale.
         let name = parameter.get("name").and_then(Value::as_str).and_then(Parameter::named);
         let is_logarithmic = name.is_some_and(Parameter::is_positive);
         let is_finite = low.is_finite() && high.is_finite();

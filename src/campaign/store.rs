@@ -167,6 +167,7 @@ fn parse_record(line: &[u8], file: &Path, number: u64) -> Option<StoredRecord> {
     if checksum != hash(line.as_bytes(), CHECKSUM) {
         return None;
     }
+    // The line is divided at its fixed keys, so that the result keeps its bytes.
     let (id, rest) = line.strip_prefix("{\"id\":\"")?.split_once("\",\"result\":")?;
     let (result, context) = rest.rsplit_once(",\"about\":")?;
     let context = serde_json::from_str(context).ok()?;
@@ -191,6 +192,7 @@ fn host() -> String {
     let variable = |name: &str| std::env::var(name).ok();
     let name = variable("SLURMD_NODENAME").or_else(system).or_else(|| variable("HOSTNAME"));
     let name = name.or_else(|| variable("COMPUTERNAME")).unwrap_or_default();
+    // The name of the machine is a part of file names.
     let plain = |c: char| if c.is_ascii_alphanumeric() || ".-_".contains(c) { c } else { '_' };
     let name: String = name.trim().chars().take(60).map(plain).collect();
     if name.is_empty() { "host".into() } else { name }

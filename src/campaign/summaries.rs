@@ -32,6 +32,7 @@ impl Collected<'_> {
                 && !BOOTSTRAP_KEYS.contains(&&key[..])
         };
         let keys: Vec<&String> = keys.into_iter().filter(differs).collect();
+        // The file is a part of a fit's name only where it distinguishes fits.
         let is_one_file = distinct(rows.iter().map(|row| &row.task.fit)).len() == 1;
         let summary = |row: &ResultRow| {
             let change =

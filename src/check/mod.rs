@@ -1,13 +1,14 @@
 //! Comparison of hand-derived derivatives with dual numbers (num-dual) and with finite differences.
 //!
-//! The error of an entry is relative to the sum of its absolute terms ([`Terms`]), which distinguishes rounding errors of a
-//! cancellation from a wrong formula. The sum includes the change of the terms by rounding errors of the strains, so that an
-//! element at rest, whose terms vanish, is not compared with zero. Finite differences, each at its best step, have a verdict of
-//! their own: whether both derivatives are those of the energy. [`check`] compares any energy with hand-derived derivatives at
-//! given states, [`check_hessian`] a given Hessian, and [`check_problem`] all elements of a scene. The result is a
-//! [`CheckReport`]: largest errors, verdicts, the worst entry and the first entries above the [`Tolerance`] (default 1e-12
-//! against dual numbers, 1e-7 against finite differences). It passes if at least one state was compared and both verdicts
-//! agree.
+//! The error of an entry is relative to the sum of its absolute terms ([`Terms`]), which distinguishes rounding
+//! errors of a cancellation from a wrong formula. The sum includes the change of the terms by rounding errors of the
+//! strains, so that an element at rest, whose terms vanish, is not compared with zero. Finite differences
+//! (`finite_difference`), each at its best step, have a verdict of their own: whether both derivatives are those of
+//! the energy. [`check`] compares any energy with hand-derived derivatives at given states, [`check_own`] a
+//! user-defined one, and [`check_hessian`] a given Hessian. [`check_problem`] (`scene`) compares all elements of a
+//! scene, also at `random_states`. The result is a [`CheckReport`]: largest errors, verdicts, the worst entry and the
+//! first entries above the [`Tolerance`] (default 1e-12 against dual numbers, 1e-7 against finite differences). It
+//! passes if at least one state was compared and both verdicts agree.
 
 mod finite_difference;
 mod own;
@@ -208,6 +209,7 @@ impl CheckReport {
     ) {
         // Routes of any size share one comparison: the number of unknowns is not a type there.
         let array = |q: &[f64]| *q.first_chunk::<N>().expect("so many unknowns");
+        // One evaluation with bounds of the terms gives the sizes of all derivatives.
         let terms = energy.energy(&Terms::rounded_unknowns(q).map(OutOfLine)).0;
         let routes = Routes {
             energy: &|q| energy.energy(&array(q)),
@@ -414,6 +416,7 @@ fn dual_gradient<const N: usize>(energy: &impl Energy<N>, q: &[f64; N]) -> [f64;
 fn dual_hessian<const N: usize>(energy: &impl Energy<N>, q: &[f64; N]) -> [[f64; N]; N] {
     let mut hessian = [[0.0; N]; N];
     for (i, j) in (0..N).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+        // The Hessian is symmetric: one evaluation serves both entries of a pair.
         let slope = energy_along(energy, q, [i, j]).eps1eps2;
         (hessian[i][j], hessian[j][i]) = (slope, slope);
     }

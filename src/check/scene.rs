@@ -1,11 +1,12 @@
 //! Check of the derivatives of all elements of a scene: hand-derived against dual numbers and finite differences.
 //!
-//! Input: a prepared scene and a tolerance. States are the initial state of the scene, up to `OWN_STATES` states of the first
-//! `OWN_STEPS` time steps of its motion (none without `[time]`), and `RANDOM_STATES` random states from a fixed seed. At most
-//! `ELEMENTS` elements of each kind are compared in each. In space the states of the motion are compared twice: with their own
-//! frames and with those of the step before. Output: one `CheckReport`, which `rodfit check` prints. A planar scene's
-//! user-defined energies are also checked for forces out of the plane, in a spatial model. An initial state that cannot be
-//! made is an error; a step that fails ends the states of the motion.
+//! Input: a prepared scene and a tolerance. States are the initial state of the scene, up to `OWN_STATES` states of
+//! the first `OWN_STEPS` time steps of its motion (none without `[time]`), and `RANDOM_STATES` random states from a
+//! fixed seed. At most `ELEMENTS` elements of each kind are compared in each, and all moments. In space the states of
+//! the motion are compared twice: with their own frames and with those of the step before. Output: one `CheckReport`,
+//! which `rodfit check` prints. A planar scene's user-defined energies are also checked for forces out of the plane,
+//! in a spatial model, unless it has moments. An initial state that cannot be made is an error; a step that fails
+//! ends the states of the motion.
 
 use crate::check::own::{self, EnergyAt};
 use crate::check::random_states::{random_planar, random_spatial};
@@ -93,6 +94,7 @@ impl SpatialCounterpart {
         if problem.scene().energies.is_empty() {
             return None;
         }
+        // A planar scene with moments has no spatial model, and is not checked out of its plane.
         let model = problem.spatial_model().ok()?;
         let rod = problem.discretized_as(&model).rod();
         Some(Self { model, rod })

@@ -1,9 +1,9 @@
 //! `rodfit bench`: measures the speed of this machine on two shipped scenes, a planar cantilever and a spatial helix.
 //!
-//! Two quantities are measured: time steps per second of the time stepper alone ([`RUNS`]), and wall seconds of a complete
-//! fit of Young's modulus to the recorded tip. Each measurement is repeated for the time of `--seconds`, at least once, and
-//! the shortest duration counts. The output is a table, or JSON, with the version, the vector unit of the processor and the
-//! number of threads.
+//! Two quantities are measured: time steps per second of the time stepper alone ([`RUNS`]), and wall seconds of a
+//! complete fit of Young's modulus to the recorded tip. Each measurement is repeated for the time of `--seconds`, at
+//! least once, and the shortest duration counts. The output is a table, and JSON if requested, with the version, the
+//! vector unit of the processor and the number of threads.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption};

@@ -1,9 +1,9 @@
 //! `rodfit check`: verifies the hand-derived derivatives of the energies of a scene.
 //!
-//! They are compared with automatic derivatives (dual numbers) and with finite differences ([`check_problem`]), on the
-//! mesh of a first guess if the scene leaves it open. States are the rest shape, those of a simulation (if the scene has
-//! a `[time]`), and random ones. The result is a report (text, and JSON if requested); the exit code is 3 if any pair
-//! differs by more than its tolerance.
+//! They are compared with automatic derivatives (dual numbers) and with finite differences ([`check_problem`]), on
+//! the mesh of a first guess if the scene leaves it open. States are the initial one of the scene, those of a
+//! simulation (if the scene has a `[time]`), and random ones. The result is a report (text, and JSON if requested);
+//! the exit code is 3 if any pair differs by more than its tolerance.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, limits};

@@ -1,8 +1,8 @@
 //! `rodfit explain`: prints the entry of a code (of a grade, a warning, an end reason) or of an exit code.
 //!
-//! The entries are the documents in `docs/codes/`, compiled into the program. Former names of codes are accepted. An unknown
-//! code is an error that names the most similar one (Jaro-Winkler similarity). Without a code all codes are listed, one line
-//! each.
+//! The entries are the documents in `docs/codes/`, compiled into the program. Former names of codes are accepted;
+//! case and brackets are ignored. An unknown code is an error that names the most similar one (Jaro-Winkler
+//! similarity). Without a code all codes are listed, one line each.
 
 use crate::command::style::Stream;
 use crate::command::terminal;
@@ -29,6 +29,7 @@ pub fn run(options: &ExplainOptions) -> Result<u8, Error> {
 fn entry(code: &str) -> Result<String, Error> {
     let name = code.trim_matches(['[', ']']).to_lowercase();
     let text = explained(&name).ok_or_else(|| {
+        // The most similar code is more helpful than a list of all.
         let similarity = |other: &&str| strsim::jaro_winkler(other, &name);
         let names = all_explained().map(|(other, _)| other);
         let closest = names.max_by(|a, b| similarity(a).total_cmp(&similarity(b)));
@@ -48,6 +49,7 @@ fn entry(code: &str) -> Result<String, Error> {
 /// A paragraph wrapped to the terminal's width, its line breaks replaced by spaces. Paragraphs with lists, tables or code
 /// keep their line breaks.
 fn paragraph(text: &str) -> String {
+    // Lists, tables and code would lose their structure without line breaks.
     let is_list = |line: &str| line.starts_with(['-', '|', ' ', '`']);
     let text = if text.lines().any(is_list) { text.into() } else { text.replace('\n', " ") };
     wrap_message(&text, Stream::Output.style())

@@ -1,8 +1,9 @@
 //! `rodfit inspect`: describes a file of recorded markers before it is used in a fit.
 //!
-//! The format is recognized (plain table, or a motion-capture or tracking program); `--fps` and `--scale` give a frame rate
-//! and a scale that the file lacks. Output is a description (JSON if requested, and text): frames, clock, markers with range,
-//! noise and gaps, likely problems, and the `[[observation]]` table for a fit file.
+//! The format is recognized (plain table, or a motion-capture or tracking program); `--fps` and `--scale` give a
+//! frame rate and a scale that the file lacks. Output is a description (JSON if requested, and text): frames, clock,
+//! markers with range, noise and gaps, likely problems, and the `[[observation]]` table for a fit file. A file that
+//! cannot be read is an error.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption};

@@ -231,6 +231,7 @@ fn repeated_cost(file: &FitFile, path: PathBuf, runs: f64) -> CostEstimate {
 fn recorded_steps(experiment: &Experiment) -> f64 {
     let motions = experiment.measurements.iter().filter_map(Measurement::motion);
     let last = |o: &PointMotion| o.samples.last().map_or(0.0, |sample| sample.time);
+    // Simulations of a fit end with the last sample.
     let end = motions.map(last).fold(0.0, f64::max);
     let time = experiment.problem.scene().time.as_ref();
     time.map_or(0.0, |time| (end.min(time.end) / time.step_size()).ceil())
@@ -239,6 +240,7 @@ fn recorded_steps(experiment: &Experiment) -> f64 {
 /// The number of nodes of a scene before its mesh exists: segments + 1 (1 if the program chooses them). For a polyline
 /// without segments it is the number of its points, or an upper bound by the size of its file.
 fn node_count(scene: &Scene) -> f64 {
+    // A mesh that is too large must be rejected before its memory is allocated.
     match (&scene.rod.shape, scene.rod.segments) {
         (Shape::Polyline { points, .. }, None) if !points.is_empty() => points.len() as f64,
         (Shape::Polyline { file, .. }, None) => {
@@ -251,6 +253,7 @@ fn node_count(scene: &Scene) -> f64 {
 
 /// The cost of a node of a scene, whose model is not chosen yet: that of a planar rod, unless the scene states a spatial one.
 fn node_cost(scene: &Scene) -> NodeCost {
+    // Where the model is not yet known, the lower cost rejects no scene that is within the limits.
     if scene.rod.dimension == Dimension::Spatial { SPATIAL } else { PLANAR }
 }
 
@@ -264,6 +267,7 @@ fn problem_node_cost(problem: &Problem) -> NodeCost {
 pub fn limit_threads(global: GlobalOptions) {
     let asked = std::env::var("RAYON_NUM_THREADS").ok().and_then(|n| n.parse::<usize>().ok());
     let Some(asked) = asked.filter(|n| *n > MAX_THREADS) else { return };
+    // The global pool can be built only once, before its first use.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(MAX_THREADS).build_global();
     if pool.is_ok() && !global.quiet {
         let text = format_args!("RAYON_NUM_THREADS = {asked}; {MAX_THREADS} threads are used");

@@ -1,9 +1,11 @@
 //! The command `rodfit` as a function: parses a command line, runs the subcommand and returns the exit code.
 //!
-//! Subcommands of computations have the same stages: read the inputs, check that the outputs can be written, estimate the
-//! cost and reject it above a limit, compute, write files, print the summary. Structures and benchmarks have no estimate of
-//! the cost. Others print texts: manual pages, completions, schemas, codes. It uses the public library only; the program and
-//! the Python package call [`run`].
+//! Subcommands of computations have the same stages: read the inputs, check that the outputs can be written, estimate
+//! the cost and reject it above a limit, compute, write, print. `output` writes files, `limits` estimates costs,
+//! `terminal` and `style` print. Structures, benchmarks, `init` and `inspect` have no estimate of the cost. Others
+//! print texts: manual pages, completions, schemas, codes. Each subcommand has a file of its name (`static` is
+//! `rest`). The code is 0 if done, 2 for invalid input, 3 if not computed, not converged or not identifiable; errors
+//! are printed on standard error. It uses the public library only; the program and the Python package call [`run`].
 
 mod bench;
 mod campaign;
@@ -260,11 +262,13 @@ fn exit_code(error: &Error) -> u8 {
 fn chosen_mesh(problem: &Problem) -> Option<Resolution> {
     let chosen = Chosen { segments: true, ..Chosen::default() };
     let found = problem.resolution().filter(|found| found.chosen.segments)?;
+    // A problem at rest has no step and no scheme.
     Some(Resolution { step: None, scheme: None, chosen, ..*found })
 }
 
 /// Prints the errors in `written`, the outcomes of the outputs, and returns the largest of their exit codes and `code`.
 fn conclude(code: u8, written: impl IntoIterator<Item = Result<(), Error>>) -> u8 {
+    // Every output that failed is reported; the worst code counts.
     written.into_iter().filter_map(Result::err).fold(code, |code, error| {
         terminal::print_error(&error);
         code.max(exit_code(&error))

@@ -1,9 +1,11 @@
 //! `rodfit predict`: compares a scene with recordings, without a fit.
 //!
-//! The scene and the recordings (`--on`) become a fit file whose measurements are all validation data, one experiment per
-//! recording. Keys that a file needs are determined by its inspection. The experiments are simulated with the values of the
-//! scene. Output is a summary of the errors, and a report (`--json`) and a page (`--report`) if requested; the exit code is 3
-//! if an experiment could not be simulated.
+//! The scene and the recordings (`--on`) become a fit file whose measurements are all validation data, one experiment
+//! per recording. A recording prescribes the ends of the rod, and its other markers are the data, if the scene has
+//! recorded ends. Else it is a shape at rest if the scene has no `[time]`, or the motion of `--point`. Keys that the
+//! file of a motion needs are determined by its inspection. The experiments are simulated with the values of the
+//! scene. Output is a summary of the errors, and a report (`--json`) and a page (`--report`) if requested; the exit
+//! code is 3 if an experiment could not be simulated.
 
 use crate::command::inspect::RecordingUnits;
 use crate::command::output::Outputs;

@@ -1,8 +1,8 @@
 //! `rodfit static`: the equilibrium of a scene or a structure under its loads, and its stability.
 //!
 //! The mesh is that of the scene, or for one rod chosen for the equilibrium if the scene leaves it open. An unstable
-//! equilibrium is a result with exit code 0 too. Output is a text, a report (`--json`) and the positions of all nodes
-//! (`--out`, CSV) if requested.
+//! equilibrium is a result with exit code 0 too; one that is not found is an error. Output is a text, a report
+//! (`--json`) and the positions of all nodes (`--out`, CSV) if requested.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, chosen_mesh, conclude, limits, structure};

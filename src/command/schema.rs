@@ -1,10 +1,10 @@
 //! `rodfit schema`: prints the JSON schema of an input file (TOML) or of a result (JSON).
 //!
 //! Input is the kind: a scene, structure, fit or campaign file, or the result of `fit` (also with `[[field]]`),
-//! `simulate`, `static`, `modes`, `study`, `predict` or `design`. The schemas are files of the repository, compiled into
-//! the program. A test (`generate`) generates them from the types and their documentation, and compares the files with
-//! them. Definitions that several schemas have are in one shared file, with `true` in their places, and are put back when
-//! a schema is printed.
+//! `simulate`, `static`, `modes` (these three also of a structure), `study`, `predict` or `design`. The schemas are
+//! files of the repository, compiled into the program. A test (`generate`) generates them from the types and their
+//! documentation, and compares the files with them. Definitions that several schemas have are in one shared file,
+//! with `true` in their places, and are put back when a schema is printed.
 
 use crate::command::terminal;
 use clap::ValueEnum;

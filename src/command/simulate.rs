@@ -1,9 +1,10 @@
 //! `rodfit simulate`: the motion of a scene or a structure.
 //!
-//! Numerics (mesh, step, scheme) that the program chose are checked by their error, and the run is repeated with finer ones
-//! where needed. Output is a summary, and if requested a report (`--json`), the positions of all nodes at every step
-//! (`--out`, CSV) and a page with an animation (`--report`). An interrupted or failed run writes its results up to that time;
-//! the exit code is then that of the error.
+//! Numerics (mesh, step, scheme) that the program chose are checked by their error, and the run is repeated with
+//! finer ones where needed. Output is a summary, and if requested a report (`--json`), the positions of all nodes at
+//! every step (`--out`, CSV) and a page with an animation (`--report`). If the table goes to a stream, the check is a
+//! run without output before. An interrupted or failed run writes its results up to that time; the exit code is then
+//! that of the error.
 
 use crate::command::output::{OutputWriter, Outputs};
 use crate::command::{

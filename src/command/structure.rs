@@ -1,9 +1,10 @@
 //! `rodfit simulate`, `static` and `modes` of structures: scenes with `[[rods]]`.
 //!
 //! Mesh, step and scheme are those of the file, and no cost is estimated before a run. Output is a summary, and if
-//! requested a report (`--json`) and the positions of all nodes (`--out`, CSV; not for modes). `--report` and a
-//! simulation without `[time]` are errors. An interrupted or failed simulation writes its results up to that time, and
-//! has the exit code of the error. The commands for one rod call these functions when the file is a structure.
+//! requested a report (`--json`), and the positions of all nodes (`--out`, CSV; not for modes). Simulations also have
+//! a page with an animation (`--report`). A simulation without `[time]` is an error. An interrupted or failed
+//! simulation writes its results up to that time, and has the exit code of the error. The commands for one rod call
+//! these functions when the file is a structure.
 
 use crate::command::modes::ModesOptions;
 use crate::command::output::Outputs;
@@ -15,10 +16,10 @@ use rodfit::{Error, Structure, StructureScene, page};
 use std::io::{self, Write};
 use std::sync::atomic::Ordering;
 
-/// Simulates a structure up to the end of `[time]`, and writes the report (JSON), the positions of all nodes at every step
-/// (CSV) and the summary. An interrupted or failed run writes its results up to that time. Returns the exit code: 0, or that
-/// of the error that ended the run or of an output. Errors before the run: an invalid structure, `--report`, no `[time]`, and
-/// those of the equilibrium at the start.
+/// Simulates a structure up to the end of `[time]`, and writes the report (JSON), the positions of all nodes at every
+/// step (CSV), the page and the summary. An interrupted or failed run writes its results up to that time. Returns the
+/// exit code: 0, or that of the error that ended the run or of an output. Errors before the run: an invalid
+/// structure, an output that cannot be written, no `[time]`, and those of the equilibrium at the start.
 pub fn simulate(
     scene: StructureScene,
     options: &SimulateOptions,
@@ -55,6 +56,7 @@ pub fn simulate(
     push(&motion, &mut written);
     let mut outcome = Ok(());
     for k in 1..=time.steps() {
+        // The flag is read between steps, so that the last complete step remains.
         outcome = match stop.load(Ordering::Relaxed) {
             true => Err(Error::Interrupted),
             false => motion.step_to(time.at(k)),
@@ -66,6 +68,7 @@ pub fn simulate(
         bar.set_position(k as u64);
     }
     bar.finish_and_clear();
+    // The report has the last shape also after a failed step.
     report.shape = motion.shape();
     report.finish(&structure, &outcome);
     if matches!(outcome, Err(Error::Interrupted)) {

@@ -1,8 +1,8 @@
 //! `rodfit study`: wall time against error over schemes, time steps and meshes (work-precision study) of a scene.
 //!
-//! [`Study`] simulates the scene with several schemes, meshes and steps, and compares the tip with an extrapolated reference.
-//! Output is a summary with the fastest run for each of several errors, and if requested a report with all runs (`--json`)
-//! and a page with the plot (`--report`).
+//! [`Study`] simulates the scene with several schemes, meshes and steps, and compares the tip with an extrapolated
+//! reference. A scene without `[time]` is an error. Output is a summary with the fastest run for each of several
+//! errors, and if requested a report with all runs (`--json`) and a page with the plot (`--report`).
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, limits, terminal};

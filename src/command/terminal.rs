@@ -1,10 +1,13 @@
-//! Results on standard output; progress, warnings and errors on standard error; stop of a run by Ctrl-C or the signal TERM.
+//! Results on standard output; progress, warnings and errors on standard error; stop of a run by Ctrl-C or the signal
+//! TERM.
 //!
-//! Nothing here panics. If the reader of standard output closes the pipe (`rodfit fit .. | head -1`), the rest of the text is
-//! dropped without an error. All other outputs are written, and the exit code is that of the computation. A standard output
-//! that cannot be written for another reason, such as a full disk, is an error.
+//! Nothing here panics. If the reader of standard output closes the pipe (`rodfit fit .. | head -1`), the rest of the
+//! text is dropped without an error. All other outputs are written, and the exit code is that of the computation. A
+//! standard output that cannot be written for another reason, such as a full disk, is an error. The first signal sets
+//! a flag that the run reads; a second one ends the process at once with exit code 130.
 //!
 //! Control characters of names and of quoted lines are shown as `\x1b`, so that a file cannot control the terminal.
+//! Data that another program reads from standard output are not changed.
 
 use crate::command::GlobalOptions;
 use crate::command::style::Stream;

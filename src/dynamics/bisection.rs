@@ -1,12 +1,12 @@
-//! Bisection of rejected steps: a step that fails, or violates the limits of step control, is replaced by two steps of
-//! half its size.
+//! Bisection of rejected steps: a step that fails, or violates the limits of step control, is replaced by two steps
+//! of half its size.
 //!
 //! [`advance`] makes a step to a time (s) through the trait [`BisectedSteps`], which simulations with or without
-//! derivatives and assemblies of rods implement. Halving continues up to [`HALVINGS`] times. At the last halving wider
-//! limits hold. Its error then ends the run, at the last valid state, which may be inside the step. The limits of
-//! [`StepControl`] are those of the energy or, where supports or a flow do work, of the rotation of edges. `accepted`
-//! is called once per accepted part of a step, for example to advance derivatives; its error ends the run without
-//! halving.
+//! derivatives and assemblies of rods implement. Halving continues up to [`HALVINGS`] times. At the last halving
+//! wider limits hold. Its error then ends the run, at the last valid state, which may be inside the step. The
+//! limits of [`StepControl`] are those of the energy or, where supports or a flow do work, of the rotation of
+//! edges. `accepted` is called once per accepted part of a step, for example to advance derivatives; its error ends
+//! the run without halving.
 
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step_control::{HALVINGS, StepControl};

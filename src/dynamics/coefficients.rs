@@ -1,14 +1,15 @@
 //! The equations of an implicit time step and their coefficients: Newmark-beta, average vector field,
 //! generalised-alpha.
 //!
-//! From the scheme, its parameter and the step size `h` follow [`StepCoefficients`]: the factors of forces, velocities,
-//! accelerations and strain rates at both ends of the step. Newton's method solves the equations for the unknowns `q1`
-//! at the end; velocities and accelerations there follow. `q0`, `v0`, `a0` are unknowns, velocities and accelerations
-//! at the start, `M` the masses, `n(q, v)` the elastic gradient less the loads plus the damping force.
+//! From the scheme, its parameter and the step size `h` follow [`StepCoefficients`]: the factors of forces,
+//! velocities, accelerations and strain rates at both ends of the step. Newton's method solves the equations for
+//! the unknowns `q1` at the end; velocities and accelerations there follow. `q0`, `v0`, `a0` are unknowns,
+//! velocities and accelerations at the start, `M` the masses, `n(q, v)` the elastic gradient less the loads plus
+//! the damping force.
 //!
 //! # Newmark-beta
 //!
-//! The paper's scheme, Eq. (6), with its misprint corrected. A step of length `h` solves
+//! The scheme of Huang and Jawed (2019), Eq. (6), with its misprint corrected. A step of length `h` solves
 //!
 //! ```text
 //! M (q1 - q0) - h M v0 + h^2 beta^2 n1 + h^2 beta (1 - beta) n0 = 0
@@ -20,36 +21,37 @@
 //! not dissipate at any beta and is explicit at beta = 1.
 //!
 //! Kelvin-Voigt damping stresses every strain `s` with `K (s - s_natural + eta ds/dt)`. The rate at the end follows
-//! from the change over the step as the velocity does, `r1 = (s1 - s0)/(h beta) - (1 - beta)/beta r0`. A damped step is
-//! therefore an elastic one with stiffness `K c` and natural strain `(s_natural + shift)/c`, where
+//! from the change over the step as the velocity does, `r1 = (s1 - s0)/(h beta) - (1 - beta)/beta r0`. A damped
+//! step is therefore an elastic one with stiffness `K c` and natural strain `(s_natural + shift)/c`, where
 //! `c = 1 + eta/(h beta)` and `shift = eta (s0/(h beta) + (1 - beta)/beta r0)`. Its tangent stays symmetric.
 //!
 //! `r0` is the mean rate over the step before, `(s0 - s_before)/h`, and not the `r1` found there. At beta = 1/2 the
-//! latter would continue from step to step as `r1 = 2 (s1 - s0)/h - r0`. This recursion damps no error, only changes
-//! its sign, so that the errors of a stiff wire accumulate until it diverges. With the mean rates `d0` of the last step
-//! and `d1` of this one, and the gradients `G0` and `G1` of the strain at both ends, the viscous force over a step is
-//! `eta K (d1 G1 - (1 - beta) d0 (G1 - G0))`. It is of second order at beta = 1/2. Where the geometry is linear it is
-//! just `eta K d1 G`, which never adds energy. The first step takes `d0 = 0`, which is of first order for one step. It
-//! neglects the initial strain rates of a rod that starts with a velocity while an end is held; they last for less than
-//! a step.
+//! latter would continue from step to step as `r1 = 2 (s1 - s0)/h - r0`. This recursion damps no error, only
+//! changes its sign, so that the errors of a stiff wire accumulate until it diverges. With the mean rates `d0` of
+//! the last step and `d1` of this one, and the gradients `G0` and `G1` of the strain at both ends, the viscous
+//! force over a step is `eta K (d1 G1 - (1 - beta) d0 (G1 - G0))`. It is of second order at beta = 1/2. Where the
+//! geometry is linear it is just `eta K d1 G`, which never adds energy. The first step takes `d0 = 0`, which is of
+//! first order for one step. It neglects the initial strain rates of a rod that starts with a velocity while an end
+//! is held; they last for less than a step.
 //!
 //! # Average vector field
 //!
-//! At beta = 1/2 the mean of the forces at both ends of the step lets the energy of a stiff rod grow in long runs. The
-//! mean over the straight line between them,
+//! At beta = 1/2 the mean of the forces at both ends of the step lets the energy of a stiff rod grow in long runs.
+//! The mean over the straight line between them,
 //!
 //! ```text
 //! M (q1 - q0) - h M v0 + h^2/2 int_0^1 n(q0 + s (q1 - q0)) ds = 0
 //! v1 = 2 (q1 - q0)/h - v0
 //! ```
 //!
-//! conserves the energy exactly (Quispel and McLaren 2008): its work over the step is the difference of the potentials.
-//! The integral is Gauss quadrature with four points, which is exact to rounding for the rotations of reasonable steps.
-//! Where it is not, the step is halved. The energy of [user-defined energies](crate::energy::own), which may have
-//! corners, is only kept from growing. Mass damping acts on the mean velocity `(q1 - q0)/h`; Kelvin-Voigt stress acts
-//! at both ends of the step as in Newmark-beta at 1/2. It does not act at the stages in between: nodes on straight
-//! lines shorten every edge that turns, by `alpha^2/8` in the middle of a turn by `alpha`. The dissipation of that
-//! stretching, `eta EA alpha^4/24` per step and length, is more than that of bending in a wire.
+//! conserves the energy exactly (Quispel and McLaren 2008): its work over the step is the difference of the
+//! potentials. The integral is Gauss quadrature with four points, which is exact to rounding for the rotations of
+//! reasonable steps. Where it is not, the step is halved. The energy of [user-defined
+//! energies](crate::energy::own), which may have corners, is only kept from growing. Mass damping acts on the mean
+//! velocity `(q1 - q0)/h`; Kelvin-Voigt stress acts at both ends of the step as in Newmark-beta at 1/2. It does not
+//! act at the stages in between: nodes on straight lines shorten every edge that turns, by `alpha^2/8` in the
+//! middle of a turn by `alpha`. The dissipation of that stretching, `eta EA alpha^4/24` per step and length, is
+//! more than that of bending in a wire.
 //!
 //! # Generalised-alpha
 //!
@@ -61,15 +63,16 @@
 //! v1 = v0 + h ((1 - g) a0 + g a1)
 //! ```
 //!
-//! where `am = (2 rho - 1)/(rho + 1)`, `af = rho/(rho + 1)`, `g = 1/2 - am + af` and `b = (1 - am + af)^2/4`. `rho` is
-//! the factor of unresolved fast modes over a step. The scheme has second order at every `rho`. Slow modes dissipate so
-//! little that rods which hardly stretch take large steps without spurious oscillation. Without `a1` the first line is,
-//! times `b h^2/(1 - am)`, of Newmark's form. One term is added, `M h^2 (am b/(1 - am) + b - 1/2) a0`.
+//! where `am = (2 rho - 1)/(rho + 1)`, `af = rho/(rho + 1)`, `g = 1/2 - am + af` and `b = (1 - am + af)^2/4`. `rho`
+//! is the factor of unresolved fast modes over a step. The scheme has second order at every `rho`. Slow modes
+//! dissipate so little that rods which hardly stretch take large steps without spurious oscillation. Without `a1`
+//! the first line is, times `b h^2/(1 - am)`, of Newmark's form. One term is added,
+//! `M h^2 (am b/(1 - am) + b - 1/2) a0`.
 //!
-//! The rate of a strain where the forces are taken is `d1 + (1/2 - af)(d1 - d0)`, from the mean rates of this step and
-//! the last. The rate at the end therefore counts as `((3/2 - af) d1 - d0/2)/(1 - af)`, beside `d0` at the start. At
-//! `rho = 1` that is the rate of Newmark-beta, and at `rho = 0` the difference formula BDF2, which is stable however
-//! stiff the damping.
+//! The rate of a strain where the forces are taken is `d1 + (1/2 - af)(d1 - d0)`, from the mean rates of this step
+//! and the last. The rate at the end therefore counts as `((3/2 - af) d1 - d0/2)/(1 - af)`, beside `d0` at the
+//! start. At `rho = 1` that is the rate of Newmark-beta, and at `rho = 0` the difference formula BDF2, which is
+//! stable however stiff the damping.
 //!
 //! Where accelerations at the start are not known, the first step is one of implicit Euler.
 

@@ -2,10 +2,10 @@
 //! parameters.
 //!
 //! A marker with an offset moves with the directors of its edge. Input: the edges of a record, a state, and its
-//! sensitivities. Output of `motions`, for every recorded edge in ascending order: tangent and both material directors
-//! in the world, each with its rate (1/s). `rates` returns their derivatives by parameter `k`, in the same order. They
-//! follow from dual numbers made of state, sensitivities and the rotation of the directors. `new` returns `None` for a
-//! record without edges.
+//! sensitivities. Output of `motions`, for every recorded edge in ascending order: tangent and both material
+//! directors in the world, each with its rate (1/s). `rates` returns their derivatives by parameter `k`, in the
+//! same order. They follow from dual numbers made of state, sensitivities and the rotation of the directors. `new`
+//! returns `None` for a record without edges.
 
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::sensitivity::Sensitivities;
@@ -70,6 +70,7 @@ impl DirectorAxes {
         M::Rod<f64>: Sensitive,
     {
         let (q, v, frames) = sensitivities.motion(k, state);
+        // Dual numbers through the same function: axes depend on places, frames and angles at once.
         let axes = |edge: &usize| {
             let axes = discretized.axes::<Dual64>(self.derived[k], &q, &v, &frames, *edge);
             axes.map(|axis| axis.map(|x| x.map(|c| c.eps)))

@@ -1,10 +1,10 @@
 //! Energy that a time integration scheme adds to a motion, or removes from it, as a warning.
 //!
 //! Without damping, internal friction, moving supports or flow the total energy `T + V` of a rod is constant. Its
-//! change is then an error of the scheme. Input: the scene, and the largest absolute change of the energy in a run over
-//! the largest kinetic energy. Output: code and text of a warning if that fraction exceeds [`MAX_CHANGE`] or is NaN,
-//! else `None`. The limit is [`MAX_DISSIPATION`] if beta or rho_inf requests dissipation, or the program chose the
-//! step. `None` also for other scenes, and without `[time]`. Large gains stop the run before
+//! change is then an error of the scheme. Input: the scene, and the largest absolute change of the energy in a run
+//! over the largest kinetic energy. Output: code and text of a warning if that fraction exceeds [`MAX_CHANGE`] or
+//! is NaN, else `None`. The limit is [`MAX_DISSIPATION`] if beta or rho_inf requests dissipation, or the program
+//! chose the step. `None` also for other scenes, and without `[time]`. Large gains stop the run before
 //! ([`StepControl`](crate::dynamics::step_control::StepControl)).
 
 use crate::code::Code;

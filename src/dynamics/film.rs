@@ -60,6 +60,7 @@ impl Film {
     /// Frames are taken at a multiple of that interval, so that there are at most `FRAMES` beside the first and the
     /// last.
     pub fn new(problem: &Problem, steps: usize) -> Self {
+        // Intervals are rounded up, so that the bounds hold for any number of steps and nodes.
         let (last, sample) = (problem.nodes() - 1, steps.div_ceil(SAMPLES).max(1));
         let between = last.div_ceil(EDGES).max(1);
         let mut nodes: Vec<usize> = (0..last).step_by(between).collect();

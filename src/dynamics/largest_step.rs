@@ -1,11 +1,11 @@
-//! The largest stable step (s) of an explicit scheme: its stability limit over the highest angular frequency of the rod
-//! at the start of the scene.
+//! The largest stable step (s) of an explicit scheme: its stability limit over the highest angular frequency of the
+//! rod at the start of the scene.
 //!
-//! The highest eigenvalue of `K x = omega^2 M x` is found by geometric bisection, as an upper bound within the relative
-//! `TOLERANCE`. The bounds at first are the largest diagonal entry of `M^-1 K` and Gershgorin's. The number of
-//! negative pivots of `K - lambda M` is that of eigenvalues below `lambda` (Sylvester). Output of `largest_step`:
-//! `None` for schemes without a limit. `check_step` rejects a scene if its step, or its whole time if shorter, is
-//! larger. Later states may have higher frequencies; they are not checked.
+//! The highest eigenvalue of `K x = omega^2 M x` is found by geometric bisection, as an upper bound within the
+//! relative `TOLERANCE`. The bounds at first are the largest diagonal entry of `M^-1 K` and Gershgorin's. The
+//! number of negative pivots of `K - lambda M` is that of eigenvalues below `lambda` (Sylvester). Output of
+//! `largest_step`: `None` for schemes without a limit. `check_step` rejects a scene if its step, or its whole time
+//! if shorter, is larger. Later states may have higher frequencies; they are not checked.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -75,6 +75,8 @@ fn highest_squared<T: Tangent<f64>>(tangent: &T, mass: &[f64], range: Range<usiz
     let mut factors = tangent.new_factors();
     while high > low * (1.0 + TOLERANCE) && low > 0.0 {
         let middle = (low * high).sqrt();
+        // All pivots negative: no eigenvalue is above the middle. A failed factorization raises the
+        // lower bound, so that the upper one stays an upper bound.
         let all_below = factors.factor_sum(mass, -middle, tangent, 1.0, range.clone()).is_ok()
             && factors.negative_pivots() == range.len();
         *if all_below { &mut high } else { &mut low } = middle;

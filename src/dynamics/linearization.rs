@@ -1,10 +1,11 @@
 //! Linearization of an implicit step at its solution: the data from which derivatives over the step follow.
 //!
 //! [`Linearization`] refers to the states before and after, to gradient (N) and tangent (N/m) of the forces at the
-//! solution, without and with drag. It also has those at the stages of averaging schemes, and damping and parameter of
-//! the scheme. It has the factors of the matrix of the step, for Newmark-beta `M (1 + h beta c) + h^2 beta^2 K`.
-//! Forward sensitivities and the adjoint solve with these factors. `check_solution` tests solutions with an indefinite
-//! matrix only: a residual above `SOLUTION_TOLERANCE` of the size of the right-hand side is [`Error::SingularTangent`].
+//! solution, without and with drag. It also has those at the stages of averaging schemes, and damping and parameter
+//! of the scheme. It has the factors of the matrix of the step, for Newmark-beta `M (1 + h beta c) + h^2 beta^2 K`.
+//! Forward sensitivities and the adjoint solve with these factors. `check_solution` tests a solution `x` for the
+//! right-hand side `b`, with an indefinite matrix only. A residual above `SOLUTION_TOLERANCE` times the sum of the
+//! largest entries of `|b|` and `|b - m M x|`, with the factor `m` of the masses, is [`Error::SingularTangent`].
 //! `coefficients` returns those of the step for a parameter over any scalar.
 
 use crate::dynamics::coefficients::StepCoefficients;
@@ -108,9 +109,12 @@ impl<D: Scalar, R: Rod<D>> Linearization<'_, D, R> {
     /// # Errors
     /// [`Error::SingularTangent`].
     pub fn check_solution(&self, x: &[D], b: &[D]) -> Result<(), Error> {
+        // LDL' without pivoting is backward stable for positive definite matrices only.
         if self.factors.negative_pivots() == 0 {
             return Ok(());
         }
+        // `matrix` lacks the masses: their part is moved to the right-hand side, and both sides are
+        // divided by the factor of the tangent.
         let [masses, tangent] = self.weights;
         let mass = self.rod.mass();
         let rest: Vec<D> = (0..x.len()).map(|i| b[i] - mass[i] * masses * x[i]).collect();

@@ -1,10 +1,13 @@
 //! Motion of a rod: time integration of `M q'' + c M q' + dE/dq = F(t)`, and derivatives of the motion by parameters.
 //!
-//! A prepared problem gives the initial state ([`Simulation`]); a stepper of the scheme advances it. Step control
-//! rejects steps that gain energy or rotate edges too far, and they are bisected. The run is recorded as a
-//! [`Trajectory`] (positions and velocities of selected nodes). Its derivatives by parameters are forward
-//! sensitivities, or, for the gradient of a misfit, those of the adjoint ([`Reversible`]). [`SimulationReport`],
-//! [`NodeTable`] and [`Film`] are the output for files and pages.
+//! A prepared problem gives the initial state ([`Simulation`], made in `start`); a stepper of the scheme
+//! (`stepper`, with the equations of `coefficients`) advances it. Step control (`step_control`) rejects steps that
+//! gain energy or rotate edges too far, and they are bisected (`bisection`). `run` is the main loop; its `record`
+//! becomes a [`Trajectory`] (positions, m, and velocities, m/s, of selected nodes). Derivatives by parameters are
+//! forward sensitivities (`sensitivity`, by the linear map of a step in `step_map`), or, for the gradient of a
+//! misfit, those of the adjoint ([`Reversible`]). [`SimulationReport`], [`NodeTable`] and [`Film`] are the output
+//! for files and pages, with warnings by `energy_balance` and `unstable_state`. `largest_step` is the stability
+//! limit of explicit schemes.
 
 pub mod adjoint;
 mod bisection;

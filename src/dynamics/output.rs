@@ -2,12 +2,13 @@
 //!
 //! [`NodeTable`] writes a header row, and a row per call of `push`: time (s), and x, y, z of every node (m, world
 //! axes). [`SimulationReport`] collects a run: model, tip (m) and energies (J) per recorded step, counts of work,
-//! largest strain. Its `finish` sets the status, and appends warnings of large strains and numerical damping. It also
-//! warns of an unstable state, if stability was checked. `energy_drift` is the largest change of the total energy over
-//! the largest kinetic energy, 0 for a rod that stays still. `energy_in_words` is one sentence, of the first case that
-//! holds: no motion, moving supports, flow, damping, numerical damping by beta or rho_inf. Otherwise the energy is
-//! conserved up to `MAX_KEPT`, or changed by the scheme. [`shape_csv`] has the columns x, y, z, s (m) and a row per
-//! node; more nodes than the rod has are an error.
+//! largest strain. Its `finish` sets the status, and appends warnings of large strains and numerical damping. It
+//! also warns of an unstable state, if stability was checked. `energy_drift` is the largest change of the total
+//! energy over the largest kinetic energy, 0 for a rod whose kinetic energy is at most that of a displacement by
+//! `NEGLIGIBLE_DISPLACEMENT` lengths in the time of the scene. `energy_in_words` is one sentence, of the first case
+//! that holds: no motion, moving supports, flow, damping, numerical damping by beta above 0.5 or by
+//! generalised-alpha. Otherwise the energy is conserved up to `MAX_KEPT`, or changed by the scheme. [`shape_csv`]
+//! has the columns x, y, z, s (m) and a row per node; more nodes than the rod has are an error.
 
 use crate::code::Code;
 use crate::dynamics::energy_balance;
@@ -217,12 +218,14 @@ impl SimulationReport {
         let [x, y, z] = simulation.place(&problem.tip());
         let total = e.total();
         self.strains.add(|i| simulation.position(i), t);
+        // The first state is the start, and no step.
         match self.last_tip {
             None => self.start_energy = total,
             Some(_) => self.steps += 1,
         }
         self.end_energy = total;
         self.last_tip = Some([t, x, y, z]);
+        // Since the start, not from step to step: small changes in one direction add up.
         self.largest_energy_change =
             self.largest_energy_change.max((total - self.start_energy).abs());
         self.largest_kinetic_energy = self.largest_kinetic_energy.max(e.kinetic);
@@ -240,6 +243,7 @@ impl SimulationReport {
         self.work = trajectory.work();
         self.newton_iterations = self.work.newton_iterations;
         self.wall_seconds = trajectory.stepping().as_secs_f64();
+        // These warnings depend on extremes of the whole run, which are known only now.
         let modulus = self.scene.material.youngs_modulus;
         let strained = self.strains.largest().and_then(|largest| largest.warning(modulus));
         let unbalanced = energy_balance::warning(&self.scene, self.energy_drift());
@@ -267,6 +271,7 @@ impl SimulationReport {
     /// Largest absolute change of the total energy since the start over the largest kinetic energy, dimensionless; 0
     /// for a rod that does not move (kinetic energy of at most `negligible_energy`).
     pub fn energy_drift(&self) -> f64 {
+        // Of a rod at rest it would be the ratio of two rounding errors.
         match self.is_still() {
             true => 0.0,
             false => self.largest_energy_change / self.largest_kinetic_energy,
@@ -281,7 +286,8 @@ impl SimulationReport {
     pub fn energy_in_words(&self) -> String {
         let (scene, drift) = (&self.scene, 100.0 * self.energy_drift());
         let (start, end) = (self.start_energy, self.end_energy);
-        // Moving supports, flow and damping change the energy too: only without them is a change an error of the scheme.
+        // Moving supports, flow and damping change the energy too: only without them is a change an
+        // error of the scheme.
         let time = scene.time.as_ref();
         let beta = time.filter(|t| t.scheme.takes_beta()).map_or(0.5, |t| t.beta);
         if self.is_still() {
@@ -323,6 +329,7 @@ impl SimulationReport {
 /// scene: `m/2 (1e-9 L/T)^2`. Its mass `m` is that of section and density halfway along it. Zero without `[time]`.
 fn negligible_energy(problem: &Problem) -> f64 {
     let (section, material) = problem.scene().at(0.5);
+    // Without `[time]` the duration is infinite, so that no motion is negligible.
     let (mass, end) = (
         material.density * section.moments().area * problem.length(),
         problem.scene().time.as_ref().map_or(f64::INFINITY, |time| time.end),

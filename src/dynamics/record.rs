@@ -1,12 +1,13 @@
-//! Recorded motion of a run: positions and velocities of tracked nodes at the start and after every step of the scene,
-//! interpolated in between.
+//! Recorded motion of a run: positions and velocities of tracked nodes at the start and after every step of the
+//! scene, interpolated in between.
 //!
-//! Storage: one list of motions (m and m/s), record after record, with the tracked nodes first and then three director
-//! axes per recorded edge; the derivatives by each parameter in the same order. Energies (J), reactions, accepted steps
-//! and counts of work are stored beside them. [`RecordView`] computes positions of points and markers at any recorded
-//! time (s) by cubic Hermite interpolation of positions and velocities. Its numbers are those of the record, or dual
-//! numbers with the derivative by one parameter. A time that is not recorded, and a node that is not tracked, are
-//! [`Error::OutOfRange`]. `truncate` removes the records after a number of them.
+//! Storage: one list of motions (m and m/s), record after record, with the tracked nodes first and then three
+//! director axes per recorded edge; the derivatives by each parameter in the same order. Energies (J), reactions,
+//! accepted steps and counts of work are stored beside them. [`RecordView`] computes positions of points and
+//! markers at any time (s) from 0 to the last record, by cubic Hermite interpolation of positions and velocities.
+//! Its numbers are those of the record, or dual numbers with the derivative by one parameter. A time outside of the
+//! record, and a node or edge that is not tracked, are [`Error::OutOfRange`]; an empty record is
+//! [`Error::Invalid`]. `truncate` removes the records after a number of them.
 
 use crate::dynamics::step::Work;
 use crate::dynamics::unstable_state::StabilityChecks;
@@ -129,6 +130,7 @@ impl<D: Scalar> Record<D> {
         self.derivatives.iter_mut().for_each(|list| list.truncate(motions));
         self.energies.iter_mut().for_each(|list| list.truncate(times));
         self.reactions.iter_mut().for_each(|list| list.truncate(times));
+        // Halves of a removed step are accepted steps too, and must not remain.
         let last = self.times.last().copied().unwrap_or(0.0);
         self.taken.retain(|end| *end <= last);
     }
@@ -242,6 +244,8 @@ impl<D: Scalar> RecordView<'_, D> {
         for (edge, weight) in &marker.edges {
             let first = self.tracked.len()
                 + 3 * place_in(self.edges, *edge, "an edge that was not tracked")?;
+            // Axes are interpolated like positions, so that the marker moves with continuous
+            // velocity.
             columns.extend([0, 1, 2].map(|c| (first + c, *weight * marker.offset[c])));
         }
         self.interpolate(&columns, k, &hermite)
@@ -253,6 +257,7 @@ impl<D: Scalar> RecordView<'_, D> {
     pub fn motion(&self, stencil: &Stencil<D>, time: f64) -> Result<Motion<D>, Error> {
         let position = self.position(stencil, D::from(time))?;
         let (k, _) = self.around(time)?;
+        // A record of one time is a state at rest: it has no step to differentiate over.
         let rates = match self.times.get(k) {
             Some(end) => HermiteWeights::derivative(self.times[k - 1], *end, D::from(time)),
             None => return Ok([position, [D::from(0.0); 3]]),

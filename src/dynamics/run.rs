@@ -1,12 +1,12 @@
 //! The run of a scene: initial state, time steps with bisection of rejected ones, and the record of states.
 //!
-//! Input: a discretized scene, parameters of the derivatives, number of steps. At the start and after every step of the
-//! scene the motions of tracked nodes, axes of selected edges and their derivatives are appended to a [`Record`].
-//! Energies, reactions and stability checks are added if requested. The derivatives are computed on the same thread. A
-//! second one computes them for large runs ([`ActiveRun::has_room`]) of Newmark-beta and generalised-alpha; results are
-//! bitwise equal. An explicit scheme's step above its stability limit is an error before the run. A run ends early with the
-//! error of a step that bisection does not save, of a derivative, or of an interruption; the record keeps the states before.
-//! [`repeat_over`] repeats a run with its accepted steps over another scalar.
+//! Input: a discretized scene, parameters of the derivatives, number of steps. At the start and after every step of
+//! the scene the motions of tracked nodes, axes of selected edges and their derivatives are appended to a
+//! [`Record`]. Energies, reactions and stability checks are added if requested. The derivatives are computed on the
+//! same thread, or on a second one for large runs ([`ActiveRun::has_room`]) of Newmark-beta and generalised-alpha;
+//! results are bitwise equal. An explicit scheme's step above its stability limit is an error before the run. A run
+//! ends early with the error of a step that bisection does not save, of a derivative, or of an interruption; the
+//! record keeps the states before. [`repeat_over`] repeats a run with its accepted steps over another scalar.
 
 use crate::dynamics::bisection::{BisectedSteps, advance};
 use crate::dynamics::director_axes::DirectorAxes;
@@ -123,7 +123,8 @@ where
     let mut simulation = task.discretized.simulation()?;
     let sensitivities = task.discretized.sensitivities(task.parameters)?;
     let axes = DirectorAxes::new(task.discretized, task.parameters, record);
-    // Most schemes are linearized again at the ends of their steps. Averaging schemes keep the tangents of their stages.
+    // Most schemes are linearized again at the ends of their steps. Averaging schemes keep the
+    // tangents of their stages.
     let has_parameters = !task.parameters.is_empty();
     let relinearizes = has_parameters && simulation.can_linearize_again();
     if relinearizes && asynchronous {

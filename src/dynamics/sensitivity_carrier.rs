@@ -31,6 +31,8 @@ impl<R: Sensitive> SensitivityCarrier<R> {
     pub fn step_to(&mut self, simulation: &mut Simulation<f64, R>, time: f64) -> Result<(), Error> {
         match self {
             Self::Synchronous { sensitivities, .. } => sensitivities.step_to(simulation, time),
+            // The other thread linearizes the step from its states: the step itself needs no
+            // derivatives.
             Self::Asynchronous(_) => simulation.step_to(time),
         }
     }
@@ -50,6 +52,7 @@ impl<R: Sensitive> SensitivityCarrier<R> {
             Self::Synchronous { sensitivities, relinearized: None } => {
                 sensitivities.advance(simulation)
             }
+            // The same linearization as on a second thread, so that both results are bitwise equal.
             Self::Synchronous { sensitivities, relinearized: Some(linear) } => {
                 let step = linear.linearized(simulation.previous(), simulation.state())?;
                 step.map_or(Ok(()), |step| sensitivities.advance_over(&step))

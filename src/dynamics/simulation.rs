@@ -1,12 +1,12 @@
 //! A simulation: the state of a rod, its equations of motion, and the stepper that advances it from time to time.
 //!
-//! Input: rod, unknowns, frames, free range, damping and scheme; then drag, moving supports and velocities. `step_to`
-//! makes one step of any size. A step that fails, or goes through a fold, is an error and leaves the state before it.
-//! `step_back` restores the state before the last step; counts of work stay. The scalar is any number type: with dual
-//! numbers the state has derivatives. If tangents were requested, `linearization` is the last step of Newton's method
-//! at its solution. It is `None` at the start, after an undone step, and for explicit and linearly implicit schemes.
-//! Energies are in J, without derivatives: the kinetic one of free unknowns, the elastic ones with those of Maxwell and
-//! friction springs.
+//! Input: rod, unknowns, frames, free range, damping and scheme; then drag, moving supports and velocities.
+//! `step_to` makes one step of any size. A step that fails, or goes through a fold, is an error and leaves the
+//! state before it. `step_back` restores the state before the last step; counts of work stay. The scalar is any
+//! number type: with dual numbers the state has derivatives. If tangents were requested, `linearization` is the
+//! last step of Newton's method at its solution. It is `None` at the start, after an undone step, and for explicit
+//! and linearly implicit schemes. Energies are in J, without derivatives: the kinetic one of free unknowns, the
+//! elastic ones with those of Maxwell and friction springs, and the potential of the loads.
 
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::step::{Step, StepperSettings, System, Work};
@@ -113,6 +113,8 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         for i in self.system.free.clone() {
             self.state.v[i] = change[i] * (1.0 / h);
         }
+        // `change/h` is the velocity in the middle of the interval; the start is half an interval
+        // of acceleration before it.
         let a = stepper::acceleration_within(half, &self.system, &mut self.state, change)?;
         for i in self.system.free.clone() {
             self.state.v[i] -= a[i] * half;
@@ -230,6 +232,8 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     pub fn energies(&self) -> Energies {
         let kinetic = self.kinetic_energy();
         let mut energies = self.system.rod.energies(&self.state.q, &self.state.frames);
+        // The angle of a moment is known within one turn; whole turns since the start add to its
+        // potential.
         energies.potential += self.state.wound;
         let internal = &self.state.internal;
         energies.bend += self.system.rod.slider_energy(&internal.slid);
@@ -253,6 +257,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         let (mut gradient, mut tangent) = (vec![D::from(0.0); n], self.system.rod.zero_tangent());
         self.system.rod.tangent(q, frames, self.system.derivatives, &mut gradient, &mut tangent);
         let mut forces = vec![0.0; n];
+        // Absolute values, because rounding errors of coordinates have any sign.
         tangent.absolute_product(q, &mut forces);
         let of = |i: usize| {
             let (mass, q) = (self.system.rod.mass()[i].value(), q[i].value().abs());
@@ -271,6 +276,8 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         std::mem::swap(&mut self.state, &mut self.previous);
         let (before, state, work) = (&self.previous, &mut self.state, &mut self.work);
         let step = Step { system: &self.system, time, h: time - before.time };
+        // A fold has infinite energy: a converged step beyond it is another root of the equations,
+        // not the motion.
         let solved = self.stepper.step(&step, before, state, work).and_then(|()| {
             match step.system.rod.folded_node(&before.q, &state.q, &before.frames) {
                 Some(node) => Err(Error::Fold { time, node }),
@@ -283,6 +290,8 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
                 state.time = time;
             }
             Err(_) => {
+                // Newton's method fails at such values as well; the name of the energy is the more
+                // helpful error.
                 let named = self.non_finite_energy(time);
                 self.state.restore(&self.previous);
                 return named.map_or(solved, Err);

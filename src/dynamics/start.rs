@@ -1,12 +1,14 @@
 //! The initial state of a simulation and of its derivatives: positions and velocities at t = 0, over any scalar.
 //!
-//! Positions: rest shape, initial shape of the scene, or equilibrium under the loads and the forces `initial.point`,
-//! each with the perturbation of the scene; or the first frame of a recorded motion. Velocities: those of a rigid body
-//! (`initial.velocity` of the center of mass, `initial.angular_velocity` about it), or of the recorded motion over its
-//! first interval. The equilibrium is found once in plain numbers; its derivatives follow from linear systems with the
-//! tangent, with a small stiffness added where it is singular. [`Error::Indifferent`] if it is singular even so.
-//! Output: a [`Simulation`] with supports, drag and scheme (Newmark-beta without `[time]`), or the [`Sensitivities`] of
-//! one simulation in dual numbers per parameter.
+//! Positions: rest shape, initial shape of the scene, or equilibrium under the loads and the forces
+//! `initial.point`, each with the perturbation of the scene. For a recorded motion: the shape of least energy near
+//! the markers of its first frame. Velocities: those of a rigid body (`initial.velocity` of the center of mass,
+//! `initial.angular_velocity` about it), or of the recorded motion over its first interval, extrapolated to t = 0.
+//! The equilibrium is found once in plain numbers; its derivatives follow from linear systems with the tangent. At
+//! a neutral equilibrium, or with a singular tangent, the rod moves with its initial position and a small stiffness
+//! is added; [`Error::Indifferent`] if the tangent is singular even so. Output: a [`Simulation`] with supports,
+//! drag and scheme (Newmark-beta without `[time]`), or the [`Sensitivities`] of one simulation in dual numbers per
+//! parameter. Errors are those of the search for the equilibrium or the recorded shape.
 
 use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::simulation::Simulation;

@@ -1,11 +1,12 @@
 //! The equations of motion of a rod ([`System`]), one step of them ([`Step`]), settings of a stepper
 //! ([`StepperSettings`]), and counts of numerical work ([`Work`]).
 //!
-//! A simulation passes these to the stepper of its scheme. A system has the rod under its loads, free and prescribed
-//! unknowns, damping (1/s and s), drag and moving supports. `apply_prescribed_velocities` overwrites the velocities
-//! that recordings prescribe at a time (s). A step has its system, end (s) and size (s). Settings are the scheme, its
-//! parameter (beta or rho_inf), the tolerance, and the length (m) of which the tolerance is a part. `Work` counts
-//! steps, Newton iterations, factorizations, tangents, gradients and stability checks; counts can be added.
+//! A simulation passes these to the stepper of its scheme. A system has the rod under its loads, free and
+//! prescribed unknowns, damping (1/s and s), drag and moving supports. If recordings prescribe free unknowns,
+//! `apply_prescribed_velocities` overwrites the velocities of all supports and recorded nodes at a time (s). A step
+//! has its system, end (s) and size (s). Settings are the scheme, its parameter (beta or rho_inf), the tolerance,
+//! and the length (m) of which the tolerance is a part. `Work` counts steps, Newton iterations, factorizations,
+//! tangents, gradients and stability checks; counts can be added.
 
 use crate::energy::Derivatives;
 use crate::numerics::prescribed_dofs::PrescribedDofs;

@@ -1,23 +1,29 @@
 //! Detection of wrong time steps by the total energy of the rod, so that they are bisected or end the run.
 //!
-//! Dead loads do no net work, so that the total energy of a rod can only fall, except by the error of the scheme. At
-//! beta = 1/2 nothing dissipates the error of a large step of a stiff rod: energy grows until Newton's method fails, or
-//! finds a root of the equations that is not the motion. Dissipative schemes may find such roots too, each at another
-//! energy. Explicit schemes grow where the rod stiffens beyond their stability limit. A step whose energy rises by more
-//! than [`MAX_GAIN_PER_STEP`] of the largest kinetic energy is rejected; so is a run that gains more than [`MAX_GAIN`].
+//! Dead loads do no net work, so that the total energy of a rod can only fall, except by the error of the scheme.
+//! At beta = 1/2 nothing dissipates the error of a large step of a stiff rod: energy grows until Newton's method
+//! fails, or finds a root of the equations that is not the motion. Dissipative schemes may find such roots too,
+//! each at another energy. Explicit schemes grow where the rod stiffens beyond their stability limit. A step whose
+//! energy rises by more than [`MAX_GAIN_PER_STEP`] of the largest kinetic energy is rejected; so is a run that
+//! gains more than [`MAX_GAIN`].
 //!
-//! Valid runs gain far less: in 250 random scenes with beta from 0.51 to 1 and steps of 1/300 to half a first period, a
-//! step gained either less than 0.005 of the largest kinetic energy, or 0.01 to 1000 of it with a wrong motion. At beta
-//! = 1 none gained 0.001.
+//! Valid runs gain far less: in 250 random scenes with beta from 0.51 to 1 and steps of 1/300 to half a first
+//! period, a step gained either less than 0.005 of the largest kinetic energy, or 0.01 to 1000 of it with a wrong
+//! motion. At beta = 1 none gained 0.001.
 //!
-//! Supports that move and fluids that flow do work. There a wrong root shows in the rotation of edges: none may turn by
-//! more than 45 degrees in a step. The average vector field conserves the energy where its quadrature is exact; its
-//! limits are much smaller, for losses too.
+//! Supports that move and fluids that flow do work. There a wrong root shows in the rotation of edges: none may
+//! turn by more than 45 degrees in a step. The average vector field conserves the energy where its quadrature is
+//! exact; its limits are much smaller, for losses too.
 //!
-//! [`StepControl::check`] is called after every trial step, with the simulation; its error makes the caller halve the
-//! step or end the run. [`StepControl::accept`] is called for each accepted step. Limits of energy hold for both gains
-//! and losses only if the scheme conserves energy exactly and the scene has no damping; else for gains only. Errors are
-//! [`Error::EnergyGrowth`] and, for rotations, [`Error::Leap`].
+//! [`StepControl::check`] is called after every trial step, with the simulation; its error makes the caller halve
+//! the step or end the run. [`StepControl::accept`] is called for each accepted step. The sum of all energies is
+//! skipped for at most `INTERVAL` steps in succession (`EXPLICIT_INTERVAL` for explicit schemes, none where energy
+//! is conserved exactly). It is not skipped after a rise of the kinetic energy, or many Newton iterations where
+//! energy must fall. The limit per step holds for each step since the last sum. Gains of a run count from its
+//! start, or from the lowest energy so far with damping or a dissipative parameter. Limits hold for gains and
+//! losses alike only if the scheme conserves energy exactly and the scene has neither damping nor user-defined
+//! energies; else for gains only. Errors are [`Error::EnergyGrowth`], for rotations [`Error::Leap`], and
+//! [`Error::NotFinite`] for a user-defined energy.
 
 use crate::dynamics::energy_balance::is_dissipative;
 use crate::dynamics::simulation::Simulation;
@@ -214,6 +220,8 @@ impl StepControl {
         let kinetic = self.kinetic.max(self.kinetic_now);
         let rise = self.kinetic_now - self.kinetic_last;
         let iterations = simulation.work().newton_iterations;
+        // The kinetic energy is inexpensive. A wrong root shows in its rise, or takes many
+        // iterations.
         let easy = !limits.falls || iterations - self.iterations <= EASY;
         self.iterations = iterations;
         if easy && rise <= limits.per_step * kinetic && self.unseen < limits.interval {
@@ -226,9 +234,12 @@ impl StepControl {
         {
             return Err(error);
         }
+        // The largest kinetic energy is no scale for a rod at rest: rounding errors of the other
+        // energies are allowed in addition.
         let floor = limits.rounding
             * (e.stretch + e.bend + e.twist + e.potential.abs() + e.own.abs())
             + self.still;
+        // Steps without a sum share this one: each may have gained the limit.
         let steps = (self.unseen + 1) as f64;
         let change = |from: f64| if limits.losses { (now - from).abs() } else { now - from };
         let per_step = if at_last { limits.at_last } else { limits.per_step };

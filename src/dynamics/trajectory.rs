@@ -2,12 +2,12 @@
 //! derivatives by parameters.
 //!
 //! [`Trajectory`] belongs to one problem and one run, or to an equilibrium (one record at time 0, with zero
-//! velocities). A run is made by [`Problem::simulate`] or [`Trajectory::run`], which rejects a second run. `at` returns
-//! the position (m, world axes) of a point on the rod at any simulated time (s), by cubic Hermite interpolation, and
-//! its derivative by each parameter. Times that were not simulated, and points whose nodes were not tracked, are
-//! errors. [`Trajectory::over`] repeats the run with its accepted steps in another scalar, for example hyper-dual
-//! numbers for second derivatives. Energies, reactions, axes of edges and stability checks are recorded if requested
-//! before the run.
+//! velocities). A run is made by [`Problem::simulate`] or [`Trajectory::run`], which rejects a second run. `at`
+//! returns the position (m, world axes) of a point on the rod at any simulated time (s), by cubic Hermite
+//! interpolation, and its derivative by each parameter. Times that were not simulated, and points whose nodes were
+//! not tracked, are errors. [`Trajectory::over`] repeats the run with its accepted steps in another scalar, for
+//! example hyper-dual numbers for second derivatives. Energies, reactions, axes of edges and stability checks are
+//! recorded if requested before the run.
 
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::run::{RunObservers, RunTask, Snapshot, repeat_over, run};
@@ -209,7 +209,8 @@ impl Trajectory {
         after: &mut dyn FnMut(&dyn Snapshot),
     ) -> Result<(), Error> {
         self.check_run(problem, steps)?;
-        // A Kelvin-Voigt time of zero has a derivative only beside a trace of viscosity, with which the run is made then.
+        // A Kelvin-Voigt time of zero has a derivative only beside a trace of viscosity, with which
+        // the run is made then.
         let felt = problem.with_trace_viscosity(&self.parameters)?;
         let problem = felt.as_ref().unwrap_or(problem);
         let (parameters, record) = (&self.parameters[..], &mut self.record);
@@ -300,6 +301,7 @@ impl Trajectory {
         discretized: &Discretized<'_, M>,
         seed: impl Fn(Parameter, f64) -> D,
     ) -> Result<Record<D>, Error> {
+        // An equilibrium has no steps to repeat: it is differentiated instead.
         if !self.rests {
             return repeat_over(discretized, &self.record, seed);
         }
@@ -463,6 +465,7 @@ fn rest<M: Model>(
     let tracked = record.tracked();
     let place = |i: &usize| [discretized.model.position(&rest.q, *i), [0.0; 3]];
     record.push(0.0, tracked.iter().map(place));
+    // The equilibrium is searched once; each parameter takes linear systems with its tangent only.
     for (k, parameter) in parameters.iter().enumerate() {
         let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
         let nodes = discretized.nodes_at_equilibrium(&settled, &tracked, seed)?;

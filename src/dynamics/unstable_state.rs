@@ -1,13 +1,14 @@
 //! Detection of states of a simulation that are unstable, while symmetry holds the rod there.
 //!
-//! A compressed straight strip stays straight in a simulation, since no force pushes it aside; a real one buckles. A
-//! few states of a run are examined: the last one, and one per [`STEPS_PER_TIME`] steps, at most [`MOST_TIMES`]. In each the
-//! [`MODES`] fastest modes in the plane and the fastest one out of it are tested. Such a state has three properties:
+//! A compressed straight strip stays straight in a simulation, since no force pushes it aside; a real one buckles.
+//! A few states of a run are examined: the last one, and one per [`STEPS_PER_TIME`] steps, at most [`MOST_TIMES`].
+//! In each the [`MODES`] fastest modes of the model are tested, and for a planar scene with a torsional stiffness
+//! also the fastest one out of its plane. Such a state has three properties:
 //!
 //! 1. The tangent `K` has an eigenvalue `K x = -sigma^2 M x` with growth in the time of the scene ([`MIN_GROWTH`]).
-//! 2. The rod is near the saddle along this mode: `|x' f| / sigma^2` and `|x' M v| / sigma` are zero except for rounding
-//!    errors ([`HELD`]), with the forces `f` out of balance. A rod that moves through unstable states is in general not.
-//!    Vibrations that are fast against the growth are removed from the state first.
+//! 2. The rod is near the saddle along this mode: `|x' f| / sigma^2` and `|x' M v| / sigma` are zero except for
+//!    rounding errors ([`HELD`]), with the forces `f` out of balance. A rod that moves through unstable states is
+//!    in general not. Vibrations that are fast against the growth are removed from the state first.
 //! 3. The state persists: forces and velocities displace the rod little in the time `1/sigma` ([`PERSISTENT`]). With
 //!    `s = 2 sigma^2` these displacements are `(K + s M)^-1 f` and `(K + s M)^-1 s^(1/2) M v`.
 //!

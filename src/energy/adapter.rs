@@ -1,11 +1,13 @@
-//! Derivatives of a [user-defined energy](super::own) by the unknowns of a rod, behind a pointer, for each scalar of rods.
+//! Derivatives of a [user-defined energy](super::own) by the unknowns of a rod, behind a pointer, for each scalar
+//! of rods.
 //!
-//! An energy is a function of positions and directors `y`; a [`Chart`] maps the unknowns `q` of an element to `y`. With
-//! derivatives by hand, `g` and `H` by `y`, the chain rule gives those by `q`: `J' g` and `J' H J + d2(g.y)/dq2`. Nodes are
-//! linear in the unknowns; `J` of the directors, and the second derivatives of `g.y` at a constant `g`, are computed in dual
-//! numbers. Without derivatives by hand, or if they are not requested, the energy itself is evaluated in dual numbers. Output of
-//! [`Over`]: energy, J, gradient, N (N m for angles), and the lower triangle of the Hessian, all times the weight of the place
-//! (1 without one). Entries beyond the unknowns of the element have no meaning. The rod's assembly calls [`Over`].
+//! An energy is a function of positions and directors `y`; a [`Chart`] maps the unknowns `q` of an element to `y`.
+//! With derivatives by hand, `g` and `H` by `y`, the chain rule gives those by `q`: `J' g` and
+//! `J' H J + d2(g.y)/dq2`. Nodes are linear in the unknowns; `J` of the directors, and the second derivatives of
+//! `g.y` at a constant `g`, are computed in dual numbers. Without derivatives by hand, or if they are not
+//! requested, the energy itself is evaluated in dual numbers. Output of [`Over`]: energy, J, gradient, N (N m for
+//! angles), and the lower triangle of the Hessian, all times the weight of the place (1 without one). Entries
+//! beyond the unknowns of the element have no meaning. The rod's assembly calls [`Over`].
 
 use crate::energy::Derivatives;
 use crate::energy::by_unknowns::{self, Function};

@@ -1,10 +1,11 @@
 //! Attachment of [user-defined energies](crate::energy::own) (Rust code) to a scene.
 //!
-//! `Scene::with_energy` adds an energy with its name, its place and the values of its parameters, which become numbers
-//! `energy.<name>.<parameter>` of the scene. `Scene::give_energy` supplies the code of an energy that the scene file names, with
-//! place and values of the file. An unknown name, a parameter that the code does not have, or a missing value is an error. Code
-//! is stored behind the trait `Code`, because the module `scene` must not import from `energy`. `energy()` returns it as
-//! [`AnyEnergy`] where a rod is built from the scene (`problem::own`); None if its code has not been given.
+//! `Scene::with_energy` adds an energy with its name, its place and the values of its parameters, which become
+//! numbers `energy.<name>.<parameter>` of the scene. `Scene::give_energy` supplies the code of an energy that the
+//! scene file names, with place and values of the file. There an unknown name, a parameter that the code does not
+//! have, or a missing value is an error. Code is stored behind the trait `Code`, because the module `scene` must
+//! not import from `energy`. `energy()` returns it as [`AnyEnergy`] where a rod is built from the scene
+//! (`problem::own`); None if its code has not been given.
 
 use crate::energy::adapter::{Adapter, AnyEnergy};
 use crate::energy::own::OwnEnergy;

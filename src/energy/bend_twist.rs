@@ -157,6 +157,7 @@ impl<D: Scalar> Law<D, 3> for JointLaw<D> {
     #[inline(always)]
     fn energies(&self, s: &[D; 3]) -> [D; 3] {
         let stress: [D; 3] = self.stiffness.times(s);
+        // The energy of a coupling is half in each of both products.
         let bend = (stress[0] * s[0] + stress[1] * s[1]) * 0.5;
         [s[0].like(0.0), bend, stress[2] * s[2] * 0.5]
     }
@@ -230,6 +231,8 @@ impl<D: Scalar> BendTwist<D> {
     /// the present tangents.
     #[inline(always)]
     pub(crate) fn joint(&self, e: &EdgeState<D>, f: &EdgeState<D>, turn: D) -> Joint<D> {
+        // The reference twist belongs to the reference tangents; transport to the present ones
+        // changes it by an area on the sphere.
         let from = [self.frames[0].tangent, self.frames[1].tangent];
         let transported = transported_twist(from, [e.edge.tangent, f.edge.tangent]);
         Joint::new(&e.edge, &f.edge, turn + (self.twist - transported))
@@ -323,6 +326,7 @@ fn spread<D: Scalar>(local: Local<D, EDGE_UNKNOWNS>) -> Local<D, UNKNOWNS> {
     Local {
         energy: local.energy,
         gradient: to_nodes(&local.gradient),
+        // By the edges only the lower triangle is computed; the differences of nodes need both.
         hessian: hessian_to_nodes(&symmetric(local.hessian)),
     }
 }
@@ -364,6 +368,7 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
 /// edges, then converted to the 11 of the nodes.
 pub fn dual_gradient<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> [D; UNKNOWNS] {
     type Over<D> = DualSVec<D, EDGE_UNKNOWNS>;
+    // Positions enter through edges only: eight derivatives in each number instead of eleven.
     let over = element.map(|x| OutOfLine(Over::<D>::from_re(x)));
     let energy =
         |q: SVector<Over<D>, EDGE_UNKNOWNS>| over.energy_of_edges(&q.data.0[0].map(OutOfLine)).0;
@@ -392,6 +397,8 @@ impl Published {
     /// present frames were the reference.
     pub fn tangent(&self, q: &[f64; UNKNOWNS]) -> Local<f64, UNKNOWNS> {
         let JointState { e, f, joint } = self.0.joined(&to_edges(q));
+        // The literature leaves out the turn of the directors with the tangents since the
+        // reference.
         let reference = JointState { e: e.at_reference(), f: f.at_reference(), joint };
         spread(self.0.tangent_of(&reference))
     }

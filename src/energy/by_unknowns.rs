@@ -1,10 +1,11 @@
 //! First and second derivatives of a function `f(q)` by all its `Q` unknowns, in dual numbers (num-dual).
 //!
-//! Input: a [`Function`] over any scalar, and the unknowns `q` of a rod's number type. [`gradient`] returns `Q` first
-//! derivatives. [`hessian`] returns them with the second ones, of which only the lower triangle is valid. [`jacobian`] returns
-//! the rows of a function with `R` results, always by one unknown at a time. For `f64` gradient and Hessian are computed in one
-//! evaluation; for rods of dual numbers by one unknown, or one pair, at a time. The function is then compiled for two more
-//! scalars only. They serve user-defined energies without hand-derived formulas and the chain rule of their directors.
+//! Input: a [`Function`] over any scalar, and the unknowns `q` of a rod's number type. [`gradient`] returns `Q`
+//! first derivatives. [`hessian`] returns them with the second ones, of which only the lower triangle is valid.
+//! [`jacobian`] returns the rows of a function with `R` results, always by one unknown at a time. For `f64`
+//! gradient and Hessian are computed in one evaluation; for rods of dual numbers by one unknown, or one pair, at a
+//! time. The function is then compiled for two more scalars only. They serve user-defined energies without
+//! hand-derived formulas and the chain rule of their directors.
 
 use crate::numerics::out_of_line::OutOfLine;
 use crate::numerics::scalar::{Nestable, Scalar};

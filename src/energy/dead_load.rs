@@ -1,7 +1,7 @@
 //! Element for a dead load, which keeps its direction and size (weight or a point force on a node): `E = -f.x`, J.
 //!
-//! Input: the force `f`, N, and the `M` coordinates of one node, m, 2 in a plane or 3 in space. Its gradient is `-f`, N, and its
-//! Hessian zero. The potential is measured from the origin of the coordinates.
+//! Input: the force `f`, N, and the `M` coordinates of one node, m, 2 in a plane or 3 in space. Its gradient is
+//! `-f`, N, and its Hessian zero. The potential is measured from the origin of the coordinates.
 
 use crate::energy::{Element, Local};
 use crate::numerics::scalar::Scalar;

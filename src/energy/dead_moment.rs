@@ -1,9 +1,10 @@
 //! Element for a dead moment: a constant moment `M` about the normal of the plane on one edge.
 //!
-//! Energy: `E = -M phi` with the angle `phi` of an edge, counter-clockwise from its direction at rest. The element
-//! returns the angle in (-pi, pi]. The rod's potential continues it from edge to edge (`rod::Moments`). A simulation
-//! continues it beyond whole turns of the first edge (`Rod::winding_jump`, summed in `State::wound`). In space a
-//! constant moment has no potential (Ziegler 1968), hence no element there.
+//! Energy, J: `E = -M phi` with the moment `M`, N m, and the angle `phi` of an edge, counter-clockwise from its
+//! direction at rest. The element returns the energy at the angle in (-pi, pi], its gradient, N, and Hessian, N/m,
+//! by the coordinates of both nodes, m. The rod's potential continues the angle from edge to edge (`rod::Moments`).
+//! A simulation continues it beyond whole turns of the first edge (`Rod::winding_jump`, summed in `State::wound`).
+//! In space a constant moment has no potential (Ziegler 1968), hence no element there.
 //!
 //! Hand derivation: `grad phi = n = perp(e)/|e|^2` and `Hess phi = -(u n' + n u')`, `u = e/|e|^2`, by the edge vector
 //! `e`.
@@ -41,6 +42,8 @@ impl<D: Scalar> Element<D, 4> for DeadMoment<D> {
     /// The energy `-M phi`, J, at the nodes `q`, with the angle `phi` of the edge from its direction at rest, in (-pi,
     /// pi].
     fn energy(&self, q: &[D; 4]) -> D {
+        // Cross and scalar product with the rest direction: sine and cosine of the angle, with a
+        // common factor.
         let ([a, b], [x, y]) = (self.rest, [q[2] - q[0], q[3] - q[1]]);
         -(self.moment * (a * y - b * x).atan2(a * x + b * y))
     }

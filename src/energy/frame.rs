@@ -1,12 +1,18 @@
-//! Material frames of the edges of a rod in space, and their parallel transport in time (Bergou et al. 2010, section 4.2).
+//! Material frames of the edges of a rod in space, and their parallel transport in time (Bergou et al. 2010,
+//! section 4.2).
 //!
-//! Every edge keeps a reference: its unit tangent and one director at the last accepted state. At another state the director is
-//! transported in parallel from the old tangent to the new one, and the edge's angle `theta` turns it into the material director
-//! `m1`. Every inner node keeps the reference twist: the angle between the reference directors of its two edges after transport
-//! of one to the other. It is continuous beyond half a turn.
+//! Every edge keeps a reference: its unit tangent and one director at the last accepted state. At another state the
+//! director is transported in parallel from the old tangent to the new one, and the edge's angle `theta` turns it
+//! into the material director `m1`. Every inner node keeps the reference twist: the angle between the reference
+//! directors of its two edges after transport of one to the other. It is continuous beyond half a turn.
 //!
-//! Between two acceptances the energy is a function of the unknowns alone; this module moves the reference ([`Frames::rebase`])
-//! without changing that energy.
+//! Between two acceptances the energy is a function of the unknowns alone; this module moves the reference
+//! ([`Frames::rebase`]) without changing that energy.
+//!
+//! [`Frames::bishop`] makes frames without twist along given tangents. `transport` moves a vector from one unit
+//! tangent to another; [`transported_twist`] is the angle, rad, between the directors of two edges by transport in
+//! time, the area of a spherical quadrangle. `EdgeFrame::material` returns both directors at a tangent and an
+//! angle.
 
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::numerics::vector::{Vector, add, combine, cross, dot, map_components, scale, sub, unit};
@@ -75,6 +81,7 @@ pub fn transported_twist<D: Scalar>([e0, f0]: [Vector<D>; 2], [e, f]: [Vector<D>
     let (near, far) = (dot(e, f0), dot(e0, f));
     // The longer of the two scalar products belongs to the shorter diagonal.
     let (x, y) = (nearer(near, far, f0, f), nearer(near, far, e, e0));
+    // Half areas are arguments of complex numbers: their product has the sum of both.
     let (a, b) = (half_area(e0, e, x), half_area(y, f, f0));
     argument(a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]) * 2.0
 }
@@ -203,6 +210,8 @@ impl<D: Scalar> Frames<D> {
         let moved = from.transported(to.tangent);
         let across = dot(to.tangent, cross(moved.director, to.director));
         let turn = argument(dot(moved.director, to.director), across);
+        // The twist of the joint before the edge grows with its turn, that of the joint after it
+        // falls.
         if j > 0 {
             let before = self.edges[j - 1];
             let tangents = [before.tangent, from.tangent];
@@ -221,6 +230,7 @@ impl<D: Scalar> Frames<D> {
         for j in 0..self.edges.len() {
             let from = self.edges[j].tangent;
             self.edges[j] = self.edges[j].transported(tangent(j));
+            // A joint needs the old tangents of both of its edges, and their new frames.
             if let Some(left) = before {
                 let to = [&self.edges[j - 1], &self.edges[j]];
                 self.twist[j - 1] = moved_twist([left, from], to, self.twist[j - 1]);

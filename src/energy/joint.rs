@@ -1,14 +1,16 @@
-//! Joint of two edges that meet in a node of a rod in space: its strains (two curvatures, twist) and their derivatives.
+//! Joint of two edges that meet in a node of a rod in space: its strains (two curvatures, twist) and their
+//! derivatives.
 //!
-//! An edge of constant length moves in three ways: its tangent moves towards its directors, `t + p m1 + q m2`, and it rotates
-//! about itself by `h`. By these (`p`, `q` and `h` of both edges) all derivatives are short. With `chi = 1 + t_e.t_f` and
+//! An edge of constant length moves in three ways: its tangent moves towards its directors, `t + p m1 + q m2`, and
+//! it rotates about itself by `h`. By these (`p`, `q` and `h` of both edges) all derivatives are short. With
+//! `chi = 1 + t_e.t_f` and
 //!
 //! ```text
 //! a = (m1_e.t_f, m2_e.t_f)/chi   b = (m1_f.t_e, m2_f.t_e)/chi   u = 1 - 1/chi + cos/chi   v = sin/chi
 //! ```
 //!
-//! where `cos` and `sin` are those of the angle from the first edge's directors to the second edge's, transported to the first,
-//! the strains are `a1 - b1`, `a2 - b2` and the twist, and their derivatives by `p`, `q` and `h`
+//! where `cos` and `sin` are those of the angle from the first edge's directors to the second edge's, transported
+//! to the first, the strains are `a1 - b1`, `a2 - b2` and the twist, and their derivatives by `p`, `q` and `h`
 //!
 //! ```text
 //!       of e                                  of f

@@ -1,11 +1,15 @@
 //! Energies of the elements of a rod, their hand-derived derivatives, and the interface of user-defined energies.
 //!
-//! Elements are stretching of an edge, bending of a planar joint, bending and twisting of a spatial one, dead loads and
-//! dead moments. Every element has one definition of its energy, generic over the [`Scalar`], and a hand-derived gradient
-//! and Hessian ([`Element`]). [`Derivatives`] selects those of a simulation: the hand-derived formulas, or num-dual's
-//! differentiation of the energy. They agree to rounding; `rodfit check` compares them on any scene. An energy of one's
-//! own on a rod implements [`OwnEnergy`]; outside a rod it implements [`Energy`], and [`Analytic`] if its derivatives are
-//! derived by hand.
+//! Elements are stretching of an edge ([`stretch`]), bending of a planar joint ([`planar_bend`]), bending and
+//! twisting of a spatial one ([`bend_twist`], with [`frame`] and `joint`), dead loads ([`dead_load`]) and dead
+//! moments ([`dead_moment`]). Every element has one definition of its energy, J, generic over the [`Scalar`], and a
+//! hand-derived gradient and Hessian by its unknowns ([`Element`]); [`law`] has the laws of its material.
+//! [`Derivatives`] selects those of a simulation: the hand-derived formulas, or num-dual's differentiation of the
+//! energy. They agree to rounding; `rodfit check` compares them on any scene.
+//!
+//! An energy of one's own on a rod implements [`OwnEnergy`] ([`own`]); `attach` adds it to a scene, [`place`] finds
+//! its elements, and `adapter` with `by_unknowns` derives it by the unknowns. `tie` is a spring to a fixed point.
+//! Outside a rod an energy implements [`Energy`], and [`Analytic`] if its derivatives are derived by hand.
 //!
 //! Read [`stretch`] first: it is the simplest complete element.
 

@@ -206,6 +206,8 @@ impl<D: Scalar, const N: usize> Curvatures<D, N> {
         for r in 0..3 {
             for c in 0..3 {
                 self.by[i][j][k][l][r][c] += block[r][c];
+                // Second derivatives are symmetric: the transposed block belongs to the exchanged
+                // arguments.
                 if row != column {
                     self.by[j][i][l][k][c][r] += block[r][c];
                 }

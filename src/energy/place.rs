@@ -1,10 +1,11 @@
 //! Elements of a rod on which a user-defined energy acts ([`Spot`], by `spots`), and their rest shape ([`Place`]).
 //!
-//! Input: the place named in a scene ([`At`]), the number of nodes of an element, and the mesh. The start or end has the first
-//! or last element. An arc length has the two elements whose centers enclose it, with linear weights, or the nearest one beyond
-//! all centers. An interval or the whole rod has all elements with a positive tributary length there. Output: per element its
-//! first node, its weight (None for 1), and a list of numbers: arc length and tributary length, m, then the positions of its
-//! nodes, m, and the directors of its edges at rest. The list is empty if the mesh has too few nodes.
+//! Input: the place named in a scene ([`At`]), the number of nodes of an element, and the mesh. The start or end
+//! has the first or last element. An arc length has the two elements whose centers enclose it, with linear weights,
+//! or the nearest one beyond all centers. An interval or the whole rod has all elements with a positive tributary
+//! length there. Output: per element its first node, its weight (None for 1), and a list of numbers: arc length and
+//! tributary length, m, then the positions of its nodes, m, and the directors of its edges at rest. The list is
+//! empty if the mesh has too few nodes.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, components};

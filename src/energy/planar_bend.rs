@@ -1,13 +1,14 @@
 //! Element for bending at one inner node of a rod in a plane: energy, hand-derived gradient and Hessian.
 //!
 //! Energy (Eq. 1b): `E = 1/2 (EI/dl) (k - k_natural)^2`, with the Voronoi length `dl` and the integrated curvature
-//! `k = 2 tan(phi/2)` of the turning angle `phi` between the edges `e` and `f`, positive counter-clockwise.
+//! `k = 2 tan(phi/2)` of the turning angle `phi` between the edges `e` and `f`, positive counter-clockwise. Input:
+//! `EI/dl`, N m, and the coordinates of three nodes, m; output: energy, J, gradient, N, and full Hessian, N/m.
 //!
-//! `tan(phi/2)` is `sin/(1 + cos)` for turning angles up to a right angle and `(1 - cos)/sin` beyond, so that nothing cancels,
-//! neither in a straight rod nor in a fold. A fold of exactly 180 degrees has infinite energy.
+//! `tan(phi/2)` is `sin/(1 + cos)` for turning angles up to a right angle and `(1 - cos)/sin` beyond, so that
+//! nothing cancels, neither in a straight rod nor in a fold. A fold of exactly 180 degrees has infinite energy.
 //!
-//! Hand derivation: with `n(x) = perp(x)/|x|^2` and `u(x) = x/|x|^2`, the angle of a vector has the gradient `n` and the Hessian
-//! `-(u n' + n u')`; `phi = angle(f) - angle(e)`, `dk/dphi = 1 + k^2/4`, `d2k/dphi2 = k/2 dk/dphi`.
+//! Hand derivation: with `n(x) = perp(x)/|x|^2` and `u(x) = x/|x|^2`, the angle of a vector has the gradient `n`
+//! and the Hessian `-(u n' + n u')`; `phi = angle(f) - angle(e)`, `dk/dphi = 1 + k^2/4`, `d2k/dphi2 = k/2 dk/dphi`.
 
 use crate::energy::law::Law;
 use crate::energy::{Element, Local};

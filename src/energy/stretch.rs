@@ -92,6 +92,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     /// l))` without cancellation.
     #[inline(always)]
     pub(crate) fn strain_of(&self, squared: D, length: D) -> D {
+        // The difference of squares keeps digits that a difference of lengths would lose.
         let rest = self.rest_length;
         (squared - rest * rest) / (rest * (length + rest))
     }

@@ -1,9 +1,11 @@
-//! Energy of a linear spring between a node and a fixed point of the world: `E = k |x - x0|^2/2`, J, as a soft support.
+//! Energy of a linear spring between a node and a fixed point of the world: `E = k |x - x0|^2/2`, J, as a soft
+//! support.
 //!
-//! It is an element like a user-defined energy ([`AnyEnergy`]), with its stiffness `k`, N/m, as the only parameter; weights of
-//! places are not used. Gradient: `k` times the displacement along each axis of the model, N. Hessian: `k` times the identity,
-//! N/m, written to the lower triangle. Positions of nodes are linear in the unknowns, so that these are two lines for any
-//! scalar. The [adapter](super::adapter) of a user-defined energy would compute them in dual numbers.
+//! It is an element like a user-defined energy ([`AnyEnergy`]), with its stiffness `k`, N/m, as the only parameter;
+//! weights of places are not used. Gradient: `k` times the displacement along each axis of the model, N. Hessian:
+//! `k` times the identity, N/m, written to the lower triangle. Positions of nodes are linear in the unknowns, so
+//! that these are two lines for any scalar. The [adapter](super::adapter) of a user-defined energy would compute
+//! them in dual numbers.
 
 use crate::energy::Derivatives;
 use crate::energy::adapter::{AnyEnergy, MOST, Over, OwnLocal, Site};

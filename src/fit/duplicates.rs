@@ -1,14 +1,16 @@
-//! Rejects a fit whose measurements contain the same samples twice. Input: the measurements of all experiments, planned ones
-//! excepted. Output: an error that names both measurements, or `Ok`. Fitted twice, data make intervals too narrow by the
-//! square root of 2; as validation data they validate nothing.
+//! Rejects a fit whose measurements contain the same samples twice. Input: the measurements of all experiments,
+//! planned ones excepted. Output: an error that names both measurements, or `Ok`. Fitted twice, data make intervals
+//! too narrow by the square root of 2; as validation data they validate nothing.
 //!
-//! Two recordings are duplicates if nearly all coordinates that both have are equal at the times that both have. At least
-//! [`SHARED`] of the shorter record must be common, [`EQUAL`] of the common values equal, and [`FEWEST`] of these distinct. A
-//! copy may be in other units or have fewer digits. So values are equal within a relative 1e-9 ([`SAME`]) or half of the last
-//! decimal of the coarser one, times within [`SAME_TIME`] of the interval between samples. Repeated measurements of one
-//! motion have some equal values by chance, never nearly all of them. Parts of one recording that do not overlap in time have
-//! no common sample, nor have several markers of one file. Two lists of natural frequencies are duplicates if the longer one
-//! contains the shorter, with the same filter of modes; of different experiments at least [`FEWEST_OF_A_LIST`] must be equal.
+//! Measurements of one kind and unit are compared coordinate by coordinate, at common times or arc lengths (within
+//! [`SAME_TIME`] of the interval between samples). They are duplicates if, in every coordinate with common samples,
+//! these are at least [`SHARED`] of the shorter record and at least [`EQUAL`] of them have equal values. One
+//! coordinate also needs [`FEWEST`] distinct equal values, or [`FEWEST_OF_A_LIST`] if all samples of both are equal.
+//! A copy may be in other units or have fewer digits. So values are equal within [`SAME`] of the largest value, or
+//! within half of the last decimal of the coarser copy. That decimal counts only up to [`FINE`] of the range
+//! ([`FINE_OF_A_LIST`] for shapes and gauges). Parts of a recording that do not overlap in time have no common
+//! samples. Two lists of natural frequencies are duplicates if the longer one contains the shorter, with the same
+//! filter of modes; of different experiments at least [`FEWEST_OF_A_LIST`] must be equal.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
@@ -80,6 +82,7 @@ impl ListedMeasurement<'_> {
             (Some(one), Some(two)) => {
                 common_frequencies(one, two, self.experiment.name == other.experiment.name)
             }
+            // Equal numbers of a motion and a shape, or in two units, are different quantities.
             _ if one.table() == two.table() && one.unit() == two.unit() => {
                 common_values(&self.records, &other.records)
             }
@@ -200,6 +203,7 @@ impl CoordinateRecord {
             upper_median(record.abscissas.windows(2).map(|w| w[1] - w[0])).unwrap_or(0.0)
         };
         let same_time = SAME_TIME * interval(self).min(interval(other));
+        // The tolerance follows the largest value: a conversion with another origin rounds all values by its size.
         let size = self.values.iter().chain(&other.values).fold(0.0_f64, |m, x| m.max(x.abs()));
         let same_value = (SAME * size).max(self.rounding.max(other.rounding) * (1.0 + 1e-6));
         // Both records ascend: one index per record suffices.
@@ -246,6 +250,7 @@ fn common_frequencies(
         other.values.iter().any(is_same)
     };
     let count = one.values.iter().filter(is_in_both).count();
+    // Single modes may agree by chance: the shorter list must be a part of the longer one.
     let is_contained = count == one.values.len().min(other.values.len());
     let fewest = if same_rod { 1 } else { FEWEST_OF_A_LIST };
     (is_contained && count >= fewest).then_some(count)

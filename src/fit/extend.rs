@@ -1,13 +1,14 @@
 //! Extension of a fit by effects that its model omits, and the choice among extended fits (`rodfit fit --extend`).
 //!
-//! Input: a fit and its report with score tests (Rao's test of each omitted effect). [`FitFile::extensions`] returns copies
-//! of the fit, each with one significant effect added as a further unknown, the most significant first, at most
-//! [`MOST_TERMS`]. Effects that are unknowns already or that no scene can have are skipped. After these are solved,
-//! [`FitReport::improves_on`] accepts one that converged, has no worse grade, and passes the likelihood-ratio test: twice the
-//! log-likelihood rises by more than [`SIGNIFICANT_RISE`] (not required if the first fit did not converge).
-//! [`FitReport::among_alternatives`] adds a warning and lowers the grade where another extension has a similar likelihood
-//! (within [`DISCRIMINATING_RISE`]) and a value outside a 95 % interval. [`FitReport::not_extended`] adds a warning that no
-//! extension was accepted.
+//! Input: a fit and its report with score tests (Rao's test of each omitted effect). [`FitFile::extensions`] returns
+//! copies of the fit, each with one significant effect added as a further unknown, in the order of the tests, at most
+//! [`MOST_TERMS`]. Friction, mass damping or drag is followed by internal damping, which has a similar effect and
+//! needs no test of its own. Effects that are unknowns already or that no scene can have are skipped. After these are
+//! solved, [`FitReport::improves_on`] accepts one that converged, has no worse grade, and passes the likelihood-ratio
+//! test: twice the log-likelihood rises by more than [`SIGNIFICANT_RISE`] (not required if the first fit did not
+//! converge). [`FitReport::among_alternatives`] adds a warning and lowers the grade where another extension has a
+//! similar likelihood (within [`DISCRIMINATING_RISE`]) and a value outside a 95 % interval.
+//! [`FitReport::not_extended`] adds a warning that no extension was accepted.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -79,6 +80,7 @@ impl FitFile {
                 let Some(extension) = OMITTED_EFFECTS.iter().find(|e| e.path == place) else {
                     continue;
                 };
+                // Several tests may suggest the same similar term, which is added once.
                 let is_new = !tried.contains(&extension.path)
                     && self.unknowns.iter().all(|u| u.parameter != extension.parameter());
                 if is_new
@@ -111,6 +113,7 @@ impl FitFile {
             let problem = experiment.problem.with(report.parameters_of(experiment))?;
             let sizes = RodSizes::new(experiment, &problem);
             if let Some(problem) = extension.added(&experiment.problem, &sizes) {
+                // The scene may have a part of the effect: the score test estimates the change from it.
                 let value = parameter.of(problem.scene()).unwrap_or(0.0);
                 let size = estimate.or((extension.plausible)(&sizes)).unwrap_or(0.0);
                 start.get_or_insert(value + size);
@@ -159,6 +162,7 @@ impl FitReport {
     /// Twice the logarithm of the likelihood ratio of this fit to `other`, of the same data, for white Gaussian noise of
     /// unknown size. It is `2 n ln(rms_other / rms)`, with `n` the number of values in the residual tests, at least 1.
     fn likelihood_rise(&self, other: &Self) -> f64 {
+        // At the maximum-likelihood size of the noise, -2 ln L is n ln(rms^2) and a constant.
         let values: f64 = self.residual_tests.iter().map(|tests| tests.values as f64).sum();
         values.max(1.0) * 2.0 * (other.residual_rms / self.residual_rms).ln()
     }
@@ -198,6 +202,7 @@ impl FitReport {
         let pairs = self.parameters.iter().filter_map(|own| {
             let value = other.parameters.iter().find(|p| p.name == own.name)?.value?;
             let [low, high] = own.interval95?;
+            // Distances in widths of the interval are comparable between parameters of any unit.
             let outside = (low - value).max(value - high);
             (outside > 0.0).then_some((own, value, outside / (high - low)))
         });

@@ -1,10 +1,15 @@
-//! The fit file: its tables in TOML, and their conversion to experiments, unknowns, inputs with an uncertainty and analyses.
+//! The fit file: its tables in TOML, and their conversion to experiments, unknowns, inputs with an uncertainty and
+//! analyses.
 //!
-//! Input: the text of a fit file and the folder to which its paths are relative. The tables are deserialized ([`FitForm`]),
-//! each scene is loaded and prepared as a [`Problem`](crate::Problem) on its initial mesh, and the files of the measurements
-//! are read. Parameters with `fixed` replace values of the scenes. Output: a validated [`FitFile`], from which
-//! [`FitFile::fit`] makes a [`Fit`]. Errors have the file, the key, the value found and the allowed values. [`Fit::add_toml`]
-//! adds tables of the same form to a fit.
+//! Input: the text of a fit file and its path, to whose folder the paths in it are relative. The tables are
+//! deserialized (`FitForm`). A `scene` is one experiment; each `[[experiment]]` is one, or one for each recording in
+//! its `paths`. Each scene (of a rod or a structure) is loaded and prepared as a [`Problem`](crate::Problem) on its
+//! initial mesh, and the files of the measurements are read. Parameters with `fixed` replace values of the scenes.
+//! Output: a [`FitFile`], checked as a fit of lists along the rod if it has any, as validation data if all are, else
+//! as a fit of parameters. [`FitFile::load`] also rejects planned measurements; duplicates are rejected by the fit.
+//! [`FitFile::fit`] makes a [`Fit`] of all but the lists along the rod. Errors have the file (of the fit, a scene or
+//! data); those of a key have the key with the value found and the allowed values. [`Fit::add_toml`] adds
+//! measurements (to the last experiment), parameters and inputs to a fit, and replaces its analyses.
 
 use crate::accuracy::Aim;
 use crate::error::{Error, ensure};
@@ -221,6 +226,7 @@ impl ExperimentForm {
 
     /// The experiment with the name of the recording's file, without folder and extension, if it has no name of its own.
     fn named_after_recording(self) -> Self {
+        // Experiments with the same scene are distinguished by their recordings.
         let stem = || Some(self.path.as_ref()?.file_stem()?.to_string_lossy().into_owned());
         Self { name: self.name.clone().or_else(stem), ..self }
     }
@@ -235,6 +241,8 @@ impl ExperimentForm {
         if let Some(structure) = self.scene.structure(folder, file)? {
             let allowed = "no such key for a structure, whose ends follow no recording";
             ensure(self.path.is_none(), "path", "a recording that drives the ends", allowed)?;
+            // All stages of a fit take problems of one rod: this one has the time, camera and scales of the
+            // structure.
             let problem = representative_problem(structure)?;
             check_scene(problem.scene())?;
             let experiment = Experiment::new(self.name.clone().unwrap_or_default(), &problem);
@@ -278,6 +286,7 @@ fn add_measurements(
     frequencies: Vec<FrequenciesForm>,
     folder: &Path,
 ) -> Result<(), Error> {
+    // Keys of messages count the tables of this text, not the measurements that the experiment already has.
     let mut measurements = Vec::new();
     for (k, observation) in observation.into_iter().enumerate() {
         let key = experiment.key(&format!("observation[{k}]"));
@@ -310,7 +319,7 @@ struct Tables {
 impl Fit {
     /// Adds the tables in `text` to a copy of the fit: `[[observation]]`, `[[shape]]` and `[[frequencies]]` to the last
     /// experiment, `[[parameter]]` and `[[known]]` to the fit. `[analysis]` replaces the analyses. Paths are relative to
-    /// `folder`. Measurements are left out if the fit has no experiment. The fit as a whole is checked when it is solved.
+    /// `folder`. Measurements without an experiment are an error. The fit as a whole is checked when it is solved.
     ///
     /// # Errors
     ///
@@ -381,6 +390,7 @@ impl FitFile {
         check_scene: impl Fn(&Scene) -> Result<(), Error>,
     ) -> Result<Self, Error> {
         let file = Self::load_plan_if(&path, check_scene)?;
+        // A planned measurement has no values to fit, but is valid in a file for `Fit::design`.
         check_recorded(&file.experiments).map_err(|error| error.in_file(Some(path.as_ref())))?;
         Ok(file)
     }
@@ -463,6 +473,7 @@ impl FitFile {
             self.unknowns.push(unknown);
             return Ok(());
         };
+        // A parameter that is not searched has no use for a start, bounds or a prior: they would be a mistake.
         let is_alone =
             unknown.start.is_none() && unknown.bounds.is_none() && unknown.prior.is_none();
         let allowed = "no start, bounds or prior together with value, as the parameter is not \
@@ -471,6 +482,7 @@ impl FitFile {
         unknown.check(&self.experiments, &key)?;
         // The value of every scene that has the parameter is replaced.
         for experiment in self.experiments.iter_mut().filter(|e| unknown.is_of(e)) {
+            // The value is in the fit file: an error of the scene would name the wrong place.
             let fixed = experiment.problem.with([(unknown.parameter, value)]);
             experiment.problem = fixed.map_err(|error| match error {
                 Error::Invalid { allowed, .. } => {

@@ -1,18 +1,23 @@
-//! Identification of parameters of rods from measurements.
+//! Identification of parameters of rods and structures from measurements.
 //!
-//! [`Fit`] minimizes the difference between the measurements of [experiments](Experiment) and simulations of their scenes, by
-//! the [Levenberg-Marquardt](crate::numerics::levenberg_marquardt) method with exact sensitivities. It needs no initial
-//! values.
+//! Input: [experiments](Experiment), each a scene with its measurements, unknown parameters, and inputs with a
+//! standard uncertainty. [`Fit`] minimizes the difference between measurements and simulations by the
+//! [Levenberg-Marquardt](crate::numerics::levenberg_marquardt) method with exact sensitivities. Start values are
+//! optional.
 //!
-//! Every estimate has a standard error (the covariance of the exact Jacobian; [on request](Analysis) the exact Hessian, the
-//! profile likelihood or a bootstrap) and an uncertainty budget ([`Estimate::budget`]). The report also has the parameters
-//! that the data do not determine ([`FitReport::not_identifiable`]), the discretization error ([`DiscretizationError`]),
-//! tests of the residuals ([`ResidualTests`]), the errors of predicted validation data ([`Prediction`]), and other local
-//! minima ([`LocalMinima`]).
+//! Output: a [`FitReport`]. Of a completed fit, an identifiable parameter has an estimate with a standard error or a
+//! one-sided bound, and an uncertainty budget ([`Estimate::budget`]). Standard errors are by the exact Jacobian, [on
+//! request](Analysis) also by the exact Hessian, the profile likelihood or a bootstrap. The report also has the
+//! parameters that the data do not determine ([`FitReport::not_identifiable`]), the discretization error
+//! ([`DiscretizationError`]), tests of the residuals ([`ResidualTests`]), the errors of predicted validation data
+//! ([`Prediction`]), and other local minima ([`LocalMinima`]).
 //!
-//! The stages of a fit: a [`FitFile`], or calls to [`Fit`], define measurements and unknowns. [`Residuals`] compare
-//! measurements and simulations. A search finds the optimum. Where scenes leave mesh and step open, these are refined and the
-//! fit is repeated. An assessment results in the [`FitReport`].
+//! A [`FitFile`] (`file`, the `*_form` files, `required`), or calls to [`Fit`], define a fit; `validate`,
+//! `duplicates` and `known` check it. `measurement` has the data, `misfit` their [residuals](Residuals), `search`
+//! finds the optimum. Where scenes leave mesh and step open, `resolution` refines these and the fit is repeated.
+//! `uncertainty` assesses the optimum, `report` is the result, `extend` adds omitted effects. `design` evaluates
+//! plans, `field` fits lists along the rod, `validation_errors` compares without a fit, and `structure` serves scenes
+//! of several rods.
 
 pub(crate) mod design;
 mod duplicates;
@@ -305,6 +310,7 @@ impl Fit {
     /// A fit that cannot be solved.
     pub fn residuals(&self) -> Result<Residuals, Error> {
         self.check()?;
+        // Solvers of the user need residuals that are smooth functions of the unknowns.
         let fitted = measured(&with_smooth_steps(self.prepared_experiments()?)?);
         let horizons = vec![f64::MAX; fitted.len()];
         let (sigmas, work) = (first_sigmas(&fitted), full_work(&fitted)?);
@@ -366,6 +372,7 @@ impl Fit {
             Some(words) => FitOutcome::unsearched(&search, words, self.keep_plot_data),
             None => match self.search(&mut search, &experiments, &precheck, since) {
                 Err(Error::Interrupted) => FitOutcome::unfinished(&search, self.keep_plot_data)?,
+                // A failed search often has its cause in the data: the suspicions of the precheck come first.
                 Err(error @ Error::Fit(_)) => return Err(precheck.explain(error)),
                 report => return report,
             },
@@ -385,6 +392,7 @@ impl Fit {
         since: Instant,
     ) -> Result<FitReport, Error> {
         let open = experiments.iter().any(|e| e.problem.scene().chosen().any());
+        // On a coarse first mesh residuals are not yet noise: only a wrong minimum can be recognized by them.
         search.stops_at_first_fit = open && !search.is_displacement_driven();
         let optimum = search.find_optimum()?;
         let first = FirstFit { search, experiments, x: optimum.x.clone() };
@@ -429,6 +437,7 @@ impl Fit {
         if let Some(RefinedStart { experiments, x: start }) = finer {
             let measured = measured(&experiments);
             let mut next = search.with_experiments(&measured)?;
+            // The start is the optimum expected on this mesh, so that few iterations remain.
             let polished = next.polish(&start)?;
             // A damping near zero on a coarser mesh may be larger on this one.
             let raised = next.with_raised_damping(polished)?;
@@ -439,6 +448,7 @@ impl Fit {
         }
         // 3. A search that stopped early is completed if its residuals are no discretization error.
         if let Some(first) = state.first_fit.filter(|_| !search.is_noise(optimum)) {
+            // The search continues on its first mesh, where its many simulations cost least.
             let mut complete = first.search.with_experiments(first.search.experiments)?;
             if let Some(other) = none_on_failure(complete.find_optimum())?
                 && distance(&other.x, &first.x) > SAME
@@ -464,6 +474,8 @@ impl Fit {
                 let state = RefinementState { first_fit: None, is_compared: true, ..state };
                 let fitted = Fitted { search: &next, optimum: &lower };
                 let report = self.refine(fitted, experiments, state)?;
+                // A lower point where the optimizer did not converge is a warning beside a converged optimum, not the
+                // result.
                 if report.converged || report.interrupted || !optimum.converged {
                     return Ok(report);
                 }
@@ -487,6 +499,7 @@ impl Fit {
     /// The experiments without constant coordinates. The layout of each mesh is fixed for generic values of all parameters by
     /// which the residuals are differentiated: unknowns and inputs with an uncertainty.
     fn prepared_experiments(&self) -> Result<Vec<Experiment>, Error> {
+        // The budget varies the inputs too: the layout must not change with them either.
         let knowns = self.knowns.iter().map(Known::as_unknown);
         let parameters: Vec<Unknown> = self.unknowns.iter().cloned().chain(knowns).collect();
         let experiments: Vec<Experiment> =

@@ -1,12 +1,12 @@
 //! `[[observation]]` of a fit file: its keys, and their conversion to recorded or planned motions of points of the rod.
 //!
-//! Input: the deserialized table, the folder of the fit file and the prepared scene. A file is read as one marker (by default
-//! the tip), or as several with their points. `markers = "free"` takes all markers of the recording in `supports.path` that
-//! prescribe neither an end nor an inner node. `duration`, s, with `fps`, Hz, plans an observation without data. Output: one
-//! [`Measurement`] per point, m and s, each with the table's offset, standard deviation, loss and `held_out`. Keys that
-//! exclude each other and missing keys are errors with the key; a file that cannot be read is an error with its path, and
-//! the line if it has one. [`Sigma`] (a number, m, or columns of the file)
-//! is shared with `[[shape]]`.
+//! Input: the deserialized table, the folder of the fit file and the prepared scene. A file is read as one marker (at
+//! the tip by default), or as several with their points. `markers = "free"` takes all markers of the recording in
+//! `supports.path` that prescribe neither an end nor an inner node. `duration`, s, with `fps`, Hz, plans an
+//! observation without data. Output: one [`Measurement`] per point, m and s, each with the table's offset, standard
+//! deviation, loss and `held_out`. Keys that exclude each other and missing keys are errors with the key; a file that
+//! cannot be read is an error with its path, and the line if it has one. [`Sigma`] (a number, m, or columns of the
+//! file) is shared with `[[shape]]`.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
@@ -210,6 +210,7 @@ impl ObservationForm {
                 Some(point) => point.of(planned),
                 None => planned,
             };
+            // A camera may record two coordinates only: `axes` of a plan selects them.
             if let Some(axes) = axes {
                 planned.samples.iter_mut().for_each(|s| s.position = axes.to_world(s.position));
             }
@@ -241,6 +242,7 @@ impl ObservationForm {
             let allowed = "at least one marker with its point, and neither marker nor point in \
                            the observation";
             ensure(are_alone, format!("{key}.markers"), found, allowed)?;
+            // The reader takes points of one rod; those of the table, also of structures, replace the tips.
             let tips = markers.keys().map(|name| (name.clone(), Point::Tip)).collect();
             let read = Observation::read_markers(file, &recording, &tips)?.into_iter();
             let placed = read.zip(markers.into_values()).map(|(read, point)| point.of(read));

@@ -1,13 +1,14 @@
 //! Choice of mesh and time step of a fit, where scenes leave them to the program.
 //!
-//! Input: experiments, and at an optimum its covariance and discretization errors. A search begins with a coarse mesh and
-//! large steps for the recorded motion ([`with_initial_resolution`]). At its optimum another mesh and another step give the
-//! shift of every parameter from its limit for vanishing edges and steps (Richardson extrapolation). The shift is corrected
-//! in the estimates, and half of it is the error of the correction. Mesh and step are refined ([`refined_start`]) where this
-//! half exceeds both [`MAX_ERROR_RATIO`] of a standard error and [`MAX_RELATIVE_ERROR`] of the value. They are also refined
-//! where discretization errors are a visible part of the residuals, or where steps were halved. There are at most [`ROUNDS`]
-//! refinements, within [`MOST_WORK`]. Output: the refined experiments, with the optimum that is expected on them as the next
-//! start.
+//! Input: experiments, and at an optimum its covariance and discretization errors. A search begins with a coarse mesh
+//! and large steps for the recorded motion ([`with_initial_resolution`]). At its optimum another mesh and another
+//! step give the shift of every parameter from its limit for vanishing edges and steps (Richardson extrapolation).
+//! The shift is corrected in the estimates, and half of it is the error of the correction. Mesh and step are refined
+//! ([`refined_start`]) where this half exceeds both [`MAX_ERROR_RATIO`] of a standard error and
+//! [`MAX_RELATIVE_ERROR`] of the value. They are also refined where discretization errors are a visible part of the
+//! residuals; the step also where steps were halved. There are at most [`ROUNDS`] refinements, within [`MOST_WORK`].
+//! Output: the refined experiments, with the optimum that is expected on them as the next start; None where mesh and
+//! step are given, suffice, or are at a limit.
 
 use crate::accuracy::{Aim, ErrorModel};
 use crate::error::Error;
@@ -155,6 +156,7 @@ pub(crate) fn refined_start(
     }
     for combination in &local.covariance.combinations {
         let errors = bias.map_or([0.0; 2], |bias| bias.corrections_along(&combination.exponents));
+        // Combinations are logarithms of products: their error is relative to the value already.
         require(errors, combination.deviation, MAX_RELATIVE_ERROR);
     }
     if let Some(bias) = bias {

@@ -1,11 +1,12 @@
 //! Unknowns of a fit: a parameter with its start, bounds and prior, and the scale on which it is identified.
 //!
-//! Start, bounds and prior are given in the parameter's unit, and the prior is normal in that unit. Positive parameters
-//! (stiffness, density, damping) are identified as their natural logarithm, others as their value ("the scale of the fit").
-//! Steps and covariances of the search are on this scale, and bounds are converted to it, cut to the parameter's physical
-//! limits. [`Unknown::to_scale`] and [`Unknown::from_scale`] convert, and [`ParameterPoint`] is a point of all unknowns on
-//! their scales. Without names of experiments an unknown belongs to all whose scene has the parameter.
-//! [`with_fixed_layouts`] prepares experiments whose mesh layout does not change with the values of their unknowns.
+//! Start, bounds and prior are given in the parameter's unit, and the prior is normal in that unit. Positive
+//! parameters (stiffness, density, damping) are identified as their natural logarithm, others, and those marked
+//! `plain`, as their value ("the scale of the fit"). Steps and covariances of the search are on this scale, and
+//! bounds are converted to it, cut to the parameter's physical limits. [`Unknown::to_scale`] and
+//! [`Unknown::from_scale`] convert, and [`ParameterPoint`] is a point of all unknowns on their scales. Without names
+//! of experiments an unknown belongs to all whose scene has the parameter. [`with_fixed_layouts`] prepares
+//! experiments whose mesh layout does not change with the values of their unknowns.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, named};
@@ -140,6 +141,7 @@ impl Unknown {
     /// The residual of the normal prior, `(value - mean)/sigma`, at `x` on the scale of the fit; mean, sigma and value are in
     /// the parameter's unit. `None` without a prior. `x` may carry derivatives.
     pub(crate) fn prior_residual<D: Scalar>(&self, x: D) -> Option<D> {
+        // The prior is normal in the unit of the parameter, also where the scale is a logarithm.
         let Prior { mean, sigma } = self.prior?;
         Some((self.value(x) - mean) * sigma.recip())
     }
@@ -178,6 +180,7 @@ impl Unknown {
     /// positive parameters, pure numbers and angles, the rod's length for m, the duration for s, and 0 for other units. On a
     /// logarithmic scale 1 is a factor of `e`.
     pub(crate) fn typical_size(&self, experiment: &Experiment) -> f64 {
+        // Other units have no size that the motion suggests: 0 leaves them out of comparisons.
         match self.parameter.unit() {
             _ if self.parameter.is_positive() => 1.0,
             "m" => experiment.problem.length(),

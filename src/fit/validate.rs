@@ -1,12 +1,12 @@
 //! Validation of a fit before any simulation.
 //!
-//! Input: experiments, unknowns and analyses. Rejected are missing data, or fewer values than unknowns (one more if a sigma is
-//! missing). So are duplicate names, values of keys out of range, and parameters or points that a scene does not have. A
-//! measurement without sigma beside others needs [`FEW`] values. Starts must not make the rod too short for an observed point.
-//! Positions are in a wrong unit if their median distance from the wall exceeds [`FARTHEST`] rod lengths
-//! ([`Measurement::check_units`]). Output: `Ok`, or the first [`Error::Invalid`] with the key in the fit file or the file, the
-//! value found, and the allowed values. [`check`] is for fits, [`check_predicted`] for validation data without a fit,
-//! [`check_recorded`] excludes planned measurements.
+//! Input: experiments, unknowns and analyses. Rejected are missing data, or fewer values, priors included, than
+//! unknowns (one more if a sigma is missing). So are duplicate names, values of keys out of range, and parameters or
+//! points that a scene does not have. A measurement without sigma beside others needs [`FEW`] values. Starts must not
+//! make the rod too short for an observed point. Positions are in a wrong unit if their median distance from the wall
+//! exceeds [`FARTHEST`] rod lengths ([`Measurement::check_units`]). Output: `Ok`, or the first [`Error::Invalid`]
+//! with the key in the fit file or the file, the value found, and the allowed values. [`check`] is for fits,
+//! [`check_predicted`] for validation data without a fit, [`check_recorded`] excludes planned measurements.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
@@ -55,6 +55,7 @@ pub(crate) fn check(
     check_experiments(experiments)?;
     check_unknowns(experiments, unknowns)?;
     check_analysis(analysis)?;
+    // The weights of several measurements against each other depend on their sigmas.
     let several = all(&fitted).count() > 1;
     for experiment in experiments {
         check_measurements(experiment, unknowns, several)?;

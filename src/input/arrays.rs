@@ -38,6 +38,7 @@ fn exactly<T, E: Error, const N: usize>(values: Vec<T>) -> Result<[T; N], E> {
 
 /// Reads a number; null, as which JSON writes infinite numbers and NaN, becomes plus infinity.
 pub(crate) fn or_infinite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    // JSON cannot write infinite errors; they must not become zero when they are read.
     Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
 }
 

@@ -1,8 +1,9 @@
 //! Messages about likely mistakes behind an input file (TOML) that cannot be parsed as its kind.
 //!
-//! [`explained`] replaces the message of the TOML reader if the text is valid TOML with a known mistake. A file without keys
-//! of its own kind that has keys of another one (a fit instead of a scene) is of that kind. `[[table]]` for `[table]`, or the
-//! other way round, is detected with its line. [`SCENE`], [`STRUCTURE`], [`FIT`] and [`CAMPAIGN`] are the kinds of files.
+//! [`explained`] takes the error, the text and the expected kind, and replaces the message of the TOML reader if the
+//! text is valid TOML with a known mistake. Other errors stay. A file without keys of its own kind that has keys of
+//! another one (a fit instead of a scene) is of that kind. `[[table]]` for `[table]`, or the other way round, is
+//! detected with its line. [`SCENE`], [`STRUCTURE`], [`FIT`] and [`CAMPAIGN`] are the kinds of files.
 
 use crate::error::Error;
 use toml::{Table, Value};
@@ -154,6 +155,7 @@ fn value_at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
     let value = table.get(first)?;
     let Some(rest) = rest else { return Some(value) };
     let inner = match value {
+        // Tables of a list have the same keys: the first one represents them.
         Value::Array(list) => list.first()?,
         value => value,
     };

@@ -98,6 +98,7 @@ fn place(text: &str, key: &str) -> Option<usize> {
         if let (Some(index), DeValue::Array(list)) = (index, value.get_ref()) {
             value = list.get(index)?;
         }
+        // The innermost table of the path is the one that lacks the key.
         start = Some(value.span().start);
         table = match value.get_ref() {
             DeValue::Table(table) => table,
@@ -121,6 +122,7 @@ struct Placeholder<'a> {
 /// The keys of a TOML text whose value is one of [`PLACEHOLDERS`], with their lines (from 1) and the comments behind them.
 /// Lines are searched one by one; keys that begin with `#` are left out.
 fn find_placeholders(text: &str) -> Vec<Placeholder<'_>> {
+    // A text with placeholders may be no valid TOML: its lines are searched one by one.
     let found = text.lines().enumerate().filter_map(|(k, line)| {
         let (key, rest) = line.split_once('=')?;
         let (value, comment) = rest.split_once('#').unwrap_or((rest, ""));
@@ -155,6 +157,7 @@ fn line_of(before: &str) -> usize {
 /// Message of the TOML reader with line, column, and key and token at fault; tokens are cut. Nothing else of the file is
 /// shown, as it may be one that only the program may read. An error without a place has its message only.
 fn described(error: &toml::de::Error, text: &str) -> String {
+    // The parser quotes tokens of the file, which may be long.
     let cut = with_tokens_cut(error.message(), '"').into_owned();
     let message = with_tokens_cut(&cut, '`').trim_end().replace('\n', ", ");
     let Some((before, found)) = error.span().and_then(|span| {
@@ -190,6 +193,7 @@ pub(crate) fn parse<T: serde::de::DeserializeOwned>(
     required: &[Rule],
 ) -> Result<T, Error> {
     toml::from_str(text).map_err(|error: toml::de::Error| {
+        // Placeholders cause other errors of the parser, which would be misleading.
         if let Some(message) = placeholder_message(text) {
             return Error::Parse { file: None, message };
         }
@@ -201,6 +205,7 @@ pub(crate) fn parse<T: serde::de::DeserializeOwned>(
         let message = match &missing[..] {
             [] => described(&error, text),
             [key] => {
+                // A single missing key is reported with the line of its table.
                 let start = place(text, key).or(error.span().map(|span| span.start));
                 let before = start.map_or("", |start| &text[..start]);
                 format!("line {}: missing key: {key}", line_of(before))

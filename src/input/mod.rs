@@ -1,6 +1,9 @@
-//! Input and output of text files: lists of fixed length, messages about missing keys and likely mistakes, and the onset of a
-//! recorded motion. With the feature `cli` there are also table cells safe for spreadsheets, and output files that are
-//! replaced only when complete.
+//! Input and output of text files, for scenes, fits, recordings and campaigns.
+//!
+//! `arrays` deserializes lists of fixed length. `missing_keys` parses TOML with messages about all missing keys, and
+//! `hints` adds likely mistakes such as another kind of file. `onset` estimates the time at which a recorded motion
+//! begins. With the feature `cli` there are also table cells safe for spreadsheets (`text_cell`), and output files
+//! that are replaced only when complete (`part_file`).
 
 pub(crate) mod arrays;
 pub(crate) mod hints;

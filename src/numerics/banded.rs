@@ -1,14 +1,15 @@
 //! Symmetric band matrices of half-bandwidth `W` and their `L D L^T` factors, for the linear systems of a rod.
 //!
-//! The tangent of an open rod is a band with `W = 5` in the plane and 10 in space. [`BandMatrix`] stores it by columns,
-//! adds element blocks and multiplies; [`Ldlt`] factors and solves. The factorization takes no pivots. It is backward
-//! stable for positive definite matrices. For others the number of negative pivots is positive, and the solution is
-//! checked by its [residual](Tangent::residual).
+//! The tangent of an open rod is a band with `W = 5` in the plane and 10 in space. [`BandMatrix`] stores it by
+//! columns, adds element blocks and multiplies; [`Ldlt`] factors and solves. The factorization takes no pivots; a
+//! pivot that is zero or not finite is an error with its row. It is backward stable for positive definite matrices.
+//! For others the number of negative pivots is positive, and the solution is checked by its
+//! [residual](Tangent::residual).
 //!
-//! Row by row, an elimination mostly waits for the previous pivot. Therefore it proceeds from both ends at once: first
-//! row, last row, second row, and so on. The ends meet in `W` or `W + 1` rows in the middle, which come last. This is `L
-//! D L^T` of the matrix with permuted rows and columns: equally stable, and with the same number of negative pivots. The
-//! numbers of both ends are adjacent in memory, so that one vector instruction processes both.
+//! Row by row, an elimination mostly waits for the previous pivot. Therefore it proceeds from both ends at once:
+//! first row, last row, second row, and so on. The ends meet in `W` or `W + 1` rows in the middle, which come last.
+//! This is `L D L^T` of the matrix with permuted rows and columns: equally stable, and with the same number of
+//! negative pivots. The numbers of both ends are adjacent in memory, so that one vector instruction processes both.
 
 mod columns;
 mod elimination;

@@ -1,11 +1,12 @@
-//! Symmetric matrices stored by their envelope (every row from its first column with an entry to the diagonal), and their
-//! `L D L^T` factors, for the linear systems of structures.
+//! Symmetric matrices stored by their envelope (every row from its first column with an entry to the diagonal), and
+//! their `L D L^T` factors, for the linear systems of structures.
 //!
-//! [`Envelope::zeros`] takes the first column of each row. `factor` replaces the matrix by its factors, without pivots and
-//! without entries outside the envelope (Jennings 1966, doi:10.1093/comjnl/9.3.281); a pivot that is zero or not finite is an
-//! error with its row. `solve` overwrites several right-hand sides, and `negative_pivots` counts the negative eigenvalues. The
-//! cost is the sum of the squared lengths of the rows, so that a good order of the rows has short ones.
-//! [`reverse_cuthill_mckee`] returns such an order of the vertices from the lists of neighbors in the graph of the matrix.
+//! [`Envelope::zeros`] takes the first column of each row. `factor` replaces the matrix by its factors, without
+//! pivots and without entries outside the envelope (Jennings 1966, doi:10.1093/comjnl/9.3.281); a pivot that is zero
+//! or not finite is an error with its row. `solve` overwrites several right-hand sides, and `negative_pivots` counts
+//! the negative eigenvalues. The cost is the sum of the squared lengths of the rows, so that a good order of the rows
+//! has short ones. [`reverse_cuthill_mckee`] returns such an order of the vertices from the lists of neighbors in the
+//! graph of the matrix.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::{RightHandSide, Singular};

@@ -1,10 +1,10 @@
 //! `L U` factors of an unsymmetric matrix with the symmetric pattern of an [envelope](Envelope): [`EnvelopeLu`].
 //!
-//! Such a matrix is a symmetric one plus a factor times 3 x 3 blocks on its diagonal ([`DiagonalBlock`]), which lie inside the
-//! envelope: that of an implicit step with rotating bodies in space. `set` copies the matrix, `factor` replaces it by `L` (unit
-//! diagonal) and `U`, and `solve` overwrites several right-hand sides by their solutions. The elimination takes no pivots and
-//! fills no entry outside the envelope. A pivot that is zero or not finite is an error with its row. The mass matrix is
-//! positive definite, and the blocks are small beside it at reasonable steps.
+//! Such a matrix is a symmetric one plus a factor times 3 x 3 blocks on its diagonal ([`DiagonalBlock`]), which lie
+//! inside the envelope: that of an implicit step with rotating bodies in space. `set` copies the matrix, `factor`
+//! replaces it by `L` (unit diagonal) and `U`, and `solve` overwrites several right-hand sides by their solutions.
+//! The elimination takes no pivots and fills no entry outside the envelope. A pivot that is zero or not finite is an
+//! error with its row. The mass matrix is positive definite, and the blocks are small beside it at reasonable steps.
 
 use crate::numerics::envelope::Envelope;
 use crate::numerics::rotation::Matrix3;
@@ -55,6 +55,7 @@ impl<D: Scalar> EnvelopeLu<D> {
         }
         self.diagonal.clear();
         self.diagonal.extend((0..n).map(|i| matrix.get(i, i)));
+        // Entries of a block below the diagonal are in rows of `lower`, those above in columns of `upper`.
         for DiagonalBlock { start, entries } in blocks {
             for r in 0..3 {
                 self.diagonal[start + r] += entries[r][r] * factor;
@@ -79,6 +80,7 @@ impl<D: Scalar> EnvelopeLu<D> {
             let mut pivot = self.diagonal[i];
             for j in first..i {
                 let own = self.first[j];
+                // Row i of L and column i of U together, from the rows and columns before (Doolittle).
                 let (mut left, mut right) = (row[j - first], column[j - first]);
                 for k in first.max(own)..j {
                     left -= row[k - first] * upper_before[j][k - own];
@@ -88,6 +90,7 @@ impl<D: Scalar> EnvelopeLu<D> {
                 pivot -= left * right;
                 (row[j - first], column[j - first]) = (left, right);
             }
+            // NaN fails the comparison too.
             if !(pivot.value().abs() > 0.0 && pivot.value().is_finite()) {
                 return Err(Singular { row: i });
             }
@@ -99,6 +102,7 @@ impl<D: Scalar> EnvelopeLu<D> {
     /// Solves `A x = b` in place for `R` right-hand sides (`x[i][r]` is row `i` of number `r`), with the factors of
     /// `A`.
     pub fn solve<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
+        // Forward with L, whose diagonal is one.
         for i in 0..self.diagonal.len() {
             for (k, entry) in self.lower[i].iter().enumerate() {
                 for r in 0..R {
@@ -107,6 +111,7 @@ impl<D: Scalar> EnvelopeLu<D> {
                 }
             }
         }
+        // Backward with U, stored by columns: each solved row is subtracted from those above it.
         for i in (0..self.diagonal.len()).rev() {
             let by_pivot = self.diagonal[i].recip();
             (0..R).for_each(|r| x[i][r] = x[i][r] * by_pivot);

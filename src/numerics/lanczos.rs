@@ -1,12 +1,13 @@
 //! The Lanczos method (1950) for symmetric positive semidefinite matrices that are given by products with vectors.
 //!
-//! Input: a vector `b`, and products with the matrix `A`, which the caller computes: [`Lanczos::next`] returns the vector to
-//! be multiplied, or none at the end, and [`Lanczos::extend`] takes the product. After `k` products there are an
-//! orthonormal basis `Q` of the Krylov space of `b`, and the tridiagonal matrix `T = Q' A Q`. Output: eigenvalues of `T`
-//! (Ritz values, descending, each with vector and error bound), which approximate the largest ones of `A`. Also
-//! `Q (T + shift)^-1 Q' b`, the approximate solution of `(A + shift) x = b` for any shift without further products, with
-//! the norm of its residual; it is zero if `T + shift` is not positive definite. Fits of many parameters (fields along the
-//! rod) use it for steps and uncertainties, with one forward and one adjoint run for each product.
+//! Input: a vector `b`, and products with the matrix `A`, which the caller computes: [`Lanczos::next`] returns the
+//! vector to be multiplied, or none at the end, and [`Lanczos::extend`] takes the product. After `k` products there
+//! are an orthonormal basis `Q` of the Krylov space of `b`, and the tridiagonal matrix `T = Q' A Q`. Output:
+//! eigenvalues of `T` (Ritz values, descending, each with vector and error bound), which approximate the largest ones
+//! of `A`. Also `Q (T + shift)^-1 Q' b`, the approximate solution of `(A + shift) x = b` for any shift without
+//! further products, with the norm of its residual; it is zero if `T + shift` is not positive definite. Fits of many
+//! parameters (fields along the rod) use it for steps and uncertainties, with one forward and one adjoint run for
+//! each product.
 
 use crate::numerics::total_order;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -55,6 +56,7 @@ impl Lanczos {
         let norm = dot(&start, &start).sqrt();
         Self {
             basis: Vec::new(),
+            // A zero vector stays zero instead of NaN; its space is complete.
             next: start / norm.max(f64::MIN_POSITIVE),
             remainder: norm,
             diagonal: Vec::new(),
@@ -125,6 +127,7 @@ impl Lanczos {
             Some(factors) => {
                 let y =
                     factors.solve(&DVector::from_fn(k, |i, _| if i == 0 { length } else { 0.0 }));
+                // The residual is the part of `A x` outside of the basis: the last coordinate times the remainder.
                 (self.combination(y.iter().copied()), self.remainder * y[k - 1].abs())
             }
         }

@@ -1,22 +1,26 @@
 //! Bounded Levenberg-Marquardt method for `min 1/2 |r(x)|^2`, as a solver for argmin's Executor.
 //!
 //! The problem implements argmin's `Operator` (the residuals `r`) and `Jacobian`; bounds of the unknowns are given to
-//! [`LevenbergMarquardt`]. The search converges if a Gauss-Newton step changes no unknown by more than `step_tolerance`,
-//! or the model by less than `noise_tolerance` standard deviations of the residuals. The damping is scaled by the column
-//! norms of the Jacobian (Marquardt 1963) with a decaying maximum of earlier norms (More 1978), so that it does not depend
-//! on units. It follows the gain ratio of the last step (Nielsen 1999). A trial point is rejected if it achieves
-//! at most `LEAST_GAIN` of the predicted decrease, if the problem returns an error, or if an unknown loses its effect:
-//! plateaus have no minimum.
+//! [`LevenbergMarquardt`]. Output: the state with iterate, Jacobian, residuals and cost. The search converges if a
+//! Gauss-Newton step changes no unknown by more than `step_tolerance`, or the model by at most `noise_tolerance`
+//! standard deviations of the residuals. A short step of at most `last_step` standard errors (default 0), whose
+//! extrapolated model error is below `noise_tolerance`, ends it too. It is not evaluated: residuals and cost are then
+//! those of the linear model. The damping is scaled by the column norms of the Jacobian (Marquardt 1963) with a
+//! decaying maximum of earlier norms (More 1978), so that it does not depend on units. It follows the gain ratio of
+//! the last step (Nielsen 1999). A trial point is rejected if it achieves at most `LEAST_GAIN` of the predicted
+//! decrease, if the problem returns an error, or if an unknown loses its effect: plateaus have no minimum.
 //!
-//! Rounding errors of the cost hide changes below about `1e-8` of the residuals. Closer to the minimum, undamped
-//! (Gauss-Newton) steps are accepted even if the cost rises by less than 1e-8 of it, as long as each predicts a smaller
-//! change than the one before. That yields the minimum to rounding. The minimum is also reached if no step lowers the
-//! cost and the Gauss-Newton step predicts no more than that. If the residuals themselves are rounding errors, the
-//! search may end with "no step lowers the cost".
+//! Rounding errors of the cost hide small changes of the model. A Gauss-Newton step that changes it by at most
+//! `COST_RESOLUTION` of the norm of the residuals is accepted even if the cost rises by less than 1e-8 of it. Its
+//! change must be below `LARGEST_CHANGE_RATIO` of that of the last such step. That yields the minimum to rounding.
+//! The minimum is also reached if no step lowers the cost at such a small change, or if the predicted decrease is
+//! below `COST_ROUNDING` of the cost. If the residuals themselves are rounding errors, the search may end with "no
+//! step lowers the cost". It is an error if the problem fails at the start or in the last trial, and for residuals or
+//! derivatives at the start that are not finite.
 //!
-//! A misfit may have corners, for example where strands of a cable begin to slip. There a Gauss-Newton step predicts a
-//! decrease that no step achieves. The search ends after a shortened step that lowers the cost by less than a step of
-//! `last_step` standard errors would, if the Gauss-Newton step is below half a standard error, or if
+//! A misfit may have corners, for example where strands of a cable begin to slip. There a Gauss-Newton step predicts
+//! a decrease that no step achieves. The search ends after a shortened step that lowers the cost by less than a step
+//! of `last_step` standard errors would, if the Gauss-Newton step is below half a standard error, or if
 //! [several](LevenbergMarquardt::patience) such steps follow each other.
 //!
 //! `cargo test --release --test fits nist:: -- --nocapture` compares the results with the reference problems of NIST.

@@ -1,11 +1,12 @@
 //! The bounded, damped linear least-squares problem of a Levenberg-Marquardt step.
 //!
-//! Input: residuals `r`, rows of their Jacobian `J`, the iterate `x` and its bounds. Unknowns at a bound whose descent points
-//! outward are held. [`Linearized::step`] minimizes `|r + J s|^2 + damping |D s|^2` by QR factorization, with the diagonal scale
-//! `D`. Unknowns that leave their bounds stop there, and the others are solved for again. A bounded step that changes `J s` by
-//! more than the unbounded one is repeated with `DAMPING_FACTOR` times the damping. Output: the step, None if it is not finite.
-//! `predicted` returns the predicted decrease of the cost `|r|^2/2`. `least_kept_effect` divides the column norms of `J` at
-//! another point by those at `x`; it returns the smallest of these ratios over the largest, one number for all free unknowns.
+//! Input: residuals `r`, rows of their Jacobian `J`, the iterate `x` and its bounds. Unknowns at a bound whose
+//! descent points outward are held. [`Linearized::step`] minimizes `|r + J s|^2 + damping |D s|^2` by QR
+//! factorization, with the diagonal scale `D`. Unknowns that leave their bounds stop there, and the others are solved
+//! for again. A bounded step that changes `J s` by more than the unbounded one is repeated with `DAMPING_FACTOR`
+//! times the damping. Output: the step, None if it is not finite. `predicted` returns the predicted decrease of the
+//! cost `|r|^2/2`. `least_kept_effect` divides the column norms of `J` at another point by those at `x`; it returns
+//! the smallest of these ratios over the largest, one number for all free unknowns.
 
 use nalgebra::{DMatrix, DVector};
 

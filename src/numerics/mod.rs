@@ -1,11 +1,12 @@
 //! Numerical methods that do not depend on rods.
 //!
-//! Numbers: the trait [`Scalar`](scalar::Scalar), SIMD vectors of it, out-of-line numbers, lanes, error bounds of
-//! derivatives, sine and cosine, the function `phi_1`, vectors of three components, and rotations. Symmetric matrices:
-//! band and envelope storage with `L D L^T` factors, prescribed unknowns, and the Lanczos method. Matrices that are not
-//! symmetric: an envelope with `L U` factors.
-//! Signals: Hermite interpolation in time, power spectra, and noise estimates. Nonlinear least squares: the
-//! Levenberg-Marquardt method. This file itself has `total_order` (an integer with the order of floating-point numbers)
+//! Numbers: the trait [`Scalar`](scalar::Scalar) (`scalar`), SIMD vectors of it (`simd`, `trigonometry`), out-of-line
+//! numbers, `lanes`, error bounds of derivatives (`term_bound`) and their common `operators`. Also the function
+//! `phi_1` (`phi_function`), vectors of three components, and `rotation`s. Symmetric matrices: the traits of
+//! `tangent`, `banded` and `envelope` storage with `L D L^T` factors, `prescribed_dofs`, and the `lanczos` method.
+//! Matrices that are not symmetric: `envelope_lu` with `L U` factors. Signals: `hermite` interpolation in time, power
+//! spectra (`spectrum`), and noise estimates (`noise_scale`). Nonlinear least squares: `levenberg_marquardt`, with
+//! the step of `linearized`. This file itself has `total_order` (an integer with the order of floating-point numbers)
 //! and `upper_median` (of an even number of values the larger middle one, None without values).
 
 pub mod banded;
@@ -36,6 +37,7 @@ pub(crate) use linearized::half_sum_of_squares;
 /// that are sorted by it with `sort_by_cached_key` share one compiled sort.
 pub fn total_order(x: f64) -> i64 {
     let bits = x.to_bits().cast_signed();
+    // Larger sizes of negative numbers come first: all bits but their sign are inverted.
     bits ^ ((bits >> 63).cast_unsigned() >> 1).cast_signed()
 }
 

@@ -8,13 +8,15 @@
 //! s^2 = sum (c.x)^2/n,   degrees of freedom tr(A)^2/tr(A^2),   A = sum c c'/n
 //! ```
 //!
-//! is that of the lowest of the orders 2 to 6 that the next one does not significantly lower (von Neumann 1941; Gasser, Sroka
-//! and Jennen-Steinmetz 1986). If the highest order still lowers it, the estimate is marked as an upper bound. Autocorrelated
-//! noise lowers it: AR(1) of 0.3, 0.8, 0.95 between neighbors to 0.83, 0.35, 0.18 of the truth. A comparison with every second
-//! sample reveals strong autocorrelation and smoothing, but not a missing effect. [`NoisySeries::noise`] returns the estimate
-//! in the unit of the values, or the reason why there is none: constant values, fewer than [`FEWEST_DIFFERENCES`] differences, a
-//! share of outliers above `MOST_OUTLIERS`, or autocorrelation (with a lower bound). `quantization_step` returns the lattice of
-//! rounded values, None without one. Fits use the estimate as the noise of recordings.
+//! is that of the lowest of the orders 2 to 6 that the next one does not significantly lower (von Neumann 1941;
+//! Gasser, Sroka and Jennen-Steinmetz 1986). If the highest order still lowers it, the estimate is marked as an upper
+//! bound. Autocorrelated noise lowers it: AR(1) of 0.3, 0.8, 0.95 between neighbors to 0.83, 0.35, 0.18 of the truth.
+//! A comparison with every second sample reveals strong autocorrelation and smoothing, but not a missing effect.
+//! [`NoisySeries::noise`] returns the estimate in the unit of the values, or the reason why there is none: constant
+//! values, fewer than [`FEWEST_DIFFERENCES`] differences, a share of outliers above `MOST_OUTLIERS`, or
+//! autocorrelation (with a lower bound). Excluded samples, repeated frames and outliers are left out before
+//! (`samples`). `quantization_step` returns the lattice step of rounded values, None without one or for at most
+//! `COINCIDENT_DIFFERENCES` differences. Fits use the estimate as the noise of recordings.
 
 mod samples;
 #[cfg(test)]
@@ -205,6 +207,8 @@ fn differences(samples: &NoiseSamples, order: usize, stride: usize) -> Differenc
 fn sufficient_order(all: &[DifferenceVariance]) -> Option<usize> {
     let falls = |pair: &[DifferenceVariance]| {
         let [this, next] = pair else { return false };
+        // The lower order is the more efficient estimate for white noise: the variance of the difference is the
+        // difference of the variances (Hausman 1978).
         let error = (2.0 / next.degrees_of_freedom - 2.0 / this.degrees_of_freedom).max(0.0).sqrt();
         next.variance < this.variance * (1.0 - SIGNIFICANT_DECREASE * error)
     };

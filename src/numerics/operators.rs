@@ -1,9 +1,9 @@
-//! Macro `derived_operators!`, which implements the operators of a number type that follow from its binary operators `+ -
-//! * /` and its comparison.
+//! Macro `derived_operators!`, which implements the operators of a number type that follow from its binary operators
+//! `+ - * /` and its comparison.
 //!
-//! These are the assignments (`+=` and so on), `Sum`, equality, and comparison with an `f64`. Numbers are equal
-//! if their comparison returns `Equal`, whatever their derivatives; the empty sum is 0. Input: the generic parameters and
-//! the type. The scalars of this crate (SIMD, out-of-line and term-bound numbers) use it.
+//! These are the assignments (`+=` and so on), `Sum`, equality, and comparison with an `f64`. Numbers are equal if
+//! their comparison returns `Equal`, whatever their derivatives; the empty sum is 0. Input: the generic parameters
+//! and the type. The scalars of this crate (SIMD, out-of-line and term-bound numbers) use it.
 
 /// Implements, for a `Copy` number type `N` with `N + N`, `N + f64` and so on, `From<f64>` and `PartialOrd`:
 /// the assignments `+= -= *= /=` of an `N` and of an `f64`, `Sum`, equality, and comparison with an `f64`.

@@ -1,8 +1,9 @@
 //! Out-of-line arithmetic: numbers whose operations are function calls instead of inlined code.
 //!
-//! With many derivatives per number, inlined operations expand a formula to thousands of instructions. Formulas that are
-//! not time-critical are evaluated with [`OutOfLine`] numbers, which keeps the compiled program small. Value and derivatives are
-//! bitwise those of the number inside.
+//! With many derivatives per number, inlined operations expand a formula to thousands of instructions. Formulas that
+//! are not time-critical are evaluated with [`OutOfLine`] numbers, which keeps the compiled program small. Value and
+//! derivatives are bitwise those of the number inside. The file also implements `Nestable` for the dual numbers of
+//! rods: sweeps along a rod are inlined for one derivative, and out of line for several.
 
 use crate::numerics::operators::derived_operators;
 use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, SimdScalar, Sweep};

@@ -5,13 +5,14 @@
 //! rotation
 //!
 //! ```text
-//! exp(r + dr) = exp(r) exp(T dr),    T = 1 - a r x + b r x r x,    a = (1 - cos s)/s^2,  b = (s - sin s)/s^3,  s = |r|,
+//! exp(r + dr) = exp(r) exp(T dr),  T = 1 - a r x + b r x r x,  a = (1 - cos s)/s^2,  b = (s - sin s)/s^3,  s = |r|,
 //! ```
 //!
-//! so that `T dr` is the rotation in the turned axes. Rotation matrices have the turned axes in their columns. `logarithm`
-//! returns the vector of a rotation below half a turn, and is not finite there; `rotation_vector` that of any rotation, up to
-//! half a turn, in plain numbers only. `tangent_map_slope` is the symmetric part of the derivative of `T' u` by `r`. All
-//! functions but `rotation_vector` take numbers with derivatives. Bodies and joints of assemblies use them.
+//! so that `T dr` is the rotation in the turned axes. Rotation matrices have the turned axes in their columns.
+//! `logarithm` returns the vector of a rotation below half a turn, and is not finite there; `rotation_vector` that of
+//! any rotation, up to half a turn, in plain numbers only. `tangent_map_slope` is the symmetric part of the
+//! derivative of `T' u` by `r`. All functions but `rotation_vector` take numbers with derivatives. Bodies and joints
+//! of assemblies use them.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{
@@ -121,6 +122,7 @@ fn alternating_series<D: Scalar>(x: D, first: usize, is_derivative: bool) -> D {
 /// `[a, b, 2 da/dx, 2 db/dx]` with the coefficients of the tangent map at the squared angle `x = square`. By series
 /// below [`SERIES_BELOW`], else by the formulas of the header.
 fn coefficients<D: Scalar>(square: D) -> [D; 4] {
+    // The quotients below lose digits at small angles, and their derivatives do not exist at zero.
     if square.value() < SERIES_BELOW {
         let double = |first: usize| alternating_series(square, first, true) * 2.0;
         let plain = |first: usize| alternating_series(square, first, false);

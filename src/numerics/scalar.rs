@@ -2,9 +2,9 @@
 //!
 //! An energy is one generic function. `f64` gives its value, a dual number of [`num_dual`] its value and exact
 //! derivatives, and [`Terms`](crate::check::Terms) the size of the terms that may cancel in each derivative.
-//! [`SimdScalar`] is a vector of numbers for loops along a rod ([`Sweep`]). [`Nestable`] are the four scalars with which
-//! rods are computed: `f64`, and dual numbers with one first derivative, with two, and with two first and their mixed
-//! second derivative.
+//! [`SimdScalar`] is a vector of numbers for loops along a rod ([`Sweep`]). [`Nestable`] are the four scalars with
+//! which rods are computed: `f64`, and dual numbers with one first derivative, with two, and with two first and their
+//! mixed second derivative.
 
 use num_dual::{Dual64, DualNum, DualSVec64, HyperDual64};
 use std::fmt::Debug;

@@ -1,10 +1,11 @@
 //! Traits of a symmetric sparse matrix (a tangent: the second derivatives of an energy) and of its `L D L^T` factors.
 //!
-//! The tangent of one open rod is a [band](crate::numerics::banded::BandMatrix). [`Tangent`] has assembly, products and
-//! residuals. [`Factors`] factors the rows and columns of a range, without pivoting: of the matrix, or of `scale diag(d) + factor
-//! matrix`. It solves for several right-hand sides in place (rows outside of the range become zero) and counts negative pivots,
-//! which are as many as negative eigenvalues. A pivot that is zero or not finite is the error [`Singular`] with its row.
-//! Steppers, equilibria, modes and sensitivities use only these traits, so that other sparsity patterns need no change there.
+//! The tangent of one open rod is a [band](crate::numerics::banded::BandMatrix). [`Tangent`] has assembly, products
+//! and residuals. [`Factors`] factors the rows and columns of a range, without pivoting: of the matrix, or of
+//! `scale diag(d) + factor matrix`. It solves for several right-hand sides in place (rows outside of the range become
+//! zero) and counts negative pivots, which are as many as negative eigenvalues. A pivot that is zero or not finite is
+//! the error [`Singular`] with its row. Steppers, equilibria, modes and sensitivities use only these traits, so that
+//! other sparsity patterns need no change there.
 
 use crate::numerics::scalar::Scalar;
 use std::fmt::Debug;

@@ -1,10 +1,10 @@
 //! Numbers that bound the rounding errors of derivatives, for the check of hand-derived derivatives.
 //!
-//! A computed derivative is a sum of terms. If large terms cancel, its relative error is large although the formula is
-//! correct. [`Terms`] evaluates an energy with its value and, for every first and second derivative, the sum of the
-//! absolute values of the terms of the chain rule. It has no derivatives with signs. The check accepts differences
-//! between two derivatives up to a tolerance times that sum. Optionally the sums have a floor for rounding errors of the
-//! values in each term.
+//! A computed derivative is a sum of terms. If large terms cancel, its relative error is large although the formula
+//! is correct. [`Terms`] evaluates an energy with its value and, for every first and second derivative, the sum of
+//! the absolute values of the terms of the chain rule. It has no derivatives with signs. The check accepts
+//! differences between two derivatives up to a tolerance times that sum. Optionally the sums have a floor for
+//! rounding errors of the values in each term.
 
 use crate::numerics::operators::derived_operators;
 use crate::numerics::scalar::Scalar;

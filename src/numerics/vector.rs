@@ -1,7 +1,9 @@
-//! Vectors of three components `[x, y, z]` over any [`Scalar`], with or without derivatives: sums, products, unit vectors, and
-//! rotation by a rotation vector, rad (Rodrigues' formula, by its series below 0.01). The unit vector of zero is NaN.
+//! Vectors of three components `[x, y, z]` over any [`Scalar`], with or without derivatives: sums, products, unit
+//! vectors, and rotation by a rotation vector, rad (Rodrigues' formula, by its series below 0.01). The unit vector of
+//! zero is NaN.
 //!
-//! Energies, frames and prescribed motions use them. [`components`] and [`map_components`] build arrays by inlined loops.
+//! Energies, frames and prescribed motions use them. [`components`] and [`map_components`] build arrays by inlined
+//! loops.
 
 use crate::numerics::scalar::Scalar;
 

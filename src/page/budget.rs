@@ -31,6 +31,7 @@ fn budget(e: &Estimate) -> String {
         return String::new();
     };
     let unit = e.name.unit();
+    // Contributions share the unit of the combined uncertainty, so that they can be compared.
     let scale = Scale::for_size(combined, unit);
     let table = HtmlTable::new(&format!("uncertainty budget of {}", e.label()), &e.budget)
         .text("source", |line| source_name(&line.source).to_string())

@@ -1,10 +1,11 @@
 //! Charts under construction: series of data in SI units, axes, legend and CSV. `drawing` renders them as SVG.
 //!
-//! A builder adds lines, dots, intervals (bands along y, bars along x), stems and reference lines. Values are divided by the
-//! factor of their axis' unit, except for horizontal reference lines and shaded bands, which are in that unit already. Points
-//! that are not finite, or not positive on a logarithmic axis, are left out. Named lines and dots enter the legend and the
-//! CSV file, series with intervals the CSV file only; unnamed ones are decoration. Series of more than `MAX_POINTS` points
-//! are thinned out evenly.
+//! A builder adds lines, dots, intervals (bands along y, bars along x), stems and reference lines. Values are divided
+//! by the factor of their axis' unit, except for horizontal reference lines and shaded bands, which are in that unit
+//! already. Points that are not finite, or not positive on a logarithmic axis, are left out. Named lines and dots
+//! enter the legend and the CSV file, series with intervals the CSV file only; unnamed ones are decoration. Drawn
+//! series of more than `MAX_POINTS` points are thinned out evenly, in the CSV file too. There series with intervals
+//! have all finite points.
 
 use crate::page::csv::csv_link;
 use crate::page::html::escaped;
@@ -132,6 +133,7 @@ impl PageChart {
     /// Puts names in place of numbers on the y axis, from the top; name k is at height -k. The axis covers all of them.
     pub fn row_names(mut self, names: Vec<String>) -> Self {
         let last = names.len().saturating_sub(1) as f64;
+        // The margin keeps the first and the last row off the frame.
         [0.6, -last - 0.6].into_iter().for_each(|y| self.axes[1].include(y));
         Self { row_names: names, ..self }
     }
@@ -179,6 +181,7 @@ impl PageChart {
 
     /// Adds a series as dots of this radius, px, at points in SI units, connected by a line.
     pub fn dotted_line(self, series: &str, points: Points, color: &str, radius: f64) -> Self {
+        // The line has no name: legend and CSV have the dots only.
         self.line("", points.iter().copied(), color).dots(series, points, color, radius)
     }
 
@@ -189,6 +192,7 @@ impl PageChart {
         let (low, high) = (self.add_points("", edge(0)), self.add_points("", edge(1)));
         let heights = |points: &Points| points.iter().map(|[_, y]| *y).collect::<Vec<f64>>();
         let (below, above) = (heights(&low), heights(&high));
+        // The band is the area between both edges, which have no line of their own.
         self.marks.push(Mark::Line(stroke(low, color, 0.0).with_band(below, above)));
         let mut chart = self.line("", points.iter().map(|p| p.at), color);
         chart.add_intervals(series, points, 1);
@@ -294,6 +298,7 @@ impl PageChart {
 
     /// Adds a series with its CSS color to the legend unless its name is empty or already in the legend.
     fn add_entry(&mut self, series: &str, color: &str, is_line: bool) {
+        // Several calls may add points to one series.
         let is_new = self.legend.iter().all(|entry| entry.name != series);
         if !series.is_empty() && is_new {
             self.legend.push(LegendEntry { name: series.into(), color: color.into(), is_line });
@@ -312,6 +317,7 @@ impl PageChart {
         let points = points.into_iter().map(|point| self.displayed(point));
         let can_show = |[x, y]: &[f64; 2]| self.axes[0].can_show(*x) && self.axes[1].can_show(*y);
         let points: Points = points.filter(can_show).collect();
+        // Ranges include all points, also those that are thinned out.
         for point in &points {
             self.axes.iter_mut().zip(point).for_each(|(axis, x)| axis.include(*x));
         }

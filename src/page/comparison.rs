@@ -1,9 +1,9 @@
 //! The page that compares several fits, of a campaign or of one command.
 //!
-//! Input are the summaries of the fits. The first card has the number of fits per grade, and the smallest and largest
-//! value of each parameter. From [`MIN_VALUES`] values on it has their mean and the standard deviation between fits.
-//! Sections follow with a plot and a table of each parameter's estimates with 95 % intervals, and a table of grades,
-//! warnings and changed keys. Output is a self-contained HTML page.
+//! Input are the summaries of the fits. The first card has the number of fits per grade, and for each parameter the
+//! smallest and largest value of the fits that identify it. From [`MIN_VALUES`] values on it has their mean and the
+//! standard deviation between fits. Sections follow with a plot and a table of each parameter's estimates with 95 %
+//! intervals, and a table of grades, warnings and changed keys. Output is a self-contained HTML page.
 
 use crate::fit::{Estimate, FitSummary, Grade, QuotedEstimate, interval_heading};
 use crate::page::card::{card, tone_class};
@@ -118,6 +118,7 @@ impl<'a> ComparedParameter<'a> {
         };
         let point = |(k, own): (usize, &ComparedEstimate)| {
             let value = own.estimate.value?;
+            // An estimate without an interval has a bar of length zero.
             let ends = ends(own.estimate).unwrap_or([value; 2]);
             Some(IntervalPoint { at: [value, -(k as f64)], ends })
         };
@@ -144,6 +145,7 @@ impl<'a> ComparedParameter<'a> {
     /// [`SHOWN_FITS`] are folded.
     fn table(&self) -> String {
         let has_numbers = self.has_numbers();
+        // One unit for all fits makes their numbers comparable.
         let scale = self.scale();
         let quoted: Vec<QuotedEstimate> =
             self.estimates.iter().map(|own| QuotedEstimate::new(own.estimate)).collect();
@@ -240,6 +242,7 @@ fn colored_grade(fit: &FitSummary) -> String {
 /// The HTML table with name, grade, warning codes, status (unless converged) and changed keys of every fit, a column per
 /// key; rows beyond [`SHOWN_FITS`] are folded.
 fn grade_table(fits: &[FitSummary]) -> String {
+    // Fits may change different keys: the columns are their union.
     let keys = distinct(fits.iter().flat_map(|fit| &fit.changes).map(|(key, _)| key));
     let mut table = HtmlTable::new("grades and warnings", fits)
         .id("grades")

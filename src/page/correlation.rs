@@ -50,6 +50,7 @@ pub(super) fn correlation_matrix(
 fn cell(value: f64) -> Option<String> {
     let color = if value < 0.0 { "var(--minus)" } else { "var(--plus)" };
     let opacity = LARGEST_OPACITY * value.abs().min(1.0);
+    // A coefficient that is rounded to zero has no sign.
     let text = with_minus_sign(format!("{value:.3}")).replace("\u{2212}0.000", "0.000");
     value.is_finite().then(|| {
         format!(

@@ -34,6 +34,7 @@ pub(super) fn csv_link(name: &str, rows: &[Vec<String>]) -> String {
 /// A number with at most [`DIGITS`] significant digits, without trailing zeros, and with an exponent below 1e-4 and from
 /// 1e15 on, except for zero.
 pub(super) fn csv_number(value: f64) -> String {
+    // The exponent format rounds to significant digits, whatever the size of the number.
     let rounded: f64 = format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value);
     match rounded.abs() {
         size if size != 0.0 && !(1e-4..1e15).contains(&size) => format!("{rounded:e}"),

@@ -1,9 +1,10 @@
 //! Sections on effects that the model omits, such as a compliant clamp or a taper.
 //!
-//! "Likely omitted effects" has the score tests: rank, estimated size, its ratio to the standard error, largest bias and
-//! p-values; tests that are not significant are folded. "Undetected bias" has effects that the data do not exclude, with
-//! the bias that each would cause at its largest plausible size, and a test that would reveal it; biases of zero are left
-//! out. Output is HTML tables, empty without entries.
+//! Input are the score tests of a fit, and the undetected biases of a fit or a design. "Likely omitted effects" has
+//! the score tests: rank, estimated size, its ratio to the standard error, largest bias and p-values; tests that are
+//! not significant are folded. "Undetected bias" has effects that the data do not exclude, with the bias that each
+//! would cause at its largest plausible size, and a test that would reveal it; biases of zero are left out. Output is
+//! HTML tables, empty without entries.
 
 use crate::code::Code;
 use crate::fit::{Estimate, ScoreTest, UndetectedBias, biases_beyond_interval};
@@ -44,6 +45,7 @@ pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
             if let Some(ends) = bias.both_signs() {
                 return ends.map(signed_percent).join(" to ");
             }
+            // A parameter that may be zero has no relative bias.
             let change = || three_digits(bias.change);
             without_sign(bias, &bias.relative.map_or_else(change, signed_percent))
         })

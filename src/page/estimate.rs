@@ -1,10 +1,10 @@
 //! The main table of a page: estimates with standard errors and quoted intervals; and their parts as text.
 //!
-//! Values have an SI prefix by their size and digits by their standard error, which is also shown in per cent of a
-//! positive estimate. The quoted interval is the expanded one if inputs have a stated uncertainty, else the statistical
-//! one. Where the data bound the parameter on one side, a bound (`at least`, `at most`) replaces it without a standard
-//! error, and a lower bound also the value. A parameter without a value is `not identifiable`. Pages of fits, designs and
-//! comparisons use it; output is HTML.
+//! Input are quoted estimates in SI units, with the headings of the table. Values have an SI prefix by their size and
+//! digits by their standard error, which is also shown in per cent of a positive estimate. The quoted interval is the
+//! expanded one if inputs have a stated uncertainty, else the statistical one. Where the data bound the parameter on
+//! one side, a bound (`at least`, `at most`) replaces it without a standard error, and a lower bound also the value.
+//! A parameter without a value is `not identifiable`. Pages of fits, designs and comparisons use it; output is HTML.
 
 use crate::fit::{Estimate, QuotedEstimate, QuotedInterval, interval_heading};
 use crate::page::html::{escaped, note};
@@ -94,6 +94,7 @@ fn value_cell(row: &QuotedEstimate) -> Option<String> {
     match (row.interval, row.value) {
         (Some(QuotedInterval::AtLeast(_)), _) => None,
         (_, None) => Some(NOT_IDENTIFIABLE.into()),
+        // Beside an upper bound a value has no error: its digits follow from the bound.
         (Some(QuotedInterval::AtMost(upper)), Some(value)) => {
             Some(scale(row).format(value, Some(0.01 * upper)))
         }

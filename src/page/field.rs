@@ -1,8 +1,9 @@
 //! The page of a fit of parameters that vary along the rod (`[[field]]`).
 //!
-//! Input is its report. The first card has convergence and warnings. Sections have a plot of each parameter over the arc
-//! length, single parameters, and the residuals. A plot has the 95 % interval of each value and the number of values that
-//! the data determine. Output is a self-contained HTML page.
+//! Input is the report of the fit. The first card has convergence and warnings. Sections have a plot of each
+//! parameter over the arc length, single parameters, and the residuals. A plot has the 95 % interval of each value.
+//! Its caption has the number of values that the data determine: those with a standard error below `DETERMINED` of
+//! the prior's. Output is a self-contained HTML page.
 
 use crate::fit::{FieldEstimate, FieldReport, SingleEstimate};
 use crate::page::card::{MessageList, card};
@@ -63,6 +64,7 @@ fn field(field: &FieldEstimate) -> String {
     let points: Vec<IntervalPoint> = (0..count).map(point).collect();
     let (x, y) = (ChartAxis::new("arc length", &arc_lengths), ChartAxis::new(&field.name, &values));
     let chart = PageChart::new(x, y, [680.0, 320.0]).line_with_band(&field.name, &points, MODEL);
+    // If the data have no influence, the standard error is that of the prior.
     let is_determined = |k: &usize| field.standard_errors[*k] < DETERMINED * field.prior_std[*k];
     let caption = format!(
         "band: 95 % interval of each value; the data more than halve the uncertainty of the prior for {} of {count} values",

@@ -48,6 +48,7 @@ impl Scale {
         if !PREFIXED.contains(&symbol) {
             return plain;
         }
+        // The small addend keeps exact powers of a thousand in their own prefix despite rounding.
         let steps = ((size * grams).log10() / f64::from(3 * power) + 1e-12).floor() as i32;
         let steps = steps.clamp(-NO_PREFIX, NO_PREFIX);
         let prefix = PREFIXES[(steps + NO_PREFIX) as usize];
@@ -75,6 +76,7 @@ impl Scale {
             return MISSING.into();
         }
         if value != 0.0 && !(1e-6..1e7).contains(&value.abs()) {
+            // Decimals of the number become those of its mantissa.
             let decimals = decimals + value.abs().log10().floor();
             return scientific(value, decimals.clamp(1.0, 9.0) as usize);
         }

@@ -1,9 +1,11 @@
-//! The section "Parameters" of a page of a fit: all intervals of each parameter, with its prior, bounds and start value.
+//! The section "Parameters" of a page of a fit: all intervals of each parameter, with its prior, bounds and start
+//! value.
 //!
-//! Intervals are the expanded and the statistical one, those between experiments (cluster jackknife), by observed
-//! information, by profile likelihood and by bootstrap, where computed. A second table has the estimates by each of several
-//! experiments, for parameters whose estimates differ by more than noise. A third one has ratios such as stiffness over
-//! density that the data determine without the density. Output is HTML tables.
+//! Input is the report of the fit. Intervals are the expanded and the statistical one, those between experiments
+//! (cluster jackknife), by observed information, by profile likelihood and by bootstrap, where computed. A second
+//! table has the estimates by each of several experiments, for parameters whose estimates differ by more than noise.
+//! A third one has ratios such as stiffness over density that the data determine without the density. Output is HTML
+//! tables.
 
 use crate::fit::{Estimate, FitReport, QuotedEstimate, compared_estimates};
 use crate::page::chart::labeled;

@@ -38,6 +38,7 @@ pub(super) fn planes<'a, I: Iterator<Item = &'a [f64; 3]>>(
         let (smaller, larger) = (extents[*a].min(extents[*b]), extents[*a].max(extents[*b]));
         Reverse((total_order(larger), total_order(smaller)))
     });
+    // The third plane shows no coordinate that the first two do not show.
     planes.truncate(2);
     // A rod that stays straight along an axis has an extent along one axis only.
     if planes.is_empty() { vec![[0, 1]] } else { planes }

@@ -38,6 +38,7 @@ pub(super) fn recordings(errors: &RecordingErrors, plots: Option<&RecordingPlots
     ranked.sort_by_cached_key(|motion| total_order(motion.mean_error));
     let all = ranked.len();
     if all > DRAWN_RECORDINGS {
+        // The best and the worst recording are always drawn.
         let index = |k: usize| (all - 1) * k / (DRAWN_RECORDINGS - 1);
         ranked = (0..DRAWN_RECORDINGS).map(|k| ranked[index(k)]).collect();
         html += &note(&format!(

@@ -1,9 +1,13 @@
-//! The section "Residuals": observed and simulated values, residuals over sigma, their autocorrelation, and their tests.
+//! The section "Residuals": observed and simulated values, residuals over sigma, their autocorrelation, and their
+//! tests.
 //!
-//! Each coordinate of an observation has two charts over time, arc length or mode number. Beside them are a chart of the
-//! autocorrelation with the 95 % band of white noise, and p-values of Ljung-Box, Anderson-Darling and trend tests. Of
-//! more than [`MAX_SERIES`] coordinates only the [`WORST_SERIES`] with the largest residuals are drawn. Pages of fits,
-//! field fits and predictions use it; output is HTML.
+//! Input are the series of the plot data, and of fits the report and the tests. Each coordinate of an observation has
+//! two charts over time, arc length, or the number of a mode or reading. Beside them are a chart of the
+//! autocorrelation with the 95 % band of white noise, and of fits p-values of Ljung-Box, Anderson-Darling and trend
+//! tests. Coordinates whose residuals are all zero are left out, unless all are. Of more than [`MAX_SERIES`]
+//! coordinates only the [`WORST_SERIES`] with the largest residuals are drawn. Notes (`summary`) have the RMS
+//! residual, down-weighted and omitted data, and errors of validation data. Pages of fits, field fits and predictions
+//! use it; output is HTML.
 
 use crate::fit::{Abscissa, FitReport, ResidualTests, Series};
 use crate::numerics::total_order;
@@ -218,6 +222,7 @@ fn autocorrelation(r: &[f64]) -> Points {
         let product: f64 = r.iter().zip(&r[lag..]).map(|(a, b)| a * b).sum();
         [lag as f64, product / power]
     };
+    // At larger lags few products remain, and coefficients are uncertain.
     (1..=LAGS.min(r.len() / 4)).map(coefficient).collect()
 }
 

@@ -104,6 +104,7 @@ fn is_beside_minimum(landscape: &Landscape, value: f64) -> bool {
     let Landscape { values, misfit, .. } = landscape;
     let lowest = (0..misfit.len()).min_by(|i, j| misfit[*i].total_cmp(&misfit[*j]));
     let Some(lowest) = lowest.filter(|_| values.len() == misfit.len()) else { return false };
+    // The scan resolves a minimum to one of its steps.
     let [low, high] = [lowest.saturating_sub(1), (lowest + 1).min(values.len() - 1)];
     !(values[low]..=values[high]).contains(&value)
 }

@@ -20,6 +20,7 @@ pub(super) fn settings(all: &[SimulationSettings]) -> KeyTable {
             table.row_if_any("experiment", experiment).row_if_any("scene", settings.scene.as_ref());
         table =
             settings.measurements.iter().fold(table, |table, m| table.row("measured", measured(m)));
+        // Equilibria and modes have neither a step nor an end.
         let steps = settings.step.zip(settings.end);
         let edge = settings.length / settings.segments.max(1) as f64;
         let [edge, length] = [edge, settings.length].map(|x| quantity(x, "m"));

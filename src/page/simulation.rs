@@ -106,6 +106,7 @@ fn tip_table(samples: &[FilmSample]) -> String {
 pub(super) fn snapshots(frames: &[Frame], planes: &[DrawingPlane]) -> String {
     let count = frames.len().min(MAX_SNAPSHOTS);
     let drawn = |k: usize| {
+        // The first and the last frame are always drawn.
         let frame = &frames[(frames.len() - 1) * k / (count - 1).max(1)];
         let caption = quantity(frame.time, "s");
         DrawnSnapshot { time: frame.time, nodes: &frame.nodes, observed: &[], caption }

@@ -28,6 +28,7 @@ pub fn structure_page(
     let (frames, samples) = (film.frames(), film.samples());
     let mut body = first_card(report);
     let planes = planes(|| frames.iter().flat_map(|frame| &frame.nodes));
+    // The film has the nodes of all rods, but only the tip of the last one.
     if let (false, Some(last)) = (frames.is_empty(), structure.scene().rods.last()) {
         let motion = PlayedMotion {
             frames,

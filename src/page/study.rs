@@ -67,6 +67,7 @@ fn run_table(study: &Study) -> String {
 /// through its best runs, of which no faster run has a smaller error.
 fn work_precision(study: &Study) -> String {
     let mut names: Vec<String> = study.rows.iter().map(scheme_name).collect();
+    // Rows are in the order of schemes: equal names are neighbors.
     names.dedup();
     let scale = Scale::for_values(study.rows.iter().map(|row| row.wall_seconds), "s");
     let x = ChartAxis::new("wall-clock time", &scale).log(true);
@@ -74,6 +75,7 @@ fn work_precision(study: &Study) -> String {
         PageChart::new(x, ChartAxis::from("tip error / length").log(true), [760.0, 460.0]);
     for (k, scheme) in names.iter().enumerate() {
         let own = study.rows.iter().filter(|row| scheme_name(row) == *scheme);
+        // A run that failed has no error and no dot.
         let point = |row: &StudyRow| Some([row.wall_seconds, row.error?]);
         let mut points: Points = own.filter_map(point).collect();
         points.sort_by_cached_key(|[time, _]| total_order(*time));

@@ -72,6 +72,7 @@ impl<T> HtmlTable<T> {
     /// single further row is not folded. Empty without rows.
     pub fn render_folded(&self, shown: usize, plural: &str) -> String {
         let all = self.rows.len();
+        // Folding a single row would save no space.
         if all <= shown + 1 {
             return self.render();
         }
@@ -86,6 +87,7 @@ impl<T> HtmlTable<T> {
         if rows.is_empty() {
             return String::new();
         }
+        // A column without content belongs to an analysis that was not made.
         let has_content =
             |k: usize| rows.iter().any(|r| !r.cells[k].as_deref().unwrap_or("").is_empty());
         // The heading of a row is kept even if it is empty.
@@ -123,6 +125,7 @@ fn with_line_breaks(html: &str) -> String {
     while let Some(c) = characters.next() {
         broken.push(c);
         match c {
+            // A break within a tag or an entity would destroy it.
             '<' | '&' => is_markup = true,
             '>' | ';' => is_markup = false,
             '.' | '_'

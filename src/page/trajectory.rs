@@ -19,6 +19,7 @@ pub(super) fn trajectories(is_interrupted: bool, plots: &PlotData) -> String {
     let recorded = plots.recordings.as_ref().map_or(&[][..], |r| &r.motions);
     let mut experiments: Vec<&str> = plots.shapes.iter().map(|s| s.experiment.as_str()).collect();
     experiments.dedup();
+    // Drawings of recordings are in a section of their own.
     experiments.retain(|name| recorded.iter().all(|motion| motion.experiment != *name));
     let mut html: String = experiments.iter().map(|name| trajectory(plots, name)).collect();
     if html.is_empty() && is_interrupted {

@@ -1,12 +1,12 @@
 //! Axes of the edges of a rod in the world and their rates (1/s), for markers beside the center line.
 //!
-//! Input: unknowns, velocities and frames of a state over any number type, and an edge. Output of `axes`: the tangent
-//! and the material directors `d1` and `d2 = t x d1`, unit vectors, each with its rate. On the first edge at rest `d1`
-//! is the component of the section's `up` across the edge. Circles and tubes, without `up`, take that of the y axis, or
-//! of the x axis if the edge is within 8 degrees of y. The position of a marker is the same in the planar and the
-//! spatial model: [`DirectorRotation`] is the constant rotation from the directors of the model to the material ones.
-//! `beside_at_rest` returns the offset (m) of a marker from the center line at rest. Fits compute positions and
-//! velocities of observed markers from the axes.
+//! Input: unknowns, velocities and frames of a state over any number type, and an edge. Output of `axes`: the
+//! tangent and the material directors `d1` and `d2 = t x d1`, unit vectors, each with its rate. On the first edge
+//! at rest `d1` is the component of the section's `up` across the edge. Circles and tubes, without `up`, take that
+//! of the y axis, or of the x axis if the edge is within 8 degrees of y. The position of a marker is the same in
+//! the planar and the spatial model: [`DirectorRotation`] is the constant rotation from the directors of the model
+//! to the material ones. `beside_at_rest` returns the offset (m) of a marker from the center line at rest. Fits
+//! compute positions and velocities of observed markers from the axes.
 
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
@@ -57,6 +57,7 @@ impl<M: Model> Discretized<'_, M> {
         // The reference frame of the angle does not rotate about the tangent.
         let angle = M::STRIDE * edge + 3;
         let spin = if M::Rod::<D>::HAS_FRAMES { v[angle] } else { D::from(0.0) };
+        // Angular velocity of the edge: that of its tangent, plus the spin about it.
         let turning = add(scale(cross(tangent, rate), inverse_length), scale(tangent, spin));
         [tangent, d1, cross(tangent, d1)].map(|axis| [axis, cross(turning, axis)])
     }

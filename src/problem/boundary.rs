@@ -6,13 +6,14 @@
 //! x = c + u + exp(r) (x0 - c)
 //! ```
 //!
-//! with the displacement u, the rotation vector r and the point c. A wall also rotates its edge about the rod by the twist.
-//! Displacements, rotation vectors and twists of several motions of one end are added. The nodes of a recorded end are at the
-//! recorded markers; its angles are constant relative to the parallel-transported frame, or free. Nodes between the ends may
-//! be prescribed likewise. The mass matrix does not couple held and free unknowns, so that a step requires only the positions
-//! of the supports at its end. All vectors are in the axes of the model; in the plane the third component is zero.
-//! [`BoundaryMotion`] writes positions (m), velocities (m/s) and accelerations (m/s^2) into lists of all
-//! unknowns. Steppers, equilibria (which move ends in stages) and sensitivities use it.
+//! with the displacement u, the rotation vector r and the point c. A wall also rotates its edge about the rod by
+//! the twist. Displacements, rotation vectors and twists of several motions of one end are added. The nodes of a
+//! recorded end are at the recorded markers; its angles are constant relative to the parallel-transported frame, or
+//! free. Nodes between the ends may be prescribed likewise. The mass matrix does not couple held and free unknowns,
+//! so that a step requires only the positions of the supports at its end. All vectors are in the axes of the model;
+//! in the plane the third component is zero. [`BoundaryMotion`] writes positions (m), velocities (m/s) and
+//! accelerations (m/s^2) into lists of all unknowns. Steppers, equilibria and sensitivities use it. For equilibria,
+//! which move ends in stages, `stages` returns their number; more than `MOST_STAGES` are an error.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};

@@ -1,13 +1,13 @@
 //! Corrected stiffness of the joints of a polygon that represents a curved rest shape: see [`crate::problem::model`].
 //!
-//! A joint resists bending and twisting about axes that lie along the curve, not along its two edges. Input: nodes and
-//! arc lengths (m), frames of the edges, and integrated curvatures (rad). [`joint_slants`] returns for each joint the
-//! components of the curve's unit tangent (polynomial through the five nearest nodes) along its two bending axes, the
-//! slant. A slant of more than half the turning angle is set to zero: the polygon is too coarse. [`natural_slant`]
-//! converts it to the stress-free shape, with the curvature factor and the natural twist. [`resistances`] returns three
-//! rows of coefficients of the strains, those in which the joint resists with `EI1`, `EI2` and `GJ`, from the natural
-//! curvature and the slant. Zero for both gives [`PLAIN`]. The spatial model builds the stiffness matrix of the joint
-//! from them.
+//! A joint resists bending and twisting about axes that lie along the curve, not along its two edges. Input: nodes
+//! and arc lengths (m), frames of the edges, and integrated curvatures (rad). [`joint_slants`] returns for each
+//! joint the components of the curve's unit tangent (polynomial through the five nearest nodes) along its two
+//! bending axes, the slant. A slant of more than half the turning angle is set to zero: the polygon is too coarse.
+//! [`natural_slant`] converts it to the stress-free shape, with the curvature factor and the natural twist.
+//! [`resistances`] returns three rows of coefficients of the strains, those in which the joint resists with `EI1`,
+//! `EI2` and `GJ`, from the natural curvature and the slant. Zero for both gives [`PLAIN`]. The spatial model
+//! builds the stiffness matrix of the joint from them.
 
 use crate::energy::frame::{EdgeFrame, transport};
 use crate::numerics::scalar::Scalar;
@@ -87,7 +87,8 @@ pub(crate) fn resistances<D: Scalar>(k: [D; 2], [a, b]: [D; 2]) -> Resistances<D
     // c = cos(phi/2) with tan(phi/2) = |k|/2.
     let c2 = ((k[0] * k[0] + k[1] * k[1]) * 0.25 + 1.0).recip();
     let c = c2.sqrt();
-    // S = [s11, s12, s22] is c^2 along the curvature and c across it; (c^2 - c)/|k|^2 is written without cancellation.
+    // S = [s11, s12, s22] is c^2 along the curvature and c across it; (c^2 - c)/|k|^2 is written
+    // without cancellation.
     let along = -(c2 * c) / (c + 1.0) * 0.25;
     let s12 = along * k[0] * k[1];
     let (s11, s22) = (c + along * k[0] * k[0], c + along * k[1] * k[1]);

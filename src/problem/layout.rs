@@ -1,13 +1,13 @@
-//! Discrete choices of a problem, which have no derivatives: planar or spatial model, and corrections of the elements.
-//! The mesh of a scene and its checks are here too.
+//! Discrete choices of a problem, which have no derivatives: planar or spatial model, and corrections of the
+//! elements. The mesh of a scene and its checks are here too.
 //!
-//! [`choose`] returns the model that `rod.dimension` requests, with its setup and the reason as text. With `auto` it is
-//! the planar model if rest shape, loads and section lie in one plane, else the spatial one. A requested planar model
-//! that does not represent the scene is an error. So are, in space, moments, `supports.angle`, and a missing shear
-//! modulus or Poisson's ratio. [`correction`] decides: arcs replace chords unless the discretization is `paper`. Joints
-//! and masses next to walls are corrected for `corrected-statics` and for curved rods. [`check_on_mesh`] rejects loads,
-//! masses and energies outside the rod, and shapes that do not fit the mesh. A problem makes these choices once, for
-//! all values of its varying parameters.
+//! [`choose`] returns the model that `rod.dimension` requests, with its setup and the reason as text. With `auto`
+//! it is the planar model if rest shape, loads and section lie in one plane, else the spatial one. A requested
+//! planar model that does not represent the scene is an error. So are, in space, moments, `supports.angle`, and a
+//! missing shear modulus or Poisson's ratio. [`correction`] decides: arcs replace chords unless the discretization
+//! is `paper`. Joints and masses next to walls are corrected for `corrected-statics` and for curved rods.
+//! [`check_on_mesh`] rejects loads, masses and energies outside the rod, and shapes that do not fit the mesh. A
+//! problem makes these choices once, for all values of its varying parameters.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;

@@ -1,5 +1,5 @@
-//! Line loads on the nodes of a mesh: [`line_loads`] returns nodal forces (N, world axes), [`check_line_loads`] rejects
-//! loads outside the rod.
+//! Line loads on the nodes of a mesh: [`line_loads`] returns nodal forces (N, world axes), [`check_line_loads`]
+//! rejects loads outside the rod.
 //!
 //! Input: loads with a force `f` per unit length of the rod at rest (N/m), which acts between two arc lengths (m).
 //! Without an end a load lasts to that of the rod. A point of an edge at the fraction `t` of its length moves as
@@ -52,6 +52,8 @@ pub(crate) fn line_loads<D: Scalar>(loads: &[LineForce<D>], mesh: &Mesh<D>) -> V
             if loaded.value() <= 0.0 {
                 continue;
             }
+            // A uniform load acts at the middle of its part: the lever rule there keeps force and
+            // moment.
             let middle = ((low + high) * 0.5 - ends[0]) / (ends[1] - ends[0]);
             for (node, share) in [(i, loaded * (-middle + 1.0)), (i + 1, loaded * middle)] {
                 let force = load.force.map(|c| c * share);

@@ -1,11 +1,18 @@
-//! Problems: validated scenes with mesh, planar or spatial model, rest shape, supports and loads, from which rods are built.
+//! Problems: validated scenes with mesh, planar or spatial model, rest shape, supports and loads, from which rods
+//! are built.
 //!
-//! [`Scene::problem`] builds a [`Problem`]: validation, choice of an open mesh, step and scheme (module `accuracy`), mesh,
-//! choice of the model (`layout`), and setup. The `Setup` is the scene over a number type with mesh, rest shape and initial
-//! shape. Stiffnesses, masses and natural curvatures of the rod are checked. A problem with other parameter values is built
-//! by [`Problem::with`], which chooses the model again. `with_fixed_layout` keeps model and corrections, so that results are
-//! smooth functions of the values. [`Discretized`] is the problem with the type of its model; statics, dynamics, vibration
-//! and fits compute with it.
+//! [`Scene::problem`] builds a [`Problem`]: validation, choice of an open mesh, step and scheme (module
+//! `accuracy`), mesh, choice of the model (`layout`), and setup. The `Setup` is the scene over a number type with
+//! mesh, rest shape and initial shape. Stiffnesses, masses and natural curvatures of the rod are checked; errors
+//! have file, key, and the found and the allowed value. A problem with other parameter values is built by
+//! [`Problem::with`], which chooses the model again. `with_fixed_layout` keeps model and corrections, so that
+//! results are smooth functions of the values. [`Discretized`] is the problem with the type of its model; statics,
+//! dynamics, vibration and fits compute with it.
+//!
+//! The models are in [`model`], `planar` and `spatial`; their parts in `rest_line`, `section_profile`, `tributary`,
+//! `curved_joints` and `soft_clamp`. Loads and energies: `line_loads`, `setup`, `own`. Start and supports: `start`,
+//! `boundary`, `perturbation`. Checks: `parameters`, `planarity`, `natural_turn`. Warnings: `warnings`,
+//! `plausibility`, `strain`. Points and meshes: `points`, `axes`, `remesh`.
 
 mod axes;
 pub(crate) mod boundary;

@@ -196,6 +196,7 @@ pub(crate) fn tilted<D: Scalar>(
     normal: &Vector3<f64>,
 ) -> Vec<Vector<D>> {
     let angle = scene.supports.angle;
+    // At an angle of zero its derivative is not zero.
     if angle.value() == 0.0 && D::ORDER == 0 {
         return nodes.to_vec();
     }
@@ -209,6 +210,7 @@ pub(crate) fn tilted<D: Scalar>(
 pub(crate) fn first_director<D: Scalar>(scene: &Scene<D>, nodes: &[Vector<D>]) -> Vector<D> {
     scene.rod.section.up_across(nodes).unwrap_or_else(|| {
         let tangent = unit(sub(nodes[1], nodes[0]));
+        // Near the y axis its component across the edge is too small to be a direction.
         let axis = if tangent[1].value().abs() < 0.99 { [0.0, 1.0, 0.0] } else { [1.0, 0.0, 0.0] };
         let axis = axis.map(D::from);
         unit(sub(axis, scale(tangent, dot(tangent, axis))))
@@ -224,6 +226,7 @@ pub(crate) fn springs<D: Scalar, K, const S: usize>(
     times: impl Fn(usize) -> D,
 ) -> Option<Springs<D, K, S>> {
     let friction = scene.loads.damping.friction?;
+    // The scene gives a curvature, 1/m; springs stretch by integrated curvatures.
     let limit = |(i, length): (usize, &D)| friction.curvature * *length * times(i);
     let limits = tributary.joint.iter().enumerate().map(limit).collect();
     Some(Springs::from(Sliders { stiffness: friction.stiffness, limits }))
@@ -237,6 +240,7 @@ pub(crate) fn rolling(scene: &Scene, nodes: &[Vector<f64>]) -> Option<(End, Vect
         End::Start => &nodes[..2],
         End::End => &nodes[nodes.len() - 2..],
     };
+    // Without a stated direction the roller moves along its outermost edge at rest.
     let along = Vector3::from(edge[1]) - Vector3::from(edge[0]);
     Some((end, scene.supports.roller.map_or(along, Vector3::from)))
 }

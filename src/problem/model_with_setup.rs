@@ -1,9 +1,9 @@
 //! The planar or spatial model of a problem together with its setup (scene, mesh, rest shape, initial shape) over
 //! `f64`.
 //!
-//! [`AnyModel`], of either kind, is stored in a problem. [`ModelWithSetup`] has the type of its model; `new` makes the
-//! setup of a validated scene for a given model. [`AnyModel::with_scene`] keeps the model and makes the setup of
-//! another scene, which must have the same planarity, number of nodes and corrections. Nothing is checked here.
+//! [`AnyModel`], of either kind, is stored in a problem. [`ModelWithSetup`] has the type of its model; `new` makes
+//! the setup of a validated scene for a given model. [`AnyModel::with_scene`] keeps the model and makes the setup
+//! of another scene, which must have the same planarity, number of nodes and corrections. Nothing is checked here.
 //! `Discretized` refers to the two fields, model and setup.
 
 use crate::problem::model::Model;

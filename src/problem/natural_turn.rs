@@ -1,12 +1,12 @@
 //! Turning angles of the joints of a rod in the stress-free state, and whether the mesh resolves them.
 //!
 //! The integrated natural curvature `k` (rad) of a joint is the rest curvature times `rod.natural_curvature`, plus
-//! `rod.natural_bending` times its length; here the sizes of both are added. It is free of stress at the turning angle
-//! `2 atan(k/2)`, which approximates `k` with the relative error `k^2/12` and stays below half a turn. [`check`]
-//! rejects a scene in which `k` of a joint is half a turn or more. Above `MAX_RESOLVED_TURN` there is a warning for a
-//! given mesh, with node and sufficient number of edges. Neither applies to rods with the factor 1 and no natural
-//! bending. [`turning`] returns an upper bound of the turning angle (rad) of the whole rod, at rest or without stress,
-//! for a first mesh.
+//! `rod.natural_bending` times its length; here the sizes of both are added. It is free of stress at the turning
+//! angle `2 atan(k/2)`, which approximates `k` with the relative error `k^2/12` and stays below half a turn.
+//! [`check`] rejects a scene in which `k` of a joint is half a turn or more. Above `MAX_RESOLVED_TURN` there is a
+//! warning for a given mesh, with node and sufficient number of edges. Neither applies to rods with the factor 1
+//! and no natural bending. [`turning`] returns an upper bound of the turning angle (rad) of the whole rod, at rest
+//! or without stress, for a first mesh.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -52,6 +52,7 @@ fn largest_turn(scene: &Scene, mesh: &Mesh) -> Option<LargestTurn> {
     let (places, segments) = (mesh.places(), mesh.nodes.len() - 1);
     let joint = |(i, rest): (usize, f64)| {
         let node = i + 1;
+        // Both parts may have different directions: the sum of their sizes is an upper bound.
         let curvature = rod.natural_curvature.at(places[node]).abs() * rest;
         let [first, second] = rod.bending_at(node, segments);
         let bending = first.hypot(second) * 0.5 * (mesh.arcs[i] + mesh.arcs[node]);
@@ -105,6 +106,7 @@ impl Problem {
             2.0 * (0.5 * angle).atan(),
             turn.edges_for(segments, 0.5 * MAX_RESOLVED_TURN)
         );
+        // A chosen mesh is as fine as the requested accuracy requires.
         let coarse = angle > MAX_RESOLVED_TURN && !self.scene.chosen().segments;
         coarse.then_some((Code::CoarseCurvature, words))
     }

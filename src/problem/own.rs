@@ -1,10 +1,10 @@
 //! Placement of user-defined energies, and of springs to fixed points, on the rod of a model.
 //!
 //! [`attached_energies`] evaluates the places of a scene's energies on the rod at rest: elements, weights and rest
-//! shapes, with the values of their parameters over any number type. Energies without code are left out. [`ties`] makes
-//! springs of the energy `k |x - x0|^2/2` (J) between nodes and points of the world (m). Both return an `Extra`, the
-//! user-defined part of a rod, which the setup gives to it. [`find_nonplanar`] returns the key of the first energy that
-//! does not keep a given plane at given parameter values, or `None`, for the choice of the model.
+//! shapes, with the values of their parameters over any number type. Energies without code are left out. [`ties`]
+//! makes springs of the energy `k |x - x0|^2/2` (J) between nodes and points of the world (m). Both return an
+//! `Extra`, the user-defined part of a rod, which the setup gives to it. [`find_nonplanar`] returns the key of the
+//! first energy that does not keep a given plane at given parameter values, or `None`, for the choice of the model.
 
 use crate::energy::adapter::Chart;
 use crate::energy::attach;
@@ -52,6 +52,7 @@ pub(crate) fn attached_energies<D: Nestable>(
         let rest = |i: usize| {
             let node = |i: usize| chart.world::<D, 1>(|x| x, &q[chart.stride() * i..], &[]).0[0];
             let edge = |i: usize| {
+                // A plane has no frames; its chart does not use them.
                 let frames = frames.get(i..=i).unwrap_or(&[]);
                 chart.world::<D, 2>(|x| x, &q[chart.stride() * i..], frames).1[0]
             };

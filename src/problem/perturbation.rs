@@ -1,12 +1,12 @@
 //! Small asymmetric initial displacement of the nodes: `initial.perturbation`.
 //!
 //! A symmetric rod stays at an unstable state without a disturbance. Node `i` at the fraction `u` of the length is
-//! displaced by `p L w(u) g(u)/max|w g|` across the rod, with the perturbation `p` (in rod lengths) and the length `L`
-//! (m). The window `w` has a factor for each end: 1 if free, the distance from a hinge or roller, its square for a
-//! clamped or recorded end. `g` is a sum of three sines without common periods, so that no mode of a symmetric rod is
-//! orthogonal to it. In a plane the displacement is along the normal of the rod, in space along a direction that
-//! rotates from 0.7 to 2 rad about it. Output: the unknowns, in place, over any number type. Angles, and coordinates
-//! that supports or recordings hold, are unchanged. Starts of motions and equilibria use it.
+//! displaced by `p L w(u) g(u)/max|w g|` across the rod, with the perturbation `p` (in rod lengths) and the length
+//! `L` (m). The window `w` has a factor for each end: 1 if free, the distance from a hinge or roller, its square
+//! for a clamped or recorded end. `g` is a sum of three sines without common periods, so that no mode of a
+//! symmetric rod is orthogonal to it. In a plane the displacement is along the normal of the rod, in space along a
+//! direction that rotates from 0.7 to 2 rad about it. Output: the unknowns, in place, over any number type. Angles,
+//! and coordinates that supports or recordings hold, are unchanged. Starts of motions and equilibria use it.
 
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};

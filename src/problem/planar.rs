@@ -1,12 +1,12 @@
 //! The planar model: a rod with stretch and bending in the plane of its scene.
 //!
-//! [`PlanarModel`] finds the plane of rest shape, initial shape, loads and motions. It rejects scenes that leave the
-//! plane, also by natural twist or bending, the twist of an end or a user-defined energy, with the key of the first
-//! such quantity. It selects the second moment of the section that resists bending in the plane. A section with
-//! principal axes oblique to the plane is rejected, unless both moments are equal. As a [`Model`] it builds the
-//! `PlanarRod` over any number type, with two coordinates (m) per node, in the axes of the plane. Point masses, loads
-//! and user-defined energies are added by the setup. Moments (N m) act by half on both edges of a node. With a roller,
-//! one of the axes lies along its direction.
+//! [`PlanarModel`] finds the plane of rest shape, initial shape, loads and motions. It rejects scenes that leave
+//! the plane, also by natural twist or bending, the twist of an end or a user-defined energy, with the key of the
+//! first such quantity. It selects the second moment of the section that resists bending in the plane. A section
+//! with principal axes oblique to the plane is rejected, unless both moments are equal. As a [`Model`] it builds
+//! the `PlanarRod` over any number type, with two coordinates (m) per node, in the axes of the plane. Point masses,
+//! loads and user-defined energies are added by the setup. Moments (N m) act by half on both edges of a node. With
+//! a roller, one of the axes lies along its direction.
 
 use crate::energy::adapter::Chart;
 use crate::energy::{DeadMoment, PlanarBend, planar_bend};
@@ -181,7 +181,8 @@ impl Model for PlanarModel {
             }
             PlanarBend { stiffness, natural_curvature: natural }
         });
-        // Springs slip by their energy over the mean bending stiffness, as in space, and here they bend in the plane only.
+        // Springs slip by their energy over the mean bending stiffness, as in space, and here they
+        // bend in the plane only.
         let slips = |i: usize| {
             let per_length = line.tributary.joint[i].recip();
             let both = profile.joint(i).bending.map(|ei| clamps.bending(i, ei * per_length));

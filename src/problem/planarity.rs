@@ -1,13 +1,14 @@
 //! Vectors of a scene that must lie in the plane of a planar rod, or normal to it, and whether parameters keep them
 //! there.
 //!
-//! [`PlanarVectors`] lists with their keys those in the plane: forces, displacements, velocities of nodes and fluid, a
-//! roller, recorded positions, and the initial shape. Moments, rotations and angular velocities are normal to it.
-//! `rotations_about_rod` lists the twists, which a planar rod has not. [`leaves_plane_to_first_order`] takes a scene in
-//! dual numbers, with the derivatives by one parameter. It returns the key of the first quantity that leaves, or
-//! `None`: energies, then vectors, rest nodes and section, then twists. A vector leaves if the component of its rate in
-//! the wrong direction exceeds `TOLERANCE` of the rate. Rates below `ROUNDING` of the fastest are ignored. The planar
-//! model and the check of parameters use them.
+//! [`PlanarVectors`] lists with their keys those in the plane: forces, displacements, velocities of nodes and
+//! fluid, a roller, recorded positions, and the initial shape. Moments, rotations and angular velocities are normal
+//! to it. `rotations_about_rod` lists the twists, which a planar rod has not. [`leaves_plane_to_first_order`] takes
+//! a scene in dual numbers, with the derivatives by one parameter. It returns the key of the first quantity that
+//! leaves, or `None`: a section with equal second moments that begin to differ, then energies, then vectors with
+//! rest nodes and `up`, then twists. A vector leaves if the component of its rate in the wrong direction exceeds
+//! `TOLERANCE` of the rate. Rates below `ROUNDING` of the fastest are ignored. The planar model and the check of
+//! parameters use them.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, dot, sub};

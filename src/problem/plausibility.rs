@@ -1,13 +1,13 @@
 //! Warnings about valid scenes that are probably not intended: numbers in other units than SI, and a rod without
 //! gravity or other load.
 //!
-//! `Problem::plausibility_notes` returns codes and texts for a [`Purpose`] (motion, equilibrium, modes), empty for a
-//! plausible scene. First is one text of all implausible numbers, each with the likely unit (g/cm^3, MPa, mm). Density,
-//! Young's modulus (also for the density), thickness, length, their ratio and gravity are compared with the constants
-//! of this module. Second: the scene file leaves out gravity and nothing else acts on its rod. Loads, flow, motions,
-//! recordings, initial shapes and stress at rest count as actions; for a motion also an initial velocity. There is none
-//! for modes, or for a straight rod within 10 degrees of the y or z axis. Last: a given mesh that is too coarse for the
-//! natural curvature.
+//! `Problem::plausibility_notes` returns codes and texts for a [`Purpose`] (motion, equilibrium, modes), empty for
+//! a plausible scene. First is one text of all implausible numbers, each with the likely unit (g/cm^3, MPa, mm).
+//! Density, Young's modulus (also for the density), thickness, length, their ratio and gravity are compared with
+//! the constants of this module. Second: the scene file leaves out gravity and nothing else acts on its rod. Loads,
+//! flow, motions, recordings, user-defined energies, initial shapes and stress at rest count as actions; for a
+//! motion also an initial velocity. There is none for modes, or for a straight rod within 10 degrees of the y or z
+//! axis. Last: a given mesh that is too coarse for the natural curvature.
 
 use crate::code::Code;
 use crate::problem::Problem;

@@ -1,8 +1,8 @@
 //! The scene of a problem with another number of edges, for refinements (discretization error, choice of the mesh).
 //!
-//! `Problem::remeshed` takes the number of edges, and returns a copy of the scene in which only the field `remeshed` is
-//! set; it builds and checks nothing. As `rod.segments` stays, loads and masses on node indices keep their arc length.
-//! On the new mesh the nodes next to that place share them.
+//! `Problem::remeshed` takes the number of edges, and returns a copy of the scene in which only the field
+//! `remeshed` is set; it builds and checks nothing. As `rod.segments` stays, loads and masses on node indices keep
+//! their arc length. On the new mesh the nodes next to that place share them.
 
 use crate::problem::Problem;
 use crate::scene::Scene;

@@ -74,6 +74,8 @@ impl<D: Scalar, const N: usize> RestLine<D, N> {
     ) -> (Vec<Stretch<D, N>>, NonlinearParts<D>) {
         let edges = self.length.iter().zip(&self.tributary.stretch).enumerate();
         let stretch = edges.map(|(j, (l, arc))| {
+            // A force F lengthens the arc by `F arc/EA`; a chord of the length l does so with
+            // the stiffness `EA l/arc`.
             let stiffness = clamps.stretching(j, profile.edge(j).axial * (*l / *arc), *l);
             Stretch { stiffness, rest_length: *l, natural_strain: D::from(0.0) }
         });

@@ -1,12 +1,12 @@
 //! Stiffnesses and inertia of joints, edges and nodes of a rod with a tapered section or material.
 //!
-//! Input: a scene over any number type, and the places of its nodes as fractions of the length. Output per joint, edge
-//! or node: [`SectionConstants`], which are EA (N), EI1, EI2 and GJ (N m^2), area (m^2), mass (kg/m) and inertia (kg m)
-//! per length. GJ is 0 without shear modulus and Poisson's ratio. A joint represents the rod between the middles of its
-//! two edges. Its angles are the sums of those of its parts, so that stiffnesses are harmonic means; likewise for an
-//! edge. Area, mass and inertia are arithmetic means, for a node over the halves of its edges. Each part between two
-//! jumps is evaluated at its middle: of second order for jumps at any place. Without taper all are the constants of the
-//! section.
+//! Input: a scene over any number type, and the places of its nodes as fractions of the length. Output per joint,
+//! edge or node: [`SectionConstants`], which are EA (N), EI1, EI2 and GJ (N m^2), area (m^2), mass (kg/m) and
+//! inertia (kg m) per length. GJ is 0 without shear modulus and Poisson's ratio. A joint represents the rod between
+//! the middles of its two edges. Its angles are the sums of those of its parts, so that stiffnesses are harmonic
+//! means; likewise for an edge. Area, mass and inertia are arithmetic means, for a node over the halves of its
+//! edges. Each part between two jumps is evaluated at its middle: of second order for jumps at any place. Without
+//! taper all are the constants of the section.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::{Material, Scene, Section};
@@ -124,6 +124,7 @@ impl<'a, D: Scalar> SectionProfile<'a, D> {
         if self.breaks.is_empty() {
             return self.whole;
         }
+        // Between jumps the section is smooth, so that the middle of each part is of second order.
         let first = self.breaks.partition_point(|place| *place <= start);
         let last = self.breaks.partition_point(|place| *place < end).max(first);
         let inside = self.breaks[first..last].iter().copied();

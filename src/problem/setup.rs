@@ -1,13 +1,13 @@
 //! The setup of a problem over any number type of its scene: mesh, rest shape, initial shape, and the rod with its
 //! loads and drag.
 //!
-//! [`Setup`] with dual numbers gives rods with derivatives by the scene's parameters. It distributes point loads over
-//! the four nodes around them by cubic weights (two in a clamped edge, one at a node). Point masses (kg) with their
-//! weight are divided between the two nodes next to them. It adds line loads and user-defined energies; `initial.point`
-//! is added by `rod_with_release_forces` only. `tied` returns the rod without loads, with springs to fixed points.
-//! [`between_markers`] returns the positions (m) of all nodes on straight lines between recorded markers at a time.
-//! [`nodal`] and [`nodal_masses`] return loads (world axes) and masses of nodes; a point outside the rod is an error
-//! with its key.
+//! [`Setup`] with dual numbers gives rods with derivatives by the scene's parameters. It distributes point loads
+//! over the four nodes around them by cubic weights (two in a clamped edge, one at a node). Point masses (kg) with
+//! their weight are divided between the two nodes next to them. It adds line loads and user-defined energies;
+//! `initial.point` is added by `rod_with_release_forces` only. `tied` returns the rod without loads, with springs
+//! to fixed points. [`between_markers`] returns the positions (m) of all nodes on straight lines between recorded
+//! markers at a time. [`nodal`] and [`nodal_masses`] return loads (world axes) and masses of nodes; a point outside
+//! the rod is an error with its key.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -152,6 +152,7 @@ pub(crate) fn between_markers<D: Scalar>(
     let place = |i: usize| {
         let (marker, part) = (i / edges, (i % edges) as f64 / edges as f64);
         let x = markers[marker].at(time);
+        // At the last node there is no next marker.
         match part == 0.0 {
             true => x.map(D::from),
             false => {
@@ -173,6 +174,7 @@ pub(crate) fn nodal<D: Scalar>(
 ) -> Result<Vec<NodalLoad<D>>, Error> {
     let mut nodal = Vec::with_capacity(loads.len());
     for (k, load) in loads.iter().enumerate() {
+        // Cubic weights keep the force and its moment about any point.
         let stencil = load.node.stencil(mesh).map_err(|e| off_the_rod(e, table, "point", k))?;
         nodal.extend(stencil.nodes.into_iter().map(|(node, weight)| {
             let share = |vector: Vector<D>| vector.map(|c| c * weight);
@@ -190,6 +192,7 @@ pub(crate) fn nodal_masses<D: Scalar>(
 ) -> Result<Vec<NodalMass<D>>, Error> {
     let mut nodal = Vec::with_capacity(scene.rod.mass.len());
     for (k, PointMass { node, mass }) in scene.rod.mass.iter().enumerate() {
+        // Linear weights: cubic ones are partly negative, which masses must not be.
         let shares = node.shares(mesh).map_err(|error| off_the_rod(error, "rod", "mass", k))?;
         let share = |(node, part)| NodalMass { node, mass: *mass * part };
         nodal.extend(shares.nodes.into_iter().map(share));

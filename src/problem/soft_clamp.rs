@@ -1,13 +1,13 @@
 //! Compliant clamps: walls that rotate and move under the load of the rod.
 //!
-//! A wall rotates by `c M`, with the compliance `c` (rad/(N m)) and the moment `M` of the rod at the wall: a rotational
-//! spring in series with the rod. A wall in the middle of an edge has no joint. So the whole outermost edge at a
-//! compliant clamp is behind the wall: the first joint is at the wall and represents half of the next edge. Its
-//! stiffness `K` becomes `K/(1 + K c)`, exact and of second order in the mesh for any compliance. A rigid clamp keeps
-//! its wall at mid-edge; its derivative by the compliance, half an edge from the wall, is of first order. Along the rod
-//! the wall gives by the axial compliance (m/N), in series with the edge next to the outermost one. [`soft`] returns
-//! per end whether its rotational compliance is not zero or varies. [`SoftClamps`] returns the changed stiffnesses of
-//! joints and edges; others are unchanged.
+//! A wall rotates by `c M`, with the compliance `c` (rad/(N m)) and the moment `M` of the rod at the wall: a
+//! rotational spring in series with the rod. A wall in the middle of an edge has no joint. So the whole outermost
+//! edge at a compliant clamp is behind the wall: the first joint is at the wall and represents half of the next
+//! edge. Its stiffness `K` becomes `K/(1 + K c)`, exact and of second order in the mesh for any compliance. A rigid
+//! clamp keeps its wall at mid-edge; its derivative by the compliance, half an edge from the wall, is of first
+//! order. Along the rod the wall gives by the axial compliance (m/N), in series with the edge next to the outermost
+//! one. [`soft`] returns per end whether its rotational compliance is not zero or varies. [`SoftClamps`] returns
+//! the changed stiffnesses of joints and edges; others are unchanged.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::{End, Parameter, Scene, Support};
@@ -57,9 +57,11 @@ impl<D: Scalar> SoftClamps<D> {
         let of = |end: End| {
             let give = supports.compliance(end);
             let rigid = give.rotation.value() == 0.0 && give.axial.value() == 0.0;
+            // A rigid clamp stays where derivatives by its compliance may be wanted.
             if supports.at(end) != Support::Clamped || rigid && D::ORDER == 0 {
                 return None;
             }
+            // The outermost edge is held by the clamp: the next one is the first that stretches.
             let [joint, edge] = match end {
                 End::Start => [0, 1],
                 End::End => [edges - 2, edges - 2],

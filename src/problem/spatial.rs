@@ -1,12 +1,12 @@
 //! The spatial model: a rod with stretch, bending and twist in space.
 //!
-//! [`SpatialModel`] selects the axes (those of the world, or along a roller). It is an error if a load has a moment,
-//! whose work in space depends on the path. As a [`Model`] it builds the `SpatialRod` over any number type. Its
-//! unknowns are three coordinates (m) per node and one angle (rad) per edge, measured from Bishop frames, in the order
-//! node, edge, node. Joints have natural curvature and twist, and in corrected discretizations the stiffness of the
-//! curve (`curved_joints`). Stiffnesses are means of the tapered section, reduced by compliant clamps. Point masses,
-//! loads and user-defined energies are added by the setup. Out-of-plane vibrations of planar scenes use it too, with
-//! the normal of the plane.
+//! [`SpatialModel`] selects the axes (those of the world, or along a roller). It is an error if a load has a
+//! moment, whose work in space depends on the path. As a [`Model`] it builds the `SpatialRod` over any number type.
+//! Its unknowns are three coordinates (m) per node and one angle (rad) per edge, measured from Bishop frames, in
+//! the order node, edge, node. Joints have natural curvature and twist, and in corrected discretizations the
+//! stiffness of the curve (`curved_joints`). Stiffnesses are means of the tapered section, reduced by compliant
+//! clamps. Point masses, loads and user-defined energies are added by the setup. Out-of-plane vibrations of planar
+//! scenes use it too, with the normal of the plane.
 
 use crate::energy::adapter::Chart;
 use crate::energy::bend_twist::{JointLaw, Stiffness};
@@ -136,6 +136,8 @@ impl Model for SpatialModel {
             let [k1, k2] = bending.map(|ei| clamps.bending(i, ei * per_length));
             let k3 = torsion * per_length;
             let factor = scene.rod.natural_curvature.at(line.places[i + 1]);
+            // Natural bending and twist are per length of the curve, without the corrections at
+            // walls.
             let length = (line.tributary.spin[i] + line.tributary.spin[i + 1]) * 0.5;
             let bending = scene.rod.bending_at(i + 1, line.length.len());
             // Natural curvature: a factor on that at rest, and additional bending; natural twist times length.

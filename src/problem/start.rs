@@ -1,12 +1,12 @@
 //! Initial state of a rod: unknowns and frames in the rest shape or a given shape, held ends, and prescribed nodes.
 //!
-//! `begin` returns unknowns (m, rad) and frames before supports and loads act: a given initial shape has no twist of
-//! the joints. `held_ends` returns a [`BoundaryMotion`] with nodes and edges of clamped and pinned ends, their motions
-//! (none if not moved), and recorded nodes. `boundary_motion` is the same, `None` if nothing moves. Rollers and free
-//! ends are not held. `turn_ends` adds the twist (rad) of recorded ends to the angles: linear to zero at a held other
-//! end, else equal for all edges. `placed`, in space only, moves a rod from rest to given nodes (m) by parallel
-//! transport, without rotation about itself. An edge that rotates by more than 120 degrees goes by way of a state
-//! halfway. Statics and dynamics start from these states.
+//! `begin` returns unknowns (m, rad) and frames before supports and loads act: a given initial shape has no twist
+//! of the joints. `held_ends` returns a [`BoundaryMotion`] with nodes and edges of clamped and pinned ends, their
+//! motions (none if not moved), and recorded nodes. `boundary_motion` is the same, `None` if nothing moves. Rollers
+//! and free ends are not held. `turn_ends` adds the twist (rad) of recorded ends to the angles: linear to zero at a
+//! held other end, else equal for all edges. `placed`, in space only, moves a rod from rest to given nodes (m) by
+//! parallel transport, without rotation about itself. An edge that rotates by more than 120 degrees goes by way of
+//! a state halfway. Statics and dynamics start from these states.
 
 use crate::energy::frame::Frames;
 use crate::numerics::prescribed_dofs::PrescribedDofs;

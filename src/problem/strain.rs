@@ -3,10 +3,10 @@
 //! Strains are the absolute relative stretch of the edges (with a linear stretch law only), and on the surface by
 //! bending half the thickness times the change of curvature. In space the latter is a lower bound; shear strain by
 //! twist is not included. [`StrainGauge`] holds the stress-free state. It returns the largest strain of a state
-//! (dimensionless), its kind, arc length (m) and time (s). [`StrainRecord`] holds the maximum over a motion. Both are
-//! `None` for rods with nodes on recorded markers, whose distances have tracking errors. Above [`LARGEST_STRAIN`] there
-//! is a warning, which equilibria and trajectories show. `second_moments_of_bending` returns those (m^4) of the
-//! directions in which the model bends.
+//! (dimensionless), its kind, arc length (m) and time (s). [`StrainRecord`] holds the maximum over a motion. Both
+//! are `None` for rods with nodes on recorded markers, whose distances have tracking errors. Above
+//! [`LARGEST_STRAIN`] there is a warning, which equilibria and trajectories show. `second_moments_of_bending`
+//! returns those (m^4) of the directions in which the model bends.
 
 use crate::code::Code;
 use crate::energy::bend_twist::JointLaw;
@@ -138,6 +138,8 @@ impl StrainGauge {
     fn curvature_change(&self, before: [f64; 3], after: [f64; 3], natural: f64) -> f64 {
         let across = cross(before, after);
         let lengths = (dot(before, before) * dot(after, after)).sqrt();
+        // `2 tan(phi/2) = 2 sin/(1 + cos)`, with both times the product of the lengths; finite also
+        // in a fold.
         let size = 2.0 / (lengths + dot(before, after)).max(f64::MIN_POSITIVE);
         let curvature = match self.normal {
             Some(normal) => size * dot(across, normal),

@@ -1,12 +1,12 @@
 //! Tributary lengths: the length of the rod, m, that every joint, edge and node represents, and the nodal masses from
 //! these.
 //!
-//! Input: lengths of edges, or of arcs with the fractions behind walls. Joints and nodes of `plain` have half of each
-//! adjacent edge; edges have their length, for stretch and for rotational inertia. `corrected` counts arcs and leaves
-//! out the parts behind walls; the rest of such an edge stretches with the next one. On request it adds second-order
-//! corrections of joints and masses next to a wall: see [`crate::problem::model`]. Models of the rod divide stiffnesses
-//! by them and multiply masses with them. `immersed` returns two masses (kg) per node: for inertia with the added mass
-//! of a fluid, for weight less the displaced fluid.
+//! Input: lengths of edges, or of arcs with the fractions behind walls. Joints and nodes of `plain` have half of
+//! each adjacent edge; edges have their length, for stretch and for rotational inertia. `corrected` counts arcs and
+//! leaves out the parts behind walls; the rest of such an edge stretches with the next one. On request it adds
+//! second-order corrections of joints and masses next to a wall: see [`crate::problem::model`]. Models of the rod
+//! divide stiffnesses by them and multiply masses with them. `immersed` returns two masses (kg) per node: for
+//! inertia with the added mass of a fluid, for weight less the displaced fluid.
 
 use crate::numerics::scalar::Scalar;
 use crate::problem::section_profile::{SectionConstants, SectionProfile};

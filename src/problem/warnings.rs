@@ -1,10 +1,10 @@
 //! Warnings of a simulation: recordings, time steps, units, gravity, mesh, and the estimated error.
 //!
-//! [`Problem::warnings`] returns all of them in this order, as texts with finding, consequence and action, and with the
-//! [`Code`] in each text; `coded_warnings` has the codes apart. The list is empty for a scene without findings.
-//! Recordings: all defects, corrected or not. Steps, with `[time]` only: a step that does not resolve the motion of a
-//! support, or is longer than the simulation. Units, gravity and mesh: see `plausibility`. The last one is an estimated
-//! error above the requested one. Fits take `recording_warnings` and `step_warnings` only.
+//! [`Problem::warnings`] returns all of them in this order, as texts with finding, consequence and action, and with
+//! the [`Code`] in each text; `coded_warnings` has the codes apart. The list is empty for a scene without findings.
+//! Recordings: all defects, corrected or not. Steps, with `[time]` only: a step that does not resolve the motion of
+//! a support, or is longer than the simulation. Units, gravity and mesh: see `plausibility`. The last one is an
+//! estimated error above the requested one. Fits take `recording_warnings` and `step_warnings` only.
 
 use crate::code::Code;
 use crate::problem::Problem;

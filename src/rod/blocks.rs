@@ -1,11 +1,11 @@
 //! Blocks of elements or unknowns for SIMD lanes: slices of as many as there are lanes, padded beyond the end of the
 //! rod.
 //!
-//! Input: a list and the index of the first element; output: a slice with one element per lane. Complete blocks are slices of
-//! the original list, without a copy. The last block is copied to the stack and filled up. [`block`] adds copies of a given
-//! element without effect. [`window`] adds nodes that continue the rod straight by its last two nodes, so that lengths and
-//! curvatures are finite. [`tension`] returns the tensions of the geometric stiffness, N: the axial forces, or given ones, zero
-//! beyond the last edge.
+//! Input: a list and the index of the first element; output: a slice with one element per lane. Complete blocks are
+//! slices of the original list, without a copy. The last block is copied to the stack and filled up. [`block`] adds
+//! copies of a given element without effect. [`window`] adds nodes that continue the rod straight by its last two
+//! nodes, so that lengths and curvatures are finite. [`tension`] returns the tensions of the geometric stiffness, N:
+//! the axial forces, or given ones, zero beyond the last edge.
 
 use crate::numerics::scalar::{Scalar, SimdScalar};
 
@@ -29,6 +29,7 @@ pub(super) fn block<'a, D, V: SimdScalar<D>, T: Copy>(
     match all.get(first..first + V::LANES) {
         Some(all) => all,
         None => {
+            // The last block only: lanes beyond the rod must be finite, but their results are not used.
             let block = room.insert([beyond; MOST]);
             pad(block, all.get(first..).unwrap_or_default());
             &block[..V::LANES]
@@ -93,6 +94,7 @@ fn continue_straight<D: Scalar>(window: &mut [D], q: &[D], stride: usize) {
         window[k] = q[k];
     }
     for k in q.len()..window.len() {
+        // An edge beyond the end repeats the last one: a length of zero would divide by zero.
         let last = window[k - stride];
         window[k] = if k < 2 * stride { last } else { last + (last - window[k - 2 * stride]) };
     }

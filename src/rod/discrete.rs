@@ -1,5 +1,5 @@
-//! A rod of straight edges, in the plane or in space: [`DiscreteRod`], the [`Rod`] of a scene with one rod and of each
-//! rod of an assembly.
+//! A rod of straight edges, in the plane or in space: [`DiscreteRod`], the [`Rod`] of a scene with one rod and of
+//! each rod of an assembly.
 //!
 //! Contents: one stretching law per edge, one bending (and twisting) law per inner node, lumped masses, dead loads,
 //! moments, springs of internal friction and user-defined energies. From unknowns `q` and reference frames follow
@@ -309,12 +309,12 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         let at = self.at(now, frames);
         let struck = |i: usize| {
             let [a, b] = [before, now].map(|q| L::joint_strains(&at, q, i));
-            // Strains of bending come first.
+            // Strains of bending come first. A fold of 180 degrees has infinite curvature: a step beyond it shows as
+            // bends to opposite sides.
             half_a_turn_apart((0..S.min(2)).map(|c| a[c].value() * b[c].value()).sum())
         };
-        // Inexpensive test first: without an edge at more than a right angle to the one before it, no joint can be
-        // folded.
-        // Hardly any edge turns by more than a right angle against the one before it.
+        // Inexpensive test first: hardly any edge is at more than a right angle to the one before it, and without one
+        // no joint can be folded.
         let (mut last, mut least) = (L::edge(now, 0), 0.0);
         for i in 1..self.stretch.len() {
             let edge = L::edge(now, i);

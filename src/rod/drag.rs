@@ -9,9 +9,10 @@
 //! ```
 //!
 //! with linear and quadratic coefficients `a`, kg/(m s), and `b`, kg/m^2. It is multiplied by the length that the
-//! node stands for. The tangent is the direction from the node before to the node after, one-sided at the ends. Speeds are
-//! smoothed below [`STILL`]. `add_forces` and `add_slopes` add minus the drag and its derivatives, as for a gradient. At a given
-//! tangent the derivative by the velocity is symmetric, with one block per node. Transposed derivatives include the tangents.
+//! node stands for. The tangent is the direction from the node before to the node after, one-sided at the ends.
+//! Speeds are smoothed below [`STILL`]. `add_forces` and `add_slopes` add minus the drag and its derivatives, as for
+//! a gradient. At a given tangent the derivative by the velocity is symmetric, with one block per node. Transposed
+//! derivatives include the tangents.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::Tangent;

@@ -1,11 +1,11 @@
 //! User-defined energies on a rod: sums of energy (J), gradient (N) and tangent (N/m) over all places at which they
 //! act.
 //!
-//! Each energy (the trait of [`crate::energy::own`]) has its parameter values and a list of weighted places on the mesh. For
-//! every place its local unknowns are cut out of `q`, and its local derivatives are added to those of the rod: by the energy's
-//! own formulas if requested and available, else by dual numbers. The energy is returned in plain numbers.
-//! `non_finite_energy` returns name and arc length, m, of the first energy whose value or gradient is not finite; None if all are
-//! finite. Places with unknowns that are not finite are skipped there.
+//! Each energy (the trait of [`crate::energy::own`]) has its parameter values and a list of weighted places on the
+//! mesh. For every place its local unknowns are cut out of `q`, and its local derivatives are added to those of the
+//! rod: by the energy's own formulas if requested and available, else by dual numbers. The energy is returned in
+//! plain numbers. `non_finite_energy` returns name and arc length, m, of the first energy whose value or gradient is
+//! not finite; None if all are finite. Places with unknowns that are not finite are skipped there.
 
 use crate::energy::Derivatives;
 use crate::energy::adapter::{AnyEnergy, Chart, MOST, Over, Site};
@@ -105,6 +105,7 @@ impl<D: Nestable> Extra<D> {
         frames: &'a [EdgeFrame<D>],
     ) -> impl Iterator<Item = Occurrence<'a, D>> {
         self.0.iter().flat_map(move |placed| {
+            // Once per energy: the choice of the compiled instance is the same for all places.
             let energy = D::instance(&*placed.energy);
             placed.spots.iter().map(move |spot| {
                 let (own, edges) = placed.span(spot);
@@ -158,6 +159,7 @@ impl<D: Nestable> Extra<D> {
         if self.0.is_empty() {
             return;
         }
+        // One block on the stack for all places, of the size of the largest element.
         let mut local = ([D::from(0.0); MOST], [[D::from(0.0); MOST]; MOST]);
         for at in self.sites(q, frames) {
             at.energy.tangent(&at.site, at.q, derivatives, &mut local);

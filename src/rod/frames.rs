@@ -104,6 +104,8 @@ pub fn frame_rates<F: ReferenceFrames<Dual64>, const G: usize>(
         tangent: [0, 1, 2].map(|c| Lanes(frames.map(|edges| edges[j].tangent[c].eps))),
         turn: Lanes(frames.map(|edges| {
             let EdgeFrame { tangent, director } = edges[j];
+            // A unit director changes across itself: along the tangent, by the change of the tangent, and along the
+            // second director.
             let second = cross(tangent.map(|x| x.re), director.map(|x| x.re));
             dot(director.map(|x| x.eps), second)
         })),
@@ -125,6 +127,7 @@ pub fn set_dual_frames<const G: usize>(
     let (edges, twists) = dual.parts_mut();
     for (j, (to, from)) in edges.iter_mut().zip(frames.edge_frames()).enumerate() {
         let EdgeFrame { tangent, director } = *from;
+        // The director stays normal to the tangent: `d.t = 0` gives its change along the tangent.
         let along = -dot(director, tangent_rate(j));
         let rate = combine(turn(j), cross(tangent, director), along, tangent);
         *to = EdgeFrame { tangent: pair(tangent, tangent_rate(j)), director: pair(director, rate) };

@@ -79,6 +79,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
         else {
             return (stiffness, stress);
         };
+        // Stretch of the spring without slip in this step; its response includes the slip.
         let z = components(|c| strains[c] + spring.offset[c]);
         let (own, own_stress) = springs.sliders.response(i, &spring.elastic, &z);
         for c in 0..S {

@@ -1,12 +1,16 @@
 //! Discrete elastic rods: elements on a polygon of straight edges, in the plane or in space.
 //!
 //! A rod is a list of [elements](crate::energy), a diagonal mass matrix and dead loads. The trait [`Rod`] is the
-//! interface that steppers, equilibria and modes use. As functions of the unknowns `q` it gives energies (J),
-//! gradient (N) and tangent (N/m) of elastic energy less work of the loads. It also gives strains, elements under
-//! viscous stress, friction springs, and checks of a step for folds and large rotations. [`DiscreteRod`] implements
-//! it over a [`Layout`]: [`PlanarRod`] in the plane, [`SpatialRod`] in space. [`Assembly`] joins several rods.
-//! [`AssembledRod`] adds masses, forces and energies to a rod. `strain_rates` computes rates of strains by central
-//! differences.
+//! interface that steppers, equilibria and modes use. Its input are the unknowns `q` (m, in space also rad) and the
+//! reference frames. It gives energies (J), and gradient (N, N m) and tangent (N/m) of elastic energy less work of
+//! the loads. It also gives strains, elements under viscous stress, friction springs, and checks of a step for folds
+//! and large rotations. [`DiscreteRod`] implements it over a [`Layout`]: [`PlanarRod`] in the plane, [`SpatialRod`]
+//! in space. [`Assembly`] joins several rods. [`AssembledRod`] adds masses, forces and energies to a rod.
+//!
+//! Other files: `state` (state between steps), `viscosity` (viscous stress as changed laws), `frames`, `drag`,
+//! `moments`, `extra` (user-defined energies), `sensitive` and `transposed` (forward and adjoint derivatives along
+//! parameters). `sweeps`, `blocks`, `columns` and `edges` are the loops in SIMD lanes. `strain_rates`, here, returns
+//! the rates of strains (1/s) by central differences.
 
 pub mod assembly;
 mod blocks;
@@ -388,6 +392,7 @@ pub(crate) fn strain_rates<D: Scalar, R: Rod<D>>(
     length: f64,
     rates: &mut Vec<D>,
 ) {
+    // The step is chosen by displacement: slow and fast motions have the same relative error.
     let fastest = v.iter().fold(LOWEST_SPEED * length, |most, v| most.max(v.value().abs()));
     let dt = STRAIN_RATE_DISPLACEMENT * length / fastest;
     let at = |dt: f64| {
@@ -397,5 +402,6 @@ pub(crate) fn strain_rates<D: Scalar, R: Rod<D>>(
         strains
     };
     rates.clear();
+    // Central difference: the error is of second order in the displacement.
     rates.extend(at(dt).iter().zip(at(-dt)).map(|(a, b)| (*a - b) * (0.5 / dt)));
 }

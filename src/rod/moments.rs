@@ -35,6 +35,7 @@ impl<D: Scalar> Moments<D> {
 
     /// The angle of the first edge from its direction at rest (`heading`), in (-pi, pi], rad.
     fn first_angle(&self, q: &[D]) -> f64 {
+        // The potential of the moment -1 is the angle itself.
         let first = DeadMoment { moment: D::from(-1.0), rest: self.heading };
         first.energy(ends(q, 0)).value()
     }
@@ -74,6 +75,7 @@ impl<D: Scalar> Moments<D> {
         let mut angle = self.first_angle(q);
         let mut potential = 0.0;
         for j in 0..=last {
+            // Turning angles are summed, so that whole turns along the rod count.
             if j > 0 {
                 angle += turning(j - 1);
             }
@@ -90,6 +92,7 @@ impl<D: Scalar> Moments<D> {
         if self.list.is_empty() {
             return 0.0;
         }
+        // The angle is in (-pi, pi]: a difference near a whole turn is a passage through half a turn.
         let turns = ((self.first_angle(before) - self.first_angle(now)) / TAU).round();
         let moments: f64 = self.list.iter().map(|(_, m)| m.moment.value()).sum();
         -TAU * turns * moments
@@ -110,6 +113,7 @@ impl Moments<Dual64> {
 /// unknowns `q`.
 pub(super) fn add_slopes(q: &[f64], d: &[f64], slopes: &mut [f64]) {
     for (i, to) in slopes.iter_mut().enumerate() {
+        // Forces are proportional to the moment, and do not depend on its direction at rest.
         let unit = DeadMoment { moment: 1.0, rest: [0.0; 2] };
         let forces = unit.gradient(ends(q, i));
         *to += forces.iter().zip(&d[2 * i..]).map(|(f, d)| f * d).sum::<f64>();

@@ -31,6 +31,7 @@ fn unknowns<D: Copy, const M: usize>(q: &[D], i: usize) -> &[D; M] {
 
 /// Bend `i` as an elastic element with the same stiffness and moment as the bend and its friction springs at `q`.
 fn bend<D: Nestable>(elements: &Elements<'_, D>, i: usize, q: &[D]) -> PlanarBend<D> {
+    // The energy that num-dual differentiates is elastic: springs act as another stiffness and natural strain.
     elements.elastic_joint(i, &[elements.joint[i].strain(unknowns(q, i))])
 }
 
@@ -112,6 +113,7 @@ impl Layout<2, 1> for Plane {
                 dual_tangent(element, unknowns(q, i));
             let mut own = open.plus([gx, gy], [h[2][2], h[3][2], h[3][3]]);
             if let Some(tensions) = elements.tensions {
+                // The tension replaces the axial force: the difference of both geometric stiffnesses is added.
                 let gain = element.under(&Plane::edge(q, i), tensions[i]);
                 own = own.plus([zero; 2], [gain[0][0], gain[1][0], gain[1][1]]);
             }

@@ -1,8 +1,8 @@
 //! The layout of a rod in space: one stretch per edge, one bend and twist per inner node, four unknowns per node.
 //!
-//! Unknowns `q = [x0 (3), theta0, x1 (3), theta1, .., x_last (3)]`, m and rad; half-bandwidth 10. The angle `theta` of
-//! an edge turns its material directors from the reference frame. Implements [`Layout`] for [`Space`]: edge vectors,
-//! strains, gradient, and the derivatives by num-dual against which the hand-derived formulas are checked.
+//! Unknowns `q = [x0 (3), theta0, x1 (3), theta1, .., x_last (3)]`, m and rad; half-bandwidth 10. The angle `theta`
+//! of an edge turns its material directors from the reference frame. Implements [`Layout`] for [`Space`]: edge
+//! vectors, strains, gradient, and the derivatives by num-dual against which the hand-derived formulas are checked.
 
 mod force_rates;
 mod forces;
@@ -112,6 +112,7 @@ impl Layout<3, 3> for Space {
             let element = &elements.nonlinear.stretch(linear, i);
             let local = dual_gradient(element, &ends(q, i));
             let mut own = [D::from(0.0); 7];
+            // Stretching does not depend on the angle between the coordinates of both nodes: its entry stays zero.
             (0..6).for_each(|r| own[ENDS[r]] = local[r]);
             add(STRIDE * i, &own);
         }
@@ -190,6 +191,7 @@ impl Layout<3, 3> for Space {
                 }
             }
             if let Some(tensions) = elements.tensions {
+                // The tension replaces the axial force: the difference of both geometric stiffnesses is added.
                 let gain = element.under(&Space::edge(q, i), tensions[i]);
                 (0..3).for_each(|r| (0..3).for_each(|c| own[r][c] += gain[r][c]));
             }

@@ -1,12 +1,13 @@
 //! The state of a rod between time steps: unknowns, velocities, accelerations, forces, reference frames and internal
 //! variables.
 //!
-//! [`State`] has the time, s, the unknowns `q`, m (rad for angles), and their rates. `unbalanced` is the gradient of elastic
-//! energy less loads plus damping, N: minus the force that accelerates. Explicit and linearly implicit schemes leave the damping
-//! out. Accelerations are empty for schemes without them. [`InternalVariables`] are strains, their mean rates over the last step,
-//! 1/s, and spring stretches, on which stresses with a history depend: Kelvin-Voigt damping, relaxation, internal friction. Their
-//! lists are empty without these. `at_rest` returns a state at t = 0 without velocity; steppers overwrite it with that at the
-//! end of each step, and `restore` copies an earlier one back.
+//! [`State`] has the time, s, the unknowns `q`, m (rad for angles), and their rates. `unbalanced` is the gradient of
+//! elastic energy less loads plus damping, N: minus the force that accelerates. Explicit and linearly implicit
+//! schemes leave the damping out. Accelerations are empty for schemes without them. [`InternalVariables`] are
+//! strains, their mean rates over the last step, 1/s, and spring stretches, on which stresses with a history depend:
+//! Kelvin-Voigt damping, relaxation, internal friction. Their lists are empty without these. `wound` is the potential
+//! of moments by whole turns of the rod, J. `at_rest` returns a state at t = 0 without velocity; steppers overwrite
+//! it with that at the end of each step, and `restore` copies an earlier one back.
 
 use crate::numerics::scalar::Scalar;
 use std::slice::ChunksExact;

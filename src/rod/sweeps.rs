@@ -1,10 +1,11 @@
 //! Sweeps over all edges of a rod in SIMD lanes: gradient and tangent, tangent by edges, geometry, energies, strains.
 //!
-//! Each struct has the rod at its unknowns ([`At`]) and the lists to be written, and implements [`Sweep`]: plain numbers run in
-//! vector registers (AVX2 if the processor has it), dual numbers one at a time. [`TangentSweep`] overwrites gradient, N, less
-//! dead loads, and tangent, N/m; moments and user-defined energies are left out. [`EdgeTangent`] adds second derivatives by edge
-//! vectors. [`GeometrySweep`] and [`Strains`] overwrite geometry and strains. [`Elastic`] returns sums of stretching, bending
-//! and twisting energy, J, in plain numbers, without friction springs. The formulas are those of the [`Layout`].
+//! Each struct has the rod at its unknowns ([`At`]) and the lists to be written, and implements [`Sweep`]: plain
+//! numbers run in vector registers (AVX2 if the processor has it), dual numbers one at a time. [`TangentSweep`]
+//! overwrites gradient, N, less dead loads, and tangent, N/m; moments and user-defined energies are left out.
+//! [`EdgeTangent`] adds second derivatives by edge vectors. [`GeometrySweep`] and [`Strains`] overwrite geometry and
+//! strains. [`Elastic`] returns sums of stretching, bending and twisting energy, J, in plain numbers, without
+//! friction springs. The formulas are those of the [`Layout`].
 
 use crate::numerics::scalar::{Nestable, SimdScalar, Sweep};
 use crate::rod::Energies;
@@ -32,6 +33,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
         if let Some(geometry) = &mut geometry {
             geometry.resize(elements.stretch.len());
         }
+        // The sink stores derivatives by nodes, so that each edge and joint is computed once.
         let mut nodes = L::node_sink::<D, V>(level, elements.load, self.gradient, self.tangent);
         L::Blocks::<'_, D, V>::new(self.at, level).derive(&mut nodes, geometry);
         nodes.end();
@@ -99,6 +101,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
         let mut blocks = L::Blocks::<'_, D, V>::new(self.at, level);
         while let Some(block) = blocks.next() {
             let energies = blocks.energies(&block);
+            // Lanes of the padding have no energy of the rod.
             for lane in 0..V::LANES.min(edges - L::Blocks::<'_, D, V>::first(&block)) {
                 let [stretch, bend, twist] = V::extract_lane(&energies, lane);
                 sums.stretch += stretch.value();

@@ -95,6 +95,7 @@ pub fn strained<R: Transposed>(
     change: &[f64],
     out: &mut [f64],
 ) {
+    // The strains along one direction are the forward product with a single lane.
     let mut strains = vec![Lanes::ZERO; out.len()];
     rod.add_strain_rates(still, geometry, change.as_chunks::<1>().0, &mut strains);
     out.iter_mut().zip(strains).for_each(|(out, strain)| *out = strain.0[0]);

@@ -97,6 +97,7 @@ impl<D: Scalar> Viscosity<D> {
         };
         let past = &own.past[first..].as_chunks::<S>().0[..from.len()];
         for i in 0..from.len() {
+            // Each strain of a joint has the time of its kind, bending or twisting.
             let past = components(|c| own.time[W::KINDS[c]] * past[i][c]);
             to[i] = from[i].viscous_by_kind(self.factor, &shift[i], &own.factor, &past);
         }

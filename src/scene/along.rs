@@ -1,10 +1,10 @@
 //! Numbers that may vary along the rod: constant, piecewise constant or linear in arc length ([`Along`]).
 //!
-//! `rod.natural_curvature`, `rod.natural_twist` and the taper of section and material have this type. A scene file gives
-//! a number, a list with one number for each of equally many equal parts of the length, or `{ from, to }`. [`Along::at`]
-//! returns the value at a fraction of the rod length: at a boundary of two parts that of the second, beyond an end that
-//! at the end. Every number is a parameter of the scene: `key`, `key.0`, `key.1`, .., or `key.from` and `key.to`. Empty
-//! lists and numbers that are not finite are rejected.
+//! `rod.natural_curvature`, `rod.natural_twist` and the taper of section and material have this type. A scene file
+//! gives a number, a list with one number for each of equally many equal parts of the length, or `{ from, to }`.
+//! [`Along::at`] returns the value at a fraction of the rod length: at a boundary of two parts that of the second,
+//! beyond an end that at the end. Every number is a parameter of the scene: `key`, `key.0`, `key.1`, .., or
+//! `key.from` and `key.to`. Empty lists and numbers that are not finite are rejected.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -105,6 +105,7 @@ impl<D: Scalar> Along<D> {
         match self {
             Self::Whole(value) => *value,
             Self::Piecewise(values) => values[part(place, values.len())],
+            // Nodes behind a wall are beyond the ends: they have the value at the end.
             Self::Linear(Linear { from, to }) => *from + (*to - *from) * place.clamp(0.0, 1.0),
         }
     }
@@ -158,6 +159,7 @@ impl NumberTree for Along {
             Self::Whole(value) => Along::Whole(visitor.number(key, *value, whole)),
             Self::Piecewise(values) => Along::Piecewise(values.map_numbers(key, part, visitor)),
             Self::Linear(Linear { from, to }) => {
+                // Both ends are numbers below the key, as the fields of a table are.
                 let outer_length = visitor.enter(key);
                 let line = Along::linear(
                     visitor.number("from", *from, part),

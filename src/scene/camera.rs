@@ -1,8 +1,9 @@
 //! `[camera]`: relation between recorded and scene coordinates: clock, scale, rotation and position.
 //!
-//! A point at `x` is recorded at `wall + shift + pixel_scale R (x - wall)`, later by the time offset. `R` is the rotation by
-//! `in_plane_rotation` about the normal of a planar scene (z in space). `shift` is `clamp_position`, and `wall` the first
-//! node at rest. Only fits apply it, with these numbers as possible parameters.
+//! A point at `x` is recorded at `wall + shift + pixel_scale R (x - wall)`, later by the time offset. `R` is the
+//! rotation by `in_plane_rotation` about the normal of a planar scene (z in space). `shift` is `clamp_position`, and
+//! `wall` the first node at rest. Offset in s, angle in rad, shift in m; by default there is no offset, rotation and
+//! shift, and the scale is 1. Only fits apply it, with these numbers as possible parameters.
 
 use crate::scene::number::{Quantity, is_default};
 use crate::scene::table::table;

@@ -1,8 +1,9 @@
 //! Defects of a recording of markers ([`Fault`]), their warning codes and texts.
 //!
-//! `faults`, `recorded_motion` and `recorded_point` detect them: lost frames, exchanged labels, missing frames, jumps,
-//! gravity in accelerations and glitches. A defect has the markers and times, s, that its kind has; of lost frames and
-//! exchanged labels also whether they were corrected. Tracks hold their defects, and supports and fits show them as warnings.
+//! `faults`, `recorded_motion` and `recorded_point` detect them: lost frames, exchanged labels, missing frames,
+//! jumps, gravity in accelerations and glitches. A defect has the markers and times, s, that its kind has; of lost
+//! frames and exchanged labels also whether they were corrected. Tracks hold their defects, and supports and fits
+//! show them as warnings.
 
 use crate::code::Code;
 use serde::{Deserialize, Serialize};
@@ -80,7 +81,9 @@ impl Fault {
         let Self::Jumps { marker, times, .. } = self else { return true };
         for other in others {
             match other {
+                // At lost frames all markers jump together, which is reported once.
                 Self::LostFrames { time, .. } => times.retain(|t| (t - time).abs() > 2.0 * step),
+                // A glitch is a jump there and back, which is reported already.
                 Self::Glitches { marker: name, .. } if name == marker => return false,
                 _ => {}
             }

@@ -1,11 +1,11 @@
-//! Detection and correction of defects in recordings of markers: lost frames, exchanged labels of neighbors, and jumps of
-//! single markers. All defects are reported; lost frames and exchanged labels are corrected on request.
+//! Detection and correction of defects in recordings of markers: lost frames, exchanged labels of neighbors, and
+//! jumps of single markers. All defects are reported; lost frames and exchanged labels are corrected on request.
 //!
-//! Lost frames are detected by least squares. Positions around a gap (`BESIDE` frames on each side) follow a cubic of time,
-//! for most markers. The fit with the gap must be much better than without it (`BETTER`). Labels are exchanged if the outer
-//! of two neighbors has the smaller median distance from the marker before them (`FARTHER`). A glitch is a second difference
-//! above `JUMP` that the neighbors do not have. `Track::examined` returns the recording with its [`Fault`]s; recorded ends
-//! and observations of fits use it.
+//! Lost frames are detected by least squares. Positions around a gap (`BESIDE` frames on each side) follow a cubic of
+//! time, for most markers. The fit with the gap must be much better than without it (`BETTER`). Labels are exchanged
+//! if the outer of two neighbors has the smaller median distance from the marker before them (`FARTHER`). A glitch is
+//! a second difference above `JUMP` that the neighbors do not have. `Track::examined` returns the recording with its
+//! [`Fault`]s; recorded ends and observations of fits use it.
 
 use crate::numerics::vector::{Vector, components, dot, sub};
 use crate::scene::fault::{Fault, JUMP};

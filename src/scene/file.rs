@@ -1,8 +1,10 @@
 //! Reading and writing of scene files (TOML), and of the files of shapes and recordings that they name.
 //!
-//! [`Scene::load`] parses a file, validates the scene and reads polylines and recordings; paths are relative to the folder of
-//! the file. A `time.end` that is left out becomes the end of the recording. [`Scene::to_toml`] returns the scene as text.
-//! [`Scene::follow`] replaces the recording, and [`Scene::files`] lists the files of a scene.
+//! [`Scene::load`] parses a file, validates the scene and reads polylines and recordings; paths are relative to the
+//! folder of the file. A `time.end` that is left out becomes the end of the recording. Errors have the path; for a
+//! text that cannot be parsed they list missing keys or a likely mistake. [`Scene::to_toml`] returns the scene as
+//! text. [`Scene::follow`] replaces the recording of driven ends (an error without one), and [`Scene::files`] lists
+//! the files of a scene.
 
 use crate::error::Error;
 use crate::input::hints::{SCENE, explained};
@@ -26,6 +28,7 @@ impl Scene {
         let ends = [self.supports.start, self.supports.end];
         if let Some(path) = &mut self.supports.path {
             path.read(&folder, ends)?;
+            // The end of a recording is known only after it is read.
             if let (Some(time), Ok(track)) = (&mut self.time, path.track())
                 && time.end == Time::TO_THE_END
             {
@@ -127,6 +130,7 @@ impl Scene {
     /// Validates the scene of a file with this path, and reads the files that it names.
     fn complete(mut self, path: &Path) -> Result<Self, Error> {
         self.validate()?;
+        // Numbers first: an invalid scene names its key without reading further files.
         self.read_shapes().map_err(|error| error.in_file(Some(path)))?;
         Ok(self)
     }
@@ -144,6 +148,7 @@ impl Scene {
     /// [`follow`](Self::follow) for a path as `&Path`: sets the absolute path of the file, and removes the recording that has
     /// been read.
     fn follow_file(&mut self, file: &Path) -> Result<(), Error> {
+        // An end that was taken from the old recording is not that of the new one.
         self.leave_end_to_recording();
         let Some(path) = &mut self.supports.path else {
             let allowed = "[supports.path] in the scene, whose file the recording replaces";
@@ -228,6 +233,7 @@ impl Scene {
         let rods = self.structure.iter_mut().flat_map(|structure| &mut structure.rods);
         let shapes = [Some(&mut self.rod.shape), self.initial.shape.as_mut()].into_iter().flatten();
         let shapes = shapes.chain(rods.map(|rod| &mut rod.shape));
+        // Points in the scene itself need no file.
         let polylines = shapes.filter_map(|shape| match shape {
             Shape::Polyline { file, points, .. } if points.is_empty() => Some(file),
             _ => None,

@@ -1,8 +1,10 @@
 //! `[loads]`: gravity, point and line loads, damping (mass-proportional, Kelvin-Voigt, Maxwell, friction) and drag.
 //!
-//! The tables with units and search ranges of their numbers, and predicates for the choice of schemes and checks. They return
-//! whether there are forces, and whether damping dissipates energy, is viscous, or makes the stress depend on the history of
-//! the strains. Numbers are validated with the scene.
+//! The tables declare units and search ranges of their numbers: gravity, m/s^2, forces, N, and moments, N m, at
+//! points, forces per length, N/m, between two arc lengths, and damping. The latter has a rate, 1/s, Kelvin-Voigt
+//! times, s, a Maxwell branch and friction springs (fractions of the rod's stiffness). Predicates for the choice of
+//! schemes and checks return whether there are forces, and whether damping dissipates energy, is viscous, or makes
+//! the stress depend on the history of the strains. Numbers are validated with the scene.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::scene::drag::Drag;
@@ -163,6 +165,7 @@ impl<D: Scalar> Damping<D> {
     /// Whether an additional Kelvin-Voigt time (stretch, bending, twist) is above zero; true for every number type that
     /// carries derivatives.
     pub(crate) fn has_additional_times(&self) -> bool {
+        // A time of zero may still have a derivative.
         D::ORDER > 0 || self.additional_times().iter().any(|time| time.value() > 0.0)
     }
 }
@@ -171,6 +174,7 @@ impl<D: Nestable> Damping<D> {
     /// Whether a Kelvin-Voigt time, or a derivative of one, is not zero, or there are Maxwell branches. The stress then
     /// depends on strain rates or their history.
     pub(crate) fn is_viscous(&self) -> bool {
+        // A time of zero with a derivative counts: the derivative of the stress depends on strain rates.
         let is_present = |time: &D| !time.is_identically_zero();
         is_present(&self.stiffness)
             || self.additional_times().iter().any(is_present)

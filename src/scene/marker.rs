@@ -1,9 +1,10 @@
 //! Stencils of observed points of the rod: on the center line, or markers beside it that rotate with the rod.
 //!
 //! [`MarkerStencil`] is a weighted sum of nodes, plus an offset, m, along the tangent and the two material directors,
-//! which are weighted sums of those of edges. Both follow from a [`Point`] (tip, node index or arc length) and the mesh.
-//! Weights are cubic, those of edges by the arc lengths of their middles; without an offset there are no edges. They have
-//! derivatives if the mesh has. A point outside the rod is an error. Fits and results of problems use the stencils.
+//! which are weighted sums of those of edges. Both follow from a [`Point`] (tip, node index or arc length) and the
+//! mesh. Weights are cubic, those of edges by the arc lengths of their middles; without an offset there are no edges.
+//! They have derivatives if the mesh has. A point outside the rod is an error. Fits and results of problems use the
+//! stencils.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;

@@ -1,8 +1,8 @@
 //! `[[rod.mass]]`: point masses on the rod, such as markers, clamps and bobs.
 //!
-//! A [`PointMass`] has a point (tip, node index or arc length) and a positive mass in kg. Between two nodes it is shared by
-//! the lever rule. Gravity and mass-proportional damping act on it. The setup of a problem adds it to the masses of the
-//! nodes.
+//! A [`PointMass`] has a point (tip, node index or arc length) and a positive mass in kg. Between two nodes it is
+//! shared by the lever rule. Gravity and mass-proportional damping act on it. The setup of a problem adds it to the
+//! masses of the nodes.
 
 use crate::scene::number::Quantity;
 use crate::scene::point::Point;

@@ -1,8 +1,8 @@
-//! `[material]`: density, kg/m^3, elastic moduli, Pa, and the law of the stretch, with their allowed ranges, the search ranges of
-//! fits, and validation.
+//! `[material]`: density, kg/m^3, elastic moduli, Pa, and the law of the stretch, with their allowed ranges, the
+//! search ranges of fits, and validation.
 //!
-//! Spatial scenes need Poisson's ratio, in (-1, 0.5], or the shear modulus; both together are rejected. A neo-Hookean stretch
-//! is that of an incompressible material: ratios below 0.495 are rejected beside it.
+//! Spatial scenes need Poisson's ratio, in (-1, 0.5], or the shear modulus; both together are rejected. A neo-Hookean
+//! stretch is that of an incompressible material: ratios below 0.495 are rejected beside it.
 
 use crate::error::Error;
 use crate::scene::number::{Candidates, Quantity};

@@ -1,9 +1,9 @@
-//! Mesh of a rest shape: positions of the nodes, arc lengths from the wall, lengths along the edges, and turning angles of
-//! the joints.
+//! Mesh of a rest shape: positions of the nodes, arc lengths from the wall and lengths along the edges, m, and
+//! turning angles of the joints, rad.
 //!
-//! Shapes build it (`shape`, `polyline`), and problems hold it. A clamp in the middle of an edge puts the first node behind
-//! the wall, at a negative arc length. At the other end the last node is beyond the length. With dual numbers it has
-//! derivatives by the parameters of the shape.
+//! Shapes build it (`shape`, `polyline`), and problems hold it. A clamp in the middle of an edge puts the first node
+//! behind the wall, at a negative arc length. At the other end the last node is beyond the length. With dual numbers
+//! it has derivatives by the parameters of the shape.
 
 use crate::numerics::scalar::Scalar;
 use nalgebra::Vector3;

@@ -1,10 +1,18 @@
 //! Scene files: their keys, validation, physical numbers and parameter names. All quantities are SI.
 //!
-//! A [`Scene`] has tables for the rod, material, supports, loads, initial state, time, camera and user-defined energies. It
-//! is generic over the type of its physical numbers: `f64`, or dual numbers for derivatives by parameters
-//! ([`Scene::map_numbers`]). Each number is declared once with its unit and limits (`number`, `table`), and has a
-//! [`Parameter`] name, its path in the file. [`Scene::validate`] rejects invalid values and contradicting keys.
-//! [`Scene::load`] reads a file, and the module `problem` builds the rod. [`StructureScene`] is the scene of several rods.
+//! A [`Scene`] has tables for the rod, material, supports, loads, initial state, time, camera and user-defined
+//! energies. It is generic over the type of its physical numbers: `f64`, or dual numbers for derivatives by
+//! parameters ([`Scene::map_numbers`]). Each number is declared once with its unit and limits (`number`, `table`),
+//! and has a [`Parameter`] name, its path in the file. [`Scene::validate`] rejects invalid values and contradicting
+//! keys. [`Scene::load`] reads a file, and the module `problem` builds the rod. [`StructureScene`] is the scene of
+//! several rods.
+//!
+//! Files: `rod`, `material`, `section`, `taper`, `along`, `mass`, `loads`, `drag`, `initial`, `camera`, `time`,
+//! `scheme`, `tolerance` (tables); `shape`, `polyline`, `mesh`, `plane`, `point`, `marker` (geometry); `support`,
+//! `supports`, `prescribed_motion`, `motion_rate`, `path`, `track`, `recorded_point`, `recorded_motion`, `fault`,
+//! `faults` (ends and recordings); `own` (user-defined energies); `structure`, `structure_point`,
+//! `structure_catalog`, `per_axis` (several rods); `resolution`, `scheme_support`, `required`, `validate`, `nearest`
+//! (choice and checks); `file`, `scene_file`, `structure_file` (reading).
 
 pub mod along;
 pub mod camera;
@@ -188,6 +196,7 @@ impl<D: Scalar> Scene<D> {
     /// between breaks, so that second moments that are equal there are equal along the whole rod.
     pub(crate) fn second_moments_along(&self) -> Vec<[D; 2]> {
         let of = |place: f64| self.at(place).0.moments().second_moments;
+        // Inside of the pieces, since the factors of two pieces meet at a break.
         let breaks = self.rod.taper.breaks();
         let between =
             breaks.windows(2).flat_map(|w| [0.25, 0.75].map(|p| w[0] + p * (w[1] - w[0])));
@@ -301,6 +310,7 @@ impl Scene {
     fn check_recorded_start(&self) -> Result<(), Error> {
         let Initial { state, shape, .. } = &self.initial;
         let recorded = *state == InitialState::Recorded;
+        // Markers determine shape and velocity at t = 0; other values for them would be ignored.
         let (found, allowed) = match &self.supports.path {
             None if recorded => ("\"recorded\"", "only with [supports.path]"),
             Some(_) if !recorded && *state != InitialState::Equilibrium => (
@@ -349,6 +359,7 @@ impl Scene {
                 }
             }
         }
+        // The angle rotates the rest shape; an initial shape has its own position.
         if self.supports.angle != 0.0 && self.initial.shape.is_some() {
             let allowed = "no such key with initial.shape, which gives the position of the rod";
             return Err(Error::invalid("supports.angle", self.supports.angle, allowed));

@@ -1,8 +1,10 @@
 //! Time steps that resolve the prescribed motions of the supports: errors and warnings for larger ones.
 //!
-//! Each ramp, oscillation or recorded motion (by its bandwidth) has a duration, s. A step must make at least `FEWEST_STEPS`
-//! per period of an oscillation, else it is rejected; below `GOOD_STEPS` there is a warning. Ramps and recordings require
-//! half as many. The step that the program chooses makes at least `GOOD_STEPS` for motions of walls and hinges.
+//! Each ramp, oscillation or recorded motion has a duration, s: the ramp, the period, or the inverse of the
+//! bandwidth. A step must make at least `FEWEST_STEPS` per period of an oscillation, else it is rejected; below
+//! `GOOD_STEPS` there is a warning for each motion. Ramps and recordings require half as many. `largest_good_step`
+//! returns the step, s, with at least `GOOD_STEPS` for all motions of walls and hinges, infinite without any;
+//! recorded ends are left out. The program chooses no larger one.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -46,6 +48,7 @@ impl MotionRate {
     fn too_large(&self, step: f64, per_period: f64) -> Option<[String; 2]> {
         let Self { found, interval, fraction, .. } = self;
         let largest = self.step(per_period);
+        // A step that divides the duration evenly may exceed the largest one by rounding.
         (step > largest * (1.0 + ROUNDING)).then(|| {
             let steps = fraction * per_period;
             let taken = steps * largest / step;
@@ -75,6 +78,7 @@ impl Motion {
             (None, Some(value)) => ("frequency", value, "Hz"),
             (None, None) => return None,
         };
+        // A ramp leads from rest to rest, as half a period does.
         let (time, interval, fraction) = match name {
             "ramp" => (value, "ramp", 0.5),
             _ => (value.recip(), "period", 1.0),
@@ -90,6 +94,7 @@ impl Supports {
     pub(crate) fn check_step(&self, step: f64) -> Result<(), Error> {
         for rate in self.rates().chain(self.path_rate()) {
             if let Some([found, needed]) = rate.too_large(step, FEWEST_STEPS) {
+                // The message advises a step without a warning, not the largest accepted one.
                 let good = rate.step(GOOD_STEPS);
                 let allowed = format!(
                     "at least {needed}. A time.step of {good:.3e} s resolves \

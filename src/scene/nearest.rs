@@ -3,8 +3,8 @@
 //!
 //! [`nearest`] orders given names by the Jaro-Winkler similarity (crate strsim), the larger one of those to the whole
 //! name and to its part behind the last dot. It returns the best three as text, the most similar first, separated by
-//! commas. One of six symbols of textbooks (`SYMBOLS`) gives its parameter alone. For a name longer than [`LONGEST_NAME`]
-//! bytes the text is `none`. Errors of unknown parameters end with it.
+//! commas. One of six symbols of textbooks (`SYMBOLS`) gives its parameter alone. For a name longer than
+//! [`LONGEST_NAME`] bytes the text is `none`. Errors of unknown parameters end with it.
 
 use crate::numerics::total_order;
 use std::cmp::Reverse;

@@ -1,11 +1,11 @@
-//! Physical numbers of a scene: their quantities (unit, limits, search range) and the visitor that converts them one by
-//! one.
+//! Physical numbers of a scene: their quantities (unit, limits, search range) and the visitor that converts them one
+//! by one.
 //!
 //! A number is declared once, in its table (`scene::table`): the field, whose name is the key in the file, and its
-//! [`Quantity`]. From the declaration follow the number's parameter name (its path in the file, `loads.point.0.force.y`),
-//! its validation, and its place in lists of all numbers. Validation rejects numbers that are not finite or have a sign
-//! that is not allowed; the limits bound fits only. `NumberVisitor` has the path of the present table, and converts a
-//! scene to another number type, such as dual numbers.
+//! [`Quantity`]. From the declaration follow the number's parameter name (its path in the file,
+//! `loads.point.0.force.y`), its validation, and its place in lists of all numbers. Validation rejects numbers that
+//! are not finite or have a sign that is not allowed; the limits bound fits only. `NumberVisitor` has the path of the
+//! present table, and converts a scene to another number type, such as dual numbers.
 
 use crate::error::Error;
 use serde::Serialize;
@@ -109,6 +109,7 @@ impl Quantity {
     /// Rejects a value that is not finite or has a sign that the quantity does not allow; limits are not checked. `key` is
     /// its path, for the error.
     pub(crate) fn check(&self, key: &str, value: f64) -> Result<(), Error> {
+        // Limits bound fits only; a scene may have values beyond them.
         let (is_allowed, allowed) = match (self.is_positive, self.may_vanish) {
             (true, false) => (value > 0.0, "a finite number above 0"),
             (true, true) => (value >= 0.0, "a finite number, 0 or above"),
@@ -138,6 +139,7 @@ impl<'a, D> NumberVisitor<'a, D> {
     /// The converted number of a key of the present table: `convert` of its path, value and quantity. The path of the table
     /// is unchanged afterwards.
     pub fn number(&mut self, key: &str, value: f64, quantity: Quantity) -> D {
+        // One buffer for all paths: keys are appended and removed, not copied.
         let outer_length = self.enter(key);
         let number = (self.convert)(&self.path, value, quantity);
         self.leave(outer_length);

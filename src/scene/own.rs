@@ -1,9 +1,12 @@
-//! `[energy.<name>]`: [user-defined energies](crate::energy::own) of a scene with their place on the rod and parameters.
+//! `[energy.<name>]`: [user-defined energies](crate::energy::own) of a scene with their place on the rod and
+//! parameters.
 //!
-//! [`Attached`] is one of them: name, place ([`At`]), values and, once given, the code. A scene file contains the place and
-//! the parameters, but not the code. A scene that is read from such a file is complete only once the code is given: see
-//! [`Scene::load_with`](crate::Scene::load_with). Code, names, values and duplicates are checked with the scene. The
-//! functions `serialize` and `deserialize` write and read the tables.
+//! [`Attached`] is one of them: name, place ([`At`]), values and, once given, the code. A scene file contains the
+//! place and the parameters, but not the code. A scene that is read from such a file is complete only once the code
+//! is given: see [`Scene::load_with`](crate::Scene::load_with). The check of a scene rejects an energy without code,
+//! a name twice, names that are not a letter followed by letters, digits, - and _, and values outside the limits of
+//! the code. It also rejects two energies that declare one parameter path with different quantities. The functions
+//! `serialize` and `deserialize` write and read the tables.
 
 use crate::error::Error;
 use crate::scene::number::{NumberVisitor, Quantity, SceneNumber};
@@ -131,6 +134,7 @@ impl Attached {
     /// parameters are left out. Declares the quantities of the parameters `energy.<name>.<parameter>` for the whole program.
     pub(crate) fn new(name: &str, at: At, code: Arc<dyn Code>, values: &[f64]) -> Self {
         let known = code.parameters().iter();
+        // Names of parameters are resolved without a scene, so that their quantities are global.
         for (parameter, quantity) in known.clone() {
             Parameter::declare(&format!("energy.{name}.{parameter}"), *quantity);
         }
@@ -167,6 +171,7 @@ impl Attached {
             if !(low..=high).contains(value) {
                 return Err(Error::invalid(key, value, format!("from {low:e} to {high:e}")));
             }
+            // Of two declarations of one path the first remains: this energy may have another one.
             if Parameter::at(&key).quantity() != *quantity {
                 let found = "two parameters with this name and different units or limits";
                 return Err(Error::invalid(
@@ -193,6 +198,7 @@ impl NumberTree for Attached {
         _: TableKind,
         visitor: &mut NumberVisitor<'_, D>,
     ) -> Attached<D> {
+        // Only the code has units and limits; without it the scene is not valid yet.
         let declared = self.code.as_ref().map_or(&[][..], |code| code.parameters());
         let outer_length = visitor.enter(key);
         let number = |(i, (name, value)): (usize, &(Arc<str>, f64))| {
@@ -265,6 +271,7 @@ pub(super) fn deserialize<'de, T: Deserializer<'de>, D: SceneNumber>(
     deserializer: T,
 ) -> Result<Vec<Attached<D>>, T::Error> {
     let forms = BTreeMap::<String, EnergyTable<D>>::deserialize(deserializer)?;
+    // No file contains the code: the program attaches it to the scene afterwards.
     let attached = |(name, EnergyTable { at, values }): (String, EnergyTable<D>)| Attached {
         name: name.into(),
         at,

@@ -1,9 +1,10 @@
 //! Parameters: the physical [numbers](crate::scene::number) of a scene by their path in the file, or by a short name.
 //!
-//! Trajectories are differentiated by parameters, and fits identify them. [`Parameter`] is an interned path with methods for
-//! its unit and limits, its value in a scene, and a scene with other values. The quantities of all built-in parameters come
-//! from `catalog_scenes`, which contain every kind of table; those of user-defined energies from their declarations. Unknown
-//! names are errors with similar names.
+//! Trajectories are differentiated by parameters, and fits identify them. [`Parameter`] is an interned path with
+//! methods for its unit and limits, its value in a scene, and a scene with other values. The quantities of all
+//! built-in parameters come from `catalog_scenes`, which contain every kind of table; those of user-defined energies
+//! from their declarations. Unknown names are errors with similar names ([`Parameter::named`] returns None), and so
+//! are parameters that a scene does not have when they are set; the value of these is None.
 
 use crate::error::Error;
 use crate::scene::Scene;
@@ -332,6 +333,7 @@ impl Parameter {
             Some((list, component @ ("d1" | "d2"))) => (list, Some(component)),
             _ => (&place[..], None),
         };
+        // A path of the list is its key, an index and, of pairs, the component.
         let of_list = |p: &Self| {
             let rest = p.path.strip_prefix(list).and_then(|rest| rest.strip_prefix('.'));
             let (count, own) = rest.map_or(("", None), |rest| match rest.split_once('.') {

@@ -1,9 +1,9 @@
 //! `[supports.path]`: recording of markers that drives ends of the rod, and nodes between them.
 //!
-//! [`Recorded`] reads the file, examines it for defects and assigns markers to nodes: markers divide the rod into equally
-//! many edges. A recorded end holds its outermost `held` markers, with the nodes between them on chords; `inner` markers are
-//! prescribed too. Settings that leave no free node or contradict the supports are rejected. [`RecordedNode`] has the markers
-//! of a node; other markers are observations.
+//! [`Recorded`] reads the file, examines it for defects and assigns markers to nodes: markers divide the rod into
+//! equally many edges. A recorded end holds its outermost `held` markers, with the nodes between them on chords;
+//! `inner` markers are prescribed too. Settings that leave no free node or contradict the supports are rejected.
+//! [`RecordedNode`] has the markers of a node; other markers are observations.
 
 use crate::error::Error;
 use crate::scene::faults::{LostFrames, SwappedLabels};

@@ -1,10 +1,10 @@
 //! The plane of a planar scene: its choice from the nodes and vectors of the scene, and its coordinates.
 //!
-//! [`Plane::through`] takes the plane of the first edge and the first edge or vector that is not parallel to it. If all
-//! are parallel, a hint or the world axis farthest from the line is the second direction. Edges and vectors may leave the
-//! plane by `TOLERANCE` of their length, else the error is the number of the edge or the key of the vector. The axes are
-//! world axes if the plane is parallel to two of them, else x is along the first edge. The other functions convert
-//! positions, m, and vectors between plane and world. The planar model uses the plane.
+//! [`Plane::through`] takes the plane of the first edge and the first edge or vector that is not parallel to it. If
+//! all are parallel, a hint or the world axis farthest from the line is the second direction. Edges and vectors may
+//! leave the plane by `TOLERANCE` of their length, else the error is the number of the edge or the key of the vector.
+//! The axes are world axes if the plane is parallel to two of them, else x is along the first edge. The other
+//! functions convert positions, m, and vectors between plane and world. The planar model uses the plane.
 
 use crate::numerics::scalar::Scalar;
 use nalgebra::{Vector2, Vector3};
@@ -72,6 +72,7 @@ impl Plane {
             Some(axis) => Vector3::ith((axis + 1) % 3, 1.0),
             None => along,
         };
+        // A normal against a world axis would exchange the axes of the plane.
         let normal = if normal.iter().any(|c| *c == -1.0) { -normal } else { normal };
         Ok(Self { origin: normal * normal.dot(&start), x, y: normal.cross(&x) })
     }

@@ -1,9 +1,9 @@
 //! Points of the rod (`"tip"`, a node index or an arc length from the wall, m), and their interpolation by nodes.
 //!
-//! A [`Point`] on a mesh becomes a [`Stencil`]: nodes with weights that sum to one. Arc lengths between nodes have cubic
-//! weights of the four nearest nodes. Masses, and points on the straight edge in a clamp, have linear ones (lever rule).
-//! Node indices are those of the scene's own mesh, also on a refined one. A point outside the rod, beyond rounding, is an
-//! error. Loads, masses, observations and results are placed with stencils.
+//! A [`Point`] on a mesh becomes a [`Stencil`]: nodes with weights that sum to one. Arc lengths between nodes have
+//! cubic weights of the four nearest nodes. Masses, and points on the straight edge in a clamp, have linear ones
+//! (lever rule). Node indices are those of the scene's own mesh, also on a refined one. A point outside the rod,
+//! beyond rounding, is an error. Loads, masses, observations and results are placed with stencils.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -188,12 +188,14 @@ impl<D: Scalar> Point<D> {
             (Self::Tip, _) => Ok(Ok(last)),
             (Self::Node(i), None) if i <= last => Ok(Ok(i)),
             (Self::Node(i), None) => outside("node", i as f64, last as f64),
+            // Ends are nodes of every mesh; an inner index of the scene's mesh becomes its arc length.
             (Self::Node(i), Some(named)) => match named.get(i) {
                 Some(_) if i == 0 => Ok(Ok(0)),
                 Some(_) if i + 1 == named.len() => Ok(Ok(last)),
                 Some(s) => Ok(Err(*s)),
                 None => outside("node", i as f64, named.len() as f64 - 1.0),
             },
+            // Sums and unit conversions have rounding errors: slightly beyond an end is accepted.
             (Self::ArcLength(s), _) => match (mesh.length.value(), s.value()) {
                 (length, at) if (-ROUNDING * length..=(1.0 + ROUNDING) * length).contains(&at) => {
                     Ok(Err(s))
@@ -229,6 +231,7 @@ impl<D: Scalar> Stencil<D> {
         let n = arc_length.len();
         let [first, last] =
             [0, n.saturating_sub(1)].map(|i| arc_length.get(i).map_or(0.0, D::value));
+        // Rounding of a node's arc length must not change the choice of nodes.
         let there = s - ROUNDING * (last - first);
         let right = arc_length.partition_point(|a| a.value() < there).clamp(1, n.max(2) - 1);
         let first = right.saturating_sub(2).min(n.saturating_sub(4));

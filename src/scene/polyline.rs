@@ -1,9 +1,11 @@
 //! Shapes of the rod as smooth curves through points of a file or of the scene.
 //!
-//! [`Polyline`] reads columns x, y, z (and s), computes arc lengths from circles through neighboring points, and interpolates
-//! by cubics through the four nearest points. [`Polyline::mesh`] returns the mesh of a rest shape, [`Polyline::nodes_of`] the
-//! nodes of a rod in an initial shape. Corners above `SHARPEST` are rejected if nodes are between the points. `shape` uses
-//! them.
+//! [`Polyline`] reads columns x, y, z (m, or the unit of their header). The file of an initial shape may also have s,
+//! the arc length of each point on the rod at rest. Without s the arc lengths are those of circles through
+//! neighboring points. Positions between the points are cubics through the four nearest ones. [`Polyline::mesh`]
+//! returns the mesh of a rest shape, [`Polyline::nodes_of`] the nodes of a rod in an initial shape, m. Rejected are
+//! fewer than three points, a point that equals the one before, and arc lengths that do not increase or do not cover
+//! the rod. Corners above `SHARPEST` degrees are rejected if nodes are between the points. `shape` uses them.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;

@@ -1,8 +1,10 @@
 //! `[[supports.motion]]`: prescribed motion of an end of the rod, by a ramp, a frequency or a recording.
 //!
-//! Displacement, rotation vector and twist are multiplied by a factor of time: a quintic from 0 to 1 over the ramp, or `sin(2
-//! pi f t)`, or 1. A recording adds the displacement of its point since t = 0. In the search for an equilibrium the factor is
-//! the progress of the approach or zero ([`MotionTime`]). `problem::boundary` moves the ends by them.
+//! Displacement, rotation vector and twist are multiplied by a factor of time: a quintic from 0 to 1 over the ramp,
+//! or `sin(2 pi f t)`, or 1. A recording adds the displacement of its point since t = 0. In the search for an
+//! equilibrium the factor is the progress of the approach or zero ([`MotionTime`]). `problem::boundary` moves the
+//! ends by them. Clamped ends may have any motion, pinned ones no rotation, recorded ones a constant twist only;
+//! other ends, and ramp beside frequency, are errors.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -101,6 +103,7 @@ impl<D: Scalar> Motion<D> {
     pub(crate) fn recorded_displacement(&self, at: MotionTime<D>) -> Option<[D; 3]> {
         let [marker, ..] = self.track.as_ref()?.markers() else { return None };
         let MotionTime::Time(time) = at else { return None };
+        // The origin of the recording is arbitrary: only the change since t = 0 moves the end.
         let (start, now) = (marker.at(0.0), marker.at(time));
         Some(std::array::from_fn(|c| now[c] - start[c]))
     }

@@ -1,10 +1,10 @@
 //! Defects of a recorded motion that drives a support, and the bandwidth of the motion, for the choice of time steps.
 //!
-//! Missing frames are reported if the error of interpolation over equally many complete frames exceeds `GAP_ERROR` of the
-//! extent and `GAP_TO_NOISE` times the noise. A jump is a displacement of more than `JUMP_TO_STEPS` times those around it,
-//! above noise, resolution and a fraction of the extent. The bandwidth is the frequency below which 99 % of the variance lie,
-//! without the white noise (`noise_scale`, `spectrum`). `detrended` subtracts a quadratic trend. `Track::guarded` stores the
-//! results in the recording; supports check time steps by the bandwidth.
+//! Missing frames are reported if the error of interpolation over equally many complete frames exceeds `GAP_ERROR` of
+//! the extent and `GAP_TO_NOISE` times the noise. A jump is a displacement of more than `JUMP_TO_STEPS` times those
+//! around it, above noise, resolution and a fraction of the extent. The bandwidth is the frequency below which 99 %
+//! of the variance lie, without the white noise (`noise_scale`, `spectrum`). `detrended` subtracts a quadratic trend.
+//! `Track::guarded` stores the results in the recording; supports check time steps by the bandwidth.
 
 use crate::numerics::noise_scale::{NoEstimate, NoisySeries, quantization_step};
 use crate::numerics::spectrum::{harmonic_variances, intervals};

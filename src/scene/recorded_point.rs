@@ -1,10 +1,11 @@
 //! Recordings of one point: its positions, or its accelerations from rest, which are integrated twice.
 //!
-//! [`Track::read_one`] serves `[[supports.motion]]`. Columns x, y, z (z may be absent) are positions; columns ax, ay, az
-//! of a CSV file are accelerations, of which absent ones are zero. Accelerations are linear between rows; units of the
-//! header are converted to m/s^2. Rows before the start time, in the unit of the file's clock, are skipped. A mean
-//! acceleration within `NEAR_GRAVITY` of standard gravity is reported as a defect: gravity was not subtracted. The result
-//! is a track with one marker, m and s; an integrated one begins at the origin. Files with several points are errors.
+//! [`Track::read_one`] serves `[[supports.motion]]`. Columns x, y, z (z may be absent) are positions; columns ax, ay,
+//! az of a CSV file are accelerations, of which absent ones are zero. Accelerations are linear between rows; units of
+//! the header are converted to m/s^2. Rows before the start time, in the unit of the file's clock, are skipped. A
+//! mean acceleration within `NEAR_GRAVITY` of standard gravity is reported as a defect: gravity was not subtracted.
+//! The result is a track with one marker, m and s; an integrated one begins at the origin. Files with several points
+//! are errors.
 
 use crate::error::Error;
 use crate::scene::fault::Fault;

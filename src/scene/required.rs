@@ -1,10 +1,10 @@
-//! Rules for the required keys of a scene file, table by table (`[rod]`, `[material]`, shapes, sections, points, motions,
-//! times).
+//! Rules for the required keys of a scene file, table by table (`[rod]`, `[material]`, shapes, sections, points,
+//! motions, times).
 //!
-//! [`REQUIRED`] has a rule for each table that is required, or is checked if it is given. A rule returns the keys that a
-//! table must have; those of a shape and a section depend on their `kind`. Only `kind` is required if it is missing or
-//! unknown. A polyline needs `file` unless it has `points`. The rules do not decide whether a file is valid: if it cannot
-//! be parsed, `input::missing_keys` lists with them all keys that it does not have.
+//! [`REQUIRED`] has a rule for each table that is required, or is checked if it is given. A rule returns the keys
+//! that a table must have; those of a shape and a section depend on their `kind`. Only `kind` is required if it is
+//! missing or unknown. A polyline needs `file` unless it has `points`. The rules do not decide whether a file is
+//! valid: if it cannot be parsed, `input::missing_keys` lists with them all keys that it does not have.
 
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 

@@ -2,9 +2,9 @@
 //!
 //! `left_open` returns the settings to be chosen: the mesh without `rod.segments` (except of a polyline), the step
 //! without `time.step`, the scheme only with the step. `resolved` returns the scene with chosen settings and a
-//! [`Resolution`], `reopened` the scene without them. The resolution has requested (by default `ACCURACY`) and estimated
-//! error, fractions of the rod length; the estimate is none where the error was not estimated. It is displayed as text,
-//! with a warning if the request is not met. Module `accuracy` makes the choice.
+//! [`Resolution`], `reopened` the scene without them. The resolution has requested (by default `ACCURACY`) and
+//! estimated error, fractions of the rod length; the estimate is none where the error was not estimated. It is
+//! displayed as text, with a warning if the request is not met. Module `accuracy` makes the choice.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -190,6 +190,7 @@ impl Scene {
     /// `remeshed`, so that node indices keep their arc length. The resolution has no estimated error yet.
     pub(crate) fn resolved(&self, segments: usize, step: f64) -> Scene {
         let (open, before) = (self.left_open(), self.chosen());
+        // A setting that the program chose before may be chosen anew.
         let chosen = Chosen {
             segments: open.segments || before.segments,
             step: open.step || before.step,

@@ -1,10 +1,11 @@
-//! `[rod]`: shape, section, taper, masses, natural curvature, bending and twist, and mesh of the rod, with the validation
-//! of these keys.
+//! `[rod]`: shape, section, taper, masses, natural curvature, bending and twist, and mesh of the rod, with the
+//! validation of these keys.
 //!
-//! Numbers of edges are 2 to 1e7; without one it is that of a polyline, or the program chooses it. A mesh of a formula
-//! (arc, helix) must have so many edges that they turn by less than half a turn on average. Natural curvature is a factor
-//! on the curvature of the rest shape, natural twist is in rad/m. Natural bending, 1/m, is given as pairs (one number for
-//! each director) at equally spaced nodes, for spatial rods only. It is interpolated linearly at the nodes of a mesh.
+//! Numbers of edges are 2 to 1e7; without one it is that of a polyline, or the program chooses it. A mesh of a
+//! formula (arc, helix) must have so many edges that they turn by less than half a turn on average. Natural curvature
+//! is a factor on the curvature of the rest shape, natural twist is in rad/m. Natural bending, 1/m, is given as pairs
+//! (one number for each director) at equally spaced nodes, for spatial rods only. It is interpolated linearly at the
+//! nodes of a mesh.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -131,6 +132,7 @@ impl<D: Scalar> RodSpec<D> {
     /// equally spaced in node numbers from the first node to the last. None without pairs.
     pub(crate) fn bending_shares(&self, i: usize, segments: usize) -> Option<[(usize, f64); 2]> {
         let last = self.natural_bending.len().checked_sub(1)?;
+        // Pairs are equally spaced along the mesh, for any number of edges.
         let place = (i * last) as f64 / segments as f64;
         let before = (place as usize).min(last);
         let part = place - before as f64;
@@ -173,6 +175,7 @@ impl RodSpec {
             (_, Some(n)) if !SEGMENTS.contains(&n) => {
                 return Err(Error::invalid("rod.segments", n, "2 .. 1e7"));
             }
+            // Edges that turn by half a turn or more are those of another curve with less turning.
             (shape, Some(n)) if shape.turning().is_some_and(|turn| turn >= PI * n as f64) => {
                 let turning = shape.turning().unwrap_or_default();
                 let allowed = format!(

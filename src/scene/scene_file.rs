@@ -1,8 +1,8 @@
 //! A scene file of either kind: one rod, or a structure.
 //!
 //! Input of [`SceneFile::load`] is the path of a TOML file. Valid TOML with a key `rods` at its root is read as a
-//! structure, any other text as the scene of one rod. Output is the validated scene, with the polylines and recordings
-//! that it names; unreadable files and invalid values are errors. Commands that accept both kinds use it.
+//! structure, any other text as the scene of one rod. Output is the validated scene, with the polylines and
+//! recordings that it names; unreadable files and invalid values are errors. Commands that accept both kinds use it.
 
 use crate::error::Error;
 use crate::scene::{Scene, StructureScene};

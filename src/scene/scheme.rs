@@ -1,7 +1,8 @@
-//! The time integrators ([`Scheme`]) and their properties ([`Traits`]): name, order, supported terms, stability limit,
-//! conservation of energy, parameter.
+//! The time integrators ([`Scheme`]) and their properties ([`Traits`]): name, order, supported terms, stability limit
+//! (step times angular frequency), conservation of energy, parameter.
 //!
-//! A scheme is a variant of [`Scheme`], a row of [`Traits`], and a stepper in [`crate::dynamics::stepper`]. The row
+//! The schemes are Newmark-beta (default), average vector field, Rodas4, Verlet, PEFRL and generalised-alpha. A
+//! scheme is a variant of [`Scheme`], a row of [`Traits`], and a stepper in [`crate::dynamics::stepper`]. The row
 //! determines the terms that a scene may contain, the energy check, the steps of a study and the text of messages.
 
 use serde::{Deserialize, Serialize};
@@ -153,6 +154,7 @@ impl Scheme {
 
     /// The row of properties of the scheme.
     pub const fn traits(self) -> &'static Traits {
+        // Rows are in the order of the variants, which the constant above asserts.
         &TRAITS[self as usize]
     }
 

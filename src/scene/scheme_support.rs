@@ -1,10 +1,11 @@
 //! Terms of the equation of motion (damping, friction, drag, moving supports) that an integration scheme does not
 //! support.
 //!
-//! `unsupported_by` compares a scene with the [`Traits`] of a scheme. Output is a list of terms, each with its key, found
-//! value and the schemes that support it. Their order is Kelvin-Voigt time above zero, friction, Maxwell branch, drag,
-//! moving supports. Only the first of several Kelvin-Voigt times is listed. The list is empty if the scheme supports all.
-//! The validation of a scene reports the first term, and studies try the schemes without such terms.
+//! `unsupported_by` compares a scene with the [`Traits`] of a scheme. Output is a list of terms, each with its key,
+//! found value and the schemes that support it. Their order is Kelvin-Voigt time above zero, friction, Maxwell
+//! branch, drag, moving supports. Only the first of several Kelvin-Voigt times is listed. The list is empty if the
+//! scheme supports all. The validation of a scene reports the first term, and studies try the schemes without such
+//! terms.
 
 use crate::scene::Scene;
 use crate::scene::scheme::{Scheme, Traits};

@@ -1,11 +1,11 @@
 //! Cross-sections of the rod, with their areas, second moments, torsion constants and shear coefficients.
 //!
-//! Kinds are circle, tube (outer radius, wall thickness), rectangle (width, height) and custom sections; sizes in m. `up`
-//! orients rectangles and custom sections by its component across the first edge. [`Section::moments`] returns area, m^2,
-//! second moments in the plane of `up` and across it, m^4, and torsion constant, m^4, over any number type. That of a
-//! rectangle is Saint-Venant's series; a custom section gives all of them. The shear coefficients are those of Cowper
-//! (1966), for custom sections that of a rectangle. Rejected are sizes that are not positive, a wall thicker than the
-//! radius, and `up` along the first edge.
+//! Kinds are circle, tube (outer radius, wall thickness), rectangle (width, height) and custom sections; sizes in m.
+//! `up` orients rectangles and custom sections by its component across the first edge. [`Section::moments`] returns
+//! area, m^2, second moments in the plane of `up` and across it, m^4, and torsion constant, m^4, over any number
+//! type. That of a rectangle is Saint-Venant's series; a custom section gives all of them. The shear coefficients are
+//! those of Cowper (1966), for custom sections that of a rectangle. Rejected are sizes that are not positive, a wall
+//! thicker than the radius, and `up` along the first edge.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -203,6 +203,7 @@ pub fn rectangle<D: Scalar>(width: D, height: D) -> SectionProperties<D> {
         let tanh = (-decay + 1.0) / (decay + 1.0);
         series += tanh * n.powi(-5);
     }
+    // J = a b^3 (1/3 - 64/pi^5 b/a sum tanh(n pi a/(2 b))/n^5) over odd n, with the sides a >= b.
     let part = -(series * short / long) * (64.0 / PI.powi(5)) + 1.0 / 3.0;
     SectionProperties {
         area,

@@ -1,11 +1,11 @@
 //! Rest shapes: straight, helix, arc, or a polyline; their nodes by arc length.
 //!
-//! [`Shape::mesh`] places nodes along the curve, with parts of the outermost edges behind walls. Edges are equal; those of a
-//! polyline are proportional to the distances of its points, and by default as many. `Shape::nodes_of` places the nodes of a
-//! rod in this shape as an initial one, at the same fractions of the length, or at the arc lengths that a polyline's file
-//! gives. Formulas are evaluated
-//! over any number type, so that meshes have derivatives by length, radius, pitch and angle. Polylines are read from files
-//! (module `polyline`).
+//! [`Shape::mesh`] places nodes along the curve, with parts of the outermost edges behind walls. Edges are equal;
+//! those of a polyline are proportional to the distances of its points, and by default as many. Other shapes without
+//! a number of edges are errors. `Shape::nodes_of` places the nodes of a rod in this shape as an initial one, at the
+//! same fractions of the length, or at the arc lengths that a polyline's file gives. Formulas are evaluated over any
+//! number type, so that meshes have derivatives by length, radius, pitch and angle. Polylines are read from files
+//! (module `polyline`); one that has not been read is an error.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -232,6 +232,7 @@ impl<D: Scalar> Shape<D> {
                 return Ok(nodes.into_iter().map(|x| scale(x, factor)).collect());
             }
         };
+        // An initial shape may have another length than the rod: nodes keep their fractions of it.
         let stretch = length / rest.length;
         Ok(rest.arc_length.iter().map(|s| point(*s * stretch)).collect())
     }
@@ -293,6 +294,7 @@ enum ShapeCurve<'a, D> {
 /// The vector `v` rotated by the smallest rotation from -z to the unit vector `axis`. If `axis` is +z within 1e-14, it is by
 /// half a turn about x.
 fn to_axis<D: Scalar>(axis: Vector<D>, v: Vector<D>) -> Vector<D> {
+    // The smallest rotation to the opposite direction is not unique, and its formula divides by zero.
     let (from, v) = match axis[2].value() > 1.0 - 1e-14 {
         true => ([0.0, 0.0, 1.0], [v[0], -v[1], -v[2]]),
         false => ([0.0, 0.0, -1.0], v),

@@ -1,9 +1,10 @@
-//! Scenes of several rods: `[[rods]]`, `[[materials]]`, `[[bodies]]`, `[[joints]]` and `[[supports]]`, and their validation.
+//! Scenes of several rods: `[[rods]]`, `[[materials]]`, `[[bodies]]`, `[[joints]]` and `[[supports]]`, and their
+//! validation.
 //!
-//! [`StructureScene`] is generic over the type of its numbers, as [`Scene`]: `map_numbers` converts each by its path, in
-//! which rods, materials and bodies have their names. Rods name materials, joints and loads name rods and bodies.
-//! [`StructureScene::validate`] rejects invalid numbers and names, and keys that structures do not have (friction, a missing
-//! time step). `part` returns the scene of one rod alone, from which the module `structure` builds models.
+//! [`StructureScene`] is generic over the type of its numbers, as [`Scene`]: `map_numbers` converts each by its path,
+//! in which rods, materials and bodies have their names. Rods name materials, joints and loads name rods and bodies.
+//! [`StructureScene::validate`] rejects invalid numbers and names, and keys that structures do not have (friction, a
+//! missing time step). `part` returns the scene of one rod alone, from which the module `structure` builds models.
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::Scalar;
@@ -374,6 +375,7 @@ impl StructureScene {
     fn check(&self) -> Result<(), Error> {
         self.check_numbers("", TABLE)?;
         ensure(!self.rods.is_empty(), "rods", "an empty list", "at least one rod")?;
+        // Names are parts of the paths of parameters: without dots, and unique in their list.
         let lists: [(&str, Vec<&String>); 3] = [
             ("rods", self.rods.iter().map(|rod| &rod.name).collect()),
             ("materials", self.materials.iter().map(|material| &material.name).collect()),
@@ -416,6 +418,7 @@ impl StructureScene {
             }
         }
         for body in &self.bodies {
+            // No distribution of mass has a principal moment above the sum of the others.
             if let PerAxis::Three([a, b, c]) = body.inertia {
                 let key = format!("bodies.{}.inertia", body.name);
                 let allowed = "moments of inertia of which none exceeds the sum of the others";
@@ -427,6 +430,7 @@ impl StructureScene {
         let known = matches!(state, InitialState::Rest | InitialState::Equilibrium);
         let allowed = "\"rest\" or \"equilibrium\", for a structure";
         ensure(known, "initial.state", format!("{state:?}").to_lowercase(), allowed)?;
+        // Assemblies of rods have no springs of internal friction.
         let friction = self.loads.damping.friction.is_some();
         ensure(!friction, "loads.damping.friction", "a table", "no such key for a structure")?;
         if let Some(time) = &self.time {

@@ -1,9 +1,9 @@
 //! A structure for the catalog of parameters, which contains every kind of number of a structure.
 //!
-//! Input is a scene of one rod, whose shape, section, material, taper, curvature, damping and time are taken over. Output
-//! is a [`StructureScene`] with one rod, material, body, spring joint and point force each. All have the name `ANY_NAME`
-//! (`*`), so that paths are general: `rods.*.section.radius`. The module `parameter` visits the numbers of these
-//! structures for their units and limits; they are neither validated nor simulated.
+//! Input is a scene of one rod, whose shape, section, material, taper, curvature, damping and time are taken over.
+//! Output is a [`StructureScene`] with one rod, material, body, spring joint and point force each. All have the name
+//! `ANY_NAME` (`*`), so that paths are general: `rods.*.section.radius`. The module `parameter` visits the numbers of
+//! these structures for their units and limits; they are neither validated nor simulated.
 
 use crate::scene::mass::PointMass;
 use crate::scene::per_axis::PerAxis;

@@ -1,8 +1,9 @@
 //! Reading of the files of structures (TOML), and of the polylines that they name.
 //!
-//! [`StructureScene::load`] and [`StructureScene::from_toml`] parse a text, validate the scene and read the points of shapes;
-//! paths are relative to the folder of the file. A message lists all required keys that are missing, or a likely mistake.
-//! [`StructureScene::files`] lists the files of a structure.
+//! [`StructureScene::load`] and [`StructureScene::from_toml`] parse a text, validate the scene and read the points of
+//! shapes; paths are relative to the folder of the file. Errors have the path. For a text that cannot be parsed they
+//! list all required keys that are missing, or a likely mistake. [`StructureScene::files`] lists the files of a
+//! structure.
 
 use crate::error::Error;
 use crate::input::hints::{STRUCTURE, explained};

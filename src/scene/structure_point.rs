@@ -1,10 +1,10 @@
 //! Points of a structure: on one of its rods, or fixed to one of its bodies.
 //!
-//! [`StructurePoint`] is read from `{ rod = "arm", at = "tip" }` or `{ body = "gripper", offset = [0, 0.1, 0] }`. A place
-//! on a rod is `"start"`, `"tip"` (or `"end"`), a node index, or an arc length from the start, m. The offset from the
-//! center of mass at rest, m, is zero by default. Other keys are errors; names, indices and arc lengths are checked by
-//! the users. `RodPoint::point` converts a place to the [`Point`] of the rod alone, and `Display` writes text such as
-//! `the tip of arm`. Observations of fits and positions of simulated structures use these points.
+//! [`StructurePoint`] is read from `{ rod = "arm", at = "tip" }` or `{ body = "gripper", offset = [0, 0.1, 0] }`. A
+//! place on a rod is `"start"`, `"tip"` (or `"end"`), a node index, or an arc length from the start, m. The offset
+//! from the center of mass at rest, m, is zero by default. Other keys are errors; names, indices and arc lengths are
+//! checked by the users. `RodPoint::point` converts a place to the [`Point`] of the rod alone, and `Display` writes
+//! text such as `the tip of arm`. Observations of fits and positions of simulated structures use these points.
 
 use crate::scene::point::Point;
 use serde::{Deserialize, Serialize};
@@ -89,6 +89,7 @@ impl RodPoint {
     /// The point on the rod alone.
     pub fn point(self) -> Point {
         match self {
+            // Not node 0, which is behind the wall of a clamp in the middle of an edge.
             Self::End(RodEndName::Start) => Point::ArcLength(0.0),
             Self::End(RodEndName::Tip | RodEndName::End) => Point::Tip,
             Self::Node(node) => Point::Node(node),

@@ -1,8 +1,9 @@
-//! `[supports]`: supports of both ends of the rod, their compliance and their motion, with the validation of these keys.
+//! `[supports]`: supports of both ends of the rod, their compliance and their motion, with the validation of these
+//! keys.
 //!
-//! An end is free, pinned, on a roller, clamped or recorded. Methods return the support, compliance and rotation of an end,
-//! and the warnings of recordings. Rejected are two rollers, a compliance without a clamp, recorded ends without a recording,
-//! contradicting motions, and simulations beyond the end of a recording.
+//! An end is free, pinned, on a roller, clamped or recorded. Methods return the support, compliance and rotation of
+//! an end, and the warnings of recordings. Rejected are two rollers, a compliance without a clamp, recorded ends
+//! without a recording, contradicting motions, and simulations beyond the end of a recording.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -237,6 +238,7 @@ impl Supports {
         for (i, motion) in self.motion.iter().enumerate() {
             let key = format!("supports.motion[{i}]");
             motion.check(&key, self.at(motion.end))?;
+            // A single held marker prescribes a position, and no edge that could turn.
             let held = self.path.as_ref().map_or(0, |path| path.held);
             // A free twist cannot be prescribed as well.
             if self.turns_freely(motion.end) {

@@ -1,10 +1,11 @@
-//! Declaration of the tables of a scene file by `table!`: fields, serialization, physical numbers and their validation.
+//! Declaration of the tables of a scene file by `table!`: fields, serialization, physical numbers and their
+//! validation.
 //!
 //! `table!` declares a struct, or an enum with a variant for each `kind`, over a number type `D`. A field
-//! `pub name: Type = kind` holds physical numbers: `kind` is the [`Quantity`] of numbers, vectors and lists of them, or
-//! [`TABLE`] for tables. Fields without a kind are copied from one number type to another. Entries of a list of
-//! `pub struct Name by field` have the value of that field as their key, others their index. The trait [`NumberTree`] visits all
-//! numbers with their paths, for parameters, validation and scenes over dual numbers.
+//! `pub name: Type = kind` holds physical numbers: `kind` is the [`Quantity`] of numbers, vectors and lists of them,
+//! or [`TABLE`] for tables. Fields without a kind are copied from one number type to another. Entries of a list of
+//! `pub struct Name by field` have the value of that field as their key, others their index. The trait [`NumberTree`]
+//! visits all numbers with their paths, for parameters, validation and scenes over dual numbers.
 
 use crate::error::Error;
 use crate::scene::number::{NumberVisitor, Quantity};
@@ -246,6 +247,7 @@ macro_rules! table {
     };
     (@key $field:ident) => { stringify!($field) };
     (@key $field:ident, $key:literal) => { $key };
+    // A field without a kind has no physical numbers.
     (@map $value:expr, $key:expr, $visitor:ident) => { Clone::clone($value) };
     (@map $value:expr, $key:expr, $visitor:ident, $kind:expr) => {
         crate::scene::table::NumberTree::map_numbers($value, $key, $kind, $visitor)

@@ -2,9 +2,9 @@
 //!
 //! Each factor is a list with one number for each of equally many equal parts of the length, or linear. `Taper::at`
 //! returns section and material at a place, a fraction of the rod length; Poisson's ratio and `up` are unchanged.
-//! `Taper::breaks` returns the places at which lists have boundaries, and both ends, ascending. Factors of numbers that
-//! the section or material does not have, factors of 0 or below, and invalid tapered sections are rejected. The section
-//! profile of a problem averages over the pieces between breaks.
+//! `Taper::breaks` returns the places at which lists have boundaries, and both ends, ascending. Factors of numbers
+//! that the section or material does not have, factors of 0 or below, and invalid tapered sections are rejected. The
+//! section profile of a problem averages over the pieces between breaks.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -99,6 +99,7 @@ impl<D> Taper<D> {
         let mut breaks = vec![0.0, 1.0];
         breaks.extend(self.factors().flat_map(|(_, factor)| factor.breaks()));
         breaks.sort_by(f64::total_cmp);
+        // Lists of different lengths share boundaries, such as 1/2 and 2/4, up to rounding.
         breaks.dedup_by(|a, b| (*a - *b).abs() < SAME_BREAK);
         breaks
     }

@@ -1,10 +1,10 @@
 //! `[time]`: duration, time step and integration scheme, with the validation of these keys.
 //!
-//! A file may leave out the end (that of the recording), the step, or step and scheme (chosen by the program); beside a
-//! step the default is Newmark-beta. Numbers of a scheme (`beta`, `rho_inf`, `tolerance`) are accepted with the schemes
-//! that have them only. Rejected are an end or step that is not positive and finite, and more than `MOST_STEPS` steps.
-//! [`Time`] also returns the step size, s (the duration if no step is chosen yet), the number of steps (the last may be
-//! shorter), and the time after each, s.
+//! A file may leave out the end (that of the recording), the step, or step and scheme (chosen by the program); beside
+//! a step the default is Newmark-beta. Numbers of a scheme (`beta`, `rho_inf`, `tolerance`) are accepted with the
+//! schemes that have them only. Rejected are an end or step that is not positive and finite, and more than
+//! `MOST_STEPS` steps. [`Time`] also returns the step size, s (the duration if no step is chosen yet), the number of
+//! steps (the last may be shorter), and the time after each, s.
 
 use crate::error::Error;
 use crate::scene::number::{Candidates, Quantity, SceneNumber};
@@ -205,6 +205,7 @@ impl Time {
 
     /// Number of steps to the end, at least one; the last may be shorter.
     pub fn steps(&self) -> usize {
+        // A duration of whole steps must not get one more by rounding.
         ((self.end / self.step_size() - ROUNDING).ceil() as usize).max(1)
     }
 

@@ -1,9 +1,10 @@
-//! `time.tolerance`: largest Newton error of the solution of a time step, a fraction of the rod length or `"rounding"`.
+//! `time.tolerance`: largest Newton error of the solution of a time step, a fraction of the rod length or
+//! `"rounding"`.
 //!
-//! [`StepTolerance`] is read from and written to files as a number or that word; the default is 3e-14. Fractions outside
-//! (0, 1e-6] are rejected by the validation of the scene, not when they are read. `part` returns the fraction, or 0 for
-//! `"rounding"`. The steppers of Newmark-beta and generalised-alpha stop their iterations when the predicted error is
-//! below it; the average vector field always solves to rounding.
+//! [`StepTolerance`] is read from and written to files as a number or that word; the default is 3e-14. Fractions
+//! outside (0, 1e-6] are rejected by the validation of the scene, not when they are read. `part` returns the
+//! fraction, or 0 for `"rounding"`. The steppers of Newmark-beta and generalised-alpha stop their iterations when the
+//! predicted error is below it; the average vector field always solves to rounding.
 
 use crate::error::Error;
 use serde::de::{self, Visitor};

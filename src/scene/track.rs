@@ -1,8 +1,11 @@
 //! Recorded markers: their positions at the frames of a recording, and the cubic Hermite interpolant through them.
 //!
-//! [`Track`] reads a CSV file or a file of a motion-capture or video-tracking program (crate `marker-files`), and selects
-//! markers; its clock must start at 0. It holds the defects of the recording and the bandwidth of its motion once it is
-//! examined. [`Marker::at`] is the position at any time, also with derivatives by the time. Supports follow tracks.
+//! [`Track`] reads a CSV file or a file of a motion-capture or video-tracking program (crate `marker-files`), and
+//! selects markers by name; positions are in m, times in s. Its clock must start at 0, after frames before a given
+//! start time are left out; markers with fewer than two positions are errors. [`Marker::at`] is the position at any
+//! time, also with derivatives by the time: velocities are central differences, and before the first and after the
+//! last position the motion continues with constant velocity. Once it is examined, a track has the defects of the
+//! recording and the bandwidth of its motion, Hz. Supports follow tracks.
 
 use crate::code::Code;
 use crate::error::Error;

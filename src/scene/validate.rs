@@ -1,7 +1,7 @@
 //! Rejection of invalid numbers and vectors in a scene: not positive, not finite, or a direction of no length.
 //!
-//! Each function takes the key and the value, and returns an error with key, found value and allowed values. The checks of
-//! the tables of a scene or structure use them.
+//! Each function takes the key and the value, and returns an error with key, found value and allowed values. The
+//! checks of the tables of a scene or structure use them.
 
 use crate::error::Error;
 

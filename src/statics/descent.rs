@@ -1,25 +1,28 @@
 //! Descent to an equilibrium by pseudo-transient continuation (Kelley and Keyes 1998, doi:10.1137/S0036142996304796).
 //!
-//! Plain Newton iterations diverge where loads bend a stiff rod far, since the first step stretches it too much. Each step
-//! of the descent solves
+//! Plain Newton iterations diverge where loads bend a stiff rod far, since the first step stretches it too much. Each
+//! step of the descent solves
 //!
 //! ```text
 //! lambda M (q1 - q0) + dE/dq(q1) = 0,
 //! ```
 //!
-//! an implicit step of gradient descent in the metric `M` (the masses), by Newton's method with the exact tangent `K`.
-//! `lambda` is multiplied by [`DECREASE`] after each step (`CAREFUL_DECREASE` after a repeated one), and is zero
-//! below [`SMALLEST`] of its first value. The last steps are Newton iterations on the equilibrium itself, until the
-//! corrections are rounding errors. A step is repeated with [`INCREASE`] times `lambda` where Newton's method fails or a
-//! joint passes through a fold. So is one where `K + lambda M` is not positive definite at its start or end, apart
-//! from negligible stiffnesses.
+//! an implicit step of gradient descent in the metric `M` (the masses), by Newton's method with the exact tangent
+//! `K`. `lambda` is multiplied by [`DECREASE`] after each step (`CAREFUL_DECREASE` after a repeated one), and is zero
+//! below [`SMALLEST`] of its first value. The last steps are Newton iterations on the equilibrium itself, until
+//! corrections or forces are rounding errors. A step that moves nothing, directly after a repeated one, ends the
+//! descent too. A step is repeated with [`INCREASE`] times `lambda` where Newton's method fails or a joint passes
+//! through a fold. So is one where `K + lambda M` is not positive definite at its start or end, apart from negligible
+//! stiffnesses.
 //!
-//! A rod in an exactly symmetric unstable equilibrium stays there. After [`SADDLES`] steps that begin at an indefinite
-//! matrix, the rod is displaced slightly along the softest motion, once. Long rods use [edge
-//! coordinates](crate::statics::edge_coordinates) with another metric.
+//! A rod in an exactly symmetric unstable equilibrium stays there. After [`SADDLES`] steps that begin at an
+//! indefinite matrix, the rod is displaced slightly along the softest motion, once. Long rods use
+//! [edge coordinates](crate::statics::edge_coordinates) with another metric.
 //!
-//! Input: a rod, boundary conditions ([`DescentSettings`]), initial unknowns and frames. Output: [`EquilibriumState`], or an
-//! error after [`STEPS`] steps. Equilibria under loads and the shapes of recorded motions are found by it.
+//! Input: a rod, boundary conditions ([`DescentSettings`]), initial unknowns and frames. Output:
+//! [`EquilibriumState`], with unknowns, frames, number of Newton iterations and largest unbalanced force (N), or an
+//! error after [`STEPS`] steps, failed ones included. Equilibria under loads and the shapes of recorded motions are
+//! found by it.
 
 use crate::energy::Derivatives;
 use crate::error::Error;

@@ -1,18 +1,18 @@
 //! Edge coordinates: edge vectors instead of node positions as unknowns of a long rod that is held at its start only.
 //!
-//! In node positions bending is a fourth difference: the condition number of the tangent of `N` nodes is proportional to
-//! `N^4`, and from about 10^4 nodes on its smallest eigenvalues are rounding errors. In edge vectors `e_j` it is a second
-//! difference. Node `i` is at `x_0 + sum_{j < i} e_j`. Dead loads are linear in the edges, and elements depend on edges
-//! only. So the tangent `T' K T`, with the matrix `T` of these sums, is a band as well. Its condition number is
-//! proportional to `N^2`, and by Sylvester's law it has as many negative eigenvalues as `K`. It is assembled from the
-//! derivatives of the elements ([`Rod::edge_tangent`]), never from `K`.
+//! In node positions bending is a fourth difference: the condition number of the tangent of `N` nodes is proportional
+//! to `N^4`, and from about 10^4 nodes on its smallest eigenvalues are rounding errors. In edge vectors `e_j` it is a
+//! second difference. Node `i` is at `x_0 + sum_{j < i} e_j`. Dead loads are linear in the edges, and elements depend
+//! on edges only. So the tangent `T' K T`, with the matrix `T` of these sums, is a band as well. Its condition number
+//! is proportional to `N^2`, and by Sylvester's law it has as many negative eigenvalues as `K`. It is assembled from
+//! the derivatives of the elements ([`Rod::edge_tangent`]), never from `K`.
 //!
 //! In every vector, edge `j` has the indices of node `j + 1`; angles keep theirs.
 //!
-//! [`EdgeCoordinates`] converts lists of all unknowns, in place: forces on nodes (N) to those on edges (`T' f`), changes of
-//! edges (m) to those of nodes (`T e`). `metric` returns the weights (kg) that replace the masses. Descents to equilibria,
-//! their derivatives and stability use it. It is used above [`MANY_NODES`] nodes, for a rod without held nodes beside
-//! those at its start and without user-defined energies (`Discretized::edge_coordinates`).
+//! [`EdgeCoordinates`] converts lists of all unknowns, in place: forces on nodes (N) to those on edges (`T' f`),
+//! changes of edges (m) to those of nodes (`T e`). `metric` returns the weights (kg) that replace the masses.
+//! Descents to equilibria, their derivatives and stability use it. It is used above [`MANY_NODES`] nodes, for a rod
+//! without held nodes beside those at its start and without user-defined energies (`Discretized::edge_coordinates`).
 
 use crate::numerics::scalar::Scalar;
 use crate::rod::Rod;

@@ -1,13 +1,13 @@
 //! The equilibrium of a problem: shape, energies, reactions and stability, and their summary as text.
 //!
-//! [`Problem::equilibrium`] finds it by a [descent](crate::statics::descent) from the initial shape. It is stable if no
-//! motion decreases the energy to second order and none that deforms the rod is without stiffness (`marginal`). Motions
-//! are counted by the negative pivots of the factored tangent (Sylvester's law of inertia), near zero by the second
-//! variation. Rigid motions and spins without resistance do not count. A planar rod is also examined out of its plane,
-//! in the spatial model, if a shear modulus or Poisson's ratio is given and no moment acts; else `stable` is absent.
-//! Output: [`Equilibrium`] with nodes and tip (m), energies (J), residual (N), reactions (N, N m), and counts of
-//! unstable and marginal motions. Warnings with codes are about implausible values and large strains. An unstable
-//! equilibrium is no error.
+//! [`Problem::equilibrium`] finds it by a [descent](crate::statics::descent) from the initial shape. It is stable if
+//! no motion decreases the energy to second order and none that deforms the rod is without stiffness (`marginal`).
+//! Motions are counted by the negative pivots of the factored tangent (Sylvester's law of inertia), near zero by the
+//! second variation. Rigid motions and spins without resistance do not count. A planar rod is also examined out of
+//! its plane, in the spatial model, if a shear modulus or Poisson's ratio is given and no moment acts; else `stable`
+//! is absent. Output: [`Equilibrium`] with nodes and tip (m), energies (J), residual (N), reactions (N, N m), and
+//! counts of unstable and marginal motions. Warnings with codes are about implausible values and large strains. An
+//! unstable equilibrium is no error; a failed search, an interruption and a singular tangent are.
 
 use crate::code::Code;
 use crate::error::Error;

@@ -1,12 +1,13 @@
 //! Derivatives of an equilibrium by the scene's numbers, by the implicit function theorem.
 //!
 //! Input: an equilibrium in plain numbers, whether it is neutral, and a setup over dual numbers. An equilibrium
-//! satisfies `g(q, p) = 0` with the gradient `g` of the energy. Newton steps `q -= K^-1 g(q, p)` in dual numbers, with
-//! the tangent `K` in plain numbers, make one more order of derivatives exact each. At a neutral equilibrium `K` is
-//! singular: a small stiffness is added, and the nodes move with the initial position. Long rods are solved in edge
-//! coordinates. Held unknowns have the derivatives of the supports at the end of their motion. Output: rod and unknowns
-//! (m, rad) with derivatives, or positions of nodes in the world. A singular tangent is [`Error::Indifferent`].
-//! `displacement_under_forces` solves with `K` alone, for the adjoint; `None` for a singular tangent and for long rods.
+//! satisfies `g(q, p) = 0` with the gradient `g` of the energy. Newton steps `q -= K^-1 g(q, p)` in dual numbers,
+//! with the tangent `K` in plain numbers, make one more order of derivatives exact each. At a neutral equilibrium `K`
+//! is singular: a small stiffness is added, and the nodes move with the initial position. Long rods are solved in
+//! edge coordinates. Held unknowns have the derivatives of the supports at the end of their motion. Output: rod and
+//! unknowns (m, rad) with derivatives, or positions of nodes in the world. A singular tangent is
+//! [`Error::Indifferent`]. `displacement_under_forces` solves with `K` alone, for the adjoint; `None` for a singular
+//! tangent and for long rods.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -59,6 +60,7 @@ impl<M: Model> Discretized<'_, M> {
         let rod = setup.rod(self.model);
         let mut q: Vec<D> = rest.q.iter().map(|x| D::from(*x)).collect();
         let frames = M::frames_over(&rest.frames);
+        // No equation determines the position of such a rod: it follows its initial position.
         if *neutral {
             self.add_start_derivatives(&self.begin_at_rest(setup)?.0, &mut q);
         }
@@ -101,8 +103,10 @@ impl<M: Model> Discretized<'_, M> {
         let found: Vec<f64> = q.iter().map(|x| x.value()).collect();
         let (free, prescribed, edges) = (self.free(), self.prescribed(), self.edge_coordinates());
         let pencil = Pencil::resting(self, plain, &found, plain_frames);
+        // Masses of this pencil are negligible stiffnesses: a negative shift adds them to the tangent.
         let factors = pencil.factor(if neutral { -ADDED_STIFFNESS } else { 0.0 })?;
         let mut change = vec![D::from(0.0); q.len()];
+        // The first step removes the residual, each further one makes one more order of derivatives exact.
         for _ in 0..1 + D::ORDER + if neutral { ADDED_STEPS } else { 0 } {
             rod.gradient(q, frames, Derivatives::Hand, &mut change);
             if let Some(edges) = edges {
@@ -130,6 +134,7 @@ impl<M: Model> Discretized<'_, M> {
         frames: &FramesOf<M>,
         x: &mut [f64],
     ) -> Option<()> {
+        // The tangent of a long rod is not factored in node coordinates.
         if self.edge_coordinates().is_some() {
             return None;
         }

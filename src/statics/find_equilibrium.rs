@@ -1,11 +1,11 @@
 //! Search for the equilibrium of a model under its loads by [descents](crate::statics::descent).
 //!
-//! The search starts from the initial shape, with the perturbation of the scene, or from the recorded shape. Ends that
-//! move far are moved in several stages, each followed by a descent under the full loads. Only a rod that stands on a
-//! clamp under loads far above buckling is first [loaded step by step](crate::statics::standing). Its other end is
-//! free, and `F L^2/(E I)` is at least 100, or 1000 without loads across it. Output: unknowns (m, rad) and frames of
-//! the last equilibrium, number of Newton iterations in all, largest unbalanced force (N). Moved ends are then at the
-//! end of their motion, or on request at their places at t = 0, under the forces `initial.point` too. Errors: no
+//! The search starts from the initial shape, with the perturbation of the scene, or from the recorded shape. Ends
+//! that move far are moved in several stages, each followed by a descent under the full loads. Only a rod that stands
+//! on a clamp under loads far above buckling is first [loaded step by step](crate::statics::standing). Its other end
+//! is free, and `F L^2/(E I)` is at least 100, or 1000 without loads across it. Output: unknowns (m, rad) and frames
+//! of the last equilibrium, number of Newton iterations in all, largest unbalanced force (N). Moved ends are then at
+//! the end of their motion, or on request at their places at t = 0, under the forces `initial.point` too. Errors: no
 //! equilibrium, ends that move too far, an interruption. The search does not examine stability.
 
 use crate::error::Error;
@@ -130,6 +130,7 @@ impl<M: Model> Discretized<'_, M> {
         let mut iterations = 0;
         for part in parts {
             let rod = self.partially_loaded_rod(part, !settled);
+            // A part without an equilibrium is no error: the next one starts from the last shape found.
             if let Ok(found) = self.descend(&rod, q.clone(), frames.clone()) {
                 iterations += found.newton_iterations;
                 (*q, *frames) = (found.q, found.frames);
@@ -147,6 +148,7 @@ impl<M: Model> Discretized<'_, M> {
             End::Start => (supports.end, 1.0 - along),
             End::End => (supports.start, along),
         };
+        // With a free other end the rod moves as a whole; else both ends share the motion of the nodes between.
         if other == Support::Free { 1.0 } else { share }
     }
 

@@ -3,11 +3,11 @@
 //! Input: a number of eigenvalues, and the scale (1/s^2) of a small one. Output of `lowest`: so many pairs (all if
 //! there are fewer), ascending, with `x' M x = 1`. Method: subspace iteration with the shifted inverse,
 //! `Y = (K - shift M)^-1 M X`, and a Rayleigh-Ritz step on `Y`. It ends when the eigenvalues converge to
-//! [`EIGENVALUE_TOLERANCE`], or to `STALLED` without further decrease. They are found from below, in batches. The first
-//! shift lies below all eigenvalues, later ones just above those already found, to which vectors are kept orthogonal.
-//! Completeness is verified: by Sylvester's law `K - lambda M` has as many negative pivots as there are eigenvalues
-//! below `lambda`, for a `lambda` just above the last one found. A batch that fails is repeated with twice as many
-//! vectors; after `DOUBLINGS` this is an error. Modes and stability use the result.
+//! [`EIGENVALUE_TOLERANCE`], or to `STALLED` without further decrease. They are found from below, in batches. The
+//! first shift lies below all eigenvalues, later ones just above those already found, to which vectors are kept
+//! orthogonal. Completeness is verified: by Sylvester's law `K - lambda M` has as many negative pivots as there are
+//! eigenvalues below `lambda`, for a `lambda` just above the last one found. A batch that fails is repeated with
+//! twice as many vectors; after `DOUBLINGS` this is an error. Modes and stability use the result.
 
 use crate::error::Error;
 use crate::numerics::tangent::{Factors, Tangent};
@@ -217,6 +217,7 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         next: &Subspace,
     ) -> Option<VerifiedBatch<T::Factors>> {
         for k in (0..batch).rev() {
+            // A shift between two eigenvalues must be farther from both than their rounding errors.
             let margin = (CLUSTER_DISTANCE * next.values[k])
                 .max(ROUNDING_MARGIN * self.rounding(&next.basis[k]));
             if next.values[k] + 2.0 * margin < next.values[k + 1] {

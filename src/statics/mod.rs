@@ -1,10 +1,16 @@
-//! Statics of a rod: equilibria under the loads, `dE/dq = 0`, with derivatives by parameters, stability, and reactions.
+//! Statics of a rod: equilibria under the loads, `dE/dq = 0`, with derivatives by parameters, stability, and
+//! reactions.
 //!
-//! Input: a discretized problem. Output: unknowns and frames at equilibrium, found by pseudo-transient continuation.
-//! From it follow the number of unstable motions, forces and moments of the supports, and displacements by shear, which
-//! the model omits. Motions are counted by the inertia of the tangent, near zero by the second variation. Also here:
-//! the lowest eigenvalues of stiffness and mass, and the reactions of a rod in motion. For recorded motions: the shapes
-//! of least energy at the first two frames of a recording.
+//! Input: a discretized problem. Output: unknowns and frames at equilibrium, found by pseudo-transient continuation
+//! (`descent`) in stages (`find_equilibrium`), for limp rods with load steps (`standing`); `equilibrium` is the
+//! result for users. Long rods use `edge_coordinates`. `equilibrium_derivatives` differentiates by the implicit
+//! function theorem, `neutral_equilibrium` finds motions without resistance.
+//!
+//! `stability` counts unstable motions by the inertia of the tangent (`pencil`), near zero by the second variation;
+//! `reference_stiffness` has the thresholds. `lowest_eigenvalues` of stiffness and mass serve it and modes.
+//! `reaction` has forces and moments of the supports, at rest and in motion, and `shear_deflection` the displacements
+//! by shear, which the model omits. `recorded_start` has the shapes of least energy at the first two frames of a
+//! recording.
 
 pub(crate) mod descent;
 pub(crate) mod edge_coordinates;

@@ -3,8 +3,8 @@
 //!
 //! Detection: the tangent has an eigenvalue within plus or minus the negligible stiffness. Its motion is found by
 //! inverse iteration. [`MotionMeasure`] is the size of a motion, scaled to a displacement of the rod's length or a
-//! rotation of 1 rad. It is a spin if nodes move by at most `SPIN` lengths, and rigid if the absolute strains sum to at
-//! most `RIGID`; modes and stability use it too. Output of `is_neutral`: whether the equilibrium is neutral; its
+//! rotation of 1 rad. It is a spin if nodes move by at most `SPIN` lengths, and rigid if the absolute strains sum to
+//! at most `RIGID`; modes and stability use it too. Output of `is_neutral`: whether the equilibrium is neutral; its
 //! derivatives then need an added stiffness, as the tangent is singular. Another motion without resistance, as at a
 //! critical load, is [`Error::Indifferent`] with the node that moves most.
 

@@ -4,8 +4,9 @@
 //! Its eigenvalues `K x = omega^2 M x` are squared angular frequencies. At an equilibrium negligible stiffnesses can
 //! replace the masses: eigenvalues are then multiples of these, and those below -1 are unstable motions. Output:
 //! factors of `K - s M`, the number of eigenvalues below `s` (1/s^2; inertia), rounding errors of eigenvalues. A zero
-//! pivot is an error; `inertia` first tries up to `SHIFTS` lower shifts. Prescribed unknowns have no eigenvalues. For a
-//! planar rod the pencil of motions out of its plane (a deflection and an angle per node) follows from the spatial model.
+//! pivot is an error; `inertia` first tries up to `SHIFTS` lower shifts. Prescribed unknowns have no eigenvalues. For
+//! a planar rod the pencil of motions out of its plane (a deflection and an angle per node) follows from the spatial
+//! model.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -117,6 +118,7 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
     /// Number of eigenvalues below `squared`, 1/s^2. In case of a zero pivot the shift is lowered by
     /// [`SHIFT_DISTANCE`] of itself, up to [`SHIFTS`] shifts in all; then [`Error::SingularEquilibrium`].
     pub fn inertia(&self, squared: f64) -> Result<usize, Error> {
+        // A zero pivot depends on the shift: a slightly lower one avoids it.
         (0..SHIFTS)
             .map(|k| squared - f64::from(k) * SHIFT_DISTANCE * squared.abs())
             .find_map(|shift| self.below(shift).ok())
@@ -141,6 +143,7 @@ impl<D: Nestable> Pencil<D, TangentOf<SpatialRod<D>, D>> {
     /// sums over the components along the normal. In-plane motions are not coupled to them. A node with one held
     /// component has a held deflection.
     pub fn out_of_plane(&self, normal: [f64; 3]) -> Pencil<D, OutOfPlaneTangent<D>> {
+        // Of 4 n - 1 unknowns in space 2 n - 1 remain: the last node has no angle.
         let unknowns = self.mass.len() / 2;
         // Spatial unknowns of an unknown of the result, with their weights.
         let parts = |r: usize| -> [(usize, f64); 3] {

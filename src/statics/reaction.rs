@@ -1,19 +1,20 @@
 //! Reactions: forces (N) and moments (N m) of the supports on the rod, in a motion or at rest.
 //!
-//! A support prescribes the motion of the unknowns that it holds. Its reaction balances the elastic forces, dead loads,
-//! damping and drag `D` on them and, where it moves, their inertia. In world axes,
+//! A support prescribes the motion of the unknowns that it holds. Its reaction balances the elastic forces, dead
+//! loads, damping and drag `D` on them and, where it moves, their inertia. In world axes,
 //!
 //! ```text
 //! F = sum_i F_i,   F_i = dE/dx_i + D_i + M_i (a_i + c_m v_i)
 //! M = sum_i (x_i - c) x F_i + dE/dtheta t
 //! ```
 //!
-//! over the nodes `i` that the support holds, with mass damping `c_m`, the tangent `t` of a held edge and the point `c` of
-//! the support. That point is the middle of the outermost edge where a wall cuts it, its inner node at a soft clamp, and
-//! the end of the rod otherwise. Half of the mass of a cut edge is inside the wall. It is left out, so that force and
-//! moment at rest balance the rod from the wall on. Kelvin-Voigt stress is that of the mean strain rates over the last
-//! step. The rotational inertia of a held edge that spins is left out too. At rest there are elastic forces and dead loads
-//! only. Output: [`Reactions`], force, and moment about `c`, of both ends; zero for a free end.
+//! over the nodes `i` that the support holds, with mass damping `c_m`, the tangent `t` of a held edge and the point
+//! `c` of the support. That point is the middle of the outermost edge where a wall cuts it, its inner node at a soft
+//! clamp, and the end of the rod otherwise. Half of the mass of a cut edge is inside the wall. It is left out, so
+//! that force and moment at rest balance the rod from the wall on. Kelvin-Voigt stress is that of the mean strain
+//! rates over the last step. The rotational inertia of a held edge that spins is left out too. At rest there are
+//! elastic forces and dead loads only. Output: [`Reactions`], force, and moment about `c`, of both ends; zero for a
+//! free end.
 
 use crate::numerics::vector::{add, cross, scale, sub, unit};
 use crate::problem::Model;
@@ -153,9 +154,11 @@ impl<M: Model> Discretized<'_, M> {
         let position = |i: usize| self.model.position(q, i);
         let behind = self.fraction_behind_wall(outermost);
         let edge = sub(position(next), position(outermost));
+        // Where a wall cuts the outermost edge, the support is at the wall.
         let point = add(position(outermost), scale(edge, behind));
         for node in nodes.iter().copied() {
             let mut on_node = self.model.rate(force, node);
+            // The gradient contains minus the loads; those on a node behind the wall are the wall's own.
             if node == outermost && behind > 0.0 {
                 on_node = add(on_node, self.nodal_loads(mass)[node]);
             }
@@ -163,6 +166,7 @@ impl<M: Model> Discretized<'_, M> {
             let moment = cross(sub(position(node), point), on_node);
             reaction.moment = add(reaction.moment, moment);
         }
+        // The derivative by a held angle is the torque about the edge.
         for i in held.filter(|i| M::Rod::<f64>::is_angle(*i)) {
             let edge = i / M::STRIDE;
             let tangent = unit(sub(position(edge + 1), position(edge)));

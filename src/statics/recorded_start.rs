@@ -1,21 +1,25 @@
-//! Initial state of a rod whose motion was recorded: shape, twist and velocity from the first two frames of the
-//! markers, by minimization of energy.
+//! Initial state of a rod whose motion was recorded: shape and twist in the first two frames of the markers, by
+//! minimization of energy.
 //!
-//! Markers are measured with errors, and their distances differ from the lengths of the rod's edges. A rod placed exactly on
-//! them would start with large axial forces. Therefore the rod takes the shape of least energy in each frame, with springs
-//! between marked nodes and markers. The springs are much weaker than the axial stiffness, and much stronger than bending.
-//! The axial stiffness of edges between two held nodes is left out.
+//! Markers are measured with errors, and their distances differ from the lengths of the rod's edges. A rod placed
+//! exactly on them would start with large axial forces. Therefore the rod, without loads and supports, takes the
+//! shape of least energy in each frame, with springs between marked nodes and markers. The springs are much weaker
+//! than the axial stiffness, and much stronger than bending. The axial stiffness of edges between two held nodes is
+//! left out.
 //!
-//! The change between the two frames over the time between them is the velocity in the middle. Half of that time times
-//! the acceleration extrapolates it to the start. The acceleration is the one that [a step
-//! resolves](crate::dynamics::stepper::acceleration_within); otherwise measurement errors would act as forces.
+//! The change between the two frames over the time between them is the velocity in the middle. The caller
+//! extrapolates it to the start by half of that time times the acceleration that
+//! [a step resolves](crate::dynamics::stepper::acceleration_within); otherwise measurement errors would act as
+//! forces.
 //!
-//! Markers on the center line do not determine the rotation about it. A curved rod gets the rotation of least energy
-//! before it relaxes, and the second frame starts from there. For a straight rod these energies would be noise; its section
-//! is oriented by `up`. Additional twist by a gripper is a number of the scene, the twist of `supports.motion`.
+//! Markers on the center line do not determine the rotation about it. A rod in space with a curved shape or
+//! `rod.natural_bending` gets the rotation of least energy before it relaxes, and the second frame starts from there.
+//! For a straight rod these energies would be noise; its section is oriented by `up`. Additional twist by a gripper
+//! is a number of the scene, the twist of `supports.motion`.
 //!
-//! Output: [`RecordedStart`], unknowns and frames at the first frame, change to the second one, and the time between, with
-//! derivatives by parameters if requested.
+//! Output: [`RecordedStart`], unknowns (m, rad) and frames at the first frame, change to the second one, and the time
+//! between, s, with derivatives by parameters if requested. Errors: no `supports.path`, no equilibrium, and a
+//! singular tangent where derivatives are requested.
 
 use crate::energy::Derivatives;
 use crate::error::Error;

@@ -1,11 +1,13 @@
 //! Thresholds of squared frequencies (1/s^2) and stiffnesses (N/m, N m) below which a motion counts as one without
 //! resistance.
 //!
-//! The scale is bending of the whole rod, `omega_b^2 = E I/(rho A L^4)` halfway along it; a threshold is
-//! [`NEGLIGIBLE`] of it, plus rounding errors. Those of the tangent in node coordinates grow with the fourth power of
-//! the number of nodes, in [edge coordinates](crate::statics::edge_coordinates) with the second. Stability, neutral
-//! equilibria, descents and modes use these thresholds. Output: one threshold of squared frequencies for the rod, or one
-//! stiffness per unknown; with the smaller second moment of the section.
+//! The scale is bending of the whole rod about its softer axis, `omega_b^2 = E I/(rho A L^4)` halfway along it; a
+//! threshold is [`NEGLIGIBLE`] of it, plus rounding errors. For `n` nodes those of the tangent are `10 eps n^4` of it
+//! in node coordinates, `10 eps n^2` in [edge coordinates](crate::statics::edge_coordinates). For positions they are
+//! multiplied by the ratio of both second moments. `zero_squared_frequency` returns one threshold for the rod, with
+//! rounding errors `n^1.5 eps E/(rho L^2)` of a held rod, `10 n^2` instead of `n^1.5` of a free one.
+//! `negligible_stiffness` returns one stiffness per unknown. Stability, neutral equilibria, descents and modes use
+//! these thresholds.
 
 use crate::problem::{Discretized, Model};
 use crate::rod::Rod;
@@ -22,6 +24,7 @@ impl<M: Model> Discretized<'_, M> {
     /// rod. Else it is `10 n^2`: the rod moves along itself against the rounding errors of all edges and their
     /// elimination.
     pub(crate) fn zero_squared_frequency(&self) -> f64 {
+        // A threshold is an order of magnitude: the section halfway along stands for a tapered rod.
         let (_, material) = self.scene().at(0.5);
         let speed_squared = material.youngs_modulus / material.density;
         let supports = &self.scene().supports;

@@ -1,13 +1,13 @@
 //! Additional deflection of a rod at rest by shear deformation, which the model omits (Timoshenko beam theory).
 //!
-//! Input: a problem, whose equilibrium is searched here. Across an element of length `l` the shear force `Q` shifts the
-//! sections by `l Q/(kappa G A)` against each other. The shifts add up from a held end to a free one. Between two held
-//! ends the sum is reduced by a rotation of the rod as a whole. That is exact where both ends may turn, or where loads
-//! are symmetric, and an estimate elsewhere. A cantilever under its weight deflects more by `4 E/(kappa G) I/(A L^2)`
-//! of its tip's deflection. Under a force at its tip the factor is 3 instead of 4.
+//! Input: a problem, whose equilibrium is searched here. Across an element of length `l` the shear force `Q` shifts
+//! the sections by `l Q/(kappa G A)` against each other. The shifts add up from a held end to a free one. Between two
+//! held ends the sum is reduced by a rotation of the rod as a whole. That is exact where both ends may turn, or where
+//! loads are symmetric, and an estimate elsewhere. A cantilever under its weight deflects more by
+//! `4 E/(kappa G) I/(A L^2)` of its tip's deflection. Under a force at its tip the factor is 3 instead of 4.
 //!
-//! Output: the displacement of every node (m, world axes) for `E/(kappa G) = 1`, to which it is proportional. The bias
-//! of a fit without shear is estimated from it. `internal_forces` returns the internal force (N) in every edge.
+//! Output: the displacement of every node (m, world axes) for `E/(kappa G) = 1`, to which it is proportional. The
+//! bias of a fit without shear is estimated from it. `internal_forces` returns the internal force (N) in every edge.
 
 use crate::error::Error;
 use crate::numerics::vector::{add, dot, scale, sub};

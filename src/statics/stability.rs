@@ -1,18 +1,19 @@
 //! Stability of an equilibrium: how many independent motions decrease the energy to second order.
 //!
-//! Sylvester's law of inertia counts the negative eigenvalues of the tangent `K` without computing them. Elimination on
-//! a fine mesh has rounding errors of `eps n^4 EI/L^3`, which hide the sign of small eigenvalues. The sign of those is
-//! taken from the second variation of the energy along their eigenvectors,
+//! Sylvester's law of inertia counts the negative eigenvalues of the tangent `K` without computing them. Elimination
+//! on a fine mesh has rounding errors of `eps n^4 EI/L^3`, which hide the sign of small eigenvalues. The sign of
+//! those is taken from the second variation of the energy along their eigenvectors,
 //!
 //! ```text
 //! x' K x = x' d/dt grad E(q + t x),
 //! ```
 //!
 //! evaluated element by element in dual numbers. There, strains and their rates are differences of neighboring nodes.
-//! The rounding error is that of forces in elements times squared slopes of the motion, `eps n (EA + EI n^2/L^2) sum
-//! |dx|^2/h`. It is some `n^3` times smaller for the motion of a rigid body. With more than [`MAX_UNCERTAIN`] such
-//! eigenvalues, and in edge coordinates, the inertia decides alone. Output: numbers of unstable and of marginal
-//! motions, for equilibria and modes; a rigid motion or spin without stiffness is neither.
+//! The rounding error is that of forces in elements times squared slopes of the motion,
+//! `eps n (EA + EI n^2/L^2) sum |dx|^2/h`. It is some `n^3` times smaller for the motion of a rigid body. With more
+//! than [`MAX_UNCERTAIN`] such eigenvalues, without their eigenvectors, and in edge coordinates, the inertia decides
+//! alone, and no motion is marginal. Output: numbers of unstable and of marginal motions, for equilibria and modes; a
+//! rigid motion or spin without stiffness is neither.
 
 use crate::energy::Derivatives;
 use crate::error::Error;

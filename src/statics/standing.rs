@@ -1,12 +1,13 @@
 //! Load steps for limp rods that stand: loads that push a rod towards its clamp are increased step by step.
 //!
-//! Such a rod, clamped at its start and free at its end, buckles at `F L^2/(E I)` near 8 (Greenhill 1881). Far above, a
-//! descent from the standing shape to the hanging one passes many saddles, and may end in another equilibrium. Slightly
-//! above the critical load the rod bends to the side that the loads determine, and from there it follows the stable
-//! branch. At [`LIMP`] or more (without loads across the rod [`LIMP_SYMMETRIC`]) the output is an ascending list of
-//! load fractions below 1: `FIRST_LOAD` over `F L^2/(E I)`, then by factors of `LOAD_RATIO`. Otherwise, and with moving
-//! ends, a recorded start or user-defined energies, it is `None`. Where the loads determine no side, a displacement of
-//! `PUSH` lengths is added. `partially_loaded_rod` returns the rod under such a fraction of gravity and loads.
+//! Such a rod, clamped at its start and free at its end, buckles at `F L^2/(E I)` near 8 (Greenhill 1881). Far above,
+//! a descent from the standing shape to the hanging one passes many saddles, and may end in another equilibrium.
+//! Slightly above the critical load the rod bends to the side that the loads determine, and from there it follows the
+//! stable branch. At [`LIMP`] or more (without loads across the rod [`LIMP_SYMMETRIC`]) the output is an ascending
+//! list of load fractions below 1: `FIRST_LOAD` over `F L^2/(E I)`, then by factors of `LOAD_RATIO`. Otherwise, for
+//! loads that do not push towards the clamp, and with moving ends, a recorded start or user-defined energies, it is
+//! `None`. Where the loads determine no side, a displacement of `PUSH` lengths is added. `partially_loaded_rod`
+//! returns the rod under such a fraction of gravity and loads.
 
 use crate::numerics::vector::{add, dot, sub};
 use crate::problem::{Discretized, Model, Setup};

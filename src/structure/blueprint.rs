@@ -1,11 +1,12 @@
 //! Construction of the [assembly](crate::rod::assembly) of a structure over any number type of its scene.
 //!
-//! [`Blueprint::new`] makes the choices that have no derivatives, in plain numbers. These are the plan (supports, bodies,
-//! springs, places of the rods), the scene of each rod alone, and one model per rod, all planar or all spatial. Planar models
-//! are tried unless `dimension` is `spatial`; with `auto`, spatial ones replace them if the structure leaves a plane and all
-//! rods have a shear modulus. [`Blueprint::build`] evaluates rods, bodies and springs for a scene over any number type, such
-//! as dual numbers. The result, [`AssemblyAtRest`], has the assembly, its unknowns and frames at rest, and the meshes.
-//! Equilibria, modes and simulations of structures start from it.
+//! [`Blueprint::new`] makes the choices that have no derivatives, in plain numbers. These are the plan (supports,
+//! bodies, springs, places of the rods), the scene of each rod alone, and one model per rod, all planar or all
+//! spatial. Planar models are tried unless `dimension` is `spatial`; with `auto`, spatial ones replace them if
+//! planar ones are an error (the structure leaves a plane) and all rods have a shear modulus or Poisson's ratio;
+//! else that error is returned. [`Blueprint::build`] evaluates rods, bodies and springs for a scene over any number
+//! type, such as dual numbers. The result, [`AssemblyAtRest`], has the assembly, its unknowns and frames at rest,
+//! and the meshes. Equilibria, modes and simulations of structures start from it.
 
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
@@ -144,6 +145,7 @@ fn placed(scene: &StructureScene, in_space: bool) -> Result<PlacedScenes, Error>
     let parts: Vec<Scene> = ends
         .map(|(i, ends)| scene.part(i, ends.map(EndHold::support), dimension))
         .collect::<Result<_, _>>()?;
+    // Each rod is checked as a scene of its own; its errors get the keys of the structure.
     for (part, rod) in parts.iter().zip(&scene.rods) {
         part.validate().map_err(|error| of_rod(error, &rod.name))?;
     }
@@ -170,6 +172,7 @@ impl Blueprint {
                 Err(_) => {}
             }
         }
+        // Hinges are pinned ends in a plane and springs in space, so that the plan is made again.
         let PlacedScenes { plan, parts, .. } = placed(scene, true)?;
         let rods = parts.iter().zip(&scene.rods);
         let rods = rods
@@ -190,6 +193,8 @@ impl Blueprint {
         &self,
         scene: &StructureScene<D>,
     ) -> Result<AssemblyAtRest<D>, Error> {
+        // Scenes of single rods without derivatives, whose numbers are then replaced by those of
+        // the structure.
         let parts = self.parts.iter().enumerate();
         let scenes: Vec<Scene<D>> = parts
             .map(|(i, part)| {
@@ -274,6 +279,8 @@ impl Blueprint {
                     error => error,
                 })?;
             for nodal in loads {
+                // The outer node of a clamped end is beyond the joint: a force on it is probably a
+                // mistake.
                 let behind = |end: usize| {
                     let [outer, _] = end_nodes(setup.mesh.nodes.len(), end);
                     outer == nodal.node && self.plan.ends[i][end].support() == Support::Clamped
@@ -312,6 +319,8 @@ fn joined<D: Nestable, L: AssemblyLayout>(
         let HeldNodes { attachments, fixed } = held(i, &own);
         let range = q.len()..q.len() + own.q.len();
         q.extend_from_slice(&own.q);
+        // A rod in space has no angle after its last node: the gap keeps every fourth unknown an
+        // angle.
         q.resize(q.len().next_multiple_of(L::STRIDE), D::from(0.0));
         members.push(Member { rod: own.rod, range, attachments, fixed });
         all.push(own.frames);

@@ -1,11 +1,12 @@
 //! The definition of a structure: its scene, its assembly at rest and its scales.
 //!
-//! [`Structure::new`] validates a scene of rods, bodies and joints and builds its assembly at rest, without the deformation by
-//! loads; an invalid scene is an error with file and key. `at_rest_over` returns the assembly over another number type, such as
-//! dual numbers, for derivatives. `with_derivatives` selects hand-derived or dual-number derivatives for simulations only.
-//! Scales are the sum of the lengths of all rods, m, the smallest squared frequency of bending, 1/s^2, of all rods over that
-//! length, the squared frequency of rounding errors, and the stiffness per unknown, N/m or N m, that counts as zero. Equilibria,
-//! modes and simulations of the structure are methods in other modules.
+//! [`Structure::new`] validates a scene of rods, bodies and joints and builds its assembly at rest, without the
+//! deformation by loads; an invalid scene is an error with file and key. `at_rest_over` returns the assembly over
+//! another number type, such as dual numbers, for derivatives. `with_derivatives` selects hand-derived or
+//! dual-number derivatives for simulations only. Scales are the sum of the lengths of all rods, m, the smallest
+//! squared frequency of bending, 1/s^2, of all rods over that length, the squared frequency of rounding errors, and
+//! the stiffness per unknown, N/m or N m, that counts as zero. Equilibria, modes and simulations of the structure
+//! are methods in other modules.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -157,6 +158,8 @@ impl Structure {
     /// over the number of edges of the rod.
     pub(super) fn negligible_stiffness(&self) -> Vec<f64> {
         let nodes: usize = self.at_rest.meshes.iter().map(|mesh| mesh.nodes.len()).sum();
+        // Rounding errors grow with the condition of bending, the fourth power of the number of
+        // nodes.
         let noise = 10.0 * f64::EPSILON * (nodes as f64).powi(4);
         let squared = self.bending_frequency_squared() * (NEGLIGIBLE + noise);
         let assembly = &self.at_rest.assembly;

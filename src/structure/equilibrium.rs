@@ -1,12 +1,12 @@
 //! The equilibrium of a structure under its loads, and its stability in its plane or in space.
 //!
-//! The [descent](crate::statics::Descent) starts from the rest shape, under the full loads. Stability follows from the
-//! numbers of eigenvalues of the tangent below -1 and between -1 and 1, in units of the negligible stiffness of each unknown:
-//! motions that lower the energy, and marginal ones. In a plane only motions in the plane are examined. Straight round rods
-//! without a clamped end spin without resistance in space; they are counted separately, not as marginal.
-//! [`Structure::equilibrium`] returns a [`StructureEquilibrium`] with shape, m, energies, J, these counts, iterations and the
-//! largest unbalanced force, N; unstable ones are results too. No equilibrium is an error. Its summary is text. Modes and
-//! simulations take `equilibrium_state`.
+//! The [descent](crate::statics::Descent) starts from the rest shape, under the full loads. Stability follows from
+//! the numbers of eigenvalues of the tangent below -1 and between -1 and 1, in units of the negligible stiffness of
+//! each unknown: motions that lower the energy, and marginal ones. In a plane only motions in the plane are
+//! examined. Straight round rods without a clamped end spin without resistance in space; they are counted
+//! separately, not as marginal. [`Structure::equilibrium`] returns a [`StructureEquilibrium`] with shape, m,
+//! energies, J, these counts, iterations and the largest unbalanced force, N; unstable ones are results too. No
+//! equilibrium is an error. Its summary is text. Modes and simulations take `equilibrium_state`.
 
 use crate::code::Code;
 use crate::energy::Derivatives;
@@ -72,6 +72,7 @@ impl Structure {
         let pencil = self.pencil(&found, self.negligible_stiffness());
         let negative_directions = pencil.inertia(-1.0)?;
         let neutral = pencil.inertia(1.0)?.saturating_sub(negative_directions);
+        // A spin of a straight round rod changes no position: it is no sign of instability.
         let spinning_rods = self.spinning_rods().count().min(neutral);
         let marginal_directions = neutral - spinning_rods;
         let is_stable = negative_directions + marginal_directions == 0;
@@ -154,6 +155,7 @@ impl Structure {
         let (assembly, q) = (&self.at_rest.assembly, &state.q);
         let (mut gradient, mut tangent) = (vec![0.0; q.len()], assembly.zero_tangent());
         assembly.tangent(q, &state.frames, Derivatives::Hand, &mut gradient, &mut tangent);
+        // Tied unknowns follow others, and must not count as motions of their own.
         assembly.tied().for_each(|i| mass[i] = 0.0);
         Pencil { tangent, mass, free: 0..q.len() }
     }

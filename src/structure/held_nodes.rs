@@ -1,9 +1,11 @@
 //! The nodes of a rod that bodies carry or walls hold.
 //!
-//! A clamped end has its two outermost nodes, and in space the angle of their edge; a pinned end has one node. Nodes at a
-//! wall become [`FixedNode`]s with their position at rest. Those on a body become an [`Attachment`] with the arm of each
-//! node: from the center of the body, in the axes of the body at rest. With a rotational spring the arm is divided at the
-//! wall into one on the body and one on the clamp. The construction of an assembly uses them.
+//! A clamped end has its two outermost nodes, and in space the angle of their edge; a pinned end has one node.
+//! Nodes at a wall become [`FixedNode`]s with their position at rest. Those on a body become an [`Attachment`] with
+//! the arm of each node: from the center of the body, in the axes of the body at rest. With a rotational spring the
+//! arm is divided at the wall into one on the body and one on the clamp. In space an attachment with a clamped end
+//! also has tangent and director of the edge. Input: the plan, a rod at rest, and the centers (m) and axes of the
+//! bodies; output: [`HeldNodes`] of this rod, in the order of its ends.
 
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::sub;

@@ -1,12 +1,14 @@
-//! Masses, centers and moments of inertia of the bodies of a planar structure, with those of the nodes that they carry.
+//! Masses, centers and moments of inertia of the bodies of a planar structure, with those of the nodes that they
+//! carry.
 //!
-//! A body has its own mass, and that of a node of each rod end on it: the inner node of a clamped end, which is without the
-//! part behind the joint, or the outer node of a hinged end. The mass of a sprung clamp counts at the joint, with its moment
-//! of inertia about it: an error of second order in the length of an edge, with which all masses are constant and diagonal.
-//! Center, m, and moment of inertia, kg m^2, are those of the sum; weight and point forces act at the body's own center.
-//! [`BodiesAtRest`] has the bodies, the springs, the centers of mass, and the coordinates at rest, m (rotations as angle times
-//! radius of gyration, zero at rest). A rotating joint without a moment of inertia is an error. So is a spring compliance below
-//! `LEAST_COMPLIANCE` over the bending stiffness of the rod's outermost joint.
+//! A body has its own mass, and that of a node of each rod end on it: the inner node of a clamped end, which is
+//! without the part behind the joint, or the outer node of a hinged end. The mass of a sprung clamp counts at the
+//! joint, with its moment of inertia about it: an error of second order in the length of an edge, with which all
+//! masses are constant and diagonal. Center, m, and moment of inertia, kg m^2, are those of the sum; weight and
+//! point forces act at the body's own center. [`BodiesAtRest`] has the bodies, the springs, the centers of mass,
+//! and the coordinates at rest, m (rotations as angle times radius of gyration, zero at rest). A rotating joint
+//! without a moment of inertia is an error. So is a spring compliance below `LEAST_COMPLIANCE` over the bending
+//! stiffness of the rod's outermost joint.
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -54,6 +56,7 @@ fn inertia_about_normal<D: Scalar>(body: &RigidBody<D>, plane: &Plane) -> D {
         PerAxis::One(inertia) => inertia,
         PerAxis::Three(principal) => {
             let normal = <[f64; 3]>::from(plane.x.cross(&plane.y)).map(D::from);
+            // Principal moments are in the axes of the body: the normal is rotated back into them.
             let back = body.orientation.map_or([D::from(0.0); 3], |turn| turn.map(|c| -c));
             let [x, y, z] = rotate(back, normal);
             principal[0] * x * x + principal[1] * y * y + principal[2] * z * z
@@ -100,6 +103,8 @@ impl<D: Nestable> BodiesAtRest<D> {
                         masses.push(CarriedMass { mass, place, inertia: zero });
                         continue;
                     };
+                    // A sprung clamp rotates on its own: its mass counts at the joint, and its
+                    // inertia with the spring.
                     let wall = rod.wall(end);
                     masses.push(CarriedMass { mass, place: wall, inertia: zero });
                     check_compliance(plan, scene, spring, &rod.rod, end)?;
@@ -130,6 +135,8 @@ impl<D: Nestable> BodiesAtRest<D> {
             let (mut load, mut load_arm) = ([zero; 2], [zero; 2]);
             if let Some(own) = body.own.map(|i| &scene.bodies[i]) {
                 let place = in_plane(plane, own.position);
+                // Weight and forces act at the body's own center, not at that with the carried
+                // nodes.
                 load_arm = [place[0] - center[0], place[1] - center[1]];
                 load = in_plane(plane, scene.loads.gravity).map(|g| own.mass * g);
                 let forces = scene.loads.point.iter();

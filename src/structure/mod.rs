@@ -1,9 +1,16 @@
-//! Structures: several rods in a plane or in space with rigid bodies and joints; their equilibria, modes and simulations.
+//! Structures: several rods in a plane or in space with rigid bodies and joints; their equilibria, modes and
+//! simulations.
 //!
-//! A [`Structure`] is a [scene](crate::StructureScene) with its [assembly](crate::rod::assembly). Joints are rigid, hinged
-//! (`ball` and `hinge` are the same in a plane), or have rotational springs. Output: [`StructureEquilibrium`] with stability,
-//! [`StructureModes`], and [`StructureMotion`] with its [`StructureReport`]. Derivatives along any number of the scene are
-//! those of the same functions over dual numbers.
+//! A [`Structure`] is a [scene](crate::StructureScene) with its [assembly](crate::rod::assembly). Joints are rigid,
+//! hinged (`ball` and `hinge` are the same in a plane), or have rotational springs. `definition` builds it: `plan`
+//! makes the discrete choices, `placement` places the rods, `inertia` and `spatial_inertia` make the bodies,
+//! `held_nodes` attaches the ends of rods, and `blueprint` assembles them over any number type.
+//!
+//! Output: [`StructureEquilibrium`] with stability (`equilibrium`), [`StructureModes`] (`modes`, rad/s), and
+//! [`StructureMotion`] with its [`StructureReport`] (`structure_motion`, `structure_film`, `momentum`). Positions
+//! are a [`StructureShape`] (m); `observed_nodes` has points as weighted sums of nodes. Equilibria, simulations
+//! and, in a plane, natural frequencies over dual numbers have derivatives along any number of the scene. Invalid
+//! scenes are errors with file and key.
 
 mod blueprint;
 mod definition;

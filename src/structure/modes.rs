@@ -1,12 +1,13 @@
 //! Natural frequencies and mode shapes of a structure in its plane or in space.
 //!
-//! [`Structure::modes`] solves `K x = w^2 M x` with the tangent K at the equilibrium, or at rest, and the diagonal masses M. It
-//! returns the given number of lowest eigenpairs ([`StructureModes`]), ascending: `w` in rad/s, and displacements of all rod
-//! nodes in world axes, the largest being 1. Squared frequencies within rounding errors of zero become zero. An unstable mode
-//! (negative square) has minus its growth rate, 1/s, as the frequency. A warning follows if rounding errors of fine meshes
-//! affect the frequencies; the summary is a table. `natural_frequencies_over` returns the first frequencies, rad/s, over dual
-//! numbers (exact first derivatives), about the equilibrium.
-//! It skips free motions; an unstable structure and one in space are errors.
+//! [`Structure::modes`] solves `K x = w^2 M x` with the tangent K at the equilibrium, or at rest, and the diagonal
+//! masses M. It returns the given number of lowest eigenpairs ([`StructureModes`]), ascending: `w` in rad/s, and
+//! displacements of all rod nodes in world axes, the largest being 1. Squared frequencies within rounding errors of
+//! zero become zero. An unstable mode (negative square) has minus its growth rate, 1/s, as the frequency. A warning
+//! follows if rounding errors of fine meshes affect the frequencies; the summary is a table.
+//! `natural_frequencies_over` returns the first frequencies, rad/s, over dual numbers (exact first derivatives),
+//! about the equilibrium. It skips free motions. An unstable structure, one with fewer modes than requested, and
+//! one in space are errors there.
 
 use crate::energy::Derivatives;
 use crate::error::{Error, ensure};
@@ -98,6 +99,8 @@ impl Structure {
         let (mut gradient, mut tangent) = (vec![D::from(0.0); q.len()], assembly.zero_tangent());
         assembly.tangent(&q, &frames, Derivatives::Hand, &mut gradient, &mut tangent);
         let tied: Vec<usize> = assembly.tied().collect();
+        // Rayleigh quotient of a constant mode: the change of the mode has no effect of first
+        // order.
         let frequency = |mode: &PencilMode| {
             let mut vector: Vec<D> = mode.vector.iter().map(|x| D::from(*x)).collect();
             tied.iter().for_each(|i| vector[*i] = D::from(0.0));
@@ -140,6 +143,7 @@ impl Structure {
             );
         }
         let modes = found.into_iter().map(|mode| {
+            // Within rounding errors of zero the sign of a square has no meaning.
             let squared = if mode.squared.abs() < zero { 0.0 } else { mode.squared };
             let mut shapes = self.displacements(&state, &mode.vector);
             let length = |x: &[f64; 3]| (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt();

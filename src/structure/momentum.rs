@@ -1,10 +1,11 @@
-//! Linear and angular momentum (about the origin) of a structure, kg m/s and kg m^2/s: masses of rods and bodies, inertias
-//! of bodies and of sprung clamps.
+//! Linear and angular momentum (about the origin) of a structure, kg m/s and kg m^2/s: masses of rods and bodies,
+//! inertias of bodies and of sprung clamps.
 //!
-//! Masses of carried and fixed nodes are left out: bodies include those of carried nodes, and walls hold the fixed ones.
-//! Rotational momenta of bodies and sprung clamps are included, in space also spins of free edges about their tangents.
-//! `StructureMotion::momentum` returns two components and the angular one in the axes of the plane, NaN for a structure in
-//! space. `Simulation::momentum_in_space` returns two vectors in world axes, None in a plane. Tests of conservation use them.
+//! Masses of carried and fixed nodes are left out: bodies include those of carried nodes, and walls hold the fixed
+//! ones. Rotational momenta of bodies and sprung clamps are included, in space also spins of free edges about their
+//! tangents. `StructureMotion::momentum` returns two components and the angular one in the axes of the plane, NaN
+//! for a structure in space. `Simulation::momentum_in_space` returns two vectors in world axes, None in a plane.
+//! Tests of conservation use them.
 
 use crate::dynamics::Simulation;
 use crate::numerics::rotation::times;
@@ -55,6 +56,7 @@ fn spatial_momentum(rods: &JoinedRods<f64, Space>, state: &AssemblyState) -> [Ve
     let mut sums = [[0.0; 3]; 2];
     let three = |all: &[f64], i: usize| [all[i], all[i + 1], all[i + 2]];
     let mut q = state.q.clone();
+    // Tangents of edges at bodies need the places of carried nodes.
     rods.place_carried(&mut q, &state.frames);
     for member in rods.members() {
         let Some(last) = member.range.end.checked_sub(3) else { continue };

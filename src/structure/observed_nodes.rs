@@ -1,11 +1,12 @@
 //! Points of a structure as weighted sums of its nodes, and the motion of these nodes.
 //!
 //! Nodes are numbered over all rods, one rod after the other. In a plane four further nodes follow for each body of
-//! `[[bodies]]`: its center of mass `c` without the carried masses, and the points `c + R e` at one meter from it. Here `e` are
-//! the three world axes and `R` is the rotation from rest. A point at the offset `o` is `c + R o`, with the weights `1 - sum o`
-//! and `o`. In space bodies have no nodes, and a point of a body is an error, as are unknown names and points off the rod.
-//! [`StructureNodes::stencil`] returns nodes and weights of a point. [`Structure::node_motions`] returns position, m, and
-//! velocity, m/s, of every node in world axes; nodes that bodies carry are placed by these.
+//! `[[bodies]]`: its center of mass `c` without the carried masses, and the points `c + R e` at one meter from it.
+//! Here `e` are the three world axes and `R` is the rotation from rest. A point at the offset `o` is `c + R o`,
+//! with the weights `1 - sum o` and `o`. In space bodies have no nodes, and a point of a body is an error, as are
+//! unknown names and points off the rod. [`StructureNodes::stencil`] returns nodes and weights of a point.
+//! [`Structure::node_motions`] returns position, m, and velocity, m/s, of every node in world axes; nodes that
+//! bodies carry are placed by these.
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -56,6 +57,8 @@ impl<D: Scalar> StructureNodes<'_, D> {
                 ensure(!self.is_spatial, format!("{key}.body"), body, allowed)?;
                 let body = self.scene.body(&format!("{key}.body"), body)?;
                 let first = self.rod_nodes() + NODES_OF_BODY * body;
+                // `c + R o = (1 - sum o) c + sum o_k (c + R e_k)`: linear in the four nodes of the
+                // body.
                 let center = (first, D::from(1.0 - offset.iter().sum::<f64>()));
                 let ends = (1..NODES_OF_BODY).map(|c| (first + c, D::from(offset[c - 1])));
                 Ok(Stencil { nodes: std::iter::once(center).chain(ends).collect() })
@@ -114,6 +117,7 @@ impl Structure {
         [q, v]: [&[D]; 2],
         frames: &AssemblyFrames<D>,
     ) -> Vec<NodeMotion<D>> {
+        // Entries of carried nodes have no meaning in unknowns and rates: bodies give their motion.
         let (mut placed, mut rates) = (q.to_vec(), v.to_vec());
         assembly.place_carried(&mut placed, frames);
         assembly.set_carried_rates(&placed, frames, &mut rates);
@@ -145,10 +149,13 @@ impl Structure {
                 }
                 None => [D::from(0.0); 2],
             };
+            // The body's own center of mass: its coordinates are those of the center with the
+            // carried nodes.
             let center = plane.to_world(rods.bodies().load_point(z, body));
             let arm = axes_rotated(plane, [body.load_arm[0], body.load_arm[1]], angle);
             let spin = [0, 1, 2].map(|c| rate * normal[c]);
             let base = plane.direction_to_world(pair(&rates, first + body.coordinate));
+            // Rigid motion about the center with the carried nodes.
             let velocity = add(base, cross(spin, arm));
             motions.push([center, velocity]);
             for axis in 0..3 {

@@ -1,11 +1,12 @@
 //! Places of the rods of a structure: meshes at their origins, points of joints, and the common plane.
 //!
-//! The mesh of each rod is shifted, without rotation, to its origin (zero without one), or so that its end is at another point
-//! of a joint. The point of a clamped end is the middle of its outer edge; of a pinned end it is its outer node. That of a body
-//! is its position plus the offset. [`check_joints`] rejects joints with a point farther from their first point than
-//! `JOINT_TOLERANCE` times the length of the longest rod; body points without an offset are not compared. [`common_plane`]
-//! returns the plane of all nodes, gravity, point forces and body positions, or an error with the key that leaves it. Offsets
-//! and hinge axes are checked too. The construction of an assembly uses them.
+//! The mesh of each rod is shifted, without rotation, to its origin (zero without one), or so that its end is at
+//! another point of a joint. The point of a clamped end is the middle of its outer edge; of a pinned end it is its
+//! outer node. That of a body is its position plus the offset. [`check_joints`] rejects joints with a point farther
+//! from their first point than `JOINT_TOLERANCE` times the length of the longest rod; body points without an offset
+//! are not compared. [`common_plane`] returns the plane of all nodes, gravity, point forces and body positions, or
+//! an error with the key that leaves it. Offsets and hinge axes are checked too. The construction of an assembly
+//! uses them.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -81,6 +82,7 @@ pub(super) fn placed_meshes<D: Scalar>(
     scenes: &[Scene<D>],
 ) -> Result<Vec<Mesh<D>>, Error> {
     let mut meshes = scenes.iter().map(Scene::mesh).collect::<Result<Vec<_>, _>>()?;
+    // In the order of the plan, in which a rod follows those that its place depends on.
     for placement in &plan.placements {
         let (rod, origin) = match *placement {
             Placement::Origin(rod) => {
@@ -126,6 +128,7 @@ pub(super) fn check_joints(
 ) -> Result<(), Error> {
     let longest = meshes.iter().map(|mesh| mesh.length).fold(0.0, f64::max);
     for (joint, points) in plan.joints.iter().enumerate() {
+        // Only ends of rods and bodies with an offset have a stated point.
         let places: Vec<Vector<f64>> =
             points.iter().filter_map(|at| point(plan, structure, meshes, joint, *at)).collect();
         let distance = |x: &Vector<f64>| {
@@ -165,6 +168,7 @@ pub(super) fn common_plane(structure: &StructureScene, meshes: &[Mesh]) -> Resul
         vector: sub(body.position, start),
     });
     vectors.extend(centers);
+    // Rods on one line determine no plane; the section of one of them does.
     let up = structure.rods.iter().find_map(|rod| rod.section.up()).map(Vector3::from);
     let allowed = "a structure whose rods, bodies and loads are in one plane";
     let leaves = |what: String| {

@@ -1,11 +1,13 @@
-//! Discrete choices of a structure, which have no derivatives: supports of rod ends, coordinates of bodies, places of rods.
+//! Discrete choices of a structure, which have no derivatives: supports of rod ends, coordinates of bodies, places
+//! of rods.
 //!
-//! Input: a validated scene, in a plane or in space. A [`StructurePlan`] states for every end of a rod whether it is free, at a
-//! wall, or on a body, with the direction (clamped), without (pinned), or through a spring. A joint without a body of
-//! `[[bodies]]` gets a body of its own, which does not rotate if its ends are pinned. Coordinates of bodies and springs are
-//! numbered for a small envelope of the tangent (reverse Cuthill-McKee). Each rod is placed by its origin, or by the first joint
-//! to a placed rod or a body with an offset; the first rod is at zero without an origin. Errors: roller or recorded supports,
-//! ends held twice, joints with two bodies or fewer than two entries, rods that nothing places, and unconnected parts. The
+//! Input: a validated scene, in a plane or in space. A [`StructurePlan`] states for every end of a rod whether it
+//! is free, at a wall, or on a body, with the direction (clamped), without (pinned), or through a spring. A joint
+//! without a body of `[[bodies]]` gets a body of its own, which does not rotate if its ends are pinned. Coordinates
+//! of bodies and springs are numbered for a small envelope of the tangent (reverse Cuthill-McKee). Each rod is
+//! placed by its origin, or by the first joint to a placed rod or a body with an offset; the first rod is at zero
+//! without an origin. Errors: roller or recorded supports, ends held twice, joints with two bodies or fewer than
+//! two entries, springs whose body is not the first entry, rods that nothing places, and unconnected parts. The
 //! construction of the assembly follows the plan.
 
 use crate::error::{Error, ensure};
@@ -206,6 +208,7 @@ impl StructurePlan {
         ensure(!is_spring || bodies.is_empty() || first_is_body, &*key, found, "the body first")?;
         for (k, point) in points.iter().enumerate() {
             let JointPoint::Rod(rod, end) = *point else { continue };
+            // The first entry is fixed to the body of the joint; each further one turns against it.
             let spring = (is_spring && k > 0).then(|| {
                 self.springs.push(SpringPlan { joint: number, body, coordinate: 0 });
                 self.springs.len() - 1
@@ -250,6 +253,7 @@ impl StructurePlan {
                 neighbors[*b].push(*a);
             }
         }
+        // A spring couples with its body only, and is numbered directly after it.
         for body in reverse_cuthill_mckee(&neighbors) {
             self.bodies[body].coordinate = self.coordinates;
             self.coordinates += if self.bodies[body].rotates { body_size } else { point };
@@ -267,6 +271,7 @@ impl StructurePlan {
         let mut placed = vec![false; scene.rods.len()];
         let with_origin = |i: &usize| scene.rods[*i].origin.is_some();
         let mut known: Vec<usize> = (0..scene.rods.len()).filter(with_origin).collect();
+        // At least one rod needs a place that no joint gives: without an origin, the first one.
         if !with_origin(&0) {
             known.push(0);
         }
@@ -274,6 +279,7 @@ impl StructurePlan {
             placed[rod] = true;
             self.placements.push(Placement::Origin(rod));
         }
+        // Each pass places one rod, at a joint with a point that is known by then.
         loop {
             let next = self.joints.iter().enumerate().find_map(|(joint, points)| {
                 let gives_offset =

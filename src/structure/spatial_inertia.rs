@@ -1,14 +1,14 @@
-//! Masses, centers and moments of inertia of the bodies of a structure in space, with those of the nodes and edges that they
-//! carry.
+//! Masses, centers and moments of inertia of the bodies of a structure in space, with those of the nodes and edges
+//! that they carry.
 //!
-//! A body has its own mass, and that of nodes of the rod ends on it. For a clamped end it is the mass of the inner node,
-//! which is without the part behind the joint. Half of the rotational inertia of the outer edge about itself is added. For a
-//! hinged end it is the mass of the outer node. Its axes are the principal ones of the sum. The mass of a sprung clamp counts
-//! at the joint, with its moment of inertia about it. An elastic joint is a rotational spring, or a hinge: a stiff spring
-//! ([`HINGE_STIFFNESS`] times the stiffness of the rod's joint beside it) across its axis. [`SpatialBodiesAtRest`] has bodies
-//! with loads, springs, centers, m, coordinates at rest, m (zero for rotations), and the references of the rotations. Errors: a
-//! body without three moments of inertia, a rotating joint without inertia, a hinge without axis, a spring with a rest angle
-//! or too stiff for its rod.
+//! A body has its own mass, and that of nodes of the rod ends on it. For a clamped end it is the mass of the inner
+//! node, which is without the part behind the joint. Half of the rotational inertia of the outer edge about itself
+//! is added. For a hinged end it is the mass of the outer node. Its axes are the principal ones of the sum. The
+//! mass of a sprung clamp counts at the joint, with its moment of inertia about it. An elastic joint is a
+//! rotational spring, or a hinge: a stiff spring ([`HINGE_STIFFNESS`] times the stiffness of the rod's joint beside
+//! it) across its axis. [`SpatialBodiesAtRest`] has bodies with loads, springs, centers, m, coordinates at rest, m
+//! (zero for rotations), and the references of the rotations. Errors: a body without three moments of inertia, a
+//! rotating joint without inertia, a hinge without axis, a spring with a rest angle or too stiff for its rod.
 
 use crate::error::{Error, ensure};
 use crate::numerics::rotation::{
@@ -103,6 +103,7 @@ fn principal_axes<D: Scalar>(tensor: &Matrix3<D>) -> Matrix3<f64> {
             if own[i][j].abs() <= NO_PRODUCT * trace {
                 continue;
             }
+            // The rotation that makes this product of inertia zero.
             let angle = 0.5 * (2.0 * own[i][j]).atan2(own[i][i] - own[j][j]);
             let (sine, cosine) = angle.sin_cos();
             let mut turn = identity::<f64>();
@@ -161,6 +162,8 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
             let (mut axes, mut rotation) = (identity(), None);
             if body.rotates {
                 let tensor = tensor_about(&masses, center);
+                // Axes without derivatives: products of inertia are then zero in value, and have
+                // the derivatives.
                 axes = principal_axes(&tensor).map(|row| row.map(D::from));
                 let tensor = product(&transpose(&axes), &product(&tensor, &axes));
                 let own = built.add_rotation(body.coordinate + 4, axes, tensor, mass);
@@ -239,6 +242,8 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
         let [_, inner] = end_nodes(rod.nodes(), end);
         let arm = sub(rod.node(inner), rod.wall(end));
         let mass = rod.mass(inner);
+        // The clamp is a point mass at an arm from the joint, with the inertia of half an edge
+        // about itself.
         let across = mass * dot(arm, arm);
         let inertia = [across, across, edge_inertia(rod, end)];
         let tensor = components_of(|i, j| if i == j { inertia[i] } else { zero });
@@ -271,6 +276,7 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
             StructureJoint::Hinge { axis: Some(axis), .. }
                 if axis.iter().any(|c| c.value() != 0.0) =>
             {
+                // Stiff against the rod, but not so stiff that the sum loses the digits of the rod.
                 let across = D::from(HINGE_STIFFNESS * stiffest);
                 JointStiffness::Hinge(unit(transposed_times(&axes, *axis)), across)
             }

@@ -1,10 +1,11 @@
 //! Frames of the motion of a structure, at most 201, for the animation and the plots of a page.
 //!
-//! [`StructureFilm::new`] takes the number of steps of the run; [`StructureFilm::push`] is called with the [`StructureMotion`]
-//! at the start and after each step. It keeps the start, every n-th step and the last step, with the smallest `n` for which at
-//! most `FRAMES` steps are kept; the others are dropped. Output: [`StructureFilm::frames`] has the time, s, and the positions of
-//! all nodes, m, rod after rod in the order of the scene, with a NaN position between two rods. Bodies are left out.
-//! [`StructureFilm::samples`] has, at the same times, the end (tip) of the last rod, m, and the energies, J.
+//! [`StructureFilm::new`] takes the number of steps of the run; [`StructureFilm::push`] is called with the
+//! [`StructureMotion`] at the start and after each step. It keeps the start, every n-th step and the last step,
+//! with the smallest `n` for which at most `FRAMES` steps are kept; the others are dropped. Output:
+//! [`StructureFilm::frames`] has the time, s, and the positions of all nodes, m, rod after rod in the order of the
+//! scene, with a NaN position between two rods. Bodies are left out. [`StructureFilm::samples`] has, at the same
+//! times, the end (tip) of the last rod, m, and the energies, J.
 
 use crate::dynamics::{FilmSample, Frame};
 use crate::structure::structure_motion::StructureMotion;

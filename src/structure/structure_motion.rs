@@ -1,11 +1,12 @@
 //! Simulations of structures: steps with bisection, the start at rest or in equilibrium, and the report of a run.
 //!
-//! [`Structure::simulation`] returns a [`StructureMotion`] at t = 0 without velocity, which advances to given times. A step that
-//! fails, or that the control of the energy (of the first rod's scene) rejects, is replaced by two halves, and so on.
-//! [`Structure::simulation_over`] is a simulation over dual numbers, for derivatives, without bisection. `equilibrium_over` is
-//! the equilibrium with derivatives. [`StructureReport`] collects times, s, energies, J, and ends of the rods, m. It warns if
-//! the change of the energy over the largest kinetic energy exceeds a limit, without damping only. In space only Newmark-beta
-//! and generalized-alpha integrate; other schemes are errors, as is a scene without `[time]`.
+//! [`Structure::simulation`] returns a [`StructureMotion`] at t = 0 without velocity, which advances to given
+//! times. A step that fails, or that the control of the energy (of the first rod's scene) rejects, is replaced by
+//! two halves, and so on. [`Structure::simulation_over`] is a simulation over dual numbers, for derivatives,
+//! without bisection. `equilibrium_over` is the equilibrium with derivatives. [`StructureReport`] collects times,
+//! s, energies, J, and ends of the rods, m. It warns if the change of the energy over the largest kinetic energy
+//! exceeds a limit, without damping only. In space only Newmark-beta and generalized-alpha integrate; other schemes
+//! are errors, as is a scene without `[time]`.
 
 use crate::dynamics::{
     BisectedSteps, Simulation, StepControl, StepperSettings, Work, advance, energy_warning,
@@ -140,6 +141,7 @@ impl Structure {
     pub fn simulation(&self) -> Result<StructureMotion<'_>, Error> {
         let simulation = self.simulation_of(&self.scene)?;
         let parts = self.parts().next();
+        // Damping and scheme of the structure are in the scene of each rod: the first one serves.
         let control = match parts {
             Some(scene) => StepControl::new(scene, &simulation),
             None => return Err(Error::invalid("rods", "an empty list", "at least one rod")),
@@ -181,12 +183,14 @@ impl Structure {
     ) -> Result<Simulation<D, Assembly<D>>, Error> {
         let time = self.time()?;
         let AssemblyAtRest { assembly, mut q, mut frames, .. } = self.blueprint.build(scene)?;
+        // Other schemes do not have the inertia forces of rotating bodies in their equations.
         if assembly.is_spatial() {
             check_scheme(time).map_err(|error| error.in_file(self.scene.path.as_deref()))?;
         }
         if self.scene.initial.state == InitialState::Equilibrium {
             (q, frames) = self.differentiated_equilibrium(&assembly, &frames)?;
         }
+        // Steps take derivatives by increments of rotations in the axes of the bodies.
         let (n, assembly) = (q.len(), assembly.by_increments());
         let parameter = scene.time.as_ref().map_or(D::from(0.5), Time::parameter);
         let settings = StepperSettings {
@@ -215,6 +219,7 @@ impl Structure {
         assembly.hold_walls(rest, &mut frames);
         let (mut change, mut tangent) = (q.clone(), assembly.zero_tangent());
         let mut factors = tangent.new_factors();
+        // From the equilibrium on, every Newton iteration completes one more order of derivatives.
         for _ in 0..D::ORDER {
             assembly.tangent(&q, &frames, Derivatives::Hand, &mut change, &mut tangent);
             factors.factor(&tangent, 0..q.len()).map_err(|_| Error::SingularEquilibrium)?;
@@ -222,6 +227,7 @@ impl Structure {
             q.iter_mut().zip(&change).for_each(|(q, change)| *q -= *change);
         }
         if D::ORDER > 0 {
+            // Rates of angles are spins only in frames at the present shape, with its derivatives.
             assembly.move_frames(&mut frames, &q);
         }
         Ok((q, frames))
@@ -301,6 +307,7 @@ impl StructureReport {
         let [change, kinetic] = self.energy_change();
         let warning =
             structure.parts().next().and_then(|scene| energy_warning(scene, change / kinetic));
+        // Without motion the ratio is 0/0, which would count as a warning.
         let warning = warning.filter(|_| kinetic > 0.0);
         self.warnings = warning.iter().map(|(code, words)| code.behind(words)).collect();
         self.status = match outcome {

@@ -1,10 +1,11 @@
 //! Positions of the rods and bodies of a structure, by their names, and their CSV.
 //!
-//! [`Structure::shape_at`] converts unknowns and frames to a [`StructureShape`] in the world, m: all nodes and the end (`tip`)
-//! of each rod, and the pose of each body of `[[bodies]]`. A pose is its own center of mass and its rotation from rest, rad: the
-//! angle about the normal of the plane, or in space the rotation vector and its size. Bodies of joints are left out. Nodes that
-//! bodies carry are placed by these. The tip is the last node, or the wall or joint that holds the end between two nodes.
-//! `displacements` converts a mode shape, for nodes only, to world axes. The CSV has a row per node of each rod, without bodies.
+//! [`Structure::shape_at`] converts unknowns and frames to a [`StructureShape`] in the world, m: all nodes and the
+//! end (`tip`) of each rod, and the pose of each body of `[[bodies]]`. A pose is its own center of mass and its
+//! rotation from rest, rad: the angle about the normal of the plane, or in space the rotation vector and its size.
+//! Bodies of joints are left out. Nodes that bodies carry are placed by these. The tip is the last node, or the
+//! wall or joint that holds the end between two nodes. `displacements` converts a mode shape, for nodes only, to
+//! world axes. The CSV has a row per node of each rod, without bodies.
 
 use crate::numerics::rotation::{identity, product, rotation_vector, transpose};
 use crate::numerics::vector::dot;
@@ -66,6 +67,7 @@ impl Structure {
     pub fn shape_at(&self, q: &[f64], frames: &AssemblyFrames<f64>) -> StructureShape {
         let mut q = q.to_vec();
         let assembly = &self.at_rest.assembly;
+        // Unknowns of carried nodes have no meaning: bodies give their places.
         assembly.place_carried(&mut q, frames);
         let mut shape = StructureShape::default();
         for (k, range) in assembly.rod_ranges().into_iter().enumerate() {
@@ -97,6 +99,8 @@ impl Structure {
             (Assembly::Space(rods), _) => {
                 let (bodies, body) = (rods.bodies(), &rods.bodies().bodies[i]);
                 let axes = bodies.axes(z, frames, body);
+                // The principal axes have a rotation at rest already, which is not part of the
+                // pose.
                 let rest = body.rotation.map(|turn| turn.rest_axes(&self.at_rest.frames));
                 let turned = rest.map_or_else(identity, |rest| product(&axes, &transpose(&rest)));
                 let rotation = rotation_vector(&turned);
@@ -134,6 +138,7 @@ impl Structure {
     ) -> BTreeMap<String, Vec<[f64; 3]>> {
         let mut change = change.to_vec();
         let assembly = &self.at_rest.assembly;
+        // To first order the change of a carried node is a velocity of its body.
         assembly.set_carried_rates(&state.q, &state.frames, &mut change);
         let ranges = assembly.rod_ranges().into_iter().zip(&self.scene.rods);
         ranges

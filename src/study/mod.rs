@@ -158,6 +158,7 @@ fn integrators(problem: &Problem, scene: &Scene) -> Result<Vec<Integrator>, Erro
     let taken = Scheme::all().filter(|scheme| scene.is_taken_by(*scheme));
     let mut all: Vec<Integrator> =
         taken.map(|scheme| Integrator { scheme, beta: DEFAULT_BETA }).collect();
+    // A dissipative scheme of the scene is compared with the others.
     if time.scheme.takes_beta() && time.beta > DEFAULT_BETA {
         all.push(Integrator { scheme: time.scheme, beta: time.beta });
     }
@@ -191,6 +192,7 @@ impl Study {
         };
         let problem_with = |integrator: Integrator, step: f64, segments: usize| {
             let mut scene = scene.clone();
+            // With other edges, forces and masses on nodes by index would move.
             if !is_given {
                 scene.rod.segments = Some(segments);
             }

@@ -1,8 +1,9 @@
 //! Wrapping of text to lines of a limited width, for terminals.
 //!
-//! Lines break between words; a number and its unit stay together, and words longer than a line are not divided. Continued
-//! lines are indented. The width is 80 columns ([`DEFAULT_WIDTH`]) without a terminal; beside a label a text has at least 20.
-//! Input and output are plain text; [`wrap_message`] also colors `error:` and `warning:`.
+//! Lines break between words; a number and its unit stay together, and words longer than a line are not divided.
+//! Continued lines are indented; quoted lines of files in messages stay whole. The width is 80 columns
+//! ([`DEFAULT_WIDTH`]) without a terminal; beside a label a text has at least 20. Input and output are plain text;
+//! [`wrap_message`] also colors `error:` and `warning:`.
 
 use crate::summary::{TextStyle, Tone};
 

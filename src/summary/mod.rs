@@ -138,6 +138,7 @@ impl Summary {
     /// are no warnings.
     pub fn warnings<T: Into<String>>(mut self, warnings: impl IntoIterator<Item = T>) -> Self {
         self.warnings.extend(warnings.into_iter().map(Into::into));
+        // Also without warnings the result ends here, so that summaries of one kind have one layout.
         self.details.get_or_insert_default();
         self
     }

@@ -13,9 +13,10 @@
 //! shift from `lambda` and from the next eigenvalue. The error of the quotient is of second order in them. First
 //! derivatives agree with the Hellmann-Feynman theorem; second ones include the change of the mode.
 //!
-//! Input: names of modes ([`ModeName`]) and parameters. Output: one angular frequency per name, in their order, rad/s, with its
-//! derivative by each parameter. Errors: a mode without stiffness, and a number above that of the
-//! modes. With parameters also a mode whose frequency agrees with another one in its plane within `CLUSTER_DISTANCE`.
+//! Input: names of modes ([`ModeName`]) and parameters. Output: one angular frequency per name, in their order,
+//! rad/s, with its derivative by each parameter. Errors: a mode without stiffness, a number above that of the
+//! modes, and a filter or parameter that the scene cannot have. With parameters also a mode whose frequency agrees
+//! with another one in its plane within `CLUSTER_DISTANCE`.
 //!
 //! [`Trajectory::at_rest`]: crate::Trajectory::at_rest
 
@@ -231,8 +232,8 @@ pub(super) fn find_named_modes<M: Model, T: Tangent<f64>>(
 ) -> Result<Vec<Eigenpair>, Error> {
     let mass = rod.node_masses();
     let most = names.iter().map(|name| name.number).max().unwrap_or(0);
-    // Free motions come first, and one more mode shows whether the last one has a frequency of its own. Modes of one kind may
-    // be rare: the number is doubled until all are found.
+    // Free motions come first, and one more mode shows whether the last one has a frequency of its
+    // own. Modes of one kind may be rare: the number is doubled until all are found.
     let mut count = most.saturating_add(1 + rod.most_free()).min(rod.available());
     loop {
         let all = rod.lowest(count)?;

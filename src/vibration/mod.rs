@@ -3,8 +3,9 @@
 //!
 //! Output: the lowest modes with frequencies, shapes and kinds, and all unstable ones ([`Modes`]); natural
 //! frequencies with derivatives by parameters, about the equilibrium ([`NaturalFrequency`]). A mode is selected by
-//! number and filter ([`ModeName`]). The reductions by shear and rotary inertia of thick rods, which the model omits,
-//! are estimated for a check of fits; they are not applied. Frequencies are angular, in rad/s; tables also have Hz.
+//! number and filter ([`ModeName`]). The reductions by shear and rotary inertia of thick rods, which the model
+//! omits, are estimated for a check of fits; they are not applied. Frequencies are angular, in rad/s; tables also
+//! have Hz. These parts are in `modes`, `frequencies`, `name` and `thickness`, in this order.
 
 mod frequencies;
 mod modes;

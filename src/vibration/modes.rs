@@ -2,15 +2,16 @@
 //! shapes and kinds.
 //!
 //! They solve `K v = omega^2 M v` with the exact tangent `K` at the state. The requested number of lowest modes is
-//! computed, and all unstable ones if these are more (up to [`MAX_UNSTABLE`] in each plane). An unstable mode has minus
-//! its growth rate (1/s) as frequency. A planar scene with a torsional stiffness and without moments has modes out of
-//! its plane too. These are computed separately, so that modes of equal frequency do not mix; both are sorted together
-//! by frequency.
+//! computed, and all unstable ones if these are more (up to [`MAX_UNSTABLE`] in each plane). An unstable mode has
+//! minus its growth rate (1/s) as frequency. A planar scene with a torsional stiffness and without moments has
+//! modes out of its plane too. These are computed separately, so that modes of equal frequency do not mix; both are
+//! sorted together by frequency.
 //!
-//! A mode has a plane (none in space), a [`ModeKind`] and a number among the modes of its plane. Torsion: the energy of
-//! twist exceeds both others. Axial: that of stretch exceeds bending, and most kinetic energy is along the rod. Free
-//! rigid motions of frequency zero have no number. Shapes are displacements of the nodes in world axes, the largest 1.
-//! Output: [`Modes`], with a summary as text (Hz too), and the eigenpairs for frequencies with derivatives.
+//! A mode has a plane (none in space), a [`ModeKind`] and a number among the modes of its plane. Torsion: the
+//! energy of twist exceeds both others. Axial: that of stretch exceeds bending, and most kinetic energy is along
+//! the rod. Rigid: without strains, or a spin without stiffness. Bending: all others. Free rigid motions of
+//! frequency zero have no number. Shapes are displacements of the nodes in world axes, the largest 1. Output:
+//! [`Modes`], with a summary as text (Hz too), and the eigenpairs for frequencies with derivatives.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -406,7 +407,8 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         if motion.is_rigid() || squared == 0.0 && motion.is_spin() {
             return ModeKind::Rigid;
         }
-        // Axial modes of a curved rod bend too; lateral modes of a cable stretch too: the motion decides between them.
+        // Axial modes of a curved rod bend too; lateral modes of a cable stretch too: the motion
+        // decides between them.
         let [stretch, bend, twist] = motion.energies;
         match () {
             () if twist > bend.max(stretch) => ModeKind::Torsion,

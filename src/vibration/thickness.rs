@@ -1,9 +1,8 @@
 //! Reduction of natural frequencies by shear deformation and rotary inertia, which the rod model omits (Timoshenko).
 //!
-//! Input: names of modes of a problem, and the state about which they vibrate. The modes, without these effects, are
-//! computed by the rod model. Let `phi` be its deflection, `Q` its shear force and
-//! `theta` the rotation of its sections. Timoshenko's beam has these additional terms, of first order in `I/(A L^2)` by
-//! Rayleigh's quotient:
+//! Input: names of modes of a problem, and the state about which they vibrate. The modes, without these effects,
+//! are computed by the rod model. Let `phi` be its deflection, `Q` its shear force and `theta` the rotation of its
+//! sections. Timoshenko's beam has these additional terms, of first order in `I/(A L^2)` by Rayleigh's quotient:
 //!
 //! ```text
 //! omega^2 = omega_0^2 (1 - e),   e = (int Q^2/(kappa G A) ds + omega_0^2 int rho I theta^2 ds)
@@ -11,13 +10,14 @@
 //! ```
 //!
 //! The shear strain `Q/(kappa G A)` minimizes the quotient for any supports, since deflection and rotation may both
-//! change. For a simply supported rod `e = (I/A) k^2 (1 + E/(kappa G))` with `k = n pi/L` (S. P. Timoshenko, Phil. Mag.
-//! 41 (1921) 744). For a free one it is the first term of the correction in ASTM E1876.
+//! change. For a simply supported rod `e = (I/A) k^2 (1 + E/(kappa G))` with `k = n pi/L` (S. P. Timoshenko, Phil.
+//! Mag. 41 (1921) 744). For a free one it is the first term of the correction in ASTM E1876.
 //!
-//! `Q` is the transverse part of the sum of inertia forces and reactions on one side of the section. The part of the
-//! tension that rotates with the section is subtracted. This holds for curved, tapered and hanging rods. Output
-//! for each mode ([`ThicknessEffect`]): the first term of `e` for `E/(kappa G) = 1`, and the second one.
-//! [`ThicknessEffect::reduction`] returns `e`: the first times `E/(kappa G)`, plus the second.
+//! `Q` is the transverse part of the sum of inertia forces and reactions on one side of the section. The part of
+//! the tension that rotates with the section is subtracted. This holds for curved, tapered and hanging rods. Errors
+//! are those of the equilibrium, a mode without stiffness, and a number above that of the modes. Output for each
+//! mode, in the order of the names ([`ThicknessEffect`]): the first term of `e` for `E/(kappa G) = 1`, and the
+//! second one. [`ThicknessEffect::reduction`] returns `e`: the first times `E/(kappa G)`, plus the second.
 
 use crate::error::Error;
 use crate::numerics::tangent::Tangent;
@@ -130,7 +130,8 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         let rest = discretized.rest();
         let rest_place = |i: usize| discretized.model.position(&rest, i);
         let mut effect = ThicknessEffect::default();
-        // Edge by edge: rotation of the section per amplitude, tension, transverse shear force, and the two integrands.
+        // Edge by edge: rotation of the section per amplitude, tension, transverse shear force, and
+        // the two integrands.
         for j in 0..edges {
             let chord = sub(place(j + 1), place(j));
             let length = dot(chord, chord).sqrt();

@@ -1,8 +1,10 @@
 //! Map from the axes of a file to those of the world: a permutation with signs, as `["x", "z", "-y"]`.
 //!
 //! Input are three names, one per world axis; a minus reverses the direction, and `none` is a coordinate that was not
-//! observed. Left-handed maps, axes given twice and axes that the file does not have are errors. The map converts positions
-//! and standard deviations.
+//! observed. [`Axes::new`] rejects other names, no axis at all, an axis given twice, and three axes that form a
+//! left-handed map; the error is a message. [`Axes::check`] rejects axes that the file does not have. Output:
+//! positions in world axes with signs, and standard deviations without; both are `None` along axes that were not
+//! observed.
 
 use serde::{Deserialize, Serialize};
 
@@ -41,6 +43,7 @@ impl Axes {
         if (0..3).any(|axis| named.iter().filter(|(own, _)| *own == axis).count() > 1) {
             return Err(format!("found axes = {names:?}, allowed: each axis of the file once"));
         }
+        // Two axes and a missing one can always be completed to a right-handed frame, so that only three are checked.
         if let [(a, s), (b, t), (c, u)] = named[..] {
             // The handedness is the sign of the permutation times the product of the three signs.
             let even = (b + 3 - a) % 3 == 1 && (c + 3 - b) % 3 == 1;

@@ -1,8 +1,11 @@
-//! Conversion of detections to a table: files with one line for every detection of a marker, in any order, become one row for
-//! every frame with the positions of all markers.
+//! Conversion of detections to a table: files with one line for every detection of a marker, in any order, become one
+//! row for every frame with the positions of all markers.
 //!
-//! Frames are sorted by time. A marker that is not detected in a frame is missing there; two detections of a marker in one
-//! frame are an error. Used by the readers of Kinovea, SLEAP and TrackMate.
+//! Input per detection: line and clock reading of its frame, name of the marker, position in the unit of the file,
+//! and likelihood if known. Output: a [`FrameTable`] with frames sorted by clock and markers in the order of their
+//! first detection. A marker that is not detected in a frame is `None` there. No detection, two detections of a
+//! marker in one frame, and more than [`MAX_POSITIONS`] frames times markers are errors. Used by the readers of
+//! SLEAP, TrackMate, and of the text export of Kinovea.
 
 use crate::error::Error;
 use crate::marker_file::{FieldLines, FrameReading, FrameTable, MarkerData};

@@ -1,7 +1,9 @@
-//! Reads whole files of limited size, as bytes ([`data`], up to 500 MB) or text ([`text`], up to 100 MB).
+//! Reads whole files of limited size, as bytes ([`data`], up to 500 MB) or UTF-8 text ([`text`], up to 100 MB).
 //!
-//! Folders, pipes and devices are rejected, as reading them may never end; `/dev/stdin` and `/dev/fd/N` are accepted.
-//! Names may begin with an environment variable ([`at`]).
+//! Larger files, text that is not UTF-8, folders, named pipes and devices are errors with the path; reading a pipe
+//! may never end. `/dev/stdin` and files in `/dev/fd` and `/proc/self/fd` are accepted. [`at`] returns the path of a
+//! name relative to a folder. A name that begins with `$NAME/` is relative to the folder in the environment variable
+//! NAME, if that is set and not empty.
 
 use crate::error::Error;
 use std::ffi::OsString;
@@ -66,6 +68,7 @@ fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
     }
     let mut bytes = Vec::new();
+    // One byte more than allowed shows that a file is too large, without reading all of it.
     File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
         let message =

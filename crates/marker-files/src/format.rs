@@ -1,8 +1,9 @@
 //! The formats of motion-capture and tracking programs, and their recognition by the first lines of a file.
 //!
-//! [`Format::detect`] examines the first cells of the first two lines that are not blank, within 4096 bytes. A file that
-//! no program matches is a plain table (CSV). Each format has its key in configuration files and the name of its program
-//! for messages.
+//! [`Format::detect`] takes the bytes of a file and examines the first two lines that are not blank, within 4096
+//! bytes. A program is recognized by the text of the first cell or by names of columns in the first line, and Tracker
+//! by `t` at the start of the second. A file that no program matches is a plain table (CSV); there is no error. Each
+//! format has its key in configuration files and the name of its program for messages.
 
 use serde::{Deserialize, Serialize};
 
@@ -97,6 +98,7 @@ impl Format {
             _ if first.contains("TRACK_ID") && first.contains("POSITION_X") => Self::TrackMate,
             _ if begins.starts_with("time") && first.contains("/X") => Self::Kinovea,
             "" | "#multi:" | "multi:" if below == "t" => Self::Tracker,
+            // The export of a single track of Tracker has only the name of the track in its first line.
             _ if alone
                 && below == "t"
                 && !begins.starts_with('#')

@@ -1,8 +1,11 @@
 //! The contents of a file of markers, common to all formats, and the parts that the readers of all formats share.
 //!
-//! A [`MarkerFile`] has the frames with the reading of the clock, and the positions of each marker in them, in the units of
-//! the program. [`FieldLines`] splits a file into fields; [`ColumnLayout`] maps columns to markers and reads the rows. Rows with
-//! another number of fields, and times that do not increase, are errors with their line.
+//! A [`MarkerFile`] has the frames with the reading of the clock, and the positions of each marker in them, in the
+//! units of the file. [`FieldLines`] splits bytes into lines of fields without blank lines; binary files and fields
+//! that are not UTF-8 are errors. [`ColumnLayout`] maps columns to markers and reads rows into frames; blank and NaN
+//! fields are missing (`None`). A marker without x or y, two columns of one coordinate, and no row are errors. So
+//! are, with their line, rows with too few or further fields that are not blank, other texts, and clocks that do not
+//! increase.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -188,6 +191,7 @@ impl FieldLines {
     /// An `Err` for a file that does not have the format of its program, at a line, with the `found` and the `allowed`
     /// content and the remedy.
     pub fn rejected<T>(&self, line: u64, found: &str, allowed: &str) -> Result<T, Error> {
+        // The recognition by the first lines may be wrong: the message names the key that overrides it.
         let words = format!(
             "found {found}, allowed: {allowed}, in a file of {}. If this is not the format of the \
              file, set format, as in format = \"csv\"",
@@ -338,6 +342,7 @@ impl<'a> ColumnLayout<'a> {
         }
         let mut frames: Vec<FrameReading> = Vec::new();
         for (k, line) in rows.enumerate() {
+            // Programs may end lines with empty fields, but a missing field would shift the others.
             if line.len() < width || line.fields().skip(width).any(|field| !field.is_empty()) {
                 let message =
                     format!("found {} fields, allowed: {width} as in the header", line.len());

@@ -1,8 +1,12 @@
-//! Texts of files in messages: control characters escaped, long tokens and lines cut.
+//! Texts of files in messages: control characters escaped, long tokens, words and lines cut.
 //!
-//! Names of files and markers and lines of files may have control characters, which color, hide or rewrite the output of
-//! a terminal; they are shown as `\x1b`. Long tokens are cut, as a message should be short and a file may be
-//! confidential. Error messages of this crate and of rodfit, and its pages, use these functions.
+//! Input are texts, names or paths of files; they may have control characters, which color, hide or rewrite the
+//! output of a terminal. [`printable`] shows these as `\x1b`, and characters that reverse the direction of text as
+//! `\u202e`; line breaks and tabs stay. [`printable_name`] escapes these too. [`token`] also cuts at
+//! [`LONGEST_TOKEN`] characters, and states the number of bytes left out. [`shown`] is for whole messages: it also
+//! cuts tokens in backquotes, and the middle of words above 200 bytes and of lines above 3000 bytes. A message should
+//! be short, and a file may be confidential. Error messages of this crate and of rodfit, and its pages, use these
+//! functions.
 
 use std::borrow::Cow;
 use std::fmt::Write;
@@ -120,6 +124,7 @@ fn without_middle(text: &str, most: usize) -> Cow<'_, str> {
     if text.len() <= most {
         return text.into();
     }
+    // Both cuts are moved to boundaries of characters, as a slice inside of one would panic.
     let boundary = |i: &usize| text.is_char_boundary(*i);
     let head = (0..=SHOWN[0]).rev().find(boundary).unwrap_or(0);
     if text.bytes().all(|byte| byte == b'^') {

@@ -1,11 +1,12 @@
-//! The keys of a recording, which state properties that its file does not have, and the conversion of the file's
-//! contents. Results are in seconds and meters in the axes of the world.
+//! The keys of a recording, which state properties that its file does not have, and the conversion of the file.
+//! Results are in seconds and meters in the axes of the world.
 //!
 //! Time is (reading - start) over the frame rate, or times the unit of the clock. A coordinate is (reading - origin)
-//! times the scale, negative where y points down, and then mapped to the world's axes. Positions below the stated
-//! likelihood are missing. Keys that contradict the file, or are missing, are errors with the remedy.
-//! [`Recording::convert`] converts a marker of a [`MarkerFile`]; [`Recording::columns`] and [`Recording::position`] serve
-//! plain tables.
+//! times the unit of the file, or the key `scale`; y changes its sign where it points down. The result is mapped to
+//! the world's axes. Positions with a likelihood below the stated one, or without any, are missing (`None`).
+//! [`Recording::convert`] converts all frames of a marker of a [`MarkerFile`]. For plain tables with one marker,
+//! [`Recording::columns`] returns columns with their factors, and [`Recording::position`] the position of a row in m.
+//! Keys that contradict the file, or are missing, and results that are not finite are errors.
 
 use crate::axes::Axes;
 use crate::error::Error;
@@ -313,6 +314,7 @@ impl Recording {
         let seconds = |clock: f64| match (file.clock, rate) {
             (_, Some(rate)) => (clock - start) / rate,
             (Clock::Time(unit), None) => (clock - start) * unit,
+            // Not reached: frame numbers without a rate are rejected above.
             (Clock::Frames { .. }, None) => f64::NAN,
         };
         // Meters per unit: of the file where it names the unit, otherwise of the key scale.

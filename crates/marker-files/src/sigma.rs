@@ -1,8 +1,9 @@
 //! The key `sigma` of a recording: names of the columns with the standard deviations of the positions of a table.
 //!
-//! They are one column for all axes, or one for each axis of the file. [`SigmaColumns::find`] returns their indices in a
-//! table; an axis without a column, and a column that is missing or has other contents, are errors. The reader of plain
-//! tables with one marker uses it.
+//! They are one column for all axes, or one for each axis of the file, ignoring case. [`SigmaColumns::find`] takes a
+//! table, the axes that it has, and the names of columns with other contents. It returns the index of the column of
+//! each axis that the table has, `None` for others. An axis without a column, and a column that is missing or has
+//! other contents, are errors. The reader of plain tables with one marker uses it.
 
 use crate::error::Error;
 use crate::table::Table;

@@ -1,9 +1,11 @@
 //! Reader of tables of numbers with a header of names and units, as `t[ms],x[mm]`.
 //!
-//! Columns are separated by commas, or by semicolons or tabs, then with decimal commas or points. Lines that start with
-//! `#` are comments. Every field is a finite number, blank or NaN; blank and NaN are missing values. Errors have the line
-//! and the column. [`Table`] has names and units of the columns and the rows; readers of markers and other measurements
-//! use it.
+//! Input are the bytes of a file. The separator is the first comma, semicolon or tab of the header; with the latter
+//! two, numbers may have decimal commas. Lines that start with `#` are comments. Every field is a finite number,
+//! blank or NaN; blank and NaN are missing values (`None`). Output: [`Table`] with names (in lower case) and units of
+//! the columns, and the rows with their lines; values are not converted. Blank columns without a name are left out.
+//! Other texts, rows with another number of fields than the header, and files that are no table are errors with the
+//! line.
 
 use crate::error::Error;
 use crate::printable::{column_name, token};
@@ -55,6 +57,8 @@ impl Table {
     /// Those of [`read`](Self::read); the kind of a file that is no table is described.
     pub fn of(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
         check_text(path, bytes)?;
+        // A file that is no table is often of another kind, whose description is clearer than the error of the
+        // parser.
         Self::of_text(path, bytes).map_err(|error| describe_table(path, bytes, error))
     }
 
@@ -63,6 +67,7 @@ impl Table {
     /// and a field that is no number.
     fn of_text(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        // A header has no decimal commas: its first separator is that of the file.
         let delimiter = delimiter(bytes);
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
@@ -142,6 +147,7 @@ pub fn delimiter(bytes: &[u8]) -> u8 {
 /// Name and unit of a column: `X` and `mm` of `X [mm]` or `X (mm)`; no unit without brackets at the end.
 pub fn split_unit(header: &str) -> (String, Option<String>) {
     let brackets = |open: char, close: char| header.strip_suffix(close)?.split_once(open);
+    // Brackets within a name belong to it; only those at the end have a unit.
     match brackets('[', ']').or_else(|| brackets('(', ')')) {
         Some((name, unit)) => (name.trim().into(), Some(unit.trim().into())),
         None => (header.into(), None),
@@ -165,6 +171,7 @@ pub(crate) fn number(
     if field.is_empty() || field.eq_ignore_ascii_case("nan") {
         return Ok(None);
     }
+    // A comma is a decimal point only where another character separates the columns.
     let found = if commas { field.replace(',', ".").parse() } else { field.parse::<f64>() };
     found.ok().filter(|value| value.is_finite()).map(Some).ok_or_else(|| {
         let (column, field) = (column_name(column), token(field));

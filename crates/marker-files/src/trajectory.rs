@@ -1,8 +1,10 @@
-//! Reads the trajectory of a marker from a file, in seconds and meters.
+//! Reads the trajectory of a marker from a file, in seconds and meters in the axes of the world.
 //!
-//! [`read`] converts one marker of a table or of a file of a tracking program, [`read_several`] markers by their names. Rows
-//! before the start of the motion and rows without any position are dropped and counted. Times that are negative or do not
-//! increase, and numbers that are not finite, are errors with their line.
+//! [`read`] converts one marker of a table or of a file of a tracking program, by the keys of a [`Recording`];
+//! [`read_several`] markers by their names. Output: [`MarkerTrajectory`] with times, positions, and standard
+//! deviations if the table has columns of them. Rows before the stated start of the motion and rows without any
+//! position are dropped and counted. Times that are negative without a stated start or do not increase, numbers that
+//! are not finite, and a file without a usable row are errors.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -81,6 +83,8 @@ pub fn read(path: &Path, recording: &Recording) -> Result<MarkerTrajectory, Erro
             let is_unnamed = ["x", "y", "z"].iter().any(|name| table.find(name).is_some());
             return match parse(path, format, &bytes) {
                 Ok(file) if !is_unnamed && recording.sigma.is_none() => convert(&file, recording),
+                // An error below the header shows that the header is one of named markers: that error is the useful
+                // one.
                 Err(own @ Error::Data { line: 2.., .. }) if !is_unnamed => Err(own),
                 _ => Err(describe_position_table(path, &bytes, error)),
             };

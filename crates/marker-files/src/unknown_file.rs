@@ -1,7 +1,10 @@
 //! Descriptions of files that cannot be read as tables of markers, for error messages.
 //!
-//! Binary files are recognized by their first bytes (zip, HDF5, C3D, video and others), texts by their first lines (JSON, XML,
-//! no header, columns separated by spaces, accelerations). The message has the kind of file and the kinds that are read.
+//! Input are the path and the bytes of a file, of which the first 4096 are examined. Binary files are recognized by
+//! their first bytes (zip, HDF5, C3D, video and others) or a zero byte. Texts are recognized by their first lines:
+//! JSON, XML, no header, columns separated by spaces, and for tables of positions accelerations. Output: an error
+//! with the kind of file and the kinds that are read; for a text that is none of these, the error that the reader
+//! had.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -83,6 +86,7 @@ fn binary(bytes: &[u8]) -> Option<&'static str> {
     if let Some((_, found)) = BINARY.iter().find(|(start, _)| bytes.starts_with(start)) {
         return Some(found);
     }
+    // The code of a line break or tab is a possible number of a parameter block: a text may begin with it.
     match bytes {
         [block @ 1..=LARGEST_C3D_BLOCK, C3D, ..] if *block != b'\n' && *block != b'\t' => {
             Some("a C3D file")
@@ -117,6 +121,7 @@ fn text(bytes: &[u8]) -> Option<String> {
     if first.starts_with('<') {
         return Some("an XML or HTML file".into());
     }
+    // The header of a storage file has several lines above its table.
     if text.lines().take(20).any(|line| line.trim() == "endheader") {
         return Some("an OpenSim storage file (.sto, .mot)".into());
     }
@@ -125,6 +130,7 @@ fn text(bytes: &[u8]) -> Option<String> {
     {
         return Some("no header, but numbers in the first line".into());
     }
+    // A title without separators may stand above columns with spaces.
     if spaced(second) && (spaced(first) || !separated(first)) {
         return Some("columns with spaces between them".into());
     }
@@ -137,6 +143,7 @@ fn has_accelerations(bytes: &[u8]) -> bool {
     let mut lines = text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
     let Some(header) = lines.next() else { return false };
     let mut fields = header.split([',', ';', '\t']).map(|field| field.trim().trim_matches('"'));
+    // The unit counts too, as columns may have any name.
     fields.any(|field| {
         ["accel", "m/s^2", "m/s\u{b2}", "m/s2"].iter().any(|word| field.contains(word))
             || ["ax", "ay", "az"].contains(&field.split(['[', '(']).next().unwrap_or("").trim())

@@ -1,8 +1,9 @@
 //! `rodfit campaign collect`: gathers the stored results of all fits of a campaign in one place.
 //!
-//! Input is the folder of the campaign's plan. Output are, each if requested, one line of JSON per fit (`--out`), one row per
-//! fit (`--csv`) and a page that compares the fits (`--report`); and a printed status. Damaged lines of results give
-//! warnings. The exit code is 3 while any fit has no result.
+//! Input is the folder of the campaign's plan. Output are, each if requested, one line of JSON per task with a result
+//! (`--out`), one row per fit (`--csv`, the parts of a bootstrap in one) and a page that compares the fits
+//! (`--report`). The status is printed. Damaged lines of results give warnings, except the incomplete last line of a
+//! killed process. Results of one task that differ are an error. The exit code is 3 while any fit has no result.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, conclude, terminal};
@@ -56,6 +57,7 @@ pub(super) fn collect(
         outputs.write(page, || {
             let mut fits = collected.summaries()?;
             for fit in &mut fits {
+                // Pages of single fits may be in the same folder, and are linked.
                 fit.page = report.and_then(|folder| fit_page_address(fit, folder));
             }
             Ok(comparison_page(&fits, &folder_name(folder)).into_bytes())

@@ -116,6 +116,7 @@ impl ShardOptions {
         let variable = |name: &str| std::env::var(name).ok();
         let shard = Shard::from_scheduler(variable, self.shards.map(NonZero::get))?;
         match (self.shards, shard) {
+            // Without an index all processes would run the same shard.
             (Some(count), None) => {
                 let found = format!(
                     "{count} outside a job array, where no scheduler gives the index of the shard"
@@ -143,6 +144,7 @@ pub fn run(command: &CampaignCommand, global: GlobalOptions) -> Result<u8, Error
         }
         CampaignCommand::Sbatch { folder, time, shards, threads } => {
             let plan = Plan::open(folder)?;
+            // More jobs than fits would have nothing to compute.
             let default = DEFAULT_SHARDS.min(plan.tasks.len() as u64).max(1);
             let shards = shards.map_or(default, NonZero::get);
             let script = job_script(&plan.folder, time, shards, threads.get())?;
@@ -169,6 +171,7 @@ fn plan(campaign: &Path, out: &Path, global: GlobalOptions) -> Result<u8, Error>
     if let Some(more) = planned.refused.len().checked_sub(MAX_PRINTED + 1) {
         terminal::warn(Code::InvalidTask, format_args!("and {} more", more + 1));
     }
+    // The folder may have results of an earlier plan, which count for unchanged tasks.
     let status = Status::new(&Collected::new(&planned.plan)?);
     Outputs::empty(global).print(&status.summary().with_subject(out.display()))?;
     Ok(0)
@@ -217,6 +220,7 @@ fn run_tasks(
     }
     Outputs::empty(global).print(&summary(&run).with_subject(folder.display()))?;
     let changed = run.changed.iter().map(|task| exit_code(&task.error)).max().unwrap_or(0);
+    // A fault of the program has precedence over changed files.
     Ok(if run.panicked.is_empty() { changed } else { 3 })
 }
 

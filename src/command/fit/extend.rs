@@ -1,10 +1,11 @@
 //! `rodfit fit --extend`: refits with one omitted effect added, for each effect that may explain the residuals.
 //!
-//! The significant score tests of the first fit propose candidates, such as a compliant clamp. Each candidate adds one effect
-//! to the original fit file. A refit improves on the first if it converged, its grade is no worse and its likelihood is
-//! significantly higher. Of these the one with the best grade wins, then the smallest RMS residual. Another one that explains
-//! the residuals as well, with a contradicting value of a parameter, becomes a warning and lowers the grade. Without an
-//! improvement the first report is returned, with a warning that has the candidates tried.
+//! The significant score tests of the first fit propose candidates, such as a compliant clamp. Each candidate adds
+//! one effect to the original fit file. A refit improves on the first if it converged, its grade is no worse and its
+//! likelihood is significantly higher. The last is not required if the first did not converge. Of these the one with
+//! the best grade wins, then the smallest RMS residual. Another one that explains the residuals as well, with a
+//! contradicting value of a parameter, becomes a warning and lowers the grade. Without an improvement the first
+//! report is returned, with a warning that has the candidates tried. An interruption ends the refits.
 
 use crate::command::terminal;
 use rodfit::Error;

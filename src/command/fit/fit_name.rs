@@ -1,8 +1,9 @@
 //! Names for several fits of one command, and the paths of their outputs.
 //!
 //! A fit is named after its file, with as many parent folders in front as make the name unique (`a-fit`, `b-fit` for
-//! `a/fit.toml`, `b/fit.toml`). The name is appended to the stem of each output file (`--save`, `--json`), and is the folder
-//! of its page in that of `--report`. A single fit has no name, and its paths stay.
+//! `a/fit.toml`, `b/fit.toml`). The name is appended to the stem of each output file (`--save`, `--json`), and is the
+//! folder of its page in that of `--report`. Files of `--save` get the extension `toml`. A single fit has no name,
+//! and its paths stay. A fit file that is given twice, and several fits on standard output, are errors.
 
 use rodfit::Error;
 use std::path::{Component, Path, PathBuf};

@@ -1,9 +1,12 @@
 //! One fit of `rodfit fit`: reads a fit file, solves it and writes its outputs.
 //!
-//! Three kinds of fit files are distinguished: validation data only (predictions, no fit), parameters that vary along the rod
-//! (`[[field]]`), and single parameters. Each prints a summary and writes the requested report (`--json`) and page
-//! (`--report`); fits also write the scenes with fitted values (`--save`). The result is an exit code with a line for the
-//! overview of several fits.
+//! Three kinds of fit files are distinguished: validation data only (predictions, no fit), parameters that vary along
+//! the rod (`[[field]]`), and single parameters. Each prints a summary and writes the requested report (`--json`) and
+//! page (`--report`); fits also write the scenes with fitted values (`--save`). `--extend` is an error for the first
+//! two kinds, `--save` and `--known` for the first. The result is an exit code with a line for the overview of
+//! several fits, and of single parameters a summary for the comparison page. The code is 3 if the grade is not
+//! usable, no minimum was reached or an experiment could not be predicted. An output that cannot be written may raise
+//! it.
 
 use crate::command::fit::FitOptions;
 use crate::command::fit::extend::extended_fit;
@@ -54,6 +57,7 @@ impl FitRun {
         options: &FitOptions,
         global: GlobalOptions,
     ) -> Result<Self, Error> {
+        // Meshes are built while the file is read: those above the limits are rejected before.
         let admit = |scene: &_| limits::mesh_cost(scene).admit(global);
         let mut file = FitFile::load_if(path, admit)?;
         add_known_inputs(&mut file, &options.known)?;
@@ -100,6 +104,7 @@ impl FitRun {
         let (plots, global) = (self.outputs.has_page(), self.global);
         let solve = |file: &FitFile| solve(file, plots, stop.clone(), global);
         let mut report = solve(&self.file)?;
+        // Residuals of an interrupted fit are not those of an optimum.
         if self.extends && !report.interrupted {
             report = extended_fit(&mut self.file, report, solve)?;
         }
@@ -125,6 +130,7 @@ impl FitRun {
     /// Predicts measurements that are all validation data, and writes the errors, with their exit code. Options of a fit
     /// (`--extend`, `--save`, `--known`, also inputs in the file) are rejected.
     fn predict(self, stop: Arc<AtomicBool>) -> Result<SolvedFit, Error> {
+        // Nothing is fitted, so that options of a fit would be ignored silently.
         let excluded = [
             ("--extend", self.extends),
             ("--save", !self.saved_scenes.is_empty()),

@@ -1,8 +1,10 @@
 //! `rodfit fit --save`: the scene files (TOML) with fitted values.
 //!
-//! Experiments with the same fitted parameters, whose scenes differ in their recordings only, share one file. With several
-//! groups of experiments, the path of the option gets the name of the scene file or of the experiment. Paths of data files
-//! become absolute. Mesh, step and scheme that the program chose are not written.
+//! Experiments with the same fitted parameters, whose scenes differ in their recordings only, share one file. A
+//! single group of several experiments, or of one without a name, is written to the path of the option. Otherwise the
+//! name of the experiment (groups of one) or of the scene file is appended to that path; several groups on standard
+//! output are an error. Paths of data files become absolute. Mesh, step and scheme that the program chose are not
+//! written.
 
 use crate::command::fit::fit_name::path_with_name;
 use crate::command::output::{Output, Outputs};
@@ -72,6 +74,7 @@ fn scene_groups(file: &FitFile) -> Vec<Vec<usize>> {
         let is_parameter_of = |u: &Unknown, k: usize| {
             u.experiments.is_empty() || u.experiments.contains(&all[k].name)
         };
+        // A parameter of some experiments only has another value in the scenes of the others.
         let share_parameters =
             file.unknowns.iter().all(|u| is_parameter_of(u, i) == is_parameter_of(u, j));
         let [a, b] = [i, j].map(|k| all[k].problem.scene());

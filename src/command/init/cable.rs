@@ -1,9 +1,10 @@
-//! The scene of a cable between two grippers, derived from a recording of markers along the cable, for `rodfit init cable`.
+//! The scene of a cable between two grippers, derived from a recording of markers along the cable, for `rodfit init
+//! cable`.
 //!
-//! Input are the template of the scene and a track of markers. The rod is straight at rest with one node at each marker; edge
-//! lengths are the medians of the distances of neighboring markers over all frames, and the time step is the median frame
-//! interval. Gravity points along -y of planar recordings (all z zero) and along -z of spatial ones. Output is the scene
-//! (TOML).
+//! Input are the template of the scene and a track of markers. The rod is straight at rest with one node at each
+//! marker. Edge lengths, m, are the medians of the distances of neighboring markers over all frames with both,
+//! rounded to 1e-5 m. The time step is the median frame interval, s. Gravity points along -y of planar recordings
+//! (all z zero) and along -z of spatial ones. Output is the scene (TOML).
 
 use rodfit::scene::Track;
 

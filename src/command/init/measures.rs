@@ -80,6 +80,7 @@ impl Measures {
     /// A line of the scene with the given length, density or section in it, without the mark of an example if it is given
     /// whole. Unchanged if it has no such value, or none is given.
     fn line(&self, line: &str) -> String {
+        // Templates mark examples in comments; a value of the user loses this mark.
         if let (Some(length), true) = (self.length, line.contains(LENGTH)) {
             return measured(&line.replacen(LENGTH, &format!("length = {length:?}"), 1));
         }

@@ -101,6 +101,7 @@ impl TemplateTexts {
                 ("cable", include_str!("cable.toml"), include_str!("cable-fit.toml"))
             }
         };
+        // A rectangular section needs the plane in which the rod bends.
         let is_planar = !matches!(template, Template::Helix | Template::Cable);
         Ok(Self { template, name, scene: measures.apply(scene, is_planar)?, fit })
     }
@@ -140,6 +141,7 @@ pub fn run(options: &InitOptions, global: GlobalOptions) -> Result<u8, Error> {
     let mut written: Vec<_> = places.into_iter().zip(&files).map(write).collect();
     let names: Vec<&str> = files.iter().map(|file| &file.name[..]).collect();
     let fit = format!("{}-fit.toml", texts.name);
+    // The next command is run from the present folder, which its path is relative to.
     let fit = if options.out == Path::new(".") { fit.into() } else { options.out.join(fit) };
     let data = match options.from {
         Some(_) => "fill in the origin of the scene and its dimensions",

@@ -1,8 +1,9 @@
 //! `rodfit init --from`: the scene and fit file of a template for a recording of the user.
 //!
-//! The file is read once, so that one that cannot be used is an error at this stage. The templates cantilever and helix get
-//! the end time and the keys of the tip's observation; droop gets the path of the shape; cable gets lengths, time step and
-//! gripper motion from the markers. With the template frequencies `--from` is an error: it has no data file.
+//! The file is read once, so that one that cannot be used is an error at this stage. The templates cantilever and
+//! helix get the end time (the last sample, rounded up to 1e-3 s) and the keys of the tip's observation. The template
+//! droop gets the path of the shape, and cable lengths, time step and gripper motion from the markers. Fewer than
+//! `MIN_MARKERS` markers are an error. With the template frequencies `--from` is an error: it has no data file.
 
 use crate::command::init::cable::{MIN_MARKERS, cable_scene};
 use crate::command::init::{InitOptions, NewFile, Template, TemplateTexts, toml_string};

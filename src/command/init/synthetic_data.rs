@@ -242,6 +242,7 @@ fn cable_files(scene: &str, fit: &str) -> Result<Vec<NewFile>, Error> {
         }
         let recorded = cable_track(frame_times(FRAMES), |j, frame| positions[frame][j])?;
         files.push(NewFile::new(format!("cable-{}.csv", k + 1), csv(&recorded)));
+        // The scene has the lengths and the time step of the first recording.
         if k == 0 {
             files.push(NewFile::new("cable.toml", cable_scene(scene, &recorded, &first_file, "")));
         }

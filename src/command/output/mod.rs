@@ -1,9 +1,11 @@
 //! The outputs of a command: its report as JSON, as a page and as a summary, and further files.
 //!
-//! All outputs are checked before anything runs: none is an input of the command or another output, and all can be written. A
-//! file is written under a temporary name beside its own and renamed when it is complete, so that its name never stands for a
-//! part of it. An interrupted result does not replace an older one without `--overwrite`: it is written beside it under
-//! another name, with a warning. An output that fails is an error of its own; the others are written.
+//! [`Outputs`] is the list of outputs with the options that name them. All are checked before anything runs: none is
+//! an input of the command or another output, and all can be written. A file is written under a temporary name beside
+//! its own and renamed when it is complete, so that its name never stands for a part of it. Standard output and
+//! devices are written directly. An interrupted result does not replace an older one without `--overwrite`: it is
+//! written beside it under another name, with a warning. An output that fails is an error of its own; the others are
+//! written. The summary is printed unless `--quiet`, or an output on standard output, is given.
 
 mod path;
 mod target;
@@ -117,6 +119,7 @@ impl Outputs {
         // Each output is compared with the inputs and with the outputs before it.
         for (i, target) in self.targets.iter().enumerate() {
             let path = target.path.display();
+            // Standard output can take one file only.
             if target.creates_folder && folder_of(&target.path) == Path::new("-") {
                 return Err(target.invalid("-", "a folder, as there may be several files"));
             }
@@ -171,6 +174,7 @@ impl Outputs {
 
     /// Whether a summary is printed: not with `--quiet`, nor if an output goes to standard output.
     pub fn has_summary(&self) -> bool {
+        // A summary would mix with the data on standard output.
         !self.global.quiet && !self.targets.iter().any(Target::is_stdout)
     }
 
@@ -216,6 +220,7 @@ impl Outputs {
         let page = page
             .zip(self.page)
             .map_or(Ok(()), |(page, output)| self.write(Some(output), || Ok(page().into_bytes())));
+        // An output that fails does not prevent the others.
         let json = [self.json, self.page_json].map(|output| self.write_json(output, report));
         conclude(code, json.into_iter().chain([page, self.print(summary)]))
     }
@@ -289,6 +294,7 @@ impl Outputs {
         if replaces || symlink_metadata(&path).is_err() {
             return path;
         }
+        // A complete older result is worth more than a part of a new one.
         let beside = interrupted_name(&path);
         let text = format!(
             "{} of an earlier run is kept. The result of this interrupted run is in {}. Use --overwrite to \

@@ -1,10 +1,10 @@
 //! Paths of outputs: folders, links, and the identity of files with several names.
 //!
-//! Input and output are paths; the files need not exist. [`identity`] maps all names of a file (relative, links, case on
-//! Windows and macOS) to one path, the canonical path of its existing part with the missing rest. [`resolved`] returns
-//! the canonical path of an existing file, or the target of a link (up to `MAX_LINKS` links) that does not exist.
-//! [`interrupted_name`] is the name of an interrupted result, `fit.interrupted.json` for `fit.json`. The functions serve
-//! the check of outputs before a run and their writing.
+//! Input and output are paths; the files need not exist. [`identity`] maps all names of a file (relative, links, case
+//! on Windows and macOS) to one path, the canonical path of its existing part with the missing rest. [`resolved`]
+//! returns the canonical path of an existing file, or the target of a link (up to `MAX_LINKS` links) that does not
+//! exist; other missing paths are unchanged. [`interrupted_name`] is the name of an interrupted result,
+//! `fit.interrupted.json` for `fit.json`. The functions serve the check of outputs before a run and their writing.
 
 use std::ffi::OsString;
 use std::fs::metadata;
@@ -25,6 +25,7 @@ pub(super) fn resolved(path: &Path) -> PathBuf {
         return found;
     }
     let mut path = path.to_path_buf();
+    // A link to a missing file has no canonical path: links are followed one by one.
     for _ in 0..MAX_LINKS {
         match std::fs::read_link(&path) {
             Ok(target) => path = folder_of(&path).join(target),

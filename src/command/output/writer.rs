@@ -1,9 +1,10 @@
 //! Writers of outputs: standard output, a device, or a temporary file.
 //!
-//! [`OutputWriter`] buffers the bytes of an output and passes them to its [`Sink`]. A standard output whose reader has
-//! closed it drops the rest without an error. The temporary file becomes the output when `Outputs` ends it. After a
-//! failed write it is kept, and the error has its path. Also here: the test for a standard output that was closed from
-//! the beginning (Linux only; elsewhere it counts as open).
+//! [`OutputWriter`] buffers the bytes of an output and passes them to its [`Sink`]. A standard output whose reader
+//! has closed it drops the rest without an error. The temporary file becomes the output when `Outputs` ends it.
+//! [`with_partial_file`] keeps that of a failed write, for outputs that are written in pieces, and returns the error
+//! with its path. Also here: the test for a standard output that was closed from the beginning (Linux only; elsewhere
+//! it counts as open).
 
 use crate::command::output::Output;
 use crate::command::terminal;

@@ -92,6 +92,8 @@ fn write(mut all: Vec<Generated>) {
         for (name, definition) in later.schema["definitions"].as_object().into_iter().flatten() {
             let has_it =
                 |other: &Generated| other.schema["definitions"].get(name) == Some(definition);
+            // A definition is shared if an earlier schema has an equal one; other contents of the same name stay in
+            // place.
             if all[..k].iter().any(has_it) {
                 shared.entry(name).or_insert(definition.clone());
             }
@@ -146,6 +148,7 @@ impl Transform for Plain {
         if let Some(Value::String(words)) = object.get_mut("description") {
             *words = plain(words);
         }
+        // TOML has no null: a value that is not given has no key.
         if self.nulls {
             return;
         }
@@ -173,6 +176,7 @@ fn plain(words: &str) -> String {
     let mut rest = &words[..];
     while let Some((before, after)) = rest.split_once('[') {
         plain += before;
+        // Links have a target in parentheses, or are code in brackets.
         match after.split_once(']') {
             Some((text, target)) if target.starts_with('(') => {
                 plain += text;
@@ -205,6 +209,7 @@ fn dependent_descriptions(path: &str, value: &Value, found: &mut Vec<String>) {
         ["The same", "Of ", "On ", "Likewise", "Its ", "It ", "As many", "Those ", "In the same"];
     let Value::Object(object) = value else { return };
     let description = object.get("description").and_then(Value::as_str);
+    // Editors show a description alone, without those of its neighbors.
     if description.is_some_and(|text| starts.iter().any(|start| text.starts_with(start))) {
         found.push(path.into());
     }

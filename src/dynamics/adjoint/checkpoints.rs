@@ -1,11 +1,13 @@
 //! Stored states of a run for its reverse sweep, within a given memory (bytes).
 //!
-//! If all states fit, they are stored. Otherwise whole simulations are stored at checkpoints after equal numbers of
-//! steps. Of the memory 4/7 are for states and 3/7 for simulations, each at least two. The states between two
-//! checkpoints are recomputed when the sweep reaches them, with further levels of checkpoints inside if needed
-//! (Griewank and Walther, *Evaluating Derivatives*, chapter 12). [`Checkpoints::reverse`] and [`Checkpoints::forward`]
-//! call a function with the state after each accepted step and the linearized step that led to it. The initial state
-//! comes without a step, last or first. Errors are those of the function and of recomputed steps.
+//! Input: a simulation in its initial state, the expected number of steps and the memory. If the states of so many
+//! steps fit, all are stored. Otherwise whole simulations are stored at checkpoints after equal numbers of steps.
+//! If bisected steps exceed the capacity for states, these are discarded, and checkpoints follow. Of the memory 4/7
+//! are for states and 3/7 for simulations, each at least two. The states between two checkpoints are recomputed
+//! when the reverse sweep reaches them, with further levels of checkpoints inside if needed (Griewank and Walther,
+//! *Evaluating Derivatives*, chapter 12). [`Checkpoints::reverse`] and [`Checkpoints::forward`] call a function
+//! with the state after each accepted step and the linearized step that led to it. The initial state comes without
+//! a step, last or first. Errors are those of the function, and of recomputed and linearized steps.
 
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;

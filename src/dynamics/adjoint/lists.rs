@@ -1,12 +1,13 @@
-//! Derivatives of a misfit by entries of lists of natural curvatures and twists along the rod. Each entry changes the
-//! laws of a few joints only.
+//! Derivatives of a misfit by entries of lists of natural curvatures and twists along the rod. Each entry changes
+//! the laws of a few joints only.
 //!
 //! Input: the requested parameters ([`RequestedParameters`] divides them into list entries and others), and the
-//! derivatives of the misfit by the laws of all joints. One rod with a derivative along all entries of a list
-//! contains the derivative of every joint's law by the value at the joint. The derivative of the misfit by that value
-//! is distributed to the entries with their interpolation weights. A rod for each entry would cost as many
-//! constructions as there are entries. Output: entries of the gradient, in
-//! the order of the request. A parameter that the scene does not have, or its model cannot vary, is an error.
+//! derivatives of the misfit by the laws of all joints. One rod in dual numbers, with a derivative along all
+//! entries of a list, contains the derivative of every joint's law by the value at the joint. The derivative of the
+//! misfit by that value is distributed to the entries with their interpolation weights. A rod for each entry would
+//! cost as many constructions as there are entries. Output: entries of the gradient, at their indices in the
+//! request, zero without influence. A parameter that the scene does not have, or its model cannot vary, is an
+//! error.
 
 use crate::error::Error;
 use crate::problem::{Discretized, Model, Problem};

@@ -1,15 +1,23 @@
 //! Adjoint derivatives: the gradient of a misfit by any number of parameters, at the cost of about one more run.
 //!
-//! Forward sensitivities cost a part of a run for every parameter. The adjoint starts from the derivatives of the misfit by
-//! the recorded motion and applies the [transposed map](crate::dynamics::sensitivity) of every step, from the last to the
-//! first. Each step takes one solve with the factors of its symmetric matrix. The sweep sums the derivatives by the laws of
-//! all elements, masses, loads, damping and drag, and ends with those by the initial state. Their products with the
-//! derivatives of these numbers by a parameter are the gradient.
+//! Forward sensitivities cost a part of a run for every parameter. The adjoint starts from the derivatives of the
+//! misfit by the recorded motion and applies the [transposed map](crate::dynamics::sensitivity) of every step, from
+//! the last to the first. Each step takes one solve with the factors of its symmetric matrix. The sweep sums the
+//! derivatives by the laws of all elements, masses, loads, damping and drag, and ends with those by the initial
+//! state. Their products with the derivatives of these numbers by a parameter are the gradient; these come from one
+//! initial state in dual numbers per parameter.
+//!
+//! Input: [`Reversible::run`] simulates a number of steps of a problem and records the tracked nodes.
+//! [`TrajectorySlopes`] has the derivatives of the misfit by positions (m) and velocities (m/s) of these nodes at
+//! all records. Output: one derivative per parameter, in their order, in the unit of the misfit over that of the
+//! parameter. [`Reversible`] also has the derivatives of the motion along a direction of parameters, by one forward
+//! sensitivity.
 //!
 //! The reverse sweep needs the states of the run. Where they exceed the memory (56 MiB by default), simulations at
-//! checkpoints are stored, and the steps between are repeated. Schemes are Newmark-beta and generalised-alpha only; other
-//! schemes, internal friction and user-defined energies are errors. Output: one derivative per parameter, in their order.
-//! [`Reversible`] also has the product with a direction of parameters, by one forward sensitivity.
+//! checkpoints are stored (`checkpoints`), and the steps between are repeated. `start` makes the gradient at the
+//! initial state; `lists` serves all entries of a list of natural strains by one product, if the start permits it.
+//! Schemes are Newmark-beta and generalised-alpha only; other schemes, internal friction and user-defined energies
+//! are errors. For a Kelvin-Voigt time of zero the run is repeated with a trace of viscosity.
 
 mod checkpoints;
 mod lists;
@@ -183,8 +191,7 @@ impl Reversible {
         slopes: &TrajectorySlopes<'_>,
     ) -> Result<Vec<f64>, Error> {
         let requested = RequestedParameters::new(&self.problem, parameters)?;
-        // The same for a gradient: run and reverse sweep are repeated with the trace of
-        // viscosity.
+        // A Kelvin-Voigt time of zero has a derivative only in a run with a trace of viscosity.
         if let Some(felt) = self.with_trace_viscosity(parameters)? {
             return felt.gradient(parameters, slopes);
         }

@@ -1,11 +1,12 @@
 //! The last stage of the adjoint: the gradient of a misfit by parameters, at the start of the run.
 //!
-//! Input: derivatives of the misfit by the initial state, by the numbers of the simulation and by moving supports, from
-//! the reverse sweep ([`ByStart`]), and the requested parameters. One simulation over dual numbers per parameter has
-//! the derivatives of initial state and numbers by it; the gradient is the sum of the products and of the part by
-//! supports. For lists of natural strains one product serves all entries, through the laws of the joints. This requires
-//! a start at rest, or at an equilibrium without angular velocity and with a regular tangent, and no perturbation.
-//! Otherwise each entry is treated as a parameter. Output: one derivative per requested parameter, in their order.
+//! Input: derivatives of the misfit by the initial state, by the numbers of the simulation and by moving supports,
+//! from the reverse sweep ([`ByStart`]), and the requested parameters. One simulation over dual numbers per
+//! parameter has the derivatives of initial state and numbers by it; the gradient is the sum of the products and of
+//! the part by supports. For lists of natural strains one product serves all entries, through the laws of the
+//! joints. This requires a start at rest, or at an equilibrium without angular velocity and with a regular tangent,
+//! and no perturbation. Otherwise each entry is treated as a parameter. Output: one derivative per requested
+//! parameter, in their order.
 
 use crate::dynamics::adjoint::lists::{
     RequestedParameters, UnlistedParameter, add_natural_strains,

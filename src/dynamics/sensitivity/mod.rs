@@ -4,13 +4,16 @@
 //! `J` of the step at its solution. `dR|q1` follows from the derivatives of the start and of the parameters by the
 //! [linear map](crate::dynamics) of the step, which the adjoint applies transposed.
 //!
-//! Input: one simulation over dual numbers per parameter, for the derivatives of the scene's numbers. Output: `dq/dp`
-//! and `dv/dp` after every step, for the misfit's Jacobian. Explicit and Rosenbrock schemes solve no such equations:
-//! the steps are made in dual numbers.
+//! Input: one simulation over dual numbers per parameter, for the derivatives of the scene's numbers and of the
+//! initial state, and the linearized steps of the run. Output: `dq/dp` and `dv/dp` of every unknown after every
+//! step, per unit of the parameter, for the misfit's Jacobian. A step without derivatives is
+//! [`Error::SingularTangent`]. Explicit and Rosenbrock schemes solve no such equations: the steps are made in dual
+//! numbers, and their errors are those of steps.
 //!
-//! Parameters are advanced in SIMD lanes, four, two or one at once. The geometry of a step is computed once for all of
-//! them, and their solves share memory traffic. The derivative along a parameter does not depend, to the last bit, on
-//! the other parameters of its group.
+//! Parameters are advanced in SIMD lanes, in groups of four, two or one; those with a history of strains
+//! (viscosity, friction) have groups of their own. The geometry of a step is computed once for all of them, and
+//! their solves share memory traffic. The derivative along a parameter does not depend, to the last bit, on the
+//! other parameters of its group.
 //!
 //! The independent check is the whole simulation run in dual numbers
 //! ([`Discretized::simulation_over`](crate::Discretized::simulation_over)).

@@ -1,11 +1,11 @@
 //! Derivatives of a state along `G` parameters over one implicit step, forward in time.
 //!
-//! Input: [`StateRates`] at the start and [`ParameterRates`] of laws, loads, masses, damping, drag and supports, with
-//! `G` parameters in SIMD lanes. Stages: held unknowns, forces at fixed unknowns, right-hand side `-dR|q1`, solution of
-//! `J dq1 = -dR|q1` with the factors of the step. Velocities, accelerations, internal variables, forces and frames at
-//! the end follow from `dq1`. Forces of averaging schemes are sums over the stages of the quadrature. Prescribed
-//! (recorded) unknowns have zero derivatives. Output: `StateRates` at the end, in place. An inaccurate solution with an
-//! indefinite matrix is [`Error::SingularTangent`].
+//! Input: [`StateRates`] at the start and [`ParameterRates`] of laws, loads, masses, damping, drag and supports,
+//! with `G` parameters in SIMD lanes. Stages: held unknowns, forces at fixed unknowns, right-hand side `-dR|q1`,
+//! solution of `J dq1 = -dR|q1` with the factors of the step. Velocities, accelerations, internal variables, forces
+//! and frames at the end follow from `dq1`. Forces of averaging schemes are sums over the stages of the quadrature.
+//! Prescribed (recorded) unknowns have zero derivatives. Output: `StateRates` at the end, in place. An inaccurate
+//! solution with an indefinite matrix is [`Error::SingularTangent`].
 
 use crate::dynamics::coefficients::END;
 use crate::dynamics::step_map::workspace::Held;
@@ -261,8 +261,6 @@ impl<R: Sensitive> StepMap<'_, R> {
         let direct = &mut room.direct[free.clone()][..count];
         let right = &mut room.right[free][..count];
         // The equations of `nodal` for one unknown after the other, with G parameters in SIMD lanes.
-        // One unknown after the other, G parameters in SIMD lanes each: see the equations in
-        // `nodal`.
         for i in 0..count {
             let a0 = if A { Lanes(a[i]) } else { Lanes::ZERO };
             let start = [Lanes(q[i]), Lanes(v[i]), a0, Lanes(n0[i]), Lanes(direct[i])];

@@ -1,16 +1,19 @@
 //! The derivative of an implicit time step as a linear map, and its transpose.
 //!
 //! A converged step satisfies `R(q1; q0, v0, a0, n0, p) = 0`, with unknowns `q`, velocities `v`, accelerations `a`,
-//! forces `n` and parameters `p`. Forward, for sensitivities: `J dq1 = -dR|q1` with the tangent `J` of the step at its
-//! solution. The derivatives of velocities, forces and internal variables follow from `dq1`. Transposed, for the
-//! adjoint: the derivatives of a misfit by the state at the end become those by the state at the start, in reverse
-//! order of the operations. `J` is symmetric, so that its factors solve both.
+//! forces `n` and parameters `p`. Forward, for sensitivities: `J dq1 = -dR|q1` with the tangent `J` of the step at
+//! its solution. The derivatives of velocities, forces and internal variables follow from `dq1`. Transposed, for
+//! the adjoint: the derivatives of a misfit by the state at the end become those by the state at the start, in
+//! reverse order of the operations. `J` is symmetric, so that its factors solve both.
 //!
 //! One description serves both directions: the factors of the [equations of every unknown](nodal), the [effective
 //! strains of the history](history), and the rod's products with the derivatives of strains.
 //!
-//! Input: a linearized step ([`Linearization`](crate::dynamics::Linearization)). [`StepMap`] is the map; its arguments and
-//! results are [`StateRates`], with [`ParameterRates`] forward and [`ParameterSlopes`] transposed.
+//! Input: a linearized step ([`Linearization`](crate::dynamics::Linearization)). [`StepMap`] is the map; its
+//! arguments and results are [`StateRates`], with [`ParameterRates`] forward and [`ParameterSlopes`] transposed
+//! (`rates`). The forward map is in `forward_derivatives`, its transpose in `transposed`, both with `drag` and
+//! `supports`; `numbers` lists the numbers of damping and scheme, `workspace` has reusable lists. An inaccurate
+//! solution with an indefinite matrix is [`Error::SingularTangent`](crate::Error::SingularTangent).
 
 mod branch_relaxation;
 mod drag;

@@ -14,7 +14,8 @@
 //!
 //! The factors `d`, `i`, `end`, `start`, `w` and `b` are those of the [coefficients](StepCoefficients) of the step.
 //! Derivatives by mass, mass damping and the scheme's parameter are separate functions. Forward functions take `G`
-//! parameters in SIMD lanes; transposed ones take one derivative of a misfit by each result and return those by the inputs.
+//! parameters in SIMD lanes; transposed ones take one derivative of a misfit by each result and return those by the
+//! inputs.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::numerics::lanes::Lanes;
@@ -125,6 +126,7 @@ impl NodalEquations {
     #[inline(always)]
     pub fn residual_transposed(&self, m: f64, [n, r]: [f64; 2]) -> [f64; 5] {
         let StepFactors { end, start, inertia, damped: [dq, dv, da], .. } = self.value;
+        // `n` is also in `r`, with the factor `-end`.
         let force = n - end * r;
         let damped = self.damping * m * force;
         [
@@ -154,12 +156,14 @@ impl NodalEquations {
     pub fn end_transposed(&self, [v1, a1]: [f64; 2]) -> [f64; 4] {
         let StepFactors { velocity: w, acceleration: b, .. } = &self.value;
         let change = v1 * w[0] + a1 * b[0];
+        // Both depend on the difference `q1 - q0`, hence the opposite signs of its derivative.
         [-change, v1 * w[1] + a1 * b[1], v1 * w[2] + a1 * b[2], change]
     }
 
     /// The derivative `n1` of the force at the end of an unknown with mass `m` from `[n, r, q1]`.
     #[inline(always)]
     pub fn force<const G: usize>(&self, m: f64, [n, r, q1]: [Lanes<G>; 3]) -> Lanes<G> {
+        // The equation of the step, solved for the force: no further evaluation of forces.
         n + (r - q1 * m) * self.by_end
     }
 
@@ -219,6 +223,8 @@ impl NodalEquations {
     ) -> [Lanes<G>; 2] {
         let [.., n1] = self.motion(m, step_motion, forces[0]);
         let [residual, damped] = self.by_scheme(m, step_motion, [n1, forces[1]]);
+        // The parameter changes the velocity that mass damping acts on, in the force and in the
+        // right-hand side.
         let rate = scheme * damped;
         [n + rate, r - rate * self.value.end - scheme * residual]
     }
@@ -236,6 +242,7 @@ impl NodalEquations {
     ) -> [f64; 3] {
         let [velocity, inertial, n1] = self.motion(m, step_motion, forces[0]);
         let [residual, damped] = self.by_scheme(m, step_motion, [n1, forces[1]]);
+        // The force of mass damping is in `n`, and through `n` in `r`.
         let force = n - self.value.end * r;
         [
             self.damping * velocity * force - r * inertial,

@@ -1,10 +1,11 @@
 //! The derivatives that the linear map of a step takes and returns.
 //!
-//! Forward: [`StateRates`] of the state and [`ParameterRates`] of the scene's numbers along `G` parameters, extracted
-//! from `G` simulations over dual numbers, one SIMD lane each. `ParameterRates::new` returns `None` for schemes without
-//! Newton's method; masses without derivatives, and lanes without drag, are left out. Transposed: `StateRates` with one
-//! lane and [`ParameterSlopes`], the derivatives of a misfit by state and numbers. Their `product` with the forward
-//! ones is the derivative of the misfit along one parameter, `dm/dp = dm/dx . dx/dp`, without friction springs.
+//! Forward: [`StateRates`] of the state and [`ParameterRates`] of the scene's numbers along `G` parameters,
+//! extracted from `G` simulations over dual numbers, one SIMD lane each. `ParameterRates::new` returns `None` for
+//! schemes without Newton's method; masses without derivatives, and lanes without drag, are left out. Transposed:
+//! `StateRates` with one lane and [`ParameterSlopes`], the derivatives of a misfit by state and numbers. Their
+//! `product` with the forward ones is the derivative of the misfit along one parameter, `dm/dp = dm/dx . dx/dp`,
+//! without friction springs.
 
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step_map::numbers::StepNumbers;
@@ -99,6 +100,8 @@ impl StateRates<1> {
         let strains = |a: &[Lanes<1>], b: &[Lanes<1>]| -> f64 {
             a.iter().zip(b).map(|(a, b)| a.0[0] * b.0[0]).sum()
         };
+        // Stretches of friction springs are left out: scenes with internal friction have no
+        // adjoint.
         let frames = self
             .frames
             .iter()

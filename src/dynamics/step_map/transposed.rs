@@ -1,10 +1,10 @@
 //! The transposed derivative of one implicit step, for the adjoint method.
 //!
-//! Input: derivatives of a misfit by the state at the end of the step ([`StateRates`] with one lane). Output: those by
-//! the state at its start, in place. The derivatives by laws, loads, masses, damping numbers, scheme and drag are added
-//! to [`ParameterSlopes`], those by moving supports to [`MovingSupports`]. Every stage of the forward map has its
-//! transpose here, in reverse order, with one solve with the same factors. Averaging schemes and internal friction have
-//! no transpose. An inaccurate solution with an indefinite matrix is an error.
+//! Input: derivatives of a misfit by the state at the end of the step ([`StateRates`] with one lane). Output: those
+//! by the state at its start, in place. The derivatives by laws, loads, masses, damping numbers, scheme and drag
+//! are added to [`ParameterSlopes`], those by moving supports to [`MovingSupports`]. Every stage of the forward map
+//! has its transpose here, in reverse order, with one solve with the same factors. Averaging schemes and internal
+//! friction have no transpose. An inaccurate solution with an indefinite matrix is an error.
 
 use crate::dynamics::linearization::{Linearization, StartForces};
 use crate::dynamics::step_map::branch_relaxation::HistoryMoment;

@@ -1,4 +1,5 @@
-//! Reusable lists of the linear map of a step: derivatives of forces, strains, stresses and drag along `G` parameters.
+//! Reusable lists of the linear map of a step: derivatives of forces, strains, stresses and drag along `G`
+//! parameters.
 //!
 //! [`StepWorkspace`] has the derivatives of forces, right-hand sides and solutions per unknown, and the [`Held`]
 //! unknowns of supports. [`HistoryWorkspace`] has those of strains, effective strains and stresses per strain.

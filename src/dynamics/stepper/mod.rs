@@ -1,6 +1,9 @@
 //! Time integration schemes: a `Stepper` advances the state of a rod from the start of a step to its end.
 //!
-//! Input: equations of motion, size of the step, state at its start. Output: state at its end, or an error.
+//! Input: equations of motion, size of the step, state at its start. Output: state at its end (unknowns,
+//! velocities, frames, and for implicit schemes accelerations, forces and internal variables). Errors: Newton's
+//! method fails, a matrix is singular, or velocities are not finite. `newton` solves the implicit schemes;
+//! `rosenbrock` and `splitting` are the others.
 //!
 //! | scheme | order | work per step | conserves | for errors or cases |
 //! |---|---|---|---|---|
@@ -16,9 +19,9 @@
 //! [average vector field]: crate::dynamics::coefficients#average-vector-field
 //!
 //! The last two are explicit. Their steps must stay below [a limit of stability](crate::Discretized::largest_step),
-//! proportional to the square of the edge length: 36 us and 54 us on the paper's cantilever. `rodfit study` finds the
-//! least expensive scheme, step and mesh for a scene; `cargo run --release --example work_precision` compares them on
-//! one mesh.
+//! proportional to the square of the edge length where bending is stiffer than stretching, else to that length: 36
+//! us and 54 us on the paper's cantilever. `rodfit study` finds the least expensive scheme, step and mesh for a
+//! scene; `cargo run --release --example work_precision` compares them on one mesh.
 //!
 //! # Tested and not included
 //!
@@ -46,14 +49,14 @@
 //! | Verlet, bending at every second kick only | 3.5e-6 for 0.75 of the gradients | |
 //!
 //! Multirate kicks gain nothing on these meshes, because bending is half as stiff as stretching there, and they
-//! resonate from the third step on. On finer meshes bending is the stiffer of the two. A factor of two in cost between
-//! schemes of fourth order is one halving of the step, or 16 in the error: PEFRL, ROS4 at the same error and schemes of
-//! more stages cost the same or more.
+//! resonate from the third step on. On finer meshes bending is the stiffer of the two. A factor of two in cost
+//! between schemes of fourth order is one halving of the step, or 16 in the error: PEFRL, ROS4 at the same error
+//! and schemes of more stages cost the same or more.
 //!
 //! The sudden release excites vibrations that no large step resolves. Here every implicit scheme has less than its
-//! order, which it has on smooth motion (`cargo test --release --test physics order_in_the_step -- --nocapture`). In
-//! space an implicit step measures angles from the frames at its start. That adds an error of first order, as small as
-//! the rotational inertia of the edges: below 1e-9 m on the helix at 1 ms.
+//! order, which it has on smooth motion (`cargo test --release --test physics order_in_the_step -- --nocapture`).
+//! In space an implicit step measures angles from the frames at its start. That adds an error of first order, as
+//! small as the rotational inertia of the edges: below 1e-9 m on the helix at 1 ms.
 
 mod newton;
 pub mod rosenbrock;
@@ -179,6 +182,8 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
                 })?;
             }
         }
+        // These schemes solve no nonlinear equations: an unstable step shows only in values that
+        // overflow.
         match is_finite(&state.v) {
             true => Ok(()),
             false => Err(Error::Unstable { time: step.time }),
@@ -197,6 +202,8 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         if let Self::Newton(newton) = self {
             newton.finish(step, before, state, work);
         }
+        // The angle of a moment jumps by a whole turn where the first edge passes the direction
+        // opposite to rest.
         state.wound = before.wound + step.system.rod.winding_jump(&before.q, &state.q);
         work.steps += 1;
     }

@@ -10,9 +10,9 @@
 //! (1/a + c) M w + K u = s                 =>       a^2 s + a (1 + c a) M r
 //! ```
 //!
-//! A step takes one tangent, one factorization, five more gradients and six solves. Mass damping `c` is included;
-//! Kelvin-Voigt damping, drag and moving supports are not. Output: unknowns, velocities and frames at its end, in place,
-//! over any scalar. A singular matrix is an error.
+//! Input: a state and the step size `h`; `gamma` is 1/4. A step takes one tangent, one factorization, five more
+//! gradients and six solves. Mass damping `c` is included; Kelvin-Voigt damping, drag and moving supports are not.
+//! Output: unknowns, velocities and frames at its end, in place, over any scalar. A singular matrix is an error.
 
 use crate::dynamics::step::{Step, System, Work};
 use crate::numerics::scalar::Scalar;

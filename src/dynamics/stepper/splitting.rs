@@ -1,10 +1,10 @@
 //! Explicit symplectic splitting schemes, Verlet and PEFRL: kicks and drifts in turn.
 //!
-//! Input: a state over any scalar, the masses, and a step. A kick changes velocities of free unknowns by the forces at
-//! fixed positions, `dv/dt = -gradient/m - c v`, exactly with the mass damping `c`. A drift moves positions with
-//! constant velocities, and in space the frames. Verlet is kick, drift, kick (order 2, one gradient per step). PEFRL
-//! has five drifts and four kicks between them (order 4; Omelyan, Mryglod and Folk 2002). Output: the state at the end
-//! of the step, in place. There is no error: the caller keeps the step below the stability limit.
+//! Input: a state over any scalar, the masses, and a step. A kick changes velocities of free unknowns by the forces
+//! at fixed positions, `dv/dt = -gradient/m - c v`, exactly with the mass damping `c`. A drift moves positions with
+//! constant velocities, and in space the frames. Verlet is kick, drift, kick (order 2, one gradient per step).
+//! PEFRL has five drifts and four kicks between them (order 4; Omelyan, Mryglod and Folk 2002). Output: the state
+//! at the end of the step, in place. There is no error: the caller keeps the step below the stability limit.
 
 use crate::dynamics::step::{Step, Work};
 use crate::numerics::phi_function::phi1;

@@ -1,9 +1,10 @@
 //! Laws of the stretch that are nonlinear in the strain.
 //!
-//! A law with the force `N(s; p)` of an edge at the strain `s` is the linear law with its stiffness `K` at no strain, and a
-//! [`NonlinearPart`]: `N = K s + C x(s)`. The modulus `C`, N (EA), depends on the parameters, and `x` has no slope at no strain. Viscous
-//! stress takes the linear law. In this form no digits are lost at small strains: `x` of an
-//! incompressible neo-Hookean rod is not the difference of `(lambda - 1/lambda^2)/3` and `s`, but
+//! A law with the force `N(s; p)` of an edge at the strain `s` is the linear law with its stiffness `K` at no
+//! strain, and a [`NonlinearPart`]: `N = K s + C x(s)`. The modulus `C`, N (EA), depends on the parameters, and `x`
+//! has no slope at no strain. Viscous stress takes the linear law. In this form no digits are lost at small
+//! strains: `x` of an incompressible neo-Hookean rod is not the difference of `(lambda - 1/lambda^2)/3` and `s`,
+//! but
 //!
 //! ```text
 //! x = -s^2 (3 + 2 s)/(3 lambda^2)    dx/ds = -2/3 s (3 + 3 s + s^2)/lambda^3    integral = -s^3/(3 lambda)
@@ -80,6 +81,8 @@ impl<D: Scalar> NonlinearPart<D> {
         match self.law {
             StretchLaw::Linear => ForceShape { force: s.like(0.0), slope: s.like(0.0) },
             StretchLaw::NeoHookean => {
+                // Products instead of a difference of nearly equal numbers, so that small strains
+                // lose no digits.
                 let inverse = (s + 1.0).recip();
                 let square = inverse * inverse;
                 ForceShape {

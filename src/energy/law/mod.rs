@@ -88,10 +88,13 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
     /// factors of stretching, bending and twisting, and `K'` is the stiffness without the coupling of bending and
     /// twisting. Expressed as one stiffness, and natural strains with the same stress without strain.
     fn viscous_by_kind(&self, factor: D, shift: &[D; S], kinds: &[D; 3], own: &[D; S]) -> Self {
+        // A single strain has no coupling: both stiffnesses are the same.
         if S == 1 {
             return self
                 .viscous(factor + kinds[Self::KINDS[0]], &components(|c| shift[c] + own[c]));
         }
+        // The sum of both stresses is one linear law: its stiffness is the sum, and its natural
+        // strains follow from the stress without strain.
         let (elastic, natural) = (self.stiffness(), self.natural());
         let factors = components(|c| factor + kinds[Self::KINDS[c]]);
         let stiffness = elastic.scaled(factor, &factors);

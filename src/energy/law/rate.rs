@@ -85,8 +85,11 @@ impl LawSlopes {
         own: &[f64; S],
     ) {
         for (k, [row, column]) in K::PLACES.iter().copied().enumerate() {
+            // Damping times of single kinds of strain do not act on the coupling of bending and
+            // twisting.
             let strain = |c: usize| strains[c] + if K::is_coupling(k) { 0.0 } else { own[c] };
             let mut product = w[row] * strain(column);
+            // An entry off the diagonal stands in two rows of the matrix.
             if row != column {
                 product += w[column] * strain(row);
             }

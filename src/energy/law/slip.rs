@@ -13,6 +13,11 @@
 //!
 //! which is the derivative of the step itself: Newton's method returns to the limit in every iteration.
 //! `R` is a curvature, 1/m, times the joint's length.
+//!
+//! Input: the joint's stiffness `K` (N m), and the stretch `z` of its springs without slip. Output of [`Sliders`]:
+//! the stretch with slip, stiffness and stress of the springs (N m), their energy (J), and the distance of `|z|`
+//! from `R`. With one strain, `|z|` is the absolute value, and a slipping spring has no stiffness. [`SliderRates`]
+//! has the derivatives of the stretch with slip along parameters.
 
 use crate::energy::law::Symmetric;
 use crate::numerics::lanes::{Lanes, dot as lanes_dot};
@@ -71,6 +76,7 @@ impl<D: Scalar, const S: usize> Stretched<D, S> {
     fn new<K: Symmetric<D, S>>(elastic: &K, z: &[D; S], limit: D) -> Self {
         let pull: [D; S] = elastic.times(z);
         let squared = product(z, &pull) / elastic.mean();
+        // The root has no derivative at zero, where a spring sticks in any case.
         let size = match squared.value() > 0.0 {
             _ if S == 1 => z[0].abs(),
             true => squared.sqrt(),
@@ -133,6 +139,7 @@ impl<D: Scalar> Sliders<D> {
             let stress = stiffness.times(&components(|c| z[c] * factor));
             return (K::from_entries(|_| D::from(0.0)), stress);
         }
+        // A slipping spring has no stiffness along its stretch: that direction is projected out.
         let radial = (elastic.mean() * size * size).recip();
         let stiffness = K::from_entries(|k| {
             let [r, c] = K::PLACES[k];
@@ -174,6 +181,7 @@ impl<const G: usize> SliderRates<G> {
         let Stretched { pull, size, factor } = Stretched::new(elastic, &z, sliders.limits[i]);
         let Some(factor) = factor else { return rate };
         if S == 1 {
+            // A single strain slips at plus or minus its limit, whatever its stretch.
             return components(|c| self.0[i] * z[c].signum());
         }
         // z.K' z, from the entries on the diagonal and those above it.
@@ -184,6 +192,7 @@ impl<const G: usize> SliderRates<G> {
         }
         let twice =
             lanes_dot(&pull, &rate) * 2.0 + diagonal + above * 2.0 - stiffer.mean() * (size * size);
+        // Product rule for `z R/|z|`, with the derivative of `|z|^2 = z.K z/k`.
         let size_rate = twice * (0.5 / (elastic.mean() * size));
         let factor_rate = self.0[i] * size.recip() - size_rate * (factor / size);
         components(|c| rate[c] * factor + factor_rate * z[c])

@@ -1,14 +1,15 @@
 //! Candidate designs of a planned experiment: other marker positions, durations and frame rates of its recordings.
 //!
-//! [`CandidateDesigns::new`] adds candidate recordings to the planned ones: the marker at [`MARKER_POSITIONS`] arc lengths
-//! (of the first [`MOST_MOVED`] recordings), frames after the end (none with recorded supports), and frames between the
-//! planned ones. All are simulated together, with one Jacobian. The standard errors of each candidate design follow from its
-//! rows of that Jacobian and those of the priors, by the covariance `(J'J)^-1` with stated noise. [`standard_errors`]
-//! returns one per unknown in its unit, none if unidentified. [`CandidateDesigns::advice`] lists them for the report of a
-//! plan: by arc length (m) for each recording, and by duration (s) and frame rate (1/s) for each experiment, ascending. It
-//! marks the position with the smallest geometric mean of the errors on the scales of the unknowns (relative for positive
-//! ones). Of durations and rates it marks the smallest within [`NEARLY_BEST`] of the least mean. Nothing is marked where no
-//! choice identifies any parameter.
+//! [`CandidateDesigns::new`] adds candidate recordings to the planned ones: the marker at [`MARKER_POSITIONS`] arc
+//! lengths (of the first [`MOST_MOVED`] recordings), frames after the end (none with recorded supports), and frames
+//! between the planned ones. All are simulated together, with one Jacobian. The standard errors of each candidate
+//! design follow from its rows of that Jacobian and those of the priors, by the covariance `(J'J)^-1` with stated
+//! noise. [`standard_errors`] returns one per unknown in its unit, none if unidentified. [`CandidateDesigns::advice`]
+//! lists them for the report of a plan: by arc length (m) for each of these recordings. For each experiment with a
+//! motion there are lists by duration (s) and frame rate (1/s). All are ascending. Marked is the position with the
+//! smallest geometric mean of the errors on the scales of the unknowns (relative for positive ones; an unidentified
+//! one counts [`NOT_IDENTIFIED`]). Of durations and rates it is the smallest within [`NEARLY_BEST`] of the least
+//! mean. Nothing is marked where no choice identifies any parameter.
 
 use crate::error::Error;
 use crate::fit::design::report::{Advice, Choice, DesignVariable};
@@ -241,6 +242,7 @@ impl DesignErrors<'_> {
         planned: bool,
         keep: impl Fn(&CandidateRows, usize, f64) -> bool,
     ) -> Result<Choice, Error> {
+        // A design is a selection of rows of the common Jacobian: it needs no simulation of its own.
         let std_error = standard_errors(self.point, &self.designs.select(self.rows, keep))?;
         Ok(Choice { value, std_error, planned, best: false })
     }
@@ -289,6 +291,7 @@ impl DesignErrors<'_> {
         let shorter = DIVISORS.iter().map(|divisor| 1.0 / *divisor as f64);
         let factors = shorter.chain([1.0]).chain(has_later.then_some(LONGER));
         let choice = |factor: f64| {
+            // Shorter records keep the planned frames up to their end; only the longer one has the later frames.
             let end = factor * whole * ROUNDING;
             self.choice(factor * whole, factor == 1.0, |b, _, time| match b.kind {
                 CandidateKind::Planned => {
@@ -309,6 +312,7 @@ impl DesignErrors<'_> {
     fn by_frame_rate(&self, e: usize) -> Result<Option<Advice>, Error> {
         let experiment = &self.planned[e];
         let spacings = experiment.measurements.iter().filter_map(|m| frame_spacing(m.motion()?));
+        // Divisors and factors act on the frames of every recording; the listed rate is that of the fastest.
         let Some(spacing) = spacings.reduce(f64::min) else { return Ok(None) };
         let choice = |divisor: usize, factor: usize| {
             let value = factor as f64 / (divisor as f64 * spacing);
@@ -337,6 +341,8 @@ impl Advice {
     /// factor of [`NEARLY_BEST`] of the smallest mean. No choice is marked where none identifies any parameter.
     fn mark_best(&mut self, ParameterPoint { unknowns, x }: ParameterPoint) {
         let log_error = |choice: &Choice| -> f64 {
+            // Errors of parameters in different units are compared by their product, like the determinant of the
+            // covariance without its correlations (compare D-optimality).
             let of_unknown = |((unknown, x), error): ((&Unknown, &f64), &Option<f64>)| {
                 let slope = unknown.slope(unknown.from_scale(*x)).abs();
                 error.map_or(NOT_IDENTIFIED, |e| e / slope).ln()
@@ -363,6 +369,8 @@ pub(crate) fn standard_errors(
     ParameterPoint { unknowns, x }: ParameterPoint,
     rows: &[Vec<f64>],
 ) -> Result<Vec<Option<f64>>, Error> {
+    // The variance is 1, because rows are in units of the stated noise. A plan has no misfit whose rise could be
+    // evaluated: the Jacobian alone decides what is identifiable.
     let found = Covariance::new(unknowns, &[], rows, 1.0, 0.0, None, |_| f64::INFINITY)?;
     let error = |((unknown, x), sd): ((&Unknown, &f64), &Option<f64>)| {
         sd.map(|sd| sd * unknown.slope(unknown.from_scale(*x)))
@@ -401,6 +409,7 @@ fn additional_frames(
     let at = |times: Vec<f64>| {
         let mut other = observation.clone();
         other.samples = times.into_iter().map(|time| Sample { time, position }).collect();
+        // Factors of sigma belong to the planned frames; other frames have the common sigma.
         other.header.sigma_factors.clear();
         other
     };
@@ -410,6 +419,7 @@ fn additional_frames(
     let supports = &experiment.problem.scene().supports;
     let is_prescribed =
         supports.path.is_some() || supports.motion.iter().any(|m| !m.file.as_os_str().is_empty());
+    // Supports that follow a file have no motion after its end.
     if !is_prescribed {
         let frames = ((LONGER - 1.0) * experiment.duration() / spacing * ROUNDING).floor();
         let after = (1..=frames as usize).map(|k| last + k as f64 * spacing);

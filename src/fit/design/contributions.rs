@@ -1,10 +1,11 @@
 //! Contribution of each planned measurement to the expected uncertainty: the standard errors by it alone, and by all others.
 //!
-//! Input: the rows of the Jacobian of a plan in units of the noise, and those of the priors. Each group of rows is kept
-//! alone or left out, always with the priors. A group is a measurement, or a measured coordinate of the only one if that is
-//! a motion. The standard errors follow from the covariance of the remaining rows ([`standard_errors`]): one per unknown in
-//! its unit, none if unidentified. [`contributions`] returns one entry per group, in the order of the plan, and none for
-//! fewer than two groups. The report of a plan shows which measurement determines which parameter.
+//! Input: the rows of the Jacobian of a plan in units of the noise, and those of the priors. Each group of rows is
+//! kept alone or left out, always with the priors. A group is a measurement, or a measured coordinate of the only one
+//! if that is a motion. The standard errors follow from the covariance of the remaining rows ([`standard_errors`]):
+//! one per unknown in its unit, none if unidentified. [`contributions`] returns one entry per group, in the order of
+//! the plan, an empty list for fewer than two groups, or an error if a covariance cannot be computed. The report of a
+//! plan shows which measurement determines which parameter.
 
 use crate::error::Error;
 use crate::fit::design::candidate_designs::{CandidateDesigns, standard_errors};
@@ -65,6 +66,7 @@ pub(crate) fn contributions(
 /// motion has a group per measured coordinate instead, in the order x, y, z.
 fn row_groups(designs: &CandidateDesigns, planned: &[Experiment]) -> Vec<RowGroup> {
     let own: Vec<_> = designs.planned_blocks().collect();
+    // Several measurements are compared with each other. A single motion is divided into its coordinates instead.
     if let [block] = &own[..]
         && let Some(motion) = block.measurement.motion()
     {
@@ -74,6 +76,7 @@ fn row_groups(designs: &CandidateDesigns, planned: &[Experiment]) -> Vec<RowGrou
             axis: axis.into(),
             rows: Vec::new(),
         });
+        // Rows are sample by sample, in each the observed coordinates in order.
         let mut rows = block.rows.clone();
         for position in motion.samples.iter().map(|sample| sample.position) {
             for (group, _) in groups.iter_mut().zip(position).filter(|(_, x)| x.is_some()) {

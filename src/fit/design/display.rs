@@ -1,11 +1,11 @@
 //! The summary of a planned experiment as text and tables for a terminal.
 //!
-//! Input: a [`Design`]. [`Design::summary`] begins with whether the plan determines all parameters, or how many it does not.
-//! It shows their expected standard errors, the unidentifiable ones and the warnings. Then follow the uncertainty budget,
-//! undetected biases, tables of candidate designs, and the cost. There is one such table for each recording or experiment
-//! and variable (marker position in m, duration in s, frames/s), with the marks `planned` and `best`. Tables without any
-//! standard error, correlations, singular values and contributions are left out. Standard errors are in per cent of positive
-//! parameters, else in the unit. `rodfit design` prints it.
+//! Input: a [`Design`]. [`Design::summary`] begins with whether the plan determines all parameters, or how many it
+//! does not. It shows their expected standard errors, the unidentifiable ones and the warnings. Then follow the
+//! uncertainty budget, undetected biases, tables of candidate designs, and the cost. There is one such table for each
+//! recording or experiment and variable (marker position in m, duration in s, frames/s), with the marks `planned` and
+//! `best`. Tables without any standard error are left out. Correlations, singular values and contributions are not
+//! shown. Standard errors are in per cent of positive parameters, else in the unit. `rodfit design` prints it.
 
 use crate::code::Code;
 use crate::fit::design::report::{Advice, Choice, Design, DesignVariable};
@@ -47,6 +47,7 @@ impl Design {
         for finding in &self.not_identifiable {
             summary = summary.note(format!("not identifiable: {}", finding.description));
         }
+        // These parameters need another experiment, not another recording of this one.
         for label in &self.never_identifiable {
             let text = format!(
                 "{label}: not identifiable with any other marker, duration or frame rate either"

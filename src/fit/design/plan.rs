@@ -56,6 +56,7 @@ impl PlannedFit<'_> {
         let designs = CandidateDesigns::new(&planned)?;
         let widened = designs.experiments(&planned);
         let (sigmas, work) = (first_sigmas(&widened), full_work(&planned)?);
+        // A plan has no search with growing horizons: all rows are simulated at once.
         let horizons = vec![f64::MAX; widened.len()];
         let residuals = Residuals::new(&widened, &sigmas, unknowns, &horizons, work)?;
         let mut rows = residuals.plain_jacobian(&x)?;
@@ -65,6 +66,7 @@ impl PlannedFit<'_> {
         usable.remove_others(&mut rows);
 
         // 2. The assessment of the exact fit of the plan.
+        // With the simulated values as data the residuals are zero, and the given values are the optimum.
         let mut search = Search::new(&planned, unknowns, progress, analysis.tolerance)?;
         search.leverage_weights = usable.weights(&designs);
         search.work.add(residuals.simulations() * work);
@@ -91,6 +93,7 @@ impl PlannedFit<'_> {
         let mut advice = designs.advice(&planned, point, &rows)?;
         usable.withdraw_marks(&planned, &mut advice);
         let contributions = contributions(&designs, &planned, point, &rows)?;
+        // A parameter that a candidate determines can be identified by a change of the plan.
         let is_identifiable = |j: usize| {
             let mut all = advice.iter().flat_map(|advice| &advice.choices);
             estimates[j].identifiable || all.any(|choice| choice.std_error[j].is_some())
@@ -150,6 +153,7 @@ fn prepare(experiment: &mut Experiment, point: ParameterPoint) -> Result<(), Err
         experiment.measurements[i].header.loss = Loss::Squares;
     }
     let scene = experiment.problem.scene();
+    // Without data the mesh is chosen for the accuracy of the simulation, not by residuals.
     if scene.chosen().any() {
         let problem = experiment.problem.with(point.values_of(experiment))?;
         let fine = problem.scene().reopened().problem_for(experiment.aim())?;

@@ -88,6 +88,7 @@ impl UsableRows {
                 a.observation == experiment.name || labels.any(|label| label == a.observation)
             });
             for advice in own {
+                // Durations up to the onset stay recommended where the plan itself ends before it.
                 let is_length = advice.variable == DesignVariable::Duration;
                 for choice in &mut advice.choices {
                     choice.best &= plan_is_usable && !(is_length && choice.value > onset);

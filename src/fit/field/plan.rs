@@ -97,11 +97,13 @@ impl FieldFit {
             let is_centered = !is_beside(observation.offset);
             ensure(is_centered, "offset", "a marker off the center line", "none")?;
             ensure(*loss == Loss::Squares, "loss", "a robust loss", "\"squares\"")?;
+            // Samples are on the camera's clock, whose offset moves the end of the simulation.
             let last = observation.samples.last().map_or(0.0, |s| s.time);
             let found = format!("a sample at {last} s");
             let allowed = format!("samples up to time.end, {end} s,");
             ensure(last <= end * (1.0 + 1e-9), "file", &found, &allowed)?;
         }
+        // Data that are given twice make the posterior too narrow.
         let experiment = Experiment::new("", &self.problem);
         let observed = self.observations.iter().cloned();
         check_duplicates(&[observed.fold(experiment, Experiment::observe)])

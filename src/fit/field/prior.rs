@@ -29,6 +29,7 @@ impl SmoothPrior {
     /// rod. Its correlation length `l` is this number of `spacings`.
     pub fn new(count: usize, sigma: f64, spacings: f64) -> Self {
         let mut prior = Self { stiffness: spacings * spacings, factor: 1.0, count };
+        // The stated deviation is that of the middle: towards the ends the field has fewer neighbors and varies more.
         prior.factor = sigma / prior.deviation(count / 2);
         prior
     }

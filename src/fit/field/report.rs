@@ -2,11 +2,12 @@
 //!
 //! [`FieldReport::new`] takes the optimum and the largest eigenpairs `(l, v)` of `J'J`. The posterior covariance is
 //! `C (1 + J'J)^-1 C'` for the root `C` of the prior covariance: every eigenvector lowers the prior variance by
-//! `l/(1 + l) (C v)^2`. Values, standard errors and prior standard deviations are one per value of each list, with its arc
-//! length in m, and per single parameter, in their units. Correlations are not computed. The report also has the effective
-//! number of parameters, the sum of `l/(1 + l)`, the root mean square residual in sigmas, and the cost. Warnings concern
-//! convergence, residuals outside [`USUAL_RMS`], missing directions, standard errors above [`UNDETERMINED`] of the prior,
-//! and, always, the local minimum. A summary is for the terminal.
+//! `l/(1 + l) (C v)^2`. Values, standard errors and prior standard deviations are one per value of each list, with
+//! its arc length in m, and per single parameter, in their units. Correlations are not computed, which is a warning
+//! with several lists or any single parameter. The report also has the effective number of parameters, the sum of
+//! `l/(1 + l)`, the root mean square residual in sigmas, and the cost. Other warnings concern convergence, residuals
+//! outside [`USUAL_RMS`], missing directions, standard errors above [`UNDETERMINED`] of the prior, and, always, the
+//! local minimum. A summary is for the terminal.
 
 use crate::code::Code;
 use crate::error::Error;

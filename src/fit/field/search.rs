@@ -1,13 +1,15 @@
 //! The search for the optimum of a fit along the rod: the Levenberg-Marquardt method with products with the Jacobian instead
 //! of its rows.
 //!
-//! Unknowns are independent normal numbers `z`, from 0 (scene and prior means) on. The cost is half the sum of squares of
-//! residuals (in sigmas) and of `z`. A step solves `(1 + damping + J'J) s = -gradient` in the Krylov space of the gradient
-//! by Lanczos's method, with at most [`STEP_PRODUCTS`] products. Each product costs one forward derivative and one adjoint.
-//! The search converges where an accepted step predicts a decrease below [`LEAST_GAIN`] and no damping is left. It ends
-//! without convergence after [`STEPS`] steps, or if damping up to [`MAX_DAMPING`] lowers nothing. Eigenvectors of `J'J` at
-//! the optimum, down to the eigenvalue [`LEAST_INFORMATION`], then yield the standard errors. Result: a [`FieldReport`],
-//! without convergence too, with a warning. An unsupported fit, a failed run at the start and a stop are errors.
+//! Unknowns are independent normal numbers `z`, from 0 (scene and prior means) on. The cost is half the sum of
+//! squares of residuals (in sigmas) and of `z`. A step solves `(1 + damping + J'J) s = -gradient` in the Krylov space
+//! of the gradient by Lanczos's method, with at most [`STEP_PRODUCTS`] products. Each product costs one forward
+//! derivative and one adjoint. The search converges where an accepted step predicts a decrease below [`LEAST_GAIN`]
+//! and no damping is left. It ends without convergence after [`STEPS`] accepted steps, or if damping up to
+//! [`MAX_DAMPING`] lowers nothing. Eigenvectors of `J'J` at the optimum, down to the eigenvalue
+//! [`LEAST_INFORMATION`], then yield the standard errors. Result: a [`FieldReport`], without convergence too, with a
+//! warning. An unsupported fit, a failed run at the start, a failed product with the Jacobian, values that the scene
+//! does not allow, and a stop are errors.
 
 use crate::dynamics::{Reversible, TrajectorySlopes};
 use crate::error::{Error, none_on_failure};
@@ -217,9 +219,12 @@ impl FieldSearch<'_> {
             down.iter_mut().zip(&trial.z).for_each(|(down, z)| *down = -(*down + z));
             let length = (2.0 * half_sum_of_squares(&down)).sqrt();
             let mut lanczos = Lanczos::new(down.clone());
+            // The prior adds 1 to every eigenvalue of J'J. Damping raises this shift only, so that one Krylov space
+            // serves the steps of all dampings.
             let shift = 1.0 + damping;
             self.iterate_lanczos(&trial, &mut lanczos, STEP_PRODUCTS, |known| {
                 let (step, error) = known.solve(shift, length);
+                // The root of `along` is about the length of the step in standard errors: the scale of the error.
                 let along: f64 = step.iter().zip(&down).map(|(s, d)| s * d).sum();
                 known.count() > 0 && error < STEP_ERROR * along.max(2.0 * LEAST_GAIN).sqrt()
             })?;
@@ -230,11 +235,14 @@ impl FieldSearch<'_> {
                 let along: f64 = step.iter().zip(&down).map(|(s, d)| s * d).sum();
                 let predicted = 0.5 * along + damping * half_sum_of_squares(&step);
                 let next = trial.z.iter().zip(&step).map(|(z, s)| z + s).collect();
+                // A simulation that fails rejects the step, like one that raises the misfit. Invalid input is an
+                // error of the fit.
                 let tried = match self.simulate(next) {
                     Err(error) if error.is_input() => return Err(error),
                     tried => none_on_failure(tried)?,
                 };
                 let gain = tried.as_ref().map_or(f64::NEG_INFINITY, |t| trial.cost - t.cost);
+                // At the minimum both changes are so small that their ratio has no meaning.
                 let is_at_minimum = gain.abs() < LEAST_GAIN && predicted < LEAST_GAIN;
                 let is_accepted = gain > LEAST_GAIN_RATIO * predicted || is_at_minimum;
                 if let Some(tried) = tried.filter(|_| is_accepted) {

@@ -1,12 +1,13 @@
 //! The unknowns of a fit along the rod: a linear map from independent normal numbers `z` of variance one to the parameters.
 //!
-//! [`FieldSpace::new`] validates the lists and single parameters and assigns each a prior: a smooth one along the rod, or a
-//! normal one. Values of natural bending are at equal distances from end to end, those of other lists in the middle of equal
-//! parts. Then `values = means + C z`, in the units of the parameters, with the symmetric root `C` of the prior covariance,
-//! block by block. The means are the values of the scene for lists, those of the prior for single parameters; lists come
-//! first. The search works on `z`; simulations take the [values](FieldSpace::values), derivatives the
-//! [changes](FieldSpace::changes). No list, a list twice, a single parameter without a prior or of the camera, and
-//! parameters without derivatives are errors.
+//! [`FieldSpace::new`] validates the lists and single parameters and assigns each a prior: a smooth one along the
+//! rod, or a normal one. Values of natural bending are at equal distances from end to end, those of other lists in
+//! the middle of equal parts. Then `values = means + C z`, in the units of the parameters, with the symmetric root
+//! `C` of the prior covariance, block by block. The means are the values of the scene for lists, those of the prior
+//! for single parameters; lists come first. The search works on `z`; simulations take the
+//! [values](FieldSpace::values), derivatives the [changes](FieldSpace::changes). No list, a list twice, parameters
+//! without derivatives, and single parameters without a prior, twice, or of camera, supports or shape of the rod are
+//! errors.
 
 use crate::error::{Error, ensure};
 use crate::fit::field::prior::SmoothPrior;
@@ -63,12 +64,13 @@ impl FieldSpace {
     /// equal distances from one end of the rod to the other. Those of other lists are in the middle of equal parts. The
     /// correlation length of the prior is given in these spacings. Errors: no list, one that the scene lacks or that is
     /// given twice, a sigma or length that is not positive, and parameters without derivatives. Single parameters need a
-    /// prior, and must neither affect the camera nor stand twice.
+    /// prior, must not be of camera, supports or shape of the rod, and must not stand twice.
     pub fn new(problem: &Problem, fields: &[Field], unknowns: &[Unknown]) -> Result<Self, Error> {
         let scene = problem.scene();
         let (mut lists, mut parameters): (Vec<FieldList>, Vec<Parameter>) = Default::default();
         for (i, field) in fields.iter().enumerate() {
             let key = |own: &str| format!("field[{i}].{own}");
+            // The user named the list in this table: an error of the scene is reported with its key.
             let own = Parameter::list(scene, &field.name).map_err(|error| match error {
                 Error::Invalid { found, allowed, .. } => {
                     Error::invalid(key("name"), found, allowed)
@@ -78,6 +80,7 @@ impl FieldSpace {
             ensure(!parameters.contains(&own[0]), key("name"), own[0], "each list once")?;
             positive(&key("sigma"), field.sigma)?;
             positive(&key("length"), field.length)?;
+            // All values of a list have derivatives of the same kind: the first one stands for all.
             problem.check_parameter(own[0])?;
             let (count, length) = (own.len(), problem.length());
             // Natural bending has values from one end to the other, other lists in the middle of equal parts.
@@ -127,6 +130,7 @@ impl FieldSpace {
     pub fn layout_parameters(&self) -> Vec<Parameter> {
         let mut rest = &self.parameters[..];
         let mut chosen = Vec::new();
+        // Values of one list act alike on the layout: one of each is sufficient.
         for list in &self.lists {
             chosen.extend(rest.first());
             rest = &rest[list.scene.len()..];
@@ -138,6 +142,7 @@ impl FieldSpace {
     /// Multiplies `z`, in place, by the symmetric root `C` of the prior covariance: independent numbers become changes of the
     /// parameters in their units.
     pub fn multiply(&self, z: &mut [f64]) {
+        // C is block diagonal: a smooth prior for each list, a standard deviation for each single parameter.
         let mut rest = z;
         for list in &self.lists {
             let (own, others) = rest.split_at_mut(list.scene.len());

@@ -1,11 +1,11 @@
 //! Detection and removal of constant coordinates of recordings, such as the z column of a planar recording. As measurements
 //! without residuals they would lower the estimated noise of the other coordinates.
 //!
-//! Input: the measurements of experiments. A coordinate of a motion is constant if all its values (at least [`FEWEST`]) are
-//! equal while another coordinate of the measurement varies. Of shapes at rest only the coordinate along the normal of a
-//! planar model counts. Planned data and markers of the recording that prescribes the ends are left alone. Output: the
-//! experiment without these coordinates ([`without_constant_axes`]), and their list for a warning in the report
-//! ([`all_constant_axes`]).
+//! Input: the measurements of experiments. A coordinate of a motion is constant if all its values (at least
+//! [`FEWEST`]) are equal while another coordinate of the measurement varies. Of shapes at rest only the coordinate
+//! along the normal of a planar model counts. Planned data and markers of the recording that prescribes the ends are
+//! left alone. Output: the experiment without these coordinates and their standard deviations per value
+//! ([`without_constant_axes`]), and their list for a warning in the report ([`all_constant_axes`]).
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
@@ -79,9 +79,11 @@ fn constant_axes(measurement: &Measurement, normal: Option<[f64; 3]>) -> Vec<usi
     let positions = measurement.positions();
     let values = |axis: usize| positions.iter().filter_map(move |p| p[axis]);
     let is_constant = |axis: usize| values(axis).all(|x| Some(x) == values(axis).next());
+    // A coordinate of a shape may be constant by its nature, as of a rod that hangs straight.
     let is_irrelevant = |axis: &usize| {
         measurement.motion().is_some() || normal.is_some_and(|n| n[*axis].abs() >= NORMAL)
     };
+    // A marker that does not move at all is a finding of the data precheck, not a constant column.
     if (0..3).all(is_constant) {
         return Vec::new();
     }

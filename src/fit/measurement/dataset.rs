@@ -216,6 +216,7 @@ impl<D: DataKind> Dataset<D> {
         loss: Loss,
         held_out: bool,
     ) -> Self {
+        // The user's table overrides the file, which may have columns of standard deviations.
         self.header.sigma = sigma.or(self.header.sigma);
         (self.header.loss, self.header.held_out) = (loss, held_out);
         self
@@ -388,6 +389,7 @@ impl dyn DataKind + '_ {
     /// Scale of rounding errors and of relevant changes, in the unit of the values. For positions it is the larger of the
     /// rod's length and the size of its motion; for scalars [`size`](DataKind::size).
     pub(crate) fn scale(&self, problem: &Problem) -> f64 {
+        // Positions are rounded relative to the size of the rod, however little it moves.
         match self.axis() {
             Some(_) => self.size(problem),
             None => problem.length().max(self.size(problem)),
@@ -397,6 +399,7 @@ impl dyn DataKind + '_ {
     /// Degrees of freedom that remain beside fitted arc lengths, over the number of values; 1 without these, at least one
     /// degree.
     pub(crate) fn free_share(&self) -> f64 {
+        // Each fitted arc length removes the residual along the rod at one point.
         let values = self.values().max(1) as f64;
         (1.0 - self.fitted_arc_lengths() as f64 / values).max(1.0 / values)
     }

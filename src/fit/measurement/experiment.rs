@@ -99,6 +99,7 @@ impl Experiment {
     /// Work of one full simulation of the experiment, steps times segments: its motion, if one was measured, and [its
     /// equilibrium](Self::rest_work). An error if a motion was measured and the scene has no time.
     pub(crate) fn full_work(&self) -> Result<f64, Error> {
+        // An experiment may have a motion and measurements at rest, which are simulated separately.
         let steps = if self.moves() { self.problem.time()?.steps() as f64 } else { 0.0 };
         Ok(steps * self.problem.segments() as f64 + self.rest_work())
     }

@@ -1,10 +1,11 @@
 //! Measured natural frequencies of small vibrations about the equilibrium, assigned to modes.
 //!
-//! Input: angular frequencies, rad/s (or Hz, converted), with one standard deviation in the same unit. Each belongs to the mode
-//! with a number up to [`MOST_MODES`], counted from 1 in rising frequency among the modes of a filter (plane, kind, direction).
-//! By default these are modes 1, 2 and so on, in the plane of a planar scene or all of a spatial one. Output: [`Frequencies`],
-//! a data set whose differences in a fit are simulated less measured angular frequency, rad/s. Frequencies that are not above
-//! 0, repeated modes and another number of modes than frequencies are errors.
+//! Input: angular frequencies, rad/s (or Hz, converted), with one standard deviation in the same unit. Each belongs
+//! to the mode with a number up to [`MOST_MODES`], counted from 1 in rising frequency among the modes of a filter
+//! (plane, kind, direction). By default these are modes 1, 2 and so on, in the plane of a planar scene or all of a
+//! spatial one. Output: [`Frequencies`], a data set whose differences in a fit are simulated less measured angular
+//! frequency, rad/s. Frequencies that are not above 0, repeated modes, another number of modes than frequencies, and
+//! a filter for a structure (whose modes are all in its plane) are errors.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{
@@ -151,6 +152,7 @@ impl DataKind for ModeFrequencies {
     /// filters that the problem does not allow. Errors have the key in the fit file.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, .. } = context;
+        // Filters are defined for the modes of one rod. Those of a structure are all in its plane.
         match problem.scene().structure {
             Some(_) => check_names(&self.names().collect::<Vec<_>>(), key)?,
             None => self.among.check(problem, key)?,

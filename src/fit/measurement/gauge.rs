@@ -1,9 +1,10 @@
 //! Readings of a user-defined quantity, over time or at rest, as from a strain gauge or a load cell.
 //!
-//! Input: a [`Quantity`], a function of positions and velocities of some points of the rod; its readings in its own unit,
-//! with times in s or at rest; one standard deviation in this unit. Output: [`Gauge`], a data set whose differences in a fit
-//! are the quantity of the simulated rod less the reading. They do not depend on the camera of the scene. Points beside the
-//! rod, and times that do not increase within the simulation, are errors. Only the library has gauges, fit files do not.
+//! Input: a [`Quantity`], a function of positions and velocities of some points of the rod; its readings in its own
+//! unit, with times in s or at rest; one standard deviation in this unit. Output: [`Gauge`], a data set whose
+//! differences in a fit are the quantity of the simulated rod less the reading. They do not depend on the camera of
+//! the scene. Points that are not on the rod, readings that are not finite, times that do not increase within the
+//! simulation, and structures are errors. Only the library has gauges, fit files do not.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
@@ -128,6 +129,7 @@ impl DataKind for GaugeReadings {
     fn size(&self, _problem: &Problem) -> f64 {
         let values = || self.readings.iter().map(|r| r.value);
         let n = self.readings.len().max(1) as f64;
+        // The only reading has no spread about its mean: its size is its value.
         let mean = if n > 1.0 { values().sum::<f64>() / n } else { 0.0 };
         let spread = (values().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
         // Equal readings have no spread; their size is the value.

@@ -1,11 +1,13 @@
 //! Inspection of a marker file of a motion-capture or tracking program, before a fit (`rodfit inspect`).
 //!
-//! Input: a file, and its format, rate and scale as far as the user states them ([`Recording`]). Determined are its format,
-//! its clock (unit, rate, gaps longer than [`STEP`] usual steps) and its unit of length. For each marker follow the axes,
-//! gaps, range, noise (from differences of the samples), single-frame jumps ([`JUMP`]), repeated frames, and positions with a
-//! confidence below [`SURE`], which count as missing. Three or more markers are tested for lost frames and swapped labels, as
-//! if along a rod. Output: [`Inspection`], with the `[[observation]]` table of a fit file that reads the marker that moves
-//! most. The table is checked by reading the file with it; an error is added as a comment.
+//! Input: a file, and its format, rate and scale as far as the user states them ([`Recording`]). Determined are its
+//! format, its clock (unit, rate, gaps longer than [`STEP`] usual steps) and its unit of length. For each marker
+//! follow the axes, gaps, range, noise (from differences of the samples), single-frame jumps ([`JUMP`]) and repeated
+//! frames, in the units of the file. The number of positions with a confidence below [`SURE`], which count as
+//! missing, is another result. Three or more markers are tested for lost frames and swapped labels, as if along a
+//! rod, if unit and clock are known. Output: [`Inspection`], with the `[[observation]]` table of a fit file that
+//! reads the marker that moves most. The table is checked by reading the file with it; an error is added as a
+//! comment.
 
 use crate::error::Error;
 use crate::fit::measurement::motion::Observation;

@@ -1,10 +1,11 @@
 //! Robust losses, which down-weight outliers (M-estimation, Huber 1964 and 1981).
 //!
-//! A loss `rho` replaces the square of a residual `r` in units of the noise. Least squares on the robust residuals `sign(r)
-//! sqrt(rho(r))` minimizes the sum of the losses, with any least-squares solver. [`Loss`] (squares, Huber, soft L1, Cauchy)
-//! computes the loss, its derivatives, the robust residual and its inverse, the noise of a sample by median, and the
-//! information relative to normal noise. The scales are those of 95 % efficiency: standard errors of normal data are 2.6 %
-//! larger. [`WeightedLoss`] multiplies the residual by a leverage weight before the loss.
+//! A loss `rho` replaces the square of a residual `r` in units of the noise. Least squares on the robust residuals
+//! `sign(r) sqrt(rho(r))` minimizes the sum of the losses, with any least-squares solver. [`Loss`] (squares, Huber,
+//! soft L1, Cauchy) computes the loss, its derivatives, the robust residual and its inverse. It also computes the
+//! noise of a sample (root mean square; by median with a robust loss) and the information relative to normal noise.
+//! The scales are those of 95 % efficiency: standard errors of normal data are 2.6 % larger. [`WeightedLoss`]
+//! multiplies the residual by a leverage weight before the loss.
 
 use serde::{Deserialize, Serialize};
 use statrs::statistics::{Data, Median};
@@ -80,6 +81,7 @@ impl Loss {
         if !self.is_robust() || r == 0.0 {
             return [r, 1.0];
         }
+        // The derivative of sqrt(rho) is rho'/(2 sqrt(rho)), which is psi/sqrt(rho).
         let robust = self.rho(r).sqrt().copysign(r);
         [robust, self.influence(r)[0] / robust]
     }
@@ -93,6 +95,7 @@ impl Loss {
             Self::Huber if robust.abs() <= c => return robust,
             Self::Huber => (robust * robust + c * c) / (2.0 * c),
             Self::SoftL1 => {
+                // rho = 2 c^2 (sqrt(1 + z) - 1) has the inverse z = h (h + 2) with h = rho/(2 c^2).
                 let half = robust * robust / (2.0 * c * c);
                 c * (half * (half + 2.0)).sqrt()
             }
@@ -125,6 +128,7 @@ impl Loss {
         }
         let n = residuals.len() as f64;
         let mean = |part: &dyn Fn(f64) -> f64| residuals.iter().map(|r| part(*r)).sum::<f64>() / n;
+        // Mean psi', mean psi^2 and the variance of psi' over the sample.
         let slope = mean(&|r| self.influence(r)[1]);
         let square = mean(&|r| self.influence(r)[0].powi(2));
         let scatter = mean(&|r| (self.influence(r)[1] - slope).powi(2));

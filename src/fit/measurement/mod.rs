@@ -1,9 +1,11 @@
 //! Measurements of a rod: its motion, its shape at rest, its natural frequencies, and user-defined quantities.
 //!
-//! [`Measurement`] is a data set of any of these kinds ([`MeasuredData`]) with its header (noise, loss, source). Each kind
-//! has its file here: `motion`, `shape`, `frequencies`, `gauge`. Others concern their preparation: `experiment` groups
-//! measurements with a scene, `inspection` examines marker files, `constant_axes` and `repeated_frames` detect faulty data.
-//! Every kind provides the differences simulated less measured value (`DataKind::differences`), of which `fit::misfit` makes
+//! [`Measurement`] is a data set of any of these kinds ([`MeasuredData`]) with its header (noise, loss, source). Each
+//! kind has its file here: `motion`, `shape`, `frequencies`, `gauge` (with `quantity`). `dataset` has the header and
+//! the interface of the kinds, `loss` the robust losses, `simulated` the outputs of a simulation with which they are
+//! compared. Others concern their preparation: `experiment` groups measurements with a scene, `inspection` and
+//! `inspection_summary` examine marker files, `constant_axes` and `repeated_frames` detect faulty data. Every kind
+//! provides the differences simulated less measured value (`DataKind::differences`), of which `fit::misfit` makes
 //! residuals.
 
 pub(crate) mod constant_axes;
@@ -177,6 +179,7 @@ impl Measurement {
     /// Adds to every value its residual times its standard deviation, in place. `residuals` are in the order of the values;
     /// `sigma` stands in the place of that of the header.
     pub(crate) fn add_residuals(&mut self, residuals: &[f64], sigma: f64) {
+        // A residual is in units of the standard deviation of its own value, which may differ by factors.
         let sigmas = self.sigmas(sigma);
         let changes = residuals.iter().zip(sigmas);
         let values = self.data.values_mut();

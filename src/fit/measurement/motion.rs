@@ -1,12 +1,13 @@
 //! Recorded motions: positions of a point of the rod, or of a marker beside it, over time.
 //!
-//! Input: a CSV table or a file of a tracking program, converted to s and m; or markers of the recording in `supports.path`
-//! that prescribe neither an end nor an inner node; or a plan (duration and frame rate). Output: [`Observation`], a data set
-//! whose differences in a fit are simulated less observed coordinate of the point, m, as the camera of the scene records it.
-//! Coordinates that were not observed are None and have no difference. Times are on the recording's clock, s, and must
-//! increase. Files that cannot be read, and points or times outside of the simulation, are errors. [`PointMotion`] also has
-//! the spread, the largest speed and the rise time (about half the first period), from which a search chooses horizons and
-//! steps.
+//! Input: a CSV table or a file of a tracking program, converted to s and m; or markers of the recording in
+//! `supports.path` that prescribe neither an end nor an inner node; or a plan (duration and frame rate). Output:
+//! [`Observation`], a data set whose differences in a fit are simulated less observed coordinate of the point, m, as
+//! the camera of the scene records it. Coordinates that were not observed are None and have no difference. Times are
+//! on the recording's clock, s, and must increase. Files that cannot be read, points that are not on the rod, and
+//! times after the end of the simulation are errors. Late times are allowed if the camera's clock has an offset,
+//! given or unknown. [`PointMotion`] also has the spread, the largest speed and the rise time (about half the first
+//! period), from which a search chooses horizons and steps.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
@@ -101,6 +102,7 @@ impl Observation {
     pub fn planned(duration: f64, rate: f64) -> Result<Self, Error> {
         positive("duration", duration)?;
         positive("fps", rate)?;
+        // A whole number of frames must not lose the last one by rounding.
         let frames = (duration * rate * (1.0 + 1e-12)).floor();
         let found = format!("{rate} frames per second for {duration} s, {frames} frames");
         let allowed = format!("1 to {MOST_PLANNED} frames");
@@ -257,6 +259,7 @@ impl PointMotion {
     ) -> Result<MarkerStencil<D>, Error> {
         match (&self.place, structure) {
             (Some(place), Some(nodes)) => {
+                // Validation has rejected offsets from a rod of a structure; those of bodies are in the place.
                 let centre = nodes.stencil(place, "observation.point")?;
                 Ok(MarkerStencil { centre, edges: Vec::new(), offset: [0.0; 3] })
             }
@@ -269,6 +272,7 @@ impl PointMotion {
         let (mut sum, mut count) = (0.0, 0.0);
         for c in 0..3 {
             let seen: Vec<f64> = self.samples.iter().filter_map(|s| s.position[c]).collect();
+            // Each coordinate is taken about its own mean, so that the origin has no effect.
             let mean = seen.iter().sum::<f64>() / seen.len().max(1) as f64;
             sum += seen.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
             count += seen.len() as f64;

@@ -57,6 +57,7 @@ pub(crate) fn count_repeated_frames(positions: &[[Option<f64>; 3]]) -> usize {
     });
     let moves = |a: usize, b: usize| {
         let (Some(a), Some(b)) = (positions.get(a), positions.get(b)) else { return false };
+        // Equal positions of a slow marker are rounding: only steps of several resolutions show motion.
         (0..3).any(|axis| match (a[axis], b[axis]) {
             (Some(a), Some(b)) => (a - b).abs() > COARSE_STEPS * resolution[axis] && a != b,
             _ => false,

@@ -1,9 +1,12 @@
 //! Measured shapes of a rod at rest: positions of points with known arc lengths, or of the centerline without.
 //!
-//! Input: a CSV file with arc lengths `s` or node indices and coordinates, a CSV file of at least [`LEAST_OF_A_LINE`] points
-//! in order along the centerline, or planned arc lengths. Output: [`RestShape`], a data set. Its differences in a fit are
-//! simulated less observed coordinate, m, of each point of the rod in equilibrium; without arc lengths, the offset from each
-//! position to the nearest point of the simulated centerline, a cubic curve through the nodes.
+//! Input: a CSV file with arc lengths `s` or node indices and coordinates, a CSV file of at least [`LEAST_OF_A_LINE`]
+//! points in order along the centerline, or planned arc lengths. Output: [`RestShape`], a data set. Its differences
+//! in a fit are simulated less observed coordinate, m, of each point of the rod in equilibrium, as the camera records
+//! it. Without arc lengths they are the offset from each position to the foot of its perpendicular on the simulated
+//! centerline, a cubic curve through the nodes. Files that cannot be read, points that are not on the rod, and
+//! positions that are not finite are errors. In a structure the name of the rod and arc lengths or nodes are
+//! required.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
@@ -85,6 +88,7 @@ impl RestShape {
             Sighting { point: Point::ArcLength(along), position: *position }
         };
         let mut line = Self::new(positions.iter().map(sighting).collect());
+        // Chords are shorter than arcs: these arc lengths only select the part of the rod to search.
         line.arc_lengths_fitted = true;
         line
     }
@@ -137,6 +141,7 @@ impl RestShape {
         for row in &table.rows {
             let point = column.as_ref().map(|own| own.point(&table, row)).transpose()?;
             let position = recording.position(&axes, &row.values);
+            // Points of a centerline get their arc lengths below, from the chords of all rows.
             let point = point.unwrap_or(Point::ArcLength(0.0));
             let sighting = Sighting { point, position };
             if !is_finite(sighting.arc_length(), &position) {
@@ -344,6 +349,7 @@ impl DataKind for EquilibriumShape {
         let (mut sum, mut count) = (0.0, 0.0_f64);
         for sighting in self.with_approximate_points(problem) {
             let place = self.place(sighting.point);
+            // Positions along a rod differ by its length: their size is the deflection from the unloaded rod.
             let Ok(rest) = rest_position(problem, sighting.point, place.as_ref()) else { continue };
             for (observed, rest) in sighting.position.iter().zip(rest) {
                 if let Some(observed) = observed {
@@ -369,6 +375,7 @@ impl DataKind for EquilibriumShape {
             let are_finite = self.sightings.iter().all(|s| is_finite(0.0, &s.position));
             return ensure(are_finite, *label, "other positions", "finite positions");
         }
+        // Approximate arc lengths may exceed the rod: the search for the foot points limits them.
         let given = self.sightings.iter().filter(|_| !self.arc_lengths_fitted);
         for (k, sighting) in given.enumerate() {
             problem.stencil(sighting.point).map_err(|error| {
@@ -422,7 +429,7 @@ impl DataKind for EquilibriumShape {
         let node = |i: usize| resting.position(&Stencil::node(i), start);
         let nodes = (0..mesh.nodes.len()).map(|i| Ok(simulated.view.recorded(node(i)?)));
         let nodes = nodes.collect::<Result<Vec<_>, Error>>()?;
-        // The nearest point of the polygon of nodes, with its offset.
+        // The curve through the recorded nodes has the foot point of every observed point.
         let curve = NodeCurve { nodes: &nodes, arc_length: &mesh.arc_length };
         for sighting in &self.sightings {
             let offset = curve.offset(&sighting.position, sighting.arc_length());

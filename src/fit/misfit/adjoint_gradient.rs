@@ -1,12 +1,13 @@
 //! Gradient of half the sum of the losses of one experiment by all its unknowns, by the adjoint of its motion.
 //!
-//! The motion is run once forward; the derivative of the misfit by every recorded position is the source term of the adjoint
-//! (reverse) equations, which yield the derivatives by all parameters of the motion. Parameters of camera, supports and arc
-//! lengths also act on the observations at a fixed motion; this part is added by dual numbers. The adjoint costs about as
-//! much as two runs for any number of unknowns (Cao, Li, Petzold and Serban 2003), forward sensitivities cost more with every
-//! unknown. So it is used above [`MOST_FORWARD_UNKNOWNS`] unknowns, for recorded motions of the centerline only, where reverse
-//! equations exist. Output: [`ExperimentGradient`] for argmin's gradient solvers: plain residuals in units of sigma, and the
-//! gradient on the scales of all unknowns of the fit (zero for other experiments'). The search itself uses Jacobians.
+//! The motion is run once forward; the derivative of the misfit by every recorded position is the source term of the
+//! adjoint (reverse) equations, which yield the derivatives by all parameters of the motion. Parameters of camera,
+//! supports and arc lengths also act on the observations at a fixed motion; this part is added by dual numbers. With
+//! it a gradient costs about 2.5 runs for any number of unknowns (Cao, Li, Petzold and Serban 2003), forward
+//! sensitivities cost more with every unknown. So it is used above [`MOST_FORWARD_UNKNOWNS`] unknowns, for recorded
+//! motions of the centerline only, where reverse equations exist. Output: [`ExperimentGradient`] for argmin's
+//! gradient solvers: plain residuals in units of sigma, and the gradient on the scales of all unknowns of the fit
+//! (zero for other experiments'). The search itself uses Jacobians.
 
 use crate::dynamics::Reversible;
 use crate::error::Error;

@@ -31,6 +31,7 @@ impl Ar1Correlation {
     /// correlations with earlier values, a backward pass those with later ones. `R_ij` is the product of the correlations of
     /// neighbors between `i` and `j`, 1 for `i = j`.
     pub fn apply(&self, values: &[f64]) -> Vec<f64> {
+        // R_ij is a product over the steps between i and j, so that one recursion has all earlier values.
         let mut sums = values.to_vec();
         for k in 1..sums.len() {
             sums[k] += self.0[k] * sums[k - 1];
@@ -47,6 +48,7 @@ impl Ar1Correlation {
     /// The product `R^(-1/2) values`: innovations, by which correlated noise becomes white noise of the same standard
     /// deviation. The first value stays; value `k` becomes `(v_k - c_k v_(k-1))/sqrt(1 - c_k^2)`. At least one value.
     pub fn whiten(&self, values: &[f64]) -> Vec<f64> {
+        // The process is Markov: given the value before, a value does not depend on earlier ones.
         let new = |k: usize| match k {
             0 => values[0],
             _ => (values[k] - self.0[k] * values[k - 1]) / (1.0 - self.0[k].powi(2)).sqrt(),

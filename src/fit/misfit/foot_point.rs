@@ -1,12 +1,14 @@
 //! Offset of an observed point of unknown arc length from the simulated rod: to the foot of its perpendicular.
 //!
-//! Input: recorded positions of the nodes, m, with their arc lengths, an observed point `y`, and an approximate arc length. The
-//! arc length `s` of the foot satisfies `(x(s) - y).x'(s) = 0` in the observed coordinates, with cubic polynomials through
-//! the nodes. It is found by bisection between the neighbors of the nearest node, within [`SEARCH_RADIUS`] rod lengths of the
-//! approximate one, or is an end of that range, then fixed. A foot follows the parameters: with `f(s, p)` for the left side,
-//! `ds/dp = -f_p/f_s`, which two Newton steps over a number with derivatives yield to second order. Output: the offset
-//! `x(s) - y`, m (along a coordinate not observed, that of the foot). It has no part along the rod: the data constrain the line
-//! of the rod, not the place of the observed point on it (orthogonal distance regression, Boggs and Rogers 1990).
+//! Input: recorded positions of the nodes, m, with their arc lengths, an observed point `y`, and an approximate arc
+//! length. The arc length `s` of the foot satisfies `(x(s) - y).x'(s) = 0` in the observed coordinates, with cubic
+//! polynomials through the nodes. It is found by bisection between the two neighbors of the nearest node, among the
+//! nodes within [`SEARCH_RADIUS`] rod lengths of the approximate arc length. Without a sign change it is one of these
+//! two neighbors, and is then fixed. A foot follows the parameters: with `f(s, p)` for the left side,
+//! `ds/dp = -f_p/f_s`, which two Newton steps over a number with derivatives yield to second order. Output: the
+//! offset `x(s) - y`, m (along a coordinate not observed, that of the foot). It has no part along the rod: the data
+//! constrain the line of the rod, not the place of the observed point on it (orthogonal distance regression, Boggs
+//! and Rogers 1990).
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::Stencil;
@@ -51,6 +53,7 @@ impl<D: Scalar> NodeCurve<'_, D> {
             let step = DIFFERENCE_STEP * (plain_arcs[1] - plain_arcs[0]);
             let slope = (plain.slope(observed, foot + step) - plain.slope(observed, foot - step))
                 / (2.0 * step);
+            // The slope may be plain: each step with it makes one more order of the derivatives exact.
             for _ in 0..2 {
                 let excess = self.slope(observed, s);
                 s -= excess / slope;
@@ -80,6 +83,7 @@ impl<D: Scalar> NodeCurve<'_, D> {
             let factor =
                 |j: usize| (s - self.arc_length[j]) / (self.arc_length[i] - self.arc_length[j]);
             let weight = others.iter().fold(D::from(1.0), |product, j| product * factor(*j));
+            // Product rule: the derivative is a sum of products, each without one of the factors.
             let mut rate = D::from(0.0);
             for k in &others {
                 let rest = others.iter().filter(|j| *j != k);

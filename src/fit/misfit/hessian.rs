@@ -1,11 +1,12 @@
 //! The exact Hessian of the misfit by the unknowns: the observed information.
 //!
-//! Half the sum of squares has the Hessian `J'J + sum_k r_k d2r_k`. The expected information of the Gauss-Newton method is
-//! the first term alone. The second term vanishes with the residuals, and on average over noise. Every pair of unknowns costs
-//! one simulation in hyper-dual numbers (Fike and Alonso 2011) per experiment that depends on both, about the recorded
-//! simulation without derivatives at the same point. Robust losses, leverage weights and priors are included; frequencies of
-//! structures have no second derivatives. Output: a symmetric matrix on the unknowns' scales, in units of sigma, for standard
-//! errors with the exact Hessian (`[analysis]`) and argmin's Newton solvers. A simulation that fails is an error.
+//! Half the sum of squares has the Hessian `J'J + sum_k r_k d2r_k`. The expected information of the Gauss-Newton
+//! method is the first term alone. The second term vanishes with the residuals, and on average over noise. Every pair
+//! of unknowns costs one simulation in hyper-dual numbers (Fike and Alonso 2011) per experiment that depends on both,
+//! about the recorded simulation without derivatives at the same point. Robust losses, leverage weights and priors
+//! are included. Output: a symmetric matrix on the unknowns' scales, in units of sigma, for standard errors with the
+//! exact Hessian (`[analysis]`) and argmin's Newton solvers. A simulation that fails is an error; so are frequencies
+//! of structures, which have no second derivatives.
 
 use crate::dynamics::Trajectory;
 use crate::dynamics::record::Record;
@@ -33,6 +34,7 @@ impl Residuals {
         let mut hessian = vec![vec![0.0; n]; n];
         let (runs, weights) = (self.runs(x, false)?, self.leverage_weights());
         for i in 0..n {
+            // The matrix is symmetric: one run for each pair of unknowns.
             for j in 0..=i {
                 let (mut sum, mut rest) = (0.0, &weights[..]);
                 for (experiment, run) in self.experiments().iter().zip(&runs) {
@@ -149,6 +151,7 @@ fn second_derivative_of_loss(
     let (mut sum, mut weights) = (0.0, weights.iter());
     experiment.for_each_residual(simulated, |r: HyperDual64, loss: Loss| {
         let r = r * weights.next().copied().unwrap_or(1.0);
+        // d2(rho/2) = psi' dr_i dr_j + psi d2r_ij.
         let [psi, slope] = loss.influence(r.re);
         sum += slope * r.eps1 * r.eps2 + psi * r.eps1eps2;
     })?;

@@ -23,6 +23,7 @@ const LEAST_MOTION: f64 = 1e-2;
 pub(crate) fn first_sigmas(experiments: &[Experiment]) -> Vec<f64> {
     let first = |(experiment, measurement): (&Experiment, &Measurement)| {
         let problem = &experiment.problem;
+        // Squares need a common scale only. A robust loss needs the size of an outlier from the first fit on.
         measurement.sigma().unwrap_or_else(|| match measurement.loss().is_robust() {
             true => {
                 let motion = measurement.size(problem).max(LEAST_MOTION * problem.length());
@@ -40,6 +41,7 @@ pub(crate) fn first_sigmas(experiments: &[Experiment]) -> Vec<f64> {
 pub(crate) fn weights_depend_on_the_fit(fitted: &[Experiment], unknowns: &[Unknown]) -> bool {
     let mut unknown = all(fitted).filter(|(_, m)| m.sigma().is_none());
     let robust = unknown.clone().any(|(_, m)| m.loss().is_robust());
+    // A common factor of all residuals does not move their minimum. Other measurements and priors have their own.
     let several = all(fitted).count() > 1 || unknowns.iter().any(|u| u.prior.is_some());
     unknown.next().is_some() && (robust || several)
 }

@@ -1,10 +1,11 @@
 //! The misfit between measurements and simulations, as a function of the unknowns of a fit.
 //!
-//! `residuals` assembles the residuals of all experiments and priors, `(simulated - measured)/sigma`, with exact Jacobian
-//! (dual numbers, forward sensitivities), gradient (`adjoint_gradient`) and Hessian (`hessian`). `observed_experiment`
-//! simulates one experiment. `camera`, `observation_row` and `foot_point` map simulated positions to recorded values.
-//! `residual_tests` and `ar1` test residuals for white or autocorrelated noise. `initial_sigmas` (weights before the first
-//! fit) and `work` (counter of the cost) serve the search.
+//! `residuals` assembles the residuals of all experiments and priors, `(simulated - measured)/sigma`, with exact
+//! Jacobian (dual numbers, forward sensitivities), gradient (`adjoint_gradient`) and Hessian (`hessian`).
+//! `observed_experiment` simulates one experiment, with `structure_experiment` for structures. `camera`,
+//! `observation_row` and `foot_point` map simulated positions to recorded values. `residual_tests` and `ar1` test
+//! residuals for white or autocorrelated noise. `initial_sigmas` (weights before the first fit) and `work` (counter
+//! of the cost) serve the search.
 
 mod adjoint_gradient;
 pub(crate) mod ar1;

@@ -1,10 +1,11 @@
 //! Rows of the observation operator: recorded coordinates of a point as linear functions of its position in the world.
 //!
-//! Input: the camera, the samples of a point and the inverse standard deviations, 1/m. Output: one [`ObservationRow`] per
-//! observed coordinate, sample by sample and x, y, z in each. Its residual (simulated less observed, in units of the standard
-//! deviation) is `axis . x(t) + offset`, with the position `x`, m, at the time `t`, s, of the motion (not of the camera).
-//! `axis` (1/m) and `offset` follow from the camera at fixed parameters. Points beside the rod and times after the end of the
-//! record are errors of the residual. The adjoint gradient and the fit of lists along the rod need the residual in this form.
+//! Input: the camera, the samples of a point and the inverse standard deviations, 1/m. Output: one [`ObservationRow`]
+//! per observed coordinate, sample by sample and x, y, z in each. Its residual (simulated less observed, in units of
+//! the standard deviation) is `axis . x(t) + offset`, with the position `x`, m, at the time `t`, s, of the motion
+//! (not of the camera). `axis` (1/m) and `offset` follow from the camera at fixed parameters. Points that are not on
+//! the rod and times after the end of the record are errors of the residual. The adjoint gradient and the fit of
+//! lists along the rod need the residual in this form.
 
 use crate::dynamics::record::Record;
 use crate::error::Error;
@@ -35,6 +36,7 @@ impl ObservationRow {
         samples: &[Sample],
         weights: impl IntoIterator<Item = f64>,
     ) -> Vec<Self> {
+        // The camera is an affine map: the images of the origin and of the unit vectors determine it.
         let origin = view.recorded([0.0; 3]);
         let columns =
             [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| view.recorded(axis));

@@ -1,11 +1,13 @@
 //! One experiment as a function of the unknowns: its simulation, its plain residuals (without robust loss and leverage
 //! weights) and their exact derivatives.
 //!
-//! Input: an experiment, cut to a horizon, the unknowns, and the standard deviations of its measurements. At a point of the
-//! unknowns it simulates the motion and the equilibrium, as far as its measurements require them. The simulation has forward
-//! sensitivities by the parameters that change the rod, and records only the nodes of the measurements. Output: `(simulated -
-//! measured)/sigma` of every value, and one column of the Jacobian per unknown, on the unknowns' scales. Dual numbers carry
-//! the derivatives through camera and observation.
+//! Input: an experiment, cut to a horizon, the unknowns, and the standard deviations of its measurements. At a point
+//! of the unknowns it simulates the motion and the equilibrium, as far as its measurements require them; natural
+//! frequencies are solved with the residuals. The simulation has forward sensitivities by the parameters that change
+//! the rod, and records only the nodes of the measurements. Output: `(simulated - measured)/sigma` of every value,
+//! and one column of the Jacobian per unknown, on the unknowns' scales. Dual numbers carry the derivatives through
+//! camera and observation. Errors are points that are not on the rod, values that the scene does not allow, and a
+//! failed simulation. So is an offset of the camera's clock that extends the motion beyond [`MAX_DURATION_RATIO`].
 
 use crate::dynamics::{Snapshot, Trajectory};
 use crate::error::Error;
@@ -83,6 +85,7 @@ impl ObservedExperiment {
             let mut data = measurement.data.clone();
             data.prepare(&observed.problem, horizon);
             data.require(&mut observed.required);
+            // Weights are those of all values: values after the horizon are last, and their weights have no effect.
             let weights = measurement.sigmas(*sigma).into_iter().map(f64::recip).collect();
             observed.series.push(ObservedSeries { data, weights, loss: measurement.loss() });
         }
@@ -282,6 +285,7 @@ impl ObservedExperiment {
     ) -> Result<(), Error> {
         let mut frequencies = simulated.frequencies;
         for ObservedSeries { data, weights, loss } in &self.series {
+            // Frequencies of all measurements are solved together: each measurement takes its own.
             let (own, others) = frequencies.split_at(data.requirements().modes.len());
             frequencies = others;
             let simulated = SimulatedOutput { frequencies: own, ..*simulated };

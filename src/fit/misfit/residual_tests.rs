@@ -201,6 +201,7 @@ fn whiteness(r: &[f64]) -> f64 {
         let product: f64 = r.iter().zip(&r[lag..]).map(|(a, b)| a * b).sum();
         (product / power).powi(2) / (n - lag) as f64
     };
+    // Ljung-Box: n (n + 2) sum_k r_k^2/(n - k).
     let q = n as f64 * (n as f64 + 2.0) * (1..=lags).map(part).sum::<f64>();
     let (lags, freedom) = (lags as f64, tail_freedom(n));
     // The mean of the statistic is the number of lags, whatever the number of values.
@@ -269,6 +270,7 @@ fn trend(times: &[f64], values: &[f64], effective: f64) -> f64 {
         return 1.0;
     }
     let correlation = tv / (tt * vv).sqrt();
+    // Autocorrelated noise has larger slopes by chance, as that of fewer independent values.
     let freedom = (effective - 2.0).max(1.0);
     let t = correlation * (freedom / (1.0 - correlation * correlation).max(1e-300)).sqrt();
     StudentsT::new(0.0, 1.0, freedom).map_or(1.0, |d| 2.0 * d.sf(t.abs()))

@@ -1,10 +1,12 @@
 //! Residuals of a fit, their exact Jacobian and the gradient of the misfit, as an argmin problem.
 //!
-//! Input: experiments up to horizons, sigmas of their measurements, unknowns. At a point `x` on the unknowns' scales all
-//! experiments are simulated on several threads; the residuals are those of all measurements in order, then those of the
-//! priors. The last evaluation is kept, because solvers evaluate residuals, Jacobian and cost at the same point. Output:
-//! vectors and rows in units of sigma. They are either plain (`(simulated - measured)/sigma`) or transformed by robust loss
-//! and leverage weight so that half their sum of squares is the objective.
+//! Input: experiments up to horizons, sigmas of their measurements, unknowns. At a point `x` on the unknowns' scales
+//! all experiments are simulated on several threads; the residuals are those of all measurements in order, then those
+//! of the priors. The last evaluation is kept, because solvers evaluate residuals, Jacobian and cost at the same
+//! point. Output: vectors and rows in units of sigma. They are either plain (`(simulated - measured)/sigma`) or
+//! transformed by robust loss and leverage weight so that half their sum of squares is the objective. The gradient is
+//! by the adjoint where that costs less for all experiments (`adjoint_gradient`), else the transposed Jacobian times
+//! the residuals. A simulation that fails and another count of numbers are errors.
 
 use crate::dynamics::Snapshot;
 use crate::error::{Error, ensure};
@@ -338,6 +340,7 @@ impl Residuals {
             residuals.extend(part.residuals);
             rows.extend(part.jacobian);
         }
+        // A prior is one more measurement of one unknown: its row has a single derivative.
         for (i, prior) in self.prior_residuals(x) {
             residuals.push(prior.re);
             if with_jacobian {
@@ -425,6 +428,7 @@ impl Gradient for Residuals {
         if let Some(gradient) = self.adjoint_gradient(x)? {
             return Ok(gradient);
         }
+        // The Jacobian comes first: the residuals of the same evaluation then cost no simulation.
         let rows = self.jacobian_at(x)?;
         let residuals = self.residuals(x)?;
         let component = |j: usize| rows.iter().zip(&residuals).map(|(row, r)| row[j] * r).sum();

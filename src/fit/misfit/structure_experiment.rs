@@ -83,6 +83,7 @@ impl ExperimentRun {
         if let Some(moving) = &self.moving {
             let plain = moving.record();
             let (tracked, times) = (plain.tracked(), plain.times());
+            // The plain run has determined the steps, halved ones included; this run repeats them.
             let motions = repeated_motion(structure, &tracked, times, &plain.taken, &mut seed)?;
             let mut record = Record::new(tracked.clone(), 0);
             for (time, own) in times.iter().zip(motions.chunks(tracked.len().max(1))) {

@@ -1,9 +1,10 @@
 //! The report of a fit as text for a terminal: the grade, the estimates with intervals, the warnings, then details by topic.
 //!
-//! Input: a [`FitReport`]. Output: a [`Summary`], with values in the units of the data files. First are the status with the
-//! code of the grade, the validation error, the table of estimates, the content of the intervals, and the warnings, most
-//! severe first. Then follow uncertainty details, omitted effects, numerics, left-out rows, robust losses and predictions.
-//! Residuals with the noise, the search and the cost are last.
+//! Input: a [`FitReport`]. Output: a [`Summary`]. Estimates are in the units of the parameters; residuals, sigmas and
+//! errors of predictions are in the units of the data files (Hz if all frequencies are given in Hz). First are the
+//! status with the code of the grade, the validation error, the table of estimates, the content of the intervals, and
+//! the warnings, most severe first. Then follow uncertainty details, omitted effects, numerics, left-out rows, robust
+//! losses and predictions. Residuals with the noise, the search and the cost are last.
 
 use crate::fit::report::estimate_table::{estimate_table, interval_content};
 use crate::fit::report::quoted::quoted_estimates;

@@ -1,11 +1,12 @@
 //! Text of the effects that the model omits: those that the residuals suggest, and the biases of those that the data do not
 //! exclude.
 //!
-//! Input: score tests and undetected biases of a fit report (or biases of a design). Output: the summary with a line for each
-//! likely omitted effect, and a table of the effects with the largest biases above a standard error. Its rows are one per
-//! effect and biased parameter: effect with its plausible or estimated size, parameter (if there are several), bias, and a
-//! test that would reveal the effect. Biases are in per cent, or in the unit of a parameter without a relative bias. The
-//! sign is `+-` if the data do not determine the size of the effect.
+//! Input: score tests and undetected biases of a fit report (or biases of a design). Output: the summary with a line
+//! for each likely omitted effect, and a table of at most three effects with the largest biases above a standard
+//! error. Its rows are one per effect and biased parameter: effect with its plausible or estimated size, parameter
+//! (if there are several), bias, and a test that would reveal the effect. Biases are in per cent (a range if the two
+//! signs of the effect have different ones), or in the unit of a parameter without a relative bias. The sign is `+-`
+//! if the data do not determine the size of the effect.
 
 use crate::code::Code;
 use crate::fit::report::FitReport;

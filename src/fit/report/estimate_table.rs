@@ -1,10 +1,11 @@
 //! The table of the estimates with their quoted intervals, and a sentence on the errors that these intervals contain.
 //!
-//! Input: rows from `quoted_estimates`, or a [`FitReport`]. Each row has the estimate with digits according to its error, the
-//! error in per cent (of a parameter that may be zero in its unit), and the 95 % interval. In place of the interval stands a
-//! one-sided bound, `no error`, or `not identifiable`. The sentence names the first that applies: stated input uncertainties,
-//! differences between experiments, a corrected discretization error, or noise only. The largest undetected biases (above one
-//! standard error), which are not contained, follow. Without any error or interval there is no sentence.
+//! Input: rows from `quoted_estimates`, or a [`FitReport`]. Each row has the estimate with digits according to its
+//! error, the error in per cent (of a parameter that may be zero in its unit), and the 95 % interval. In place of the
+//! interval stands a one-sided bound or `no error`; `not identifiable` stands in place of the estimate. The sentence
+//! names the first that applies: stated input uncertainties, differences between experiments, a corrected
+//! discretization error, or noise only. The largest undetected biases (above one standard error), which are not
+//! contained, follow. Without any error or interval there is no sentence.
 
 use crate::fit::report::quoted::{QuotedEstimate, QuotedInterval, error_heading, interval_heading};
 use crate::fit::report::{FitReport, digits};
@@ -56,6 +57,7 @@ pub(crate) fn interval_content(report: &FitReport) -> Option<String> {
     let is_corrected = report.discretization_error.iter().any(|e| e.correction.is_some())
         || has_combination && !report.resolution.is_empty();
     let is_estimated = report.discretization_error.iter().any(|e| e.relative.is_some());
+    // One sentence describes all intervals of the table: the first case that applies to any of them.
     let text = match is_expanded {
         _ if report.parameters.iter().all(|e| e.std_error.is_none()) && !has_combination => {
             return None;

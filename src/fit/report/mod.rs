@@ -1,9 +1,10 @@
 //! The report of a fit: its result as data, as JSON and as text.
 //!
-//! [`FitReport`] is assembled from the outcome of a fit (`outcome`), the search and the experiments. It serializes to the
-//! JSON of `rodfit fit --json`. `display` and the files beside it make the text for a terminal. `plot_data`, `replay` and
-//! `recorded_motion` make the data of the page's plots, `fit_summary` the rows of a comparison of several fits.
-//! `renamed_keys` converts stored reports of version 0.1.
+//! [`FitReport`] is assembled from the outcome of a fit (`outcome`), the search and the experiments. It serializes to
+//! the JSON of `rodfit fit --json`. `display` makes the text for a terminal, with the estimates (`quoted`,
+//! `estimate_table`, `experiment_estimates`), their `uncertainty` and `budget`, omitted `effects` and `validation`.
+//! `plot_data`, `replay` and `recorded_motion` make the data of the page's plots, `fit_summary` the rows of a
+//! comparison of several fits. `renamed_keys` converts stored reports of version 0.1.
 
 pub(crate) mod budget;
 mod display;
@@ -226,6 +227,7 @@ impl FitReport {
     /// left out.
     pub fn parameters_of(&self, experiment: &Experiment) -> Vec<(Parameter, f64)> {
         let scene = experiment.problem.scene();
+        // Without names of experiments an estimate belongs to all whose scenes have the parameter.
         let own = self.parameters.iter().filter(|e| match e.experiments.is_empty() {
             true => e.name.of(scene).is_some(),
             false => e.experiments.contains(&experiment.name),
@@ -267,6 +269,7 @@ impl FitReport {
         let value = |e: &Estimate| {
             let unit = e.name.unit();
             let words = match (e.value, e.std_error, e.upper95) {
+                // Data that bound a parameter from below only have no estimate of it.
                 _ if e.lower95.is_some() => {
                     format!("at least {:.2e} {unit}", e.lower95.unwrap_or_default())
                 }
@@ -319,6 +322,7 @@ fn dropped(experiments: &[Experiment]) -> Vec<DroppedRows> {
 /// A `value` as text in exponential form, with `ceil(log10(|value/error|)) + 1` digits after the point, 1 to 15. These reach
 /// at least the second significant digit of its `error`; 15 digits if the number is not finite, as for a value of zero.
 pub(crate) fn digits(value: f64, error: f64) -> String {
+    // The digits of value over error, and one more for the second significant digit of the error.
     let needed = (value.abs() / error.abs().max(f64::MIN_POSITIVE)).log10().ceil() + 1.0;
     let after_point = if needed.is_finite() { needed.clamp(1.0, 15.0) as usize } else { 15 };
     format!("{value:.after_point$e}")

@@ -1,10 +1,11 @@
 //! Data of the plots of a fit, for the page of `rodfit fit --report` or for other programs: data types and their JSON.
 //!
-//! [`PlotData`] has per coordinate the observed and simulated values ([`Series`]), and shapes of the rod ([`RodShape`]). Of
-//! the search it has the ranges, the convergence history, the scan and profile likelihoods. Comparisons with recordings that
-//! drive the ends and the settings of the simulations complete it. Nothing is computed here: `report::replay` and
-//! `report::recorded_motion` fill it, if [`Fit::keep_plot_data`](super::Fit::keep_plot_data) requests it, at the cost of one
-//! simulation.
+//! [`PlotData`] has per coordinate the observed and simulated values ([`Series`]), and shapes of the rod
+//! ([`RodShape`]). Of the search it has the ranges, the convergence history, the scan and profile likelihoods.
+//! Comparisons with recordings that drive the ends and the settings of the simulations complete it. Nothing is
+//! computed here: `report::replay` and `report::recorded_motion` fill it, if
+//! [`Fit::keep_plot_data`](super::Fit::keep_plot_data) requests it, at the cost of one more simulation of each
+//! experiment, and of several free runs of recordings that drive the ends.
 
 use crate::fit::measurement::dataset::Abscissa;
 use crate::fit::report::recorded_motion::RecordingPlots;

@@ -1,11 +1,12 @@
 //! Rows of the table of estimates with their quoted intervals, for the terminal and the pages.
 //!
-//! Input: estimates, and combinations of parameters that the data determine. The quoted interval is the expanded one (GUM),
-//! with the combined standard uncertainty, if inputs have stated uncertainties. It is then followed by a row with the
-//! statistical one, with the standard error. Else the statistical one is quoted. A one-sided bound replaces it. Output:
-//! [`QuotedEstimate`] rows: the parameters in order, then the combinations that have an interval. Value, error and interval
-//! are in the parameter's unit, the relative error is a fraction (only of positive values of positive parameters). Parameters
-//! that are not identifiable have no numbers. [`error_heading`] and [`interval_heading`] are the headings of the columns.
+//! Input: estimates, and combinations of parameters that the data determine. The quoted interval is the expanded one
+//! (GUM), with the combined standard uncertainty, if inputs have stated uncertainties. It is then followed by a row
+//! with the statistical one, with the standard error. Else the statistical one is quoted. A one-sided bound replaces
+//! it. Output: [`QuotedEstimate`] rows: the parameters in order, then the combinations that have an interval. Value,
+//! error and interval are in the parameter's unit, the relative error is a fraction (of combinations, and of positive
+//! values of positive parameters). Parameters that are not identifiable have no numbers. [`error_heading`] and
+//! [`interval_heading`] are the headings of the columns.
 
 use crate::fit::uncertainty::covariance::determined_groups::DeterminedGroup;
 use crate::fit::uncertainty::estimate::Estimate;
@@ -40,6 +41,7 @@ impl QuotedEstimate {
     /// The row of an estimate with its quoted interval: expanded, with the combined standard uncertainty, if a budget line
     /// has a stated uncertainty; else statistical, with the standard error.
     pub fn new(e: &Estimate) -> Self {
+        // Without a stated input uncertainty the statistical interval is the one to quote.
         let has_inputs = e.budget.iter().any(|line| line.std.is_some());
         match e.expanded95.zip(e.combined_std).filter(|_| has_inputs) {
             Some((ends, std)) => {

@@ -1,11 +1,12 @@
 //! Comparison of simulations with the recordings that prescribe the ends, for [plots](super::PlotData).
 //!
 //! Input: experiments with recorded ends, at a point of the unknowns. Each is simulated from its first frames
-//! ([`START_FRAMES`]) on, without further data of the free markers (free run). The runs are over the whole recording, and in
-//! at most [`WINDOWS`] windows of each of the [`DURATIONS`]. An error is the mean of the three absolute coordinate
-//! differences of a marker, m. Output: [`RecordingPlots`] with the mean error by duration of the free run and by speed of the
-//! free markers, which prescribe nothing. It also has the simulated and recorded rod at [`SNAPSHOTS`] times. Fitted and
-//! validation recordings are separate. Recordings that cannot be simulated are left out.
+//! ([`START_FRAMES`]) on, without further data of the free markers (free run). The runs are over the whole recording,
+//! and in at most [`WINDOWS`] windows of each of the [`DURATIONS`]. An error is the mean of the three absolute
+//! coordinate differences of a marker, m. Output: [`RecordingPlots`] with the mean error by duration of the free run
+//! and by speed of the free markers, which prescribe nothing. It also has the simulated and recorded rod at
+//! [`SNAPSHOTS`] times. Fitted and validation recordings are separate. Recordings that cannot be simulated are left
+//! out; None if none remains.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -272,6 +273,7 @@ fn sample_errors(problem: &Problem, free_run: &FreeRun) -> Vec<SampleError> {
     let compared = free_run.errors().filter(|c| free.contains(&c.marker));
     let with_speed = |c: MarkerError| {
         let marker = &track.markers()[c.marker];
+        // The speed is a central difference: frames without both neighbors have none.
         let (before, after) = (marker.seen[c.frame - 1]?, (*marker.seen.get(c.frame + 1)?)?);
         if track.is_spoiled(marker, c.frame) {
             return None;

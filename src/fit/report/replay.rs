@@ -1,11 +1,12 @@
 //! The part of the [data of plots](super::PlotData) from the residuals of an optimum and from one simulation at it.
 //!
-//! Input: a search, its optimum, and the reported noise of each measurement. [`static_plots`] needs no simulation: search
-//! ranges, history, scan, settings, and per coordinate the observed and simulated values (observed plus residual) in the unit
-//! of the data file. Without an optimum there are no such values. [`add_motion`] simulates once at the optimum. It adds the
-//! model's curves between the data, over the recording's clock, s ([`CURVE`] intervals), or the arc length, m. It also adds
-//! shapes of the rod in recorded coordinates: about [`SHAPES`] at evenly spaced times, and the one at rest. A simulation that
-//! fails is an error; results before it remain.
+//! Input: a search, its optimum, and the reported noise of each measurement. [`static_plots`] needs no simulation:
+//! search ranges, history, scan, settings, and per coordinate the observed and simulated values (observed plus
+//! residual) in the unit of the data file. Without an optimum there are no such values. [`add_motion`] simulates once
+//! more at the optimum (an equilibrium or a structure again for all nodes). It adds the model's curves between the
+//! data, over the recording's clock, s ([`CURVE`] intervals), or the arc length, m. It also adds shapes of the rod in
+//! recorded coordinates: about [`SHAPES`] at evenly spaced times, and the one at rest. A simulation that fails is an
+//! error; results before it remain.
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
@@ -171,12 +172,14 @@ pub(crate) fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Re
         for measurement in &experiment.measurements {
             let curves = match (measurement.motion(), measurement.shape(), &resting) {
                 (Some(own), ..) => motion_curves(own, &run, &view)?,
+                // A shape at rest is a curve over the arc length, through all nodes.
                 (_, Some(_), Some(shape)) => [0, 1, 2].map(|c| {
                     let points = run.problem.arc_lengths().iter().zip(&shape.nodes);
                     points.map(|(s, x)| [*s, x[c]]).collect()
                 }),
                 _ => CoordinateCurves::default(),
             };
+            // Every coordinate takes the next series, also those without a curve, as frequencies.
             for coordinate in measurement.coordinates(&experiment.problem) {
                 let axis = ["x", "y", "z"].iter().position(|axis| *axis == coordinate.axis);
                 if let (Some(series), Some(c)) = (all.next(), axis) {
@@ -206,6 +209,7 @@ fn motion_curves(
     let times = own.samples.iter().map(|s| s.time);
     let (first, last) = times.fold((f64::MAX, 0.0_f64), |(a, b), t| (a.min(t), b.max(t)));
     for k in 0..=CURVE {
+        // The abscissa is that of the data, the recording's clock, which may have an offset.
         let clock = first + (last - first) * k as f64 / CURVE as f64;
         let position = trajectory.record().read().marker(&marker, view.time(clock))?;
         for (curve, x) in curves.iter_mut().zip(view.recorded(position)) {
@@ -236,6 +240,7 @@ fn structure_shapes(
     if let Some(moving) = &run.moving {
         let (times, taken) = (moving.times(), &moving.record().taken);
         let plain = |_: &str, value: f64, _| value;
+        // The run has recorded the nodes of the measurements only; shapes need all nodes.
         let motions = repeated_motion(structure, &all, times, taken, plain)?;
         for k in 0..SHAPES {
             let step = k * (times.len() - 1) / (SHAPES - 1);
@@ -259,6 +264,7 @@ fn equilibrium_shape(
         return Ok(None);
     }
     let nodes: Vec<usize> = (0..run.problem.nodes()).collect();
+    // The run has the nodes of the measurements only; the shape needs all.
     let rest = Trajectory::at_rest(&run.problem, &nodes, &[])?;
     let nodes = nodes.iter().map(|i| view.recorded(rest.node(*i, 0))).collect();
     Ok(Some(RodShape { experiment: experiment.name.clone(), time: None, nodes }))

@@ -1,12 +1,13 @@
 //! Coarse models of the experiments: few edges and large time steps, for the many simulations of a scan.
 //!
-//! Input: a search with its experiments and the first period of each. The mesh has at least [`COARSE_SEGMENTS`] edges,
-//! [`COARSE_PER_MODE`] edges per measured mode, and a turning angle per edge of at most [`COARSE_TURN`]
-//! ([`COARSE_CORRECTED_TURN`] for corrected elements); a mesh that is coarser already stays. The step is a fraction of the
-//! first period, at most one that resolves moving supports, never below that of the scene. It keeps the numerical damping of
-//! the scene, and it stays if Newmark's beta is unknown. Meshes of rods driven by a recording stay too. Output:
-//! [`CoarseModel`]. Its points are converted to the full model by a shift of `ln E` only, by the ratio of the free lengths of
-//! the rod on both meshes.
+//! Input: a search with its experiments and the first period of each. The mesh has at least [`COARSE_SEGMENTS`] edges
+//! (per rod of a structure), [`COARSE_PER_MODE`] edges per measured mode, and a turning angle per edge of at most
+//! [`COARSE_TURN`] ([`COARSE_CORRECTED_TURN`] for corrected elements). A mesh that is coarser already stays. The step
+//! is a fraction of the first period, at most one that resolves moving supports, never below that of the scene. It
+//! keeps the numerical damping of the scene, and it stays if Newmark's beta is unknown. If it does not, a scheme with
+//! a stability limit becomes the default one. Meshes of rods driven by a recording stay too. Output: [`CoarseModel`].
+//! Its points are converted to the full model by a shift of `ln E` only, by the ratio of the free lengths of the rod
+//! on both meshes.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -77,6 +78,7 @@ impl CoarseModel {
     /// The point of the coarse model whose [point of the full model](Self::to_full_model) is `x`, both on the unknowns'
     /// scales: `ln E` changes by the opposite shift, other unknowns stay.
     pub fn reduced_point(&self, search: &Search, x: Vec<f64>) -> Vec<f64> {
+        // The shift does not depend on the point: x less the shift is 2 x less the shifted point.
         let full = self.to_full_model(search, x.clone());
         x.iter().zip(full).map(|(x, full)| 2.0 * x - full).collect()
     }
@@ -100,6 +102,7 @@ fn free_length_ratio(problem: &Problem) -> f64 {
 fn coarse(experiment: &Experiment, unknowns: &[&Unknown], step: f64) -> Result<Problem, Error> {
     let problem = &experiment.problem;
     let mut scene = problem.scene().clone();
+    // Only shapes with a formula, as arcs and helices, have elements that are corrected for curvature.
     let has_formula = scene.rod.shape.turning().is_some();
     let largest_turn = match has_formula && scene.discretization() != Discretization::Paper {
         true => COARSE_CORRECTED_TURN,
@@ -121,6 +124,7 @@ fn coarse(experiment: &Experiment, unknowns: &[&Unknown], step: f64) -> Result<P
         let step = step.min(largest_step).max(time.step_size());
         // The numerical damping is proportional to (beta - 1/2) h, which stays.
         time.beta = 0.5 + (time.beta - 0.5) * time.step_size() / step;
+        // Large steps are beyond the limit of a conditionally stable scheme.
         if time.scheme.traits().stability_limit.is_some() {
             time.scheme = Scheme::default();
         }

@@ -1,11 +1,12 @@
 //! Plausibility checks of data and scene before the search, without a simulation.
 //!
-//! Input: the fitted experiments and the unknowns. Recordings without motion of a driven rod are a fatal reason: the fit is not
-//! searched. For rods released at rest, three properties of each recorded motion are checked. These are the distance of the
-//! first samples from the point's position in the scene ([`START_DISTANCE`] of the length), rest after t = 0 (onset of motion),
-//! and the time scale under gravity ([`TIME_SCALE`]). Experiments with an unknown of the camera or the clamp angle are not
-//! checked. Output: [`DataPrecheck`] with the fatal reason, or suspicions with likely causes and corrections. The report has
-//! the suspicions if the fit does not explain the data. A start beyond the second [`START_DISTANCE`] is an error.
+//! Input: the fitted experiments and the unknowns. Recordings without motion of a driven rod are a fatal reason: the
+//! fit is not searched. For rods released at rest, three properties of each recorded motion are checked. These are
+//! the distance of the first samples from the point's position in the scene ([`START_DISTANCE`] of the length), rest
+//! after t = 0 (onset of motion), and the time scale under gravity ([`TIME_SCALE`]). Experiments of structures, and
+//! those with an unknown of the camera or the clamp angle, have no such checks. Output: [`DataPrecheck`] with the
+//! fatal reason, or suspicions with likely causes and corrections. The report has the suspicions if the fit does not
+//! explain the data. A start beyond the second [`START_DISTANCE`] is an error.
 //!
 //! Time scale: consider a straight rod at rest that is released under its weight alone. The mean of a point's way down times
 //! the square of its circular frequency is about the acceleration of gravity, whatever the material of the rod. It is 1.55 of

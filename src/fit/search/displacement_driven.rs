@@ -1,10 +1,12 @@
 //! Search of fits of rods whose ends are prescribed by a recording (displacement driven).
 //!
-//! Input: a search whose moving rods all have recorded ends. The recording forces the motion: no period can be missed, as in
-//! a free vibration. The fit therefore begins at one start over the whole recordings: given start, else prior mean, else the
-//! scene's value. Young's modulus without start and prior is scanned over the first period, and up to [`DESCENTS`] minima of
-//! the scan (at most [`COMPETITIVE`] times the lowest) are refined. Output: the optimum with the lowest objective, and its
-//! leverage weights in the search. No start that leads to an optimum is an error.
+//! Input: a search whose moving rods all have recorded ends. The recording forces the motion: no period can be
+//! missed, as in a free vibration. The fit therefore begins at one start over the whole recordings: given start, else
+//! prior mean, else the scene's value. If Young's modulus has neither start nor prior, or another parameter no value
+//! to start from, the full model is scanned over the first period instead. Only Young's modulus has several values
+//! there. Then up to [`DESCENTS`] minima of the scan (at most [`COMPETITIVE`] times the lowest) are refined. Output:
+//! the optimum with the lowest objective, and its leverage weights in the search. No start that leads to an optimum
+//! is an error.
 //!
 //! Where such a rod whips, the motion depends extremely on the parameters and on effects that the model lacks: values there
 //! have derivatives far above all others, and would dominate the fit. The leverage of a value is the root of a sum over the

@@ -90,6 +90,7 @@ impl Search<'_> {
         }
         let search = Search { unknowns: &unknowns, ..self.detached() };
         let optimum = search.polish(start);
+        // The work counts also where the fit fails.
         self.work.add(search.work.total());
         optimum
     }
@@ -114,6 +115,7 @@ impl<'a> Fitted<'a> {
     /// at the limit of its length. The search then stops short of the optimum along the others.
     pub fn without_undetermined(self, held: &[usize]) -> Result<Optimum, Error> {
         let found = self.search.optimum_with_all_held(held, &self.optimum.x)?;
+        // Both optima are in one basin, of which the journal keeps the last.
         self.search.follow(&self.optimum.x, &found.x, &found);
         Ok(found)
     }

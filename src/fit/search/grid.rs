@@ -111,6 +111,7 @@ impl ScanGrid {
         let (own, misfit) = (self.indices(point), self.points[point].misfit);
         self.neighbors(&own).iter().all(|other| {
             let other_misfit = self.misfit(other);
+            // Equal neighbors, as on a plateau, are one minimum: the first of them.
             misfit < other_misfit || misfit == other_misfit && own < *other
         })
     }

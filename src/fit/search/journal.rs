@@ -164,6 +164,7 @@ impl Journal {
     /// they moved on another mesh or with other weights.
     pub fn move_minimum(&self, before: &[f64], minimum: Minimum) {
         let mut records = self.records();
+        // A minimum that moved must not be listed a second time.
         records.minima.retain(|other| distance(&other.x, before) > SAME);
         records.minima.push(minimum);
     }
@@ -191,6 +192,7 @@ impl Journal {
     /// other sigmas are not comparable; history and minima stay.
     pub fn reweight(&self, sigmas: &[f64]) {
         let mut records = self.records();
+        // Costs in other units cannot be compared. Sums of squares in the history can be converted.
         records.best = None;
         records.sigmas = sigmas.to_vec();
     }

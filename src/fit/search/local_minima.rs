@@ -121,11 +121,11 @@ pub(crate) fn local_minima(
     let mut list: Vec<LocalMinimum> = reached.iter().enumerate().map(fitted).collect();
     let is_comparable = |other: &&Minimum| chosen.is_none_or(|own| own.numerics == other.numerics);
     let next_is_comparable = reached.get(1).is_none_or(is_comparable);
-    // Minima of the scan near a minimum of the full model were refined to it.
     // Local minima of the grid, the best one first.
     let scanned = grid.map_or(Vec::new(), ScanGrid::minima);
     let points = grid.map_or(0, |grid| grid.points.len());
     let least = scanned.first().map_or(0.0, |minimum| minimum.misfit);
+    // Minima of the scan near a minimum of the full model were refined to it.
     let is_unrefined = |own: &&GridMinimum| {
         let is_near = |other: &&Minimum| {
             let mut pairs = own.x.iter().zip(&other.x).zip(&own.spacing);

@@ -30,6 +30,7 @@ impl Squares {
             square(own) * sigma * sigma
         });
         let measurements = measurements.collect();
+        // A robust loss does not scale with sigma as squares do: its ratio to them is kept as a factor.
         let whole = square(residuals);
         let robust = if whole > 0.0 { 2.0 * cost / whole } else { 1.0 };
         Self { measurements, priors: square(rest), robust }

@@ -1,12 +1,13 @@
 //! Comparison of the chosen minimum with other recorded minima, which may be lower on the final mesh.
 //!
-//! A search begins on a coarse mesh and with preliminary weights. The order of two minima may change with the mesh and the
-//! weights. So the recorded minima whose objective is below that of the chosen one (on other meshes: below [`NEAR_OBJECTIVE`]
-//! times) are fitted again, on the final mesh and with the final weights, at most [`MOST_FOLLOWED`], the lowest first. Their
-//! records are replaced by the ends of these fits; fits that fail are skipped. Output: [`MinimumComparison`] with the lowest
-//! end if it is lower than the chosen one, and converged if that has. Minima within [`SAME`] of the chosen one do not compete.
-//! A clearly lower end without convergence (twice the difference above [`EXPLAINED_BY_NOISE`] noise variances) is returned
-//! for a warning. `follow` records the end of a fit on a new mesh: in place of the former minimum, or as another one.
+//! A search begins on a coarse mesh and with preliminary weights. The order of two minima may change with the mesh
+//! and the weights. So the recorded minima whose objective is below that of the chosen one (on other meshes: below
+//! [`NEAR_OBJECTIVE`] times) are fitted again, on the final mesh and with the final weights, at most
+//! [`MOST_FOLLOWED`], the lowest first. Their records are replaced by the ends of these fits; fits that fail are
+//! skipped. Output: [`MinimumComparison`] with the lowest end if it is lower than the chosen one, and converged if
+//! that has. Minima within [`SAME`] of the chosen one do not compete. A clearly lower end without convergence (twice
+//! the difference above [`EXPLAINED_BY_NOISE`] noise variances) is returned for a warning, if the chosen one has
+//! converged. `follow` records the end of a fit on a new mesh: in place of the former minimum, or as another one.
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;
@@ -59,6 +60,7 @@ impl<'a> Search<'a> {
         optimum: &Optimum,
         variance: f64,
     ) -> Result<MinimumComparison<'a>, Error> {
+        // A descent that hardly lowers the objective does not change the order of the minima, and may end.
         let search = Self { ends_crawling: true, ..self.clone() };
         let mut comparison =
             MinimumComparison { lower: None, unreached: None, search: search.clone() };
@@ -90,6 +92,7 @@ impl<'a> Search<'a> {
     /// expected at `expected`. Within half of the expected shift (at least [`SAME`]) of `expected` it replaces the minimum at
     /// `before`; elsewhere it is added as another one. All points are on the unknowns' scales.
     pub fn follow(&self, before: &[f64], expected: &[f64], found: &Optimum) {
+        // A basin moves with the mesh by about the expected shift. An end farther away is in another basin.
         let moved = SAME.max(0.5 * distance(before, expected));
         match distance(&found.x, expected) <= moved {
             true => self.journal.move_minimum(before, self.minimum(found)),

@@ -9,9 +9,12 @@
 //! - estimation of sigmas that are not given (`weighted_search`, the entry point);
 //! - comparison with other minima on the final mesh (`minimum_comparison`).
 //!
-//! Rods with recorded ends have their own search (`displacement_driven`). Output: an optimum on the unknowns' scales, which
-//! are natural logarithms of positive parameters and values of others. A measured motion in a scene without time, a stop by
-//! the user, and a search in which no start leads to an optimum are errors.
+//! Rods with recorded ends have their own search (`displacement_driven`). `data_precheck` examines the data before
+//! the search. `residual_acceptance` decides whether it continues, `neighbors` returns further starts, `damping`
+//! raises dampings near zero, and `sensitivity_growth` has weights for chaotic motions. `fitted` is the input of the
+//! analyses; `minimum` and `local_minima` are the records of minima and their report. Output: an optimum on the
+//! unknowns' scales, which are natural logarithms of positive parameters and values of others. A measured motion in a
+//! scene without time, a stop by the user, and a search in which no start leads to an optimum are errors.
 
 pub(crate) mod coarse;
 pub(crate) mod damping;
@@ -114,6 +117,7 @@ impl<'a> Search<'a> {
     /// adds their work.
     pub fn detached(&self) -> Self {
         Self {
+            // The caller adds the work of threads in a fixed order, and decides which points enter the journal.
             work: WorkCounter::default(),
             progress: None,
             journal: Arc::default(),
@@ -160,6 +164,7 @@ impl<'a> Search<'a> {
     /// if all have fewer, it is the duration. Zero without recorded motions.
     pub fn first_periods(&self, stretch: f64) -> Vec<f64> {
         let enough = FIRST_SAMPLES + FIRST_SAMPLES_PER_UNKNOWN * self.unknowns.len();
+        // Fewer samples than these may not determine all unknowns.
         let wait = |o: &PointMotion| o.samples.get(enough).map_or(f64::MAX, |s| s.time);
         let first = |experiment: &Experiment| {
             let least = |part: &dyn Fn(&PointMotion) -> f64| {

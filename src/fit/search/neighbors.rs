@@ -119,6 +119,7 @@ impl Search<'_> {
         let model = coarse.search(self);
         let residuals = model.residuals(horizons)?;
         let evaluate = |x: Vec<f64>| {
+            // The minimum of the coarse model is shifted by its mesh: the point is shifted likewise.
             let reduced = coarse.reduced_point(self, x.clone());
             let found = none_on_failure(residuals.residuals(&reduced))?;
             let objective =

@@ -1,13 +1,14 @@
 //! Classification of the residuals at an optimum: rounding errors, noise, or motion that the model does not explain.
 //!
-//! Input: an optimum with the residuals of all measurements. Acceptable are an RMS residual of at most [`UNEXPLAINED`] of the
-//! motion or [`ACCEPTABLE_SIGMAS`] given sigmas, or white noise of at most [`WRONG_MINIMUM`] of the motion. Noise is decided by
-//! the tests of `misfit::residual_tests`, with at least [`ENOUGH`] values per coordinate. Plausible is at most
-//! [`WRONG_MINIMUM`] of the motion; rounding is at most [`ROUNDING`] of the rod's length. Every measurement must satisfy a
-//! criterion; those without motion are acceptable and plausible. RMS residuals are in the unit of the measurement, by a median
-//! with a robust loss. The search uses these predicates to stop or to continue with other starts. [`residual_tests()`] returns
-//! the tests per coordinate (none of frequencies). They and [`is_noisy`] serve the warnings and the grade, also for AR(1)
-//! noise.
+//! Input: an optimum with the residuals of all measurements. Acceptable are an RMS residual of at most
+//! [`UNEXPLAINED`] of the motion or [`ACCEPTABLE_SIGMAS`] given sigmas, or white noise of at most [`WRONG_MINIMUM`]
+//! of the motion. Noise is decided by the tests of `misfit::residual_tests`, with at least [`ENOUGH`] values per
+//! coordinate. Plausible is at most [`WRONG_MINIMUM`] of the motion; rounding is at most [`ROUNDING`] of the scale of
+//! the values. That is the rod's length, or a larger motion; of frequencies and readings it is their size. Every
+//! measurement must satisfy a criterion; those without motion are acceptable and plausible. RMS residuals are in the
+//! unit of the measurement, by a median with a robust loss. The search uses these predicates to stop or to continue
+//! with other starts. [`residual_tests()`] returns the tests per coordinate (none of frequencies). They and
+//! [`is_noisy`] serve the warnings and the grade, also for AR(1) noise.
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all};
@@ -40,6 +41,7 @@ impl Search<'_> {
         let spreads = self.spreads(optimum);
         self.measured(optimum).zip(spreads).all(|(own, rms)| {
             let size = own.size();
+            // Noise alone may be a large part of a small motion: a stated sigma accepts it.
             let sigma = own.measurement.sigma().unwrap_or(0.0);
             rms <= (UNEXPLAINED * size).max(ACCEPTABLE_SIGMAS * sigma)
                 || size == 0.0
@@ -61,6 +63,7 @@ impl Search<'_> {
     /// objective, `counts` the number of residuals of each measurement in it, which may be a part of the record.
     pub fn unexplained_fraction(&self, cost: f64, counts: &[usize]) -> f64 {
         let own = all(self.experiments).zip(&self.sigmas).zip(counts);
+        // The size of the motion in sigmas is about the RMS residual of a rod that does not move.
         let square = |(((e, m), sigma), count): (((&Experiment, &Measurement), &f64), &usize)| {
             *count as f64 * (m.size(&e.problem) / sigma).powi(2)
         };
@@ -179,6 +182,7 @@ pub(crate) fn is_noisy(
     significance: f64,
 ) -> bool {
     let tests = residual_tests(own, correlation, significance);
+    // Few values pass any test, and residuals of the size of the motion are no noise whatever the tests find.
     rms <= WRONG_MINIMUM * own.size()
         && own.residuals.len() >= ENOUGH * tests.len().max(1)
         && tests.iter().all(ResidualTests::is_noise)

@@ -1,13 +1,15 @@
 //! The scan: the misfit of the coarse model over the first period at every point of a grid of values of the unknowns. Over
 //! the first period the misfit has few minima, with wide basins, and the grid is fine enough for all of them.
 //!
-//! The values of an unknown are a range about its start or prior ([`MODULUS_RANGE`], [`HINT_RANGE`]), or else the range of
-//! its kind of parameter, within the bounds. Some kinds have only their start or the scene's value. With driven ends all but
-//! Young's modulus have one value. The grid has at most [`MOST_POINTS`] points: longer lists are halved. A shear modulus
-//! beside an unknown Young's modulus, without start and prior, is [`SHEAR_OF_YOUNGS`] times that. Output: [`Candidate`]s, all
-//! simulated points with misfit and a lower bound for a descent from them, on the unknowns' scales, and the grid in the
-//! journal. No point that can be simulated is an error. Threads share the points. The results are processed in the order of
-//! the grid, so that neither the results nor the history depend on the number of threads.
+//! The values of an unknown are a range about its start or prior ([`MODULUS_RANGE`], [`HINT_RANGE`]), or else the
+//! range of its kind of parameter, within the bounds. With a start or prior, a parameter that may be negative has
+//! only that value. Some kinds have only their start or the scene's value. With driven ends all but Young's modulus
+//! have one value. A refined scan adds values half-way. The grid has at most [`MOST_POINTS`] points: longer lists are
+//! halved. A shear modulus beside an unknown Young's modulus, without start and prior, is [`SHEAR_OF_YOUNGS`] times
+//! that. Where the coarse model fails at a given start, the full model is evaluated. Output: [`Candidate`]s, all
+//! points with a finite misfit, with it and a lower bound for a descent from them, on the unknowns' scales, and the
+//! grid in the journal. No point that can be simulated is an error. Threads share the points. The results are
+//! processed in the order of the grid, so that neither the results nor the history depend on the number of threads.
 
 use crate::error::Error;
 use crate::fit::misfit::residuals::Residuals;
@@ -83,6 +85,7 @@ fn evaluate_points(
         let found = misfit(&residuals, x);
         let work = coarse.work.take();
         match found {
+            // A given start must not be lost because the coarse model fails there.
             Err(error) if !matches!(error, Error::Interrupted) && is_start(full.unknowns, x) => {
                 let search = full.detached();
                 let found = search.residuals(first).and_then(|residuals| misfit(&residuals, x));

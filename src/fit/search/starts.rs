@@ -1,12 +1,15 @@
 //! The global search of the optimum, without a given start, or where the given one may be far from the optimum.
 //!
-//! The misfit over Young's modulus has many minima: a wrong stiffness can match a long vibration every few periods. Over the
-//! first period there is only one. So a coarse model is scanned over the first period. It descends from the best candidate
-//! and from those that may end lower, over a growing horizon. The full model follows from the best two, over growing parts of
-//! the records, from the horizon up to which the coarse model is trusted. The remaining candidates descend only if the
-//! residuals of the optimum are more than noise. Then the given start is tried, finer scans follow ([`LEVELS`]) while the
-//! optimum is not acceptable, and starts near an acceptable minimum (`neighbors`). Output: the optimum with the lowest
-//! objective of all starts, or the last error.
+//! The misfit over Young's modulus has many minima: a wrong stiffness can match a long vibration every few periods.
+//! Over the first period there is only one. So a coarse model is scanned over the first period. It descends from the
+//! best candidate and from those that may end lower, over a growing horizon. The full model follows from the best
+//! two, over growing parts of the records, from the horizon up to which the coarse model is trusted. The remaining
+//! candidates descend only if the residuals of the optimum are more than noise. Then the given start is tried, finer
+//! scans follow ([`LEVELS`]) while the optimum is not acceptable, and starts near an acceptable minimum
+//! (`neighbors`). The search ends at the first converged optimum with acceptable residuals that are white noise (if
+//! it stops at the first fit, as on an open mesh: with plausible ones). After an optimum it begins no finer scan
+//! beyond [`MOST_WORK`], or if the data are suspicious. Output: the optimum with the lowest objective of all starts,
+//! or the last error.
 
 use crate::error::Error;
 use crate::fit::search::Search;

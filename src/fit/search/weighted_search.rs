@@ -59,6 +59,7 @@ impl Search<'_> {
     /// lengths. The result is at least [`EXACT`] times the scale; zero residuals keep the present sigma.
     pub fn estimated_sigmas(&self, optimum: &Optimum) -> Vec<f64> {
         let total = optimum.residuals.len() as f64;
+        // Fitted unknowns make residuals smaller than the noise.
         let freedom = (1.0 - self.unknowns.len() as f64 / total).max(1.0 / total);
         let mut spreads = self.spreads(optimum).into_iter();
         let mut sigmas = self.sigmas.clone();

@@ -1,8 +1,9 @@
 //! Natural frequencies of a structure in a plane with their derivatives by parameters, for comparison with measured ones.
 //!
-//! Input: a structure, modes by their numbers (from 1, in the plane of the structure), and a list of parameters. Output: one
-//! [`NaturalFrequency`] per mode in the same order, rad/s, with its derivatives by all parameters (one run over dual numbers
-//! for each). Names of modes with a filter (plane, kind or direction) and structures in space are errors.
+//! Input: a structure, modes by their numbers (from 1, in the plane of the structure), and a list of parameters.
+//! Output: one [`NaturalFrequency`] per mode in the same order, rad/s, with its derivatives by all parameters (one
+//! run over dual numbers for each). Names of modes with a filter (plane, kind or direction), structures in space, and
+//! fewer stable modes than the highest number are errors.
 
 use crate::error::{Error, ensure};
 use crate::scene::Parameter;
@@ -27,6 +28,7 @@ pub(crate) fn structure_frequencies(
         derivatives: Vec::with_capacity(parameters.len()),
     };
     let mut frequencies: Vec<NaturalFrequency> = modes.iter().map(of_mode).collect();
+    // One run for each parameter; the frequencies themselves are those of the plain run.
     for parameter in parameters {
         let duals = structure.natural_frequencies_over(count, |path, value, _| {
             Dual64::new(value, f64::from(u8::from(path == parameter.path())))

@@ -28,6 +28,7 @@ pub(crate) fn check_place(
         let found = "a point of a structure";
         return ensure(place.is_none(), point, found, allowed).map(|()| false);
     };
+    // A point of one rod is ambiguous in a structure: the message lists the names of the rods.
     let Some(place) = place else {
         let names: Vec<&str> = structure.scene().rods.iter().map(|rod| &rod.name[..]).collect();
         let allowed = format!(
@@ -71,6 +72,7 @@ pub(crate) fn rest_position(
         (Some(place), Some(structure)) => {
             let stencil = structure.nodes().stencil(place, "point")?;
             let rest = structure.at_rest();
+            // Only positions are needed: the velocities at rest are zero.
             let zero = vec![0.0; rest.q.len()];
             let motions = structure.node_motions(&rest.assembly, [&rest.q, &zero], &rest.frames);
             Ok(stencil.place(|node| motions[node][0]))

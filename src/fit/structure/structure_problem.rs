@@ -37,6 +37,7 @@ pub(crate) fn representative_problem(scene: StructureScene) -> Result<Problem, E
     let material = scene.material_of(first)?;
     let mut rod = Scene::new(structure.segments(), shape, first.section.clone(), material);
     rod.rod.dimension = Dimension::Planar;
+    // The plane of a planar rod is that of its direction and gravity.
     rod.loads.gravity = across.map(|x| -ORIENTING_GRAVITY * x);
     rod.loads.damping = scene.loads.damping.clone();
     rod.initial = Initial { state: scene.initial.state, ..Initial::default() };
@@ -55,12 +56,14 @@ pub(crate) fn structure_of(problem: &Problem) -> Result<Option<Structure>, Error
     let Some(scene) = &problem.scene().structure else { return Ok(None) };
     let mut scene = (**scene).clone();
     if let (Some(own), Some(time)) = (&scene.time, &problem.scene().time) {
+        // The fit refines step and scheme of the problem; these two numbers stay those of the structure.
         let (beta, rho_inf) = (own.beta, own.rho_inf);
         scene.time = Some(Time { beta, rho_inf, ..time.clone() });
     }
     let edges: usize = scene.rods.iter().map(|rod| rod.segments).sum();
     if problem.segments() != edges {
         let ratio = problem.segments() as f64 / edges as f64;
+        // The problem has one number of edges: its ratio is the refinement of every rod.
         for rod in &mut scene.rods {
             let count = (ratio * rod.segments as f64).round().max(FEWEST_EDGES);
             rod.remeshed = Some(count as usize);

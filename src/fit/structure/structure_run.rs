@@ -30,6 +30,7 @@ type MotionRates = Vec<Vec<NodeMotion<f64>>>;
 /// The number of a path with the seeded derivatives of `parameters`.
 fn seeded(parameters: &[Parameter], path: &str, value: f64) -> PairDual {
     let mut number = PairDual::from(value);
+    // All other numbers of the structure are constants in this run.
     if let Some(k) = parameters.iter().position(|parameter| parameter.path() == path) {
         number = number.derivative(k);
     }
@@ -115,6 +116,7 @@ pub(crate) fn simulated_motion(
             false => motion.step_to(time.at(k)),
         };
         if let Err(error) = outcome {
+            // A run that fails is not free: its steps count, and the failed one.
             count(motion.simulation().work().steps + 1);
             return Err(error);
         }
@@ -124,6 +126,7 @@ pub(crate) fn simulated_motion(
     record.taken = motion.taken().to_vec();
     count(record.work.steps);
     let (times, taken) = (record.times().to_vec(), record.taken.clone());
+    // The dual runs repeat the steps taken, so that the derivatives are those of the recorded motion.
     let derivatives = rates(parameters, |pair| {
         let seed = |path: &str, value: f64, _: Quantity| seeded(pair, path, value);
         repeated_motion(structure, tracked, &times, &taken, seed)

@@ -1,11 +1,13 @@
-//! Options of a fit for computations in addition to the estimate: the table `[analysis]` of a fit file, or `Fit::analyse`.
+//! Options of a fit for computations in addition to the estimate: the table `[analysis]` of a fit file, or
+//! `Fit::analyse`.
 //!
-//! [`Analysis`] turns on profile likelihood, bootstrap (number of replicates), observed information, Monte Carlo (number of
-//! fits) and the sensitivity analysis (inputs, score tests, undetected bias). It selects the method of the discretization
-//! error ([`Refinement`]: linearized, refitted or none). It has plausible sizes of omitted effects by parameter name, in
-//! their units, and the seed of the random numbers. The convergence criterion is the largest parameter step in standard
-//! errors ([`TOLERANCE`] by default). By default only the linearized discretization error is on, and the sensitivity
-//! analysis where it is cheap. Unknown keys are errors. The functions of `assessment` read the options.
+//! [`Analysis`] turns on profile likelihood, bootstrap (number of replicates, and of the first one of a shared
+//! bootstrap), observed information, Monte Carlo (number of fits) and the sensitivity analysis (inputs, score tests,
+//! undetected bias). It selects the method of the discretization error ([`Refinement`]: linearized, refitted or
+//! none). It has plausible sizes of omitted effects by parameter name, in their units, and the seed of the random
+//! numbers. The convergence criterion of the search is the largest parameter step in standard errors ([`TOLERANCE`]
+//! by default). By default only the linearized discretization error is on, and the sensitivity analysis where it is
+//! cheap. Unknown keys are errors; values are checked elsewhere.
 
 use serde::Deserialize;
 use std::collections::BTreeMap;

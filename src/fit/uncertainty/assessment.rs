@@ -1,11 +1,13 @@
 //! Assessment of an optimum: all analyses of a fit in their order, with their warnings.
 //!
-//! [`assess`] receives a converged or unconverged optimum (unknowns, residuals, Jacobian) with its local analysis, and
-//! returns a [`FitAssessment`] for the report of a fit. The order: sensitivities to known inputs; residuals without the
-//! probable errors of known inputs and, unless they are then noise, without discretization errors; estimates and intervals;
-//! discretization error, score tests and other input sensitivities in parallel; tests of the residuals; requested intervals;
-//! uncertainty budgets; validity of the model; predictions of validation data. [`expected`] is the shorter assessment of a
-//! planned experiment, which has no data.
+//! [`assess`] receives a converged or unconverged optimum (unknowns, residuals, Jacobian) with its local analysis,
+//! and returns a [`FitAssessment`] for the report of a fit. The order: sensitivities to known inputs; residuals
+//! without the probable errors of known inputs and, unless they are then noise, without the discretization errors of
+//! a chosen mesh or step; estimates and intervals; discretization error, score tests and other input sensitivities in
+//! parallel; tests of the residuals; requested intervals; uncertainty budgets; validity of the model; predictions of
+//! validation data. An analysis that is not possible or fails has an empty result. Errors are a failed local analysis
+//! of the corrected residuals, and a stop during it or during the estimate of the discretization error. [`expected`]
+//! is the shorter assessment of a planned experiment, which has no data.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -113,7 +115,8 @@ pub(crate) struct AssessmentInputs<'a> {
 /// the inputs with a standard uncertainty. The residuals that are tested lack the probable errors of these inputs; unless
 /// they are then noise, they also lack the discretization errors. If discretization explains a misfit, its warnings become
 /// one note. Profiles, bootstrap and observed information need convergence and no unidentifiable direction. A failed analysis
-/// is left out, with a warning. Errors: failure of the local analysis or of the discretization error, and an interruption.
+/// is left out. Errors: failure of the local analysis, and a stop during it or the estimate of the discretization
+/// error.
 pub(crate) fn assess(
     fitted: Fitted,
     AssessmentInputs { local, bias: chosen, warnings, suspicions, experiments }: AssessmentInputs,
@@ -123,6 +126,7 @@ pub(crate) fn assess(
     let search = fitted.search;
     let unknowns = search.unknowns;
     let correction = chosen.clone().unwrap_or_default();
+    // Cost of the search alone: later analyses run unrequested only where they are cheap compared with it.
     let spent = search.simulations();
 
     // Sensitivities to inputs: one run. Without known inputs the tests of the residuals do not need them, and it runs later,

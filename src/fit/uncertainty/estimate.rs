@@ -1,13 +1,14 @@
 //! Estimate of a parameter in a report: its value, and its uncertainty by every method.
 //!
-//! [`local_estimates`] creates one [`Estimate`] per unknown, in its unit, from the optimum and its local analysis. The value
-//! is corrected for the discretization bias of a mesh and step that the program chose; an unidentifiable unknown has none.
-//! The 95 % interval is `x +- sqrt((k sd)^2 + e^2)` on the scale of the unknown, the logarithm of a positive parameter, cut
-//! at the limits of the parameter. Here `k` is the coverage factor, `sd` the standard deviation and `e` the remaining
-//! discretization error. With an upper bound the interval is from 0 to the bound; with a lower bound, or without
-//! convergence, there is none. Later analyses (cluster jackknife, budget, bootstrap) add their fields. [`ParameterBias`]
-//! converts a shift of an unknown on its scale to a bias in its unit, and to a fraction of the true value for positive
-//! parameters.
+//! [`local_estimates`] creates one [`Estimate`] per unknown, in its unit, from the optimum and its local analysis.
+//! The value is corrected for the discretization bias of a mesh and step that the program chose, unless it has a
+//! lower bound. An unidentifiable unknown has no value. The 95 % interval is `x +- h`, `h = sqrt((k sd)^2 + e^2)`, on
+//! the scale of the unknown (logarithm of a positive parameter). Here `k` is the coverage factor, `sd` the standard
+//! deviation and `e` the remaining discretization error. For a damping with a large relative error, but no bound, it
+//! is `value (1 +- h)`. Both are cut at the limits of the parameter. With an upper bound the interval is from 0 to
+//! the bound; with a lower bound, or without convergence, there is none. Later analyses (cluster jackknife, budget,
+//! bootstrap) add their fields. [`ParameterBias`] converts a shift of an unknown on its scale to a bias in its unit,
+//! and to a fraction of the true value for positive parameters.
 
 use crate::fit::measurement::experiment::named;
 use crate::fit::search::fitted::Fitted;
@@ -216,6 +217,7 @@ pub(crate) fn local_estimates(
             Some(OneSidedBound { value, upper95: Some(upper), .. }) => {
                 let shifted = value + value * bias.correction(i);
                 let bound = (upper - value).hypot(value * remaining) + shifted;
+                // Far beyond the linear range a correction may exceed the bound: it is then not applied.
                 let upper = if bound > 0.0 { bound } else { upper };
                 let interval95 = Some([0.0, upper]);
                 Estimate { interval95, upper95: Some(upper), ..own(Some(shifted.max(0.0))) }

@@ -1,11 +1,12 @@
 //! List of the warnings of a result, by severity, with summaries of warnings that many experiments share.
 //!
-//! [`Warnings`] collects findings, each with a [`Severity`], a code and a text. Later findings may replace earlier ones by a
-//! note: if discretization errors explain a misfit, warnings of the severities `Misfit` and `Ambiguous` are removed, but not
-//! those of large residuals. [`Warnings::into_report`] sorts them, the most severe first and minor ones last, else in the
-//! order of addition. It appends the code to each text. Of warnings that were added for an experiment (`add_for`),
-//! [`SUMMARIZED`] or more of one kind (severity and plural noun) are one line. That has the first one and the number of the
-//! others by experiment. The grade of a fit follows from the worst severity; notes do not affect it.
+//! [`Warnings`] collects findings, each with a [`Severity`], a code and a text. Later findings may replace earlier
+//! ones by a note. If discretization errors explain a misfit, warnings of the severities `Misfit` and `Ambiguous` are
+//! removed, but not those of large residuals; if they are only visible, those of `Ambiguous` alone.
+//! [`Warnings::into_report`] sorts them, the most severe first and minor ones last, else in the order of addition. It
+//! appends the code to each text. Of warnings that were added for an experiment (`add_for`), [`SUMMARIZED`] or more
+//! of one kind (severity and plural noun) are one line. That has the first one and the number of the others by
+//! experiment. The grade of a fit follows from the worst severity; notes do not affect it.
 
 use crate::code::Code;
 use std::cmp::Reverse;
@@ -158,6 +159,7 @@ impl Warnings {
     /// three nothing changes.
     pub fn downgrade_misfit(&mut self, code: Code, text: &str) {
         if self.has_misfit() {
+            // Residuals that are large compared with the motion keep their warning, whatever their cause.
             self.0.retain(|w| ![Severity::Misfit, Severity::Ambiguous].contains(&w.severity));
             self.add(Severity::Note, code, text);
         }
@@ -176,6 +178,7 @@ impl Warnings {
     pub fn has_only_minor_misfits(&self) -> bool {
         let severities = [Severity::Misfit, Severity::Ambiguous];
         let mut own = self.0.iter().filter(|w| severities.contains(&w.severity)).peekable();
+        // `all` holds for an empty list too, but without a misfit there is no minor one.
         own.peek().is_some() && own.all(|w| w.is_minor)
     }
 
@@ -184,6 +187,7 @@ impl Warnings {
     pub fn outlying_experiments(&self) -> Vec<&str> {
         let own = self.0.iter().filter(|w| w.code == Code::OutlyingExperiment);
         let mut names: Vec<&str> = own.filter_map(|w| w.experiment.as_deref()).collect();
+        // Measurements of one experiment follow each other, each with a warning of its own.
         names.dedup();
         names
     }
@@ -192,6 +196,7 @@ impl Warnings {
     /// [`SUMMARIZED`] or more warnings of one kind only the first is listed, with the number of the others and their
     /// experiments.
     pub fn into_report(mut self) -> ReportedWarnings {
+        // The sort is stable: within one severity the order of addition stays.
         self.0.sort_by_key(|w| (w.is_minor, w.severity));
         let mut report = ReportedWarnings::default();
         for warning in &self.0 {

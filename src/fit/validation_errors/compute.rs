@@ -192,6 +192,7 @@ fn measurement_errors(search: &Search, found: &Optimum) -> Vec<MeasurementError>
             measurement.marker().is_some() && last.observation == observation
         };
         let size = measurement.size(&experiment.problem) / unit.size;
+        // Sizes of several markers are combined as root mean squares over all values.
         let size = size * size * residuals.len() as f64;
         match groups.last_mut().filter(is_same) {
             Some(group) => {

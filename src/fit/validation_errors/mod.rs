@@ -51,6 +51,7 @@ impl Fit {
                     several => format!("{} are", several.join(", ")),
                 }
             );
+            // This warning comes first, as it concerns all predictions.
             report.warnings.insert(0, Code::NotFitted.behind(words));
             report.warning_codes.insert(0, Code::NotFitted);
         }

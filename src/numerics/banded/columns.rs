@@ -1,8 +1,8 @@
 //! Columns of band matrices in the order of their elimination: from both ends at once, or from the first row.
 //!
-//! [`WeightedSum`] is `scale diag(masses) + factor matrix`, the matrix of a time step, which is never formed. Its [`EndColumns`]
-//! provide the first columns from the top and, mirrored, from the bottom. A `BandMatrix` provides its own columns, for the rows
-//! in the middle. `Elimination` reads both as a [`ColumnSource`].
+//! [`WeightedSum`] is `scale diag(masses) + factor matrix`, the matrix of a time step, which is never formed. Its
+//! [`EndColumns`] provide the first columns from the top and, mirrored, from the bottom. A `BandMatrix` provides its
+//! own columns, for the rows in the middle. `Elimination` reads both as a [`ColumnSource`].
 
 use crate::numerics::banded::elimination::{BandColumn, ColumnSource};
 use crate::numerics::banded::{BandMatrix, array};
@@ -38,6 +38,7 @@ impl<'a, D: Scalar, const W: usize> WeightedSum<'a, D, W> {
             diagonal: [&diagonal[top.clone()], &diagonal[bottom.clone()]],
             masses: [&self.masses[top.clone()], &self.masses[bottom.clone()]],
             down: &below[top],
+            // Row `j` left of the diagonal is in the columns `j - W` to `j - 1`, by symmetry.
             left: if n == 0 { &[] } else { &below[bottom.start - W..self.end] },
         }
     }

@@ -1,10 +1,10 @@
 //! Factors `L D L^T` of one band matrix, eliminated from both ends at once (see [`banded`](crate::numerics::banded)).
 //!
-//! [`Ldlt`] factors the rows and columns of a range, of a matrix or of `scale diag(d) + factor matrix`, without pivoting: both
-//! ends by `Elimination` with two bands, then the Schur complement of `W` or `W + 1` rows in the middle. A pivot that is zero or
-//! not finite is an error with its row. It solves in place for several right-hand sides in blocks (rows outside of the range
-//! become zero) and counts negative pivots, as many as negative eigenvalues. On x86-64 with AVX2 and FMA, numbers without
-//! derivatives use vector instructions.
+//! [`Ldlt`] factors the rows and columns of a range, of a matrix or of `scale diag(d) + factor matrix`, without
+//! pivoting: both ends by `Elimination` with two bands, then the Schur complement of `W` or `W + 1` rows in the
+//! middle. A pivot that is zero or not finite is an error with its row. It solves in place for several right-hand
+//! sides in blocks (rows outside of the range become zero) and counts negative pivots, as many as negative
+//! eigenvalues. On x86-64 with AVX2 and FMA, numbers without derivatives use vector instructions.
 
 use crate::numerics::banded::columns::WeightedSum;
 use crate::numerics::banded::elimination::{BandColumn, Elimination};
@@ -114,6 +114,7 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
     /// Rows outside of it become zero.
     fn solve_many<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
         let Range { start, end } = self.range;
+        // Rows outside of the range belong to held unknowns, which do not change.
         x[..start].fill([E::from(0.0); R]);
         x[end..].fill([E::from(0.0); R]);
         let x = &mut x[start..end];
@@ -199,6 +200,7 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         level: V,
         x: &mut [[E; R]],
     ) {
+        // As many right-hand sides as leave the window of solved rows in registers.
         let block = match (V::WIDE, Elimination::<D, W, 2>::NARROW) {
             (true, true) => 4,
             (true, false) | (false, true) => 2,

@@ -1,8 +1,8 @@
 //! The innermost loops of band matrices: `a - x y` for numbers of `S` bands, by vector instructions for two bands of
 //! numbers without derivatives.
 //!
-//! [`subtract_products`] serves the elimination and the substitution; `unrolled!` repeats a statement for each constant
-//! index below a number.
+//! [`subtract_products`] serves the elimination and the substitution; `unrolled!` repeats a statement for each
+//! constant index below a number.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::simd::PairLevel;

@@ -1,7 +1,11 @@
-//! Triangular solves with the factors `L` and `D` of an [`Elimination`]: `L y = x` (forward) and `D L^T x = y` (backward).
+//! Triangular solves with the factors `L` and `D` of an [`Elimination`]: `L y = x` (forward) and `D L^T x = y`
+//! (backward).
 //!
-//! Row `k` of the solution is that of the right-hand side, less the products of the `W` rows before it with entries of `L`.
-//! These rows stay in registers (the window). `Ldlt` solves with it from both ends of a matrix and in the middle.
+//! Input: right-hand sides of one or two bands, of which `C` are overwritten by their solutions. Row `k` of `y` is
+//! that of `x`, less the products of the `W` rows before it with entries of `L`. Backward, each row is divided by its
+//! pivot first, and the `W` rows after it are subtracted. These rows stay in registers (the window). `forward`
+//! returns the contribution to the `W` rows after the last. `Ldlt` solves with it from both ends of a matrix and in
+//! the middle.
 
 use crate::numerics::banded::array;
 use crate::numerics::banded::elimination::Elimination;

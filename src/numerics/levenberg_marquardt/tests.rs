@@ -1,5 +1,5 @@
-//! Tests of the Levenberg-Marquardt solver: Rosenbrock's valley with a failing region and bounds, misfits with a corner (where
-//! steps do not achieve their predicted decrease), and an exponential decay with and without noise.
+//! Tests of the Levenberg-Marquardt solver: Rosenbrock's valley with a failing region and bounds, misfits with a
+//! corner (where steps do not achieve their predicted decrease), and an exponential decay with and without noise.
 //!
 //! They check minima to 1e-10 and the number of evaluations, with and without derivatives.
 

@@ -1,5 +1,5 @@
-//! Tests of the noise estimate from differences: white and autocorrelated (AR(1)) noise on smooth signals, outliers, repeated
-//! frames, uneven clocks, quantized values and signals that leak.
+//! Tests of the noise estimate from differences: white and autocorrelated (AR(1)) noise on smooth signals, outliers,
+//! repeated frames, uneven clocks, quantized values and signals that leak.
 //!
 //! They compare estimates over many seeded series with the standard deviation of the noise.
 

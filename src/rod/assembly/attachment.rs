@@ -1,8 +1,9 @@
 //! Ends of rods that bodies carry or walls hold: data types only.
 //!
-//! [`Attachment`] lists the nodes of one end that a body carries, with their arms: one node of a hinged end, two of a
-//! clamped one. In space a clamped end carries the edge between them too. [`FixedNode`] is a node at a wall. A place
-//! `P` is a vector of two components in a plane and of three in space.
+//! [`Attachment`] lists the nodes of one end that a body carries: one node of a hinged end, two of a clamped one.
+//! Each has its number of carried unknowns, its arm on the body and a further arm on a sprung clamp, m, at rest. In
+//! space a clamped end carries the edge between both nodes too. [`FixedNode`] is a node at a wall, with its position,
+//! m, and its number of fixed unknowns. A place `P` is a vector of two components in a plane and of three in space.
 
 /// A node of a rod that a body carries.
 #[derive(Clone, Copy, Debug)]

@@ -1,17 +1,20 @@
 //! Rigid bodies and joint springs in the plane: positions of the rods' nodes that they carry, masses, energies,
 //! derivatives.
 //!
-//! A body has the coordinates `x, y`, m, of its center of mass, and those of a rotation `phi = length theta`, m, with a
-//! constant `length`, so that all coordinates are lengths. A node that it carries is at the arm `a` from its center.
-//! Through a rotational spring a second arm `b` follows, which turns with the absolute rotation `psi` of the sprung
-//! clamp:
+//! A body has the coordinates `x, y`, m, of its center of mass, and those of a rotation `phi = length theta`, m, with
+//! a constant `length`, so that all coordinates are lengths. A node that it carries is at the arm `a` from its
+//! center. Through a rotational spring a second arm `b` follows, which turns with the absolute rotation `psi` of the
+//! sprung clamp:
 //!
 //! ```text
 //! X = x + R(theta) a + R(psi) b.
 //! ```
 //!
 //! Second derivatives by different coordinates vanish, and those by a rotation are minus the rotated arm over
-//! `length^2`. The spring has the energy `k (psi - theta - rest angle)^2/2`. Masses are constant and diagonal.
+//! `length^2`. The spring has the energy `k (psi - theta - rest angle)^2/2`, J; `theta` is zero for a body without
+//! rotation, the point of a ball joint. A dead load on a body has minus force times position as potential, J. Output:
+//! positions with derivatives, and gradient (N) and second derivatives (N/m) of these energies by the coordinates.
+//! Masses, kg (inertia over `length^2` for a rotation), are constant and diagonal.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::rod::Energies;
@@ -110,6 +113,8 @@ impl<D: Scalar> CarriedPosition<D> {
         let (k, by) = (self.count, rotation.length.recip());
         self.position = [self.position[0] + x, self.position[1] + y];
         self.coordinates[k] = rotation.coordinate;
+        // By the angle the derivative of the turned arm is the arm rotated by a right angle, the second one is minus
+        // the arm. Each derivative by the coordinate divides by `length` once.
         self.slopes[k] = [-(y * by), x * by];
         self.curvatures[k] = [-(x * (by * by)), -(y * (by * by))];
         self.count += 1;
@@ -140,6 +145,7 @@ impl<D: Scalar> Bodies<D> {
                 slopes: [[one, zero], [zero, one], [zero; 2], [zero; 2]],
                 curvatures: [[zero; 2]; MOST],
             };
+            // The point of a ball joint does not rotate: no arm turns with it.
             if let Some((turn, direction)) = turned {
                 carried.add_arm(turn, direction, node.on_body);
             }
@@ -249,6 +255,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 2]> for Bodies<D> {
             mass[body.coordinate] = body.mass;
             mass[body.coordinate + 1] = body.mass;
         }
+        // Coordinates are lengths: inertia over `length^2` is the mass with the same kinetic energy.
         for turn in self.bodies.iter().filter_map(|body| body.rotation).chain(rotations) {
             mass[turn.coordinate] = turn.inertia * (turn.length * turn.length).recip();
         }
@@ -264,6 +271,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 2]> for Bodies<D> {
             }
             if let Some(turn) = &body.rotation {
                 let [x, y] = rotated(turn.cosine_and_sine(z), body.load_arm);
+                // The force acts at the center of mass of the body alone, beside that of the body with its nodes.
                 let moment = body.load[1] * x - body.load[0] * y;
                 gradient[turn.coordinate] -= moment * turn.length.recip();
             }
@@ -282,6 +290,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 2]> for Bodies<D> {
         for body in &self.bodies {
             if let Some(turn) = &body.rotation {
                 let [x, y] = rotated(turn.cosine_and_sine(z), body.load_arm);
+                // The gradient is minus the moment `a x F`, whose derivative by the angle is `-F.a`.
                 let along = body.load[0] * x + body.load[1] * y;
                 let by = (turn.length * turn.length).recip();
                 add(turn.coordinate, turn.coordinate, along * by);
@@ -290,6 +299,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 2]> for Bodies<D> {
         for spring in &self.springs {
             for (a, sign) in self.turns(spring) {
                 for (b, other) in self.turns(spring) {
+                    // Both orders of a pair occur: the lower triangle takes one.
                     if b.coordinate <= a.coordinate {
                         let by = sign * other / (a.length * b.length);
                         add(a.coordinate, b.coordinate, spring.stiffness * by);

@@ -1,10 +1,11 @@
-//! Tangent and factors of an assembly as enums: [`AssemblyTangent`] and [`AssemblyFactors`], with a bordered matrix of
-//! the plane or of space, N/m.
+//! Tangent and factors of an assembly as enums: [`AssemblyTangent`] and [`AssemblyFactors`], with a bordered matrix
+//! of the plane or of space, N/m.
 //!
-//! Every operation is that of the matrix inside. Factorizations cover the whole matrix, whatever the requested range; the row of
-//! a pivot that is zero or not finite is the error. Products and entries leave unsymmetric blocks out, factorizations include
-//! them. Two matrices of different layouts are an error in the program. Sums then leave the matrix unchanged (a debug build
-//! panics), and factorizations return [`Singular`] at row 0. Steppers, equilibria and modes of assemblies use both enums.
+//! Every operation is that of the matrix inside. Factorizations cover the whole matrix, whatever the requested range;
+//! the row of a pivot that is zero or not finite is the error. Products and entries leave unsymmetric blocks out,
+//! factorizations include them. Two matrices of different layouts are an error in the program. Sums then leave the
+//! matrix unchanged (a debug build panics), and factorizations return [`Singular`] at row 0. Steppers, equilibria and
+//! modes of assemblies use both enums.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::{Factors, RightHandSide, Singular, Tangent};
@@ -118,6 +119,7 @@ impl<D: Scalar> Factors<D> for AssemblyFactors<D> {
         match (self, matrix) {
             (Self::Plane(factors), AssemblyTangent::Plane(matrix)) => factors.factor(matrix, range),
             (Self::Space(factors), AssemblyTangent::Space(matrix)) => factors.factor(matrix, range),
+            // An error in the program, which ends as a failed factorization instead of wrong results.
             _ => Err(Singular { row: 0 }),
         }
     }

@@ -1,11 +1,11 @@
 //! Interfaces between the parts of an assembly: its rods ([`MemberRod`]), its bodies ([`CarryingBodies`]), and the
 //! nodes that the bodies carry ([`CarriedMotion`]).
 //!
-//! Bodies map their coordinates `z`, m, to the unknowns of carried nodes (positions, m, and in space the angle of a carried edge,
-//! zero in the carried frame), with first and second derivatives. In space those by rotations are by increments times their
-//! scale, unless `convert_derivatives` converts them to the coordinates. Bodies also have masses, kg, and energies, gradients (N)
-//! and second derivatives (N/m) of their loads and joint springs. Implemented by planar and spatial bodies and by
-//! [`DiscreteRod`]; used by `JoinedRods`.
+//! Bodies map their coordinates `z`, m, to the unknowns of carried nodes (positions, m, and in space the angle of a
+//! carried edge, zero in the carried frame), with first and second derivatives. In space those by rotations are by
+//! increments times their scale, unless `convert_derivatives` converts them to the coordinates. Bodies also have
+//! masses, kg, and energies, gradients (N) and second derivatives (N/m) of their loads and joint springs. Implemented
+//! by planar and spatial bodies and by [`DiscreteRod`]; used by `JoinedRods`.
 
 use crate::energy::frame::EdgeFrame;
 use crate::numerics::scalar::Nestable;
@@ -65,6 +65,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> MemberRod<D>
 
     /// Sets mass and dead load of the coordinates of a node to zero; the inertia of an angle stays.
     fn clear_node(&mut self, node: usize) {
+        // Mass and weight of a carried node are those of its body; only the edge keeps its inertia.
         self.mass[L::STRIDE * node..][..N].fill(D::from(0.0));
         self.load[node].force = [D::from(0.0); N];
     }

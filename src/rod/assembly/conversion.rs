@@ -2,10 +2,10 @@
 //! coordinates.
 //!
 //! The coordinates `z` of a rotation vector `r = z/length` change the rotation by the increment `T dz`, with the
-//! [tangent map](crate::numerics::rotation) `T(r)`. In place, for one rotation, the three entries `g` of the gradient become
-//! `T' g`, and the own block `H` of the tangent becomes `T' H T + (d(T' g)/dr)/length`, with the symmetric part of the last
-//! term. Its couplings to rods and to other coordinates are multiplied by `T`. The tangent is converted before the gradient,
-//! whose entries by increments it needs. Equilibria and modes of assemblies use it.
+//! [tangent map](crate::numerics::rotation) `T(r)`. In place, for one rotation, the three entries `g` of the gradient
+//! become `T' g`, and the own block `H` of the tangent becomes `T' H T + (d(T' g)/dr)/length`, with the symmetric
+//! part of the last term. Its couplings to rods and to other coordinates are multiplied by `T`. The tangent is
+//! converted before the gradient, whose entries by increments it needs. Equilibria and modes of assemblies use it.
 
 use crate::numerics::rotation::{
     Matrix3, product, tangent_map, tangent_map_slope, transpose, transposed_times,
@@ -45,6 +45,7 @@ pub(super) fn convert_tangent<D: Scalar, T: Tangent<D>>(
 ) {
     let (map, first) = (tangent_map(vector), rotation.coordinate);
     let moment = rotation.of(gradient);
+    // Couplings are first derivatives by the increments: their three columns are multiplied by `T`.
     for coupling in tangent.members.iter_mut().flat_map(|member| &mut member.couplings) {
         let Some(k) = coupling.columns.iter().position(|column| *column == first) else { continue };
         let rows = coupling.rows.len();
@@ -56,6 +57,7 @@ pub(super) fn convert_tangent<D: Scalar, T: Tangent<D>>(
         }
     }
     let bodies = &mut tangent.bodies;
+    // The lower triangle is stored: rows of the rotation left of its block, then columns below it.
     for j in bodies.first(first)..first {
         let own = transposed_times(&map, [0, 1, 2].map(|r| bodies.get(first + r, j)));
         (0..3).for_each(|r| bodies.set(first + r, j, own[r]));
@@ -68,6 +70,7 @@ pub(super) fn convert_tangent<D: Scalar, T: Tangent<D>>(
     }
     let own = [0, 1, 2].map(|r| [0, 1, 2].map(|c| bodies.get(first + r, first + c)));
     let own = product(&transpose(&map), &product(&own, &map));
+    // `T` depends on the coordinates too, so that the moment contributes its derivative.
     let slope = tangent_map_slope(vector, moment);
     let by = rotation.length.recip();
     for r in 0..3 {

@@ -1,11 +1,13 @@
 //! Rods whose ends are carried by bodies ([`JoinedRods`]), in the plane or in space: gradient, tangent, energies and
 //! checks.
 //!
-//! Unknowns are those of all rods, one rod after the other, and then the coordinates of the bodies. Every evaluation
-//! copies the unknowns of a rod, places its carried and fixed nodes, evaluates the rod, and adds the derivatives by
-//! carried nodes to those by the bodies. The unknowns of carried nodes have no effect: gradients there are zero, and
-//! rows and columns of the tangent are those of the identity. In space the unknowns of each rod and body begin at a
-//! multiple of four, and the gaps have no effect either.
+//! Unknowns are those of all rods, one rod after the other, and then the coordinates of the bodies. Each evaluation
+//! at given unknowns copies those of a rod, places its carried and fixed nodes, and evaluates the rod. Derivatives by
+//! carried nodes are added to those by the bodies. The unknowns of carried nodes have no effect: gradients there are
+//! zero, and rows and columns of the tangent are those of the identity. Output: gradient (N, N m), tangent (N/m),
+//! energies (J; kinetic and user-defined ones are zero), strains, and the first fold or large rotation of a step,
+//! None without one. In space the unknowns of each rod and body begin at a multiple of four, and the gaps have no
+//! effect either.
 
 use crate::energy::Derivatives;
 use crate::numerics::envelope::Envelope;
@@ -95,6 +97,7 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
     pub fn set_carried_rates(&self, q: &[D], frames: &AssemblyFrames<D>, rates: &mut [D]) {
         let (rods, z_rates) = rates.split_at_mut(self.first);
         let (z, mut carried) = (&q[self.first..], Vec::new());
+        // Derivatives of carried nodes are by increments of rotations, rates are those of coordinates.
         let increments = self.bodies.increments(z, frames, z_rates);
         for member in &self.members {
             member.carry(&self.bodies, z, frames, &mut carried);
@@ -111,6 +114,7 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         frames: &AssemblyFrames<D>,
         mut visit: impl FnMut(&Member<D, L>, &L::RodFrames<D>, &mut RodUnknowns<D, L>),
     ) {
+        // The lists of the work space are kept between evaluations, so that steps do not allocate them.
         let (mut room, z) = (self.room.borrow(), &q[self.first..]);
         for (k, member) in self.members.iter().enumerate() {
             let RodUnknowns { q: own, carried, .. } = &mut *room;
@@ -118,6 +122,7 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
             own.extend_from_slice(&q[member.range.clone()]);
             member.place(&self.bodies, z, frames, own, carried);
             member.copy_frames(k, &self.bodies, z, frames, &mut room.frames);
+            // Taken out for the call: `visit` gets the frames and, mutable, the rest of the work space.
             if let Some(rod_frames) = room.frames.take() {
                 visit(member, &rod_frames, &mut room);
                 room.frames = Some(rod_frames);
@@ -137,6 +142,7 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         let (mut found, mut first) = (None, 0);
         self.for_each_placed(now, frames, |member, own, room| {
             let RodUnknowns { q, other, other_carried, .. } = room;
+            // The visit of all rods cannot end early.
             if found.is_some() {
                 return;
             }
@@ -160,6 +166,7 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
             couplings: member.couplings(&self.bodies),
         };
         let members: Vec<MemberTangent<D, L::Band<D>>> = self.members.iter().map(member).collect();
+        // The elimination of a rod couples all coordinates of its ends: their rows begin at the least of them.
         let mut first: Vec<usize> = (0..self.mass.len() - self.first).collect();
         for member in &members {
             let all = || member.couplings.iter().flat_map(|coupling| &coupling.columns);
@@ -223,10 +230,12 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
             edges += count;
             let band = &mut own.band;
             member.rod.tangent_under(q, own_frames, derivatives, tensions, forces, band);
+            // The tangent first: it needs the forces on carried nodes, which the reduction of the gradient clears.
             reduce_tangent(member, carried, forces, own, corner);
             reduce_gradient(member, carried, forces, bodies);
         });
         self.clear_gaps(rods);
+        // Last: the conversion needs the complete gradient by increments, with the forces of all rods.
         self.bodies.convert_derivatives(z, frames, bodies, Some(tangent));
     }
 
@@ -295,6 +304,7 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
             own.move_to(q);
             moved.push(own);
         });
+        // Stored after all visits, which read the frames from before.
         for (k, own) in moved.into_iter().enumerate() {
             L::store_frames(own, k, frames);
         }

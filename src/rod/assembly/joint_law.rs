@@ -1,11 +1,11 @@
 //! Elastic joints between a body and a clamp in space: rotational springs and hinges, with energy and derivatives.
 //!
 //! With the rotation `Q` of the clamp in the axes of the body, and `Q0` at rest, the relative rotation is `W = Q0' Q`
-//! in the axes of the clamp. A spring has the energy `sum k_c xi_c^2/2`, J, of the rotation vector `xi = log W`, rad, with `k_c`
-//! about both directors and the tangent of the clamp, N m/rad; `W` must be below half a turn. A hinge with the axis `n` has
-//! `k (1 - n.W n)`: it turns freely about its axis, and resists other rotations with the stiffness `k`. Output: energy, and
-//! first and second derivatives, N m, by rotations of the body (entries 0 to 2) and of the clamp (3 to 5), each in its own axes,
-//! in dual numbers.
+//! in the axes of the clamp. A spring has the energy `sum k_c xi_c^2/2`, J, of the rotation vector `xi = log W`, rad,
+//! with `k_c` about both directors and the tangent of the clamp, N m/rad; `W` must be below half a turn. A hinge with
+//! the axis `n` has `k (1 - n.W n)`: it turns freely about its axis, and resists other rotations with the stiffness
+//! `k`. Output: energy, and first and second derivatives, N m, by rotations of the body (entries 0 to 2) and of the
+//! clamp (3 to 5), each in its own axes, in dual numbers.
 
 use crate::energy::Local;
 use crate::numerics::out_of_line::OutOfLine;
@@ -73,6 +73,7 @@ impl<D: Scalar> ElasticJoint<D> {
         let [a, b, c, d, e, f] = *turns;
         let clamp = product(relative, &exponential([d, e, f]));
         let back = exponential([a, b, c]);
+        // In the turned axes of the body: `exp(body)' Q exp(clamp)` with the rotation `Q` of the clamp.
         let columns = transpose(&clamp).map(|column| transposed_times(&back, column));
         self.energy(&transpose(&columns))
     }
@@ -82,6 +83,7 @@ impl<D: Nestable> ElasticJoint<D> {
     /// First derivatives of the energy, N m, at the rotation `relative`, by dual numbers: three by rotations of the
     /// body, three by those of the clamp, each in its own axes.
     pub fn gradient(&self, relative: &Matrix3<D>) -> [D; 6] {
+        // Numbers with six derivatives are long: inlined formulas would enlarge the program.
         let over = |x: D| OutOfLine(DualSVec::<D, 6>::from_re(x));
         let (law, relative) = (self.map(over), relative.map(|row| row.map(over)));
         let energy = |turns: SVector<DualSVec<D, 6>, 6>| {

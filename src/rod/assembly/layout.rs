@@ -1,9 +1,11 @@
-//! The layout of an assembly, [`Plane`] or [`Space`]: its types, and the copies of frames between an assembly and its rods.
+//! The layout of an assembly, [`Plane`] or [`Space`]: its types, and the copies of frames between an assembly and its
+//! rods.
 //!
-//! [`AssemblyLayout`] has the unknowns from one node to the next (2 or 4), a place of two or three components, m, and the types
-//! of rods, their frames, their band matrices, and bodies. `copy_frames` copies the frames of rod `k` from those of the
-//! assembly, `store_frames` writes them back. `hold_edge` replaces the frame of one edge by that which a body carries, and adapts
-//! the reference twists of its joints. In a plane frames are empty, and these functions have no effect.
+//! [`AssemblyLayout`] has the unknowns from one node to the next (2 or 4), a place of two or three components, m, and
+//! the types of rods, their frames, their band matrices, and bodies. `copy_frames` copies the frames of rod `k` from
+//! those of the assembly, `store_frames` writes them back. `hold_edge` replaces the frame of one edge by that which a
+//! body carries, and adapts the reference twists of its joints. In a plane frames are empty, and these functions have
+//! no effect.
 
 use crate::energy::frame::{EdgeFrame, Frames};
 use crate::numerics::scalar::{Nestable, Scalar};

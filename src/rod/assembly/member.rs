@@ -1,10 +1,11 @@
 //! A rod of an assembly with its carried and fixed nodes ([`Member`]), and the work space for its unknowns.
 //!
-//! `place` overwrites the unknowns of carried nodes by those that follow from the coordinates of bodies, and those of fixed
-//! nodes by their positions with zero angles. `set_rates` does the same for velocities (zero for fixed nodes), and `copy_frames`
-//! for the frames of carried edges. `tied` lists the unknowns of carried and then fixed nodes. `couplings` returns one zero block
-//! per carried end: the rows of the two nodes' unknowns beside it, and the body coordinates on which the end depends. The work
-//! space is locked by one thread at a time and empty in a clone. `JoinedRods` calls a member for each evaluation.
+//! `place` overwrites the unknowns of carried nodes by those that follow from the coordinates of bodies, and those of
+//! fixed nodes by their positions with zero angles. `set_rates` does the same for velocities (zero for fixed nodes),
+//! and `copy_frames` for the frames of carried edges. `tied` lists the unknowns of carried and then fixed nodes.
+//! `couplings` returns one zero block per carried end: the rows of the two nodes' unknowns beside it, and the body
+//! coordinates on which the end depends. The work space is locked by one thread at a time and empty in a clone.
+//! `JoinedRods` calls a member for each evaluation.
 
 use crate::numerics::scalar::Nestable;
 use crate::rod::assembly::attachment::{Attachment, CarriedNode, FixedNode};
@@ -71,6 +72,7 @@ impl<D: Nestable, L: AssemblyLayout> Member<D, L> {
         for FixedNode { node, width, position } in &self.fixed {
             let (to, position) = (&mut q[L::STRIDE * node..][..*width], position.as_ref());
             to[..position.len()].copy_from_slice(position);
+            // A clamp at a wall also fixes the angle of its edge, measured from the fixed frame.
             to[position.len()..].fill(D::from(0.0));
         }
     }
@@ -101,6 +103,7 @@ impl<D: Nestable, L: AssemblyLayout> Member<D, L> {
         let Some(to) = to else { return };
         for attachment in &self.attachments {
             let carried = bodies.edge_frame(z, frames, attachment);
+            // The frame of a carried edge turns with its body, not by parallel transport: its angle stays zero.
             if let (Some(edge), Some(carried)) = (&attachment.edge, carried) {
                 L::hold_edge(to, edge.edge, &carried);
             }
@@ -128,6 +131,7 @@ impl<D: Nestable, L: AssemblyLayout> Member<D, L> {
     /// the last carried one of the first end, or before the first carried one of the last end. Columns are the
     /// coordinates of the attachment.
     pub(super) fn couplings(&self, bodies: &L::Bodies<D>) -> Vec<Coupling<D>> {
+        // Elements reach two nodes beyond a carried one; no other unknowns of the rod are coupled to the body.
         let rows = 2 * L::STRIDE;
         let coupling = |attachment: &Attachment<L::Place<D>>| {
             let columns = bodies.coordinates(attachment);

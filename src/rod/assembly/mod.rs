@@ -1,10 +1,15 @@
 //! Assemblies: several rods whose ends are carried by rigid bodies, in a plane or in space.
 //!
 //! Unknowns are those of all rods, one rod after the other, and then the coordinates of the bodies (position and
-//! rotation). The end nodes that a body carries follow from its coordinates: one node of a hinged end, two of a clamped
-//! one. Nodes at walls are fixed. [`Assembly`] is a [`Rod`] for steppers, equilibria and modes, without springs of
-//! internal friction. Both variants are [`JoinedRods`] over an [`AssemblyLayout`], with a bordered `tangent`. Bodies
-//! and joint springs are in [`bodies`] (plane) and [`spatial_bodies`] (space).
+//! rotation). The end nodes that a body carries follow from its coordinates: one node of a hinged end, two of a
+//! clamped one. Nodes at walls are fixed. [`Assembly`] is a [`Rod`] for steppers, equilibria and modes, without
+//! springs of internal friction. Both variants are [`JoinedRods`] over an [`AssemblyLayout`], with a bordered
+//! `tangent`. Bodies and joint springs are in [`bodies`] (plane) and [`spatial_bodies`] (space).
+//!
+//! Files: `member` (one rod with its carried and fixed nodes), `joined_rods` (evaluation of all rods), `reduction`
+//! (chain rule through carried nodes), `joint_law` (elastic joints in space), `tangent` and `bordered` (matrix and
+//! factors). Rotations in space are in `spatial_motion`, `conversion` and `rotational_inertia`. `attachment`,
+//! `carrying`, `frames` and `layout` have data and interfaces.
 
 pub mod attachment;
 pub mod bodies;
@@ -114,6 +119,7 @@ impl<D: Nestable> Assembly<D> {
     pub(crate) fn hold_walls(&self, rest: &AssemblyFrames<D>, frames: &mut AssemblyFrames<D>) {
         let Self::Space(rods) = self else { return };
         for (k, member) in rods.members.iter().enumerate() {
+            // A clamp fixes the angle of the edge after its node too, a hinge the three coordinates only.
             let clamped = member.fixed.iter().filter(|node| node.width > 3);
             clamped
                 .for_each(|node| frames.rods[k].replace(node.node, &rest.rods[k].edges[node.node]));
@@ -228,6 +234,7 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         derivatives: Derivatives,
         tangent: &mut AssemblyTangent<D>,
     ) {
+        // Ends of rods follow bodies, so that edge vectors alone are no coordinates.
         self.tangent(q, frames, derivatives, &mut vec![D::from(0.0); q.len()], tangent);
     }
 
@@ -263,6 +270,7 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
             Some(AssemblyTangent::Space(tangent)) => Some(&mut tangent.blocks),
             _ => None,
         };
+        // Only coordinates of bodies have these forces: lists begin at the first one.
         let rates = RotationRates { velocity: &rates.velocity[rods.first..], ..*rates };
         let (z, forces) = (&q[rods.first..], &mut forces[rods.first..]);
         rods.bodies.add_rotational_inertia(z, frames, &rates, forces, blocks);

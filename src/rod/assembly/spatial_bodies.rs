@@ -1,9 +1,11 @@
 //! Rigid bodies and elastic joints in space: unknowns of the nodes that they carry, masses, energies and derivatives.
 //!
-//! Each body has three coordinates of its center, and three of its [rotation](SpatialRotation) if it rotates; a joint
-//! has those of the rotation of its clamp. One coordinate without effect follows each three, so that all begin at a
-//! multiple of four. Derivatives are those by increments of rotations. For equilibria and modes they are converted to
-//! the coordinates; a simulation keeps them ([`by_increments`](SpatialBodies::by_increments)).
+//! Each body has three coordinates of its center, m, and three of its [rotation](SpatialRotation) if it rotates; a
+//! joint has those of the rotation of its clamp. One coordinate without effect follows each three, so that all begin
+//! at a multiple of four. Output at given coordinates and reference rotations: unknowns of carried nodes (m, and the
+//! angle of a carried edge, zero), masses (kg), energies of joints and dead loads (J), gradient (N) and second
+//! derivatives (N/m). Derivatives by rotations are those by increments, over `length`. For equilibria and modes they
+//! are converted to the coordinates; a simulation keeps them ([`by_increments`](SpatialBodies::by_increments)).
 
 use crate::energy::frame::EdgeFrame;
 use crate::numerics::rotation::{
@@ -170,6 +172,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
             let tangent = edge.map(|edge| edge.frame[0]);
             let mut carried = SpatialCarried::at(first, [z[first], z[first + 1], z[first + 2]]);
             if let Some((turn, axes)) = &turned {
+                // With a joint the edge turns with the clamp, not with the body.
                 let tangent = tangent.filter(|_| clamped.is_none());
                 carried.add_arm(turn, axes, node.on_body, tangent);
             }
@@ -215,6 +218,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
                 gradient[body.coordinate + c] = -body.load[c];
             }
             if let Some(turn) = &body.rotation {
+                // In the axes of the body, since derivatives are by increments in these axes.
                 let force = transposed_times(&turn.axes(z, frames), body.load);
                 let moment = cross(body.load_arm, force);
                 for c in 0..3 {
@@ -240,6 +244,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
         frames: &AssemblyFrames<D>,
         mut add: impl FnMut(usize, usize, D),
     ) {
+        // Without a pivot there the matrix would be singular.
         self.idle_coordinates().into_iter().for_each(|i| add(i, i, D::from(1.0)));
         for body in &self.bodies {
             if let Some(turn) = &body.rotation {
@@ -287,10 +292,12 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
         let mut tangent = tangent;
         for rotation in self.rotations() {
             let vector = rotation.vector(z, frames);
+            // At the reference `T` is the identity, and the symmetric part of its derivative is zero.
             if vector.iter().all(Nestable::is_identically_zero) {
                 continue;
             }
             if let Some(tangent) = &mut tangent {
+                // Before the gradient: its entries by increments are part of the second derivatives.
                 convert_tangent(rotation, vector, gradient, tangent);
             }
             convert_gradient(rotation, vector, gradient);
@@ -321,6 +328,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
     /// again.
     fn move_references(&self, z: &[D], frames: &mut AssemblyFrames<D>) {
         for rotation in self.rotations() {
+            // Rounding errors of many successive rotations would add up to a shear of the axes.
             let axes = orthonormal(&rotation.axes(z, frames));
             let reference = &mut frames.rotations[rotation.reference];
             (reference.axes, reference.coordinates) = (axes, rotation.of(z));
@@ -343,6 +351,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
         let (mut bodies, zero) = (self.clone(), D::from(0.0));
         bodies.bodies.iter_mut().for_each(|body| body.load = [zero; 3]);
         for spring in &mut bodies.springs {
+            // Without stiffness springs and hinges are the same law.
             spring.law.stiffness = JointStiffness::Spring([zero; 3]);
         }
         bodies

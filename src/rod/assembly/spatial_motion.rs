@@ -10,8 +10,8 @@
 //!
 //! All derivatives are divided by `length` once for each `phi`, as coordinates are lengths. The angle of a carried
 //! edge, from the frame that the body carries, turns by `phi.t` with the tangent `t` in the axes of the body. Its
-//! second derivatives are zero: the rotation about `t` in `exp(phi)`, beside the shortest rotation of `t`, differs from
-//! `phi.t` in the third order.
+//! second derivatives are zero: the rotation about `t` in `exp(phi)`, beside the shortest rotation of `t`, differs
+//! from `phi.t` in the third order.
 
 use crate::numerics::rotation::{Matrix3, column, exponential, product, times};
 use crate::numerics::scalar::Scalar;
@@ -130,6 +130,7 @@ impl<D: Scalar> SpatialCarried<D> {
         let (turned, by) = (times(axes, arm), rotation.length.recip());
         for c in 0..3 {
             self.values[c] += turned[c];
+            // `d(R exp(phi) a) = R (phi x a)`: the axis of the increment, in the world, times the turned arm.
             let slope = cross(column(axes, c), turned);
             let k = self.count + c;
             self.coordinates[k] = rotation.coordinate + c;
@@ -170,6 +171,7 @@ impl<D: Scalar> CarriedMotion<D> for SpatialCarried<D> {
     fn add_curvature(&self, force: &[D], mut add: impl FnMut(usize, usize, D)) {
         let force = [force[0], force[1], force[2]];
         for TurningArm { coordinate, length, axes, arm } in self.arms.iter().flatten() {
+            // The increments are in the axes of the rotation, and so must the force be.
             let own = [0, 1, 2].map(|c| dot(column(axes, c), force));
             let (curvature, by) = (arm_curvature(own, *arm), (length * length).recip());
             for i in 0..3 {

@@ -6,9 +6,12 @@
 //! | B1' B2' C  | | z  |   | c  |          xi = Ai^-1 bi - Ai^-1 Bi z
 //! ```
 //!
-//! `Bi` has entries in the rows of two nodes beside each carried end. The Schur complement `S` is an [envelope](Envelope).
-//! The numbers of negative pivots of all `Ai` and of `S` add up to that of the whole matrix. `C` may have blocks that are not
-//! symmetric, of rotating bodies in a step; `S` is then factored as `L U`.
+//! `Bi` has entries in the rows of two nodes beside each carried end. The Schur complement `S` is an
+//! [envelope](Envelope). The numbers of negative pivots of all `Ai` and of `S` add up to that of the whole matrix.
+//! `C` may have blocks that are not symmetric, of rotating bodies in a step; `S` is then factored as `L U`, else as
+//! `L D L^T`. Output: factors of the matrix or of `scale diag(d) + factor matrix`, solutions in place for several
+//! right-hand sides, and entries and products, which leave the unsymmetric blocks out. A pivot that is zero or not
+//! finite is an error with its row in the unknowns of the assembly.
 
 use crate::numerics::envelope::Envelope;
 use crate::numerics::envelope_lu::{DiagonalBlock, EnvelopeLu};
@@ -121,6 +124,7 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
             }
             (MatrixRow::Rod(k, row), MatrixRow::Body(body)) => {
                 let mut sum = D::from(0.0);
+                // Both ends of a rod may be on the same body: their couplings add up.
                 for coupling in &self.members[k].couplings {
                     let column = coupling.iter().find(|(column, _)| *column == body);
                     if let (true, Some((_, entries))) = (coupling.rows.contains(&row), column) {
@@ -234,6 +238,7 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
             for coupling in &member.couplings {
                 let (own, to) = (&own[coupling.rows.clone()], &mut to[coupling.rows.clone()]);
                 for (column, entries) in coupling.iter() {
+                    // A coupling stands in both triangles: it acts on the rod and, transposed, on the bodies.
                     for (r, entry) in entries.iter().enumerate() {
                         for g in 0..G {
                             to[r][g] += *entry * bodies[column][g];
@@ -318,6 +323,7 @@ impl<D: Scalar, F: Factors<D>> MemberFactors<D, F> {
             coupling.iter().map(|(_, entries)| (coupling.rows.start, entries))
         });
         for group in responses.chunks_mut(GROUP) {
+            // A group of columns shares one pass over the factors of the band.
             room.fill([zero; GROUP]);
             for (g, (row, entries)) in columns.by_ref().take(group.len()).enumerate() {
                 entries.iter().enumerate().for_each(|(r, entry)| room[row + r][g] = *entry);
@@ -331,6 +337,7 @@ impl<D: Scalar, F: Factors<D>> MemberFactors<D, F> {
         for coupling in &self.couplings {
             for (row, entries) in coupling.iter() {
                 for (column, response) in self.columns().zip(&self.responses) {
+                    // The Schur complement is symmetric as long as the bands are: its lower triangle suffices.
                     if column <= row {
                         let response = &response[coupling.rows.clone()];
                         let mut sum = zero;
@@ -392,6 +399,7 @@ impl<D: Scalar, T: Tangent<D>> BorderedFactors<D, T> {
         factor: D,
     ) -> Result<(), Singular> {
         let first = matrix.first;
+        // The matrix of the bodies first; each rod then subtracts its part.
         self.schur.set_scaled(&matrix.bodies, factor);
         for (i, entry) in diagonal[first..].iter().enumerate() {
             self.schur.add(i, i, *entry * scale);
@@ -409,6 +417,7 @@ impl<D: Scalar, T: Tangent<D>> BorderedFactors<D, T> {
             }
             member.eliminate(&mut self.schur);
         }
+        // Unsymmetric blocks are in the matrix of the bodies only, so that the bands stay `L D L^T`.
         let factored = match matrix.blocks.is_empty() {
             true => {
                 self.general = None;
@@ -430,6 +439,7 @@ impl<D: Scalar, T: Tangent<D>> Factors<D> for BorderedFactors<D, T> {
     /// Factors the whole matrix, whatever the range, and replaces earlier factors. An error has the row of a pivot that
     /// is zero or not finite.
     fn factor(&mut self, matrix: &BorderedTangent<D, T>, _: Range<usize>) -> Result<(), Singular> {
+        // The sum with a zero diagonal, so that one routine serves both factorizations.
         let zeros = vec![D::from(0.0); matrix.first + matrix.bodies.order()];
         self.factor_weighted((&zeros, D::from(0.0)), matrix, D::from(1.0))
     }
@@ -461,6 +471,7 @@ impl<D: Scalar, T: Tangent<D>> Factors<D> for BorderedFactors<D, T> {
         let (rods, bodies) = x.split_at_mut(first);
         for member in &self.members {
             let x = &mut rods[member.range.clone()];
+            // Forward: each rod alone, and its effect on the right-hand side of the bodies.
             member.band.solve_many(x);
             for coupling in &member.couplings {
                 let x = &x[coupling.rows.clone()];
@@ -471,12 +482,14 @@ impl<D: Scalar, T: Tangent<D>> Factors<D> for BorderedFactors<D, T> {
                 }
             }
         }
+        // The Schur complement: the coordinates of the bodies.
         match &self.general {
             Some(general) => general.solve(bodies),
             None => self.schur.solve(bodies),
         }
         for member in &self.members {
             let x = &mut rods[member.range.clone()];
+            // Backward: each rod responds to the bodies by the stored columns, without another solution.
             for (column, response) in member.columns().zip(&member.responses) {
                 with_simd(LessColumn { x: &mut *x, column: response, factor: bodies[column] });
             }

@@ -1,10 +1,12 @@
-//! Derivatives of the forces of a [`DiscreteRod`] along `G` parameters at fixed unknowns: the implementation of
+//! Derivatives of the forces and strains of a [`DiscreteRod`] along `G` parameters: the implementation of
 //! [`Sensitive`].
 //!
 //! Input: the geometry of the rod, and `G` rods over dual numbers. Each has the derivatives of stiffnesses, rest
-//! lengths, natural strains and loads along one parameter. [`Rates`] collects the derivatives of the stresses,
-//! `d(K s) = K ds + dK s`, and of the loads. Output: derivatives of strains, of stresses (N, N m) and of the energy
-//! gradient (N), `G` values each in SIMD lanes. Forward sensitivities use them for the right-hand side of each step.
+//! lengths, natural strains, friction springs and loads along one parameter; [`Rates`] collects them. Output at fixed
+//! unknowns and frames: derivatives of strains, of stresses, `d(K s) = K ds + dK s` (N, N m), and of the energy
+//! gradient (N). `add_strain_rates` adds `B dq`, the part by given derivatives of unknowns and frames;
+//! `viscous_force_rate` has the forces of viscous stresses along all changes. There are `G` values each, in SIMD
+//! lanes. Forward sensitivities use them for the right-hand side of each step.
 
 use crate::energy::law::slip::SliderRates;
 use crate::energy::law::{LawRate, NonlinearPart, Symmetric};
@@ -303,7 +305,6 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
     ) {
         let Rates { elastic, stretch, nonlinear, joint, load, .. } = rates;
         // An elastic law that changes needs the sweep over all elements; otherwise only loads have derivatives.
-        // Only loads change: the derivatives of the gradient are those of the loads.
         if derivatives == Derivatives::Hand && *elastic {
             let axial = |i: usize, strain: f64| {
                 let linear = stretch[i].stress(&[strain])[0];
@@ -317,6 +318,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
                 out,
             );
         } else {
+            // Only loads change, or num-dual differentiates edges and joints below.
             out.fill([0.0; G]);
             for (i, load) in load.iter().enumerate() {
                 for c in 0..N {

@@ -1,9 +1,9 @@
 //! Transposed derivatives of the forces of a [`DiscreteRod`], for the adjoint method: the implementation of
 //! [`Transposed`].
 //!
-//! Input: derivatives `d` of a misfit by the forces, or `w = B d` by the stresses. Output: derivatives of the misfit by
-//! the stiffness and natural stress of each law, by rest lengths, loads and moments ([`Laws`]). Their product with the
-//! forward rates of one parameter is the derivative of the misfit along that parameter.
+//! Input: derivatives `d` of a misfit by the forces, or `w = B d` by the stresses. Output: derivatives of the misfit
+//! by the stiffness and natural stress of each law, by rest lengths, loads and moments ([`Laws`]). Their product with
+//! the forward rates of one parameter is the derivative of the misfit along that parameter.
 
 use crate::energy::Law;
 use crate::energy::law::{LawSlopes, Symmetric};

@@ -1,8 +1,8 @@
 //! Assembly of gradient and tangent of a planar rod from the derivatives of its energy by edges, in SIMD lanes.
 //!
 //! An edge vector is the position of its second node less that of its first. The forces on a node are therefore
-//! differences of edge derivatives. [`PlanarNodes`] overwrites gradient (N, less the dead loads) and band matrix (N/m)
-//! by nodes. [`PlanarEdges`] adds to a band matrix by edges: edge `i` has the rows and columns of node `i + 1`.
+//! differences of edge derivatives. [`PlanarNodes`] overwrites gradient (N, less the dead loads) and band matrix
+//! (N/m) by nodes. [`PlanarEdges`] adds to a band matrix by edges: edge `i` has the rows and columns of node `i + 1`.
 
 use crate::energy::DeadLoad;
 use crate::numerics::banded::BandMatrix;
@@ -78,6 +78,7 @@ impl<D: Scalar, V: SimdScalar<D>> EdgeSink<V, Plane, 2, 1> for PlanarNodes<'_, D
         let (b00, b01) = (a00.before(between[0][0]), a01.before(between[0][1]));
         let (b10, b11) = (a10.before(between[1][0]), a11.before(between[1][1]));
         let [lx, ly] = loads::<D, V, 2>(self.load, self.level, first);
+        // A node is the end of one edge and the start of the next, which gives the signs: `e = x1 - x0`.
         let columns = NodeEntries {
             gradient: [px - gx - lx, py - gy - ly],
             diagonal: [pxx + xx - (b00 + b00), pyy + yy - (b11 + b11)],
@@ -96,6 +97,7 @@ impl<D: Scalar, V: SimdScalar<D>> NodeSink<V, Plane, 2, 1> for PlanarNodes<'_, D
     #[inline(always)]
     fn end(self) {
         let (i, zero) = (self.load.len() - 1, D::from(0.0));
+        // The last edge is in the block that was kept.
         let lane = (i - 1) % V::LANES;
         let [px, py] = V::extract_lane(&self.before.gradient, lane);
         let [xx, yx, yy] = V::extract_lane(&self.before.vector, lane);

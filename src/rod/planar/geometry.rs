@@ -1,8 +1,9 @@
-//! Geometry of a planar rod: length, direction and axial strain of edges, curvature of joints.
+//! Geometry of a planar rod: length, m, direction and axial strain of edges, curvature `2 tan(phi/2)` of joints with
+//! the turning angle `phi`.
 //!
 //! [`PlanarEdge`] has edges in SIMD lanes during a sweep. [`Geometry`] keeps the results in plain numbers, one entry
-//! per edge and per joint: also the derivative of each edge's angle, and that of each curvature by the turning angle.
-//! The products with derivatives along parameters use it.
+//! per edge and per joint: also the derivative of each edge's angle by its vector, 1/m, and that of each curvature by
+//! the turning angle. The products with derivatives along parameters use it.
 
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::rod::frames::RodGeometry;

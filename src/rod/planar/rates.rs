@@ -1,10 +1,10 @@
 //! Derivatives of forces and strains of a planar rod along `G` parameters, from the geometry of the rod.
 //!
-//! `gradient_rates` overwrites its output with the derivatives of the energy gradient, N, at fixed unknowns, `B^T dsigma - dload`, from
-//! those of axial forces, moments and dead loads. `node_force_rates` does the same for stresses that change with the unknowns, plus
-//! the change of `B` by the derivatives of the unknowns, without loads. `add_strain_rates` adds to the derivatives of strains
-//! those by the unknowns, `B dq`. All are hand-derived, with `B = ds/dq`, one SIMD lane per parameter. Forward sensitivities
-//! use them.
+//! `gradient_rates` overwrites its output with the derivatives of the energy gradient, N, at fixed unknowns,
+//! `B^T dsigma - dload`, from those of axial forces, moments and dead loads. `node_force_rates` does the same for
+//! stresses that change with the unknowns, plus the change of `B` by the derivatives of the unknowns, without loads.
+//! `add_strain_rates` adds to the derivatives of strains those by the unknowns, `B dq`. All are hand-derived, with
+//! `B = ds/dq`, one SIMD lane per parameter. Forward sensitivities use them.
 
 use crate::energy::Stretch;
 use crate::numerics::lanes::{Lanes, dot};

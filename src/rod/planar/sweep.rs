@@ -1,10 +1,11 @@
 //! Sweeps over the edges of a planar rod in SIMD lanes: strains, energies, gradient, and derivatives by edges.
 //!
-//! Input: elements and the unknowns `q` (positions of the nodes, m). Each block has as many edges as SIMD lanes, the edges after
-//! them and the joints between. Output by block: axial strain of each edge, curvature `2 tan(phi/2)` of each joint, energies, J,
-//! and geometry. First and second derivatives by edge vectors, N and N/m, with active friction springs, go to a consumer, which
-//! stores them by nodes or by edges. [`PlanarGradient`] overwrites the gradient alone, N, less the dead loads. An edge then has
-//! its axial force along it, and the difference of the moments at its ends over its length as shear force.
+//! Input: elements and the unknowns `q` (positions of the nodes, m). Each block has as many edges as SIMD lanes, the
+//! edges after them and the joints between. Output by block: axial strain of each edge, curvature `2 tan(phi/2)` of
+//! each joint, energies, J, and geometry. First and second derivatives by edge vectors, N and N/m, with active
+//! friction springs, go to a consumer, which stores them by nodes or by edges. [`PlanarGradient`] overwrites the
+//! gradient alone, N, less the dead loads. An edge then has its axial force along it, and the difference of the
+//! moments at its ends over its length as shear force.
 
 use crate::energy::PlanarBend;
 use crate::energy::planar_bend::{curvature, curvature_between};
@@ -87,6 +88,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
         if first >= self.elements.stretch.len() {
             return None;
         }
+        // The last joint of this block needs the first edge of the next one.
         self.first += V::LANES;
         if self.first < self.elements.stretch.len() {
             self.edge = edges_at(self.q, self.level, self.first);
@@ -256,6 +258,7 @@ impl<D: Nestable> Sweep<D> for PlanarGradient<'_, D> {
         while let Some(pairs) = along.next() {
             let [moment, _] = along.turning_response(&pairs);
             let PlanarEdgePairs { first, e, .. } = pairs;
+            // Moment equilibrium of the edge: the difference of its moments over the length is the shear force.
             let torque = moment.before(moments) - moment;
             let axial = elements.stretches::<V>(level, first).force(e.squared, e.length);
             let force = [

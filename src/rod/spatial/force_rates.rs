@@ -1,8 +1,14 @@
-//! Derivatives of the forces of given stresses along motions of a spatial rod and its frames: the product of the
-//! geometric stiffness of these stresses with a motion, without its matrix.
+//! Derivatives along `G` parameters of the forces of given stresses on a spatial rod, from the rates of the stresses
+//! and the motions of its edges and frames: `B^T dsigma` plus the product of the geometric stiffness with a motion,
+//! without its matrix.
 //!
-//! Two edges `e` and `f` meet in a joint with the numbers `a`, `b`, `u` and `v` of [`joint`](crate::energy::joint). Where
-//! the tangents move by `p` and `q` towards the directors and the edges turn about themselves by `h`,
+//! Input: the geometry, stresses with rates, and an `EdgeMotion` per edge: the rotations `p`, `q`, `h`, rad, and the
+//! relative change of length. `joint_force_rates` returns the derivatives of a joint's energy by the rotations of
+//! both edges, N m, with their rates. `edge_force_rate` returns the rates of the force on the second node of an edge,
+//! N, and of the torque about it, N m.
+//!
+//! Two edges `e` and `f` meet in a joint with the numbers `a`, `b`, `u` and `v` of [`joint`](crate::energy::joint).
+//! Where the tangents move by `p` and `q` towards the directors and the edges turn about themselves by `h`,
 //!
 //! ```text
 //! d chi/chi = a.(p_e, q_e) + b.(p_f, q_f)         rho = 1/chi = (1 + a.a)/2    c = u - 1 + rho

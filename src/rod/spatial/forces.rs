@@ -1,8 +1,8 @@
 //! The gradient of a spatial rod, N and N m, in SIMD lanes by the hand-derived formulas: at given frames
 //! ([`Gradient`]), or with frames that move to the unknowns in the same sweep ([`MovedGradient`]).
 //!
-//! Stresses of the joints and axial forces become derivatives by edge vectors and angles. The gradient at a node is the
-//! difference of the forces of its two edges, less its dead load. Springs of internal friction act only at given
+//! Stresses of the joints and axial forces become derivatives by edge vectors and angles. The gradient at a node is
+//! the difference of the forces of its two edges, less its dead load. Springs of internal friction act only at given
 //! frames.
 
 use crate::energy::DeadLoad;
@@ -103,6 +103,7 @@ impl<D: Nestable> Sweep<D> for MovedGradient<'_, D> {
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut nodes = GradientWriter::<D, V>::new(level, self.elements.load, self.gradient);
+        // One sweep for both: transport and forces need the same lengths and tangents.
         let mut moving = MovingFrames::<D, V>::new(self.q, self.frames, level);
         while let Some(pairs) = moving.next() {
             let MovedEdgePairs { first, twist, .. } = pairs;

@@ -1,10 +1,10 @@
 //! Products of the geometry of a spatial rod with derivatives of its reference frames, forward and transposed.
 //!
-//! The director of an edge follows the tangent `t` from its reference `t_ref` by parallel transport. It turns by `g.dx`
-//! when the edge of length `l` changes by `dx` (see [`bend_twist`](crate::energy::bend_twist)). Transport from `t` to
-//! `t_ref` is the inverse, so that it turns by `l g.dt_ref` when the reference changes. Besides the change of its
-//! tangent the derivative of an edge's frame is therefore one number for each parameter: the turn of its directors
-//! about the tangent.
+//! The director of an edge follows the tangent `t` from its reference `t_ref` by parallel transport. It turns by
+//! `g.dx` when the edge of length `l` changes by `dx` (see [`bend_twist`](crate::energy::bend_twist)). Transport from
+//! `t` to `t_ref` is the inverse, so that it turns by `l g.dt_ref` when the reference changes. Besides the change of
+//! its tangent the derivative of an edge's frame is therefore one number for each parameter: the turn of its
+//! directors about the tangent.
 //!
 //! Output: derivatives of the gradient (N) along those of the frames, derivatives of the frames after a step, and the
 //! transposes of both for the adjoint.
@@ -95,6 +95,7 @@ impl RodGeometry for Geometry {
             let along = lanes_dot(&measured.tangent, &e);
             let SpatialEdgeGeometry { length, inverse_length, tangent, follow, .. } = measured;
             for c in 0..3 {
+                // Both ends of the transport move: the old reference by its rate, the new one with the edge.
                 rate.turn += (rate.tangent[c] * *length + e[c]) * follow[c];
                 rate.tangent[c] = (e[c] - along * tangent[c]) * *inverse_length;
             }
@@ -120,6 +121,7 @@ impl RodGeometry for Geometry {
         stiff: &[f64],
         frames: &mut [FrameRate<1>],
     ) {
+        // The tangent is symmetric: the transposed product with the angles is that with `d`.
         self.turn_frames(stiff, frames);
         for (j, (measured, frame)) in self.edges.iter().zip(frames).enumerate() {
             let SpatialEdgeGeometry { tangent, follow, by_chi, inverse_length, .. } = measured;
@@ -137,6 +139,7 @@ impl RodGeometry for Geometry {
         for (j, (measured, frame)) in self.edges.iter().zip(frames).enumerate() {
             let SpatialEdgeGeometry { length, inverse_length, tangent, follow, .. } = measured;
             let (turn, by) = (frame.turn.0[0], frame.tangent.map(|x| x.0[0]));
+            // Transpose of the projection across the edge: a unit tangent has no change along itself.
             let across = sub(by, scale(*tangent, dot(by, *tangent)));
             let e = add(scale(*follow, turn), scale(across, *inverse_length));
             for c in 0..3 {

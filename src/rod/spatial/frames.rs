@@ -1,10 +1,11 @@
 //! Reference frames of a rod in space: moves to other unknowns, and the angles measured from them.
 //!
-//! An angle `theta` of an edge, rad, turns the reference director, transported to the present tangent, to the material
-//! director. `move_to` transports frames to the edges at `q`. `convert_angles` overwrites the angles in `q` by those from another
-//! set of frames; directors and twists stay. `untwist` sets the angles so that no joint is twisted, for edges along the tangents
-//! of the frames; that of the first edge stays. `align` turns one edge to a given director, by the angle nearest to the present
-//! one plus a given rotation. `director` returns the first material director of an edge in the rod's axes.
+//! An angle `theta` of an edge, rad, turns the reference director, transported to the present tangent, to the
+//! material director. `move_to` transports frames to the edges at `q`. `convert_angles` overwrites the angles in `q`
+//! by those from another set of frames; directors and twists stay. `untwist` sets the angles so that no joint is
+//! twisted, for edges along the tangents of the frames; that of the first edge stays. `align` turns one edge to a
+//! given director, by the angle nearest to the present one plus a given rotation. `director` returns the first
+//! material director of an edge in the rod's axes.
 
 use crate::energy::frame::{EdgeFrame, Frames, transported_twist};
 use crate::numerics::scalar::Nestable;
@@ -89,6 +90,7 @@ impl<D: Nestable> ReferenceFrames<D> for Frames<D> {
     /// whole turns apart, the one nearest to the present angle plus `turn`, rad, is taken.
     fn align(&self, q: &mut [D], j: usize, director: [D; 3], turn: f64) {
         let [d1, d2] = self.edges[j].material(unit(Space::edge(q, j)), D::from(0.0));
+        // Any angle plus whole turns has this director; the expected angle selects one.
         let angle = dot(director, d2).atan2(dot(director, d1));
         let theta = &mut q[STRIDE * j + 3];
         let turns = ((*theta + turn - angle).value() / TAU).round();

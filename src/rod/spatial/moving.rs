@@ -1,9 +1,10 @@
 //! Parallel transport of the reference frames of a rod to its edges at other unknowns, in SIMD lanes.
 //!
-//! Input: unknowns `q` and frames, which are overwritten. Each frame is rotated by the smallest rotation from its old tangent to
-//! the new one. The reference twist of each joint, rad, changes by the angle that this transport adds. Directors, twists and
-//! energies at the new unknowns stay the same. [`MovingFrames`] returns the moved edges, the edges after them and the total
-//! twists block by block, so that a gradient is computed in the same sweep; [`Rebase`] only moves the frames.
+//! Input: unknowns `q` and frames, which are overwritten. Each frame is rotated by the smallest rotation from its old
+//! tangent to the new one. The reference twist of each joint, rad, changes by the angle that this transport adds.
+//! Directors, twists and energies at the new unknowns stay the same. [`MovingFrames`] returns the moved edges, the
+//! edges after them and the total twists block by block, so that a gradient is computed in the same sweep; [`Rebase`]
+//! only moves the frames.
 
 use crate::energy::frame::{EdgeFrame, Frames, moved_twist, vector_after};
 use crate::energy::joint::{DirectedEdge, EdgeState};
@@ -90,6 +91,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> MovingFrames<'a, D, V> {
         if first >= self.frames.len() {
             return None;
         }
+        // The last joint of this block needs the first edge of the next one, with its frame moved.
         self.first += V::LANES;
         if self.first < self.frames.len() {
             self.edges = move_edges(self.q, self.frames, self.level, self.first);
@@ -98,6 +100,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> MovingFrames<'a, D, V> {
         let mut room = None;
         let before = block::<D, V, _>(self.twist, first, D::from(0.0), &mut room);
         let before = V::gather(self.level, |lane| before[lane]);
+        // Transported directors of two edges differ from before by an angle, which the reference twist takes up.
         let twist = moved_twist([e.from, f.from], [&e.frame, &f.frame], before);
         for (lane, to) in self.twist[first..].iter_mut().take(V::LANES).enumerate() {
             *to = twist.lane(lane);
@@ -122,6 +125,7 @@ fn move_edges<D: Nestable, V: SimdScalar<D>>(
     let inverse_length = length.recip();
     let before = frames_at::<D, V>(frames, level, first);
     let frame = before.transported(scale(e, inverse_length));
+    // Overwritten in place: the old tangents stay in the result for the reference twists.
     for (lane, to) in frames[first..].iter_mut().take(V::LANES).enumerate() {
         let (tangent, director) =
             (V::extract_lane(&frame.tangent, lane), V::extract_lane(&frame.director, lane));

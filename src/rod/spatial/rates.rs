@@ -1,10 +1,11 @@
 //! Derivatives of forces and strains of a spatial rod along `G` parameters, from the geometry of the rod.
 //!
-//! `gradient_rates` overwrites its output with the derivatives of the energy gradient, N and N m (angles), at fixed unknowns and frames,
-//! `B^T dsigma - dload`, from those of axial forces, bending and twisting moments and dead loads. `node_force_rates` does the same
-//! for stresses that change with the unknowns, plus the change of `B` by the derivatives of unknowns and frames, without loads.
-//! `add_strain_rates` adds to the derivatives of strains those by unknowns and frames, `B dq`. All are hand-derived, with
-//! `B = ds/dq`, one SIMD lane per parameter. Forward sensitivities use them.
+//! `gradient_rates` overwrites its output with the derivatives of the energy gradient, N and N m (angles), at fixed
+//! unknowns and frames, `B^T dsigma - dload`, from those of axial forces, bending and twisting moments and dead
+//! loads. `node_force_rates` does the same for stresses that change with the unknowns, plus the change of `B` by the
+//! derivatives of unknowns and frames, without loads. `add_strain_rates` adds to the derivatives of strains those by
+//! unknowns and frames, `B dq`. All are hand-derived, with `B = ds/dq`, one SIMD lane per parameter. Forward
+//! sensitivities use them.
 
 use crate::energy::Stretch;
 use crate::numerics::lanes::{Lanes, dot as lanes_dot};
@@ -81,6 +82,7 @@ impl RateLayout<3, 3> for Space {
         let mut open = EdgeForceRate::ZERO;
         let mut carried = [Lanes::ZERO; 3];
         for j in 0..count {
+            // First the joint before the edge, from the last pass, then the joint after it.
             let mut pull = open;
             let mut next = motion;
             if j + 1 < count {

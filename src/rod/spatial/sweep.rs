@@ -1,10 +1,10 @@
 //! Sweeps over the edges of a spatial rod in SIMD lanes: strains, energies, geometry, and derivatives by edges.
 //!
-//! Input: the unknowns `q` (position of each node and angle of the edge after it) and the reference frames of the edges.
-//! Edge vectors are differences of positions. Each block has as many edges as SIMD lanes, their reference frames and
-//! angles, and the joints after them. Output: axial strains of edges, two curvatures and twist of joints, energies and
-//! geometry, as a block's numbers. First and second derivatives by edge vectors and angles go to a consumer, which stores
-//! them by nodes or by edges.
+//! Input: the unknowns `q` (position of each node and angle of the edge after it) and the reference frames of the
+//! edges. Edge vectors are differences of positions. Each block has as many edges as SIMD lanes, their reference
+//! frames and angles, and the joints after them. Output: axial strains of edges, two curvatures and twist of joints,
+//! energies and geometry, as a block's numbers. First and second derivatives by edge vectors and angles go to a
+//! consumer, which stores them by nodes or by edges.
 
 use crate::energy::Law;
 use crate::energy::bend_twist::{EdgeState, JointLaw, Stiffness};

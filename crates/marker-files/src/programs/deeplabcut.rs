@@ -1,8 +1,11 @@
-//! Reader of CSV files of DeepLabCut.
+//! Reader of CSV files of DeepLabCut: frames by number, without a rate, and positions with likelihoods.
 //!
-//! Rows `scorer`, `individuals` if there are several animals, `bodyparts` and `coords` are above the columns. The first
-//! columns have the number of the frame or the name of its image, whose increasing group of digits is the frame number.
-//! Positions are in pixels with y down; triangulated ones (with z) are in the unit of the calibration.
+//! Rows `scorer`, `individuals` if there are several animals, `bodyparts` and `coords` are above the columns. Markers
+//! are named by their body part, of several animals `animal:part`. The last column before the markers has the frame
+//! number, or the name of an image. Of an image name the last group of digits that increases from each name to the
+//! next is the frame number, and the last group if none does. Positions are in pixels with y down; if a marker has z,
+//! all are in the unit of the calibration. A missing row, other coordinates, and names without a frame number are
+//! errors.
 
 use crate::error::Error;
 use crate::format::Format;

@@ -1,8 +1,10 @@
-//! Reader of exports of Kinovea, of two kinds.
+//! Reader of exports of Kinovea, of two kinds: frames by time, and trajectories as markers.
 //!
-//! A spreadsheet has the time, and `NAME/X`, `NAME/Y` of every trajectory, in the units of the header, or in seconds and the
-//! unit of the calibration. A text has the trajectories one below the other, each below its name in a comment or after a
-//! blank line. Time codes, as `0:00:01`, are rejected.
+//! A spreadsheet has the time, and `NAME/X`, `NAME/Y` of every trajectory, in the units of the header, or in seconds
+//! and the unit of the calibration. Pixels have y up. A text begins with `#` and has the trajectories one below the
+//! other. Each is below its name in a comment, or after a blank line and then numbered from 1. Its lines are `T X Y`,
+//! in seconds and the unit of the calibration. Time codes, as `0:00:01`, other columns, several or unknown units, and
+//! lines of a text without three numbers are errors.
 
 use crate::detections::Detections;
 use crate::error::Error;

@@ -1,8 +1,8 @@
-//! One reader for the files of every tracking program; each returns a [`MarkerFile`] in the units of the program.
+//! One reader for the files of every tracking program; each returns a [`MarkerFile`] in the units of the file.
 //!
-//! [`open`] reads the bytes, without a byte-order mark, and takes the stated format or determines it from the first bytes.
-//! [`parse`] calls the reader of the format. Files of the wrong kind and lines that the program does not write are errors
-//! with their line.
+//! [`open`] reads the bytes of a file, without a byte-order mark, and takes the stated format or determines it from
+//! the first bytes. [`parse`] calls the reader of the format, which has a file of its own here (`plain_table` for CSV
+//! without a program). Files of the wrong kind and lines that the program does not write are errors with their line.
 
 mod deeplabcut;
 mod dltdv;

@@ -1,8 +1,10 @@
-//! Reader of CSV exports of OptiTrack Motive.
+//! Reader of CSV exports of OptiTrack Motive: frames by time in seconds, and markers in the unit of the file.
 //!
-//! The first line has settings in pairs of name and value, among them the unit of length. Five or six rows above the numbers
-//! describe type, name and property of the columns. Positions of markers are read; columns of rigid bodies and bones are
-//! skipped. Times are in seconds, missing positions are empty.
+//! The first line has settings in pairs of name and value, among them `Length Units`. Rows above the numbers have
+//! type, name and property of the columns; they are found by their names, as their number depends on the version.
+//! Read are columns of the type Marker with the property Position; those of rigid bodies and bones are skipped.
+//! Missing positions are empty. A file without the settings, a known unit, the rows `Frame`, `Type` and `Name`, or
+//! any marker is an error.
 
 use crate::error::Error;
 use crate::format::Format;

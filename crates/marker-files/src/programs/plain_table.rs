@@ -1,8 +1,11 @@
 //! Reader of plain tables of markers (CSV).
 //!
-//! The table has a clock (`t`, `time` or `frame`) and columns `xA, yA, zA` or `A_x, A_y, A_z` of every marker A, or x, y and z of
-//! a single marker without a name. Units are those of the header, else s and m; positions are in pixels if all columns
-//! are.
+//! The clock is the column `t`, else `time`, else `frame`; a column `frame` beside a time is skipped. All other
+//! columns are `xA, yA, zA` or `A_x, A_y, A_z` of markers A, or x, y and z of a single marker without a name. Output:
+//! frames with the clock in the unit of the header (s without one) or as frame numbers, and positions in m. Columns
+//! without a unit are in m; positions are in pixels if all columns are. Errors, with the line: no clock, other
+//! columns or units, two columns of one coordinate, a named marker without x or y, a blank time, times that do not
+//! increase, no row.
 
 use crate::error::Error;
 use crate::format::Format;

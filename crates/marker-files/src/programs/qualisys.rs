@@ -1,8 +1,9 @@
-//! Reader of TSV exports of Qualisys Track Manager.
+//! Reader of TSV exports of Qualisys Track Manager: frames by number, with their rate, and positions in mm.
 //!
-//! Keys with values come first, among them `FREQUENCY` and `MARKER_NAMES`, then x, y and z of each marker in mm. The frame number
-//! and the time may precede them, and the names of the columns may be above. Missing positions are empty, or 0 in all
-//! three coordinates.
+//! Keys with values come first, among them `FREQUENCY` (frames per second) and `MARKER_NAMES`, then x, y and z of
+//! each marker. The frame number, or the frame number and the time, may precede them, and the names of the columns
+//! may be above. Frames without a number are counted from 1. Missing coordinates are empty; a position of three zeros
+//! is missing. A file without these keys, data other than 3D, and another number of columns are errors.
 
 use crate::error::Error;
 use crate::format::Format;

@@ -1,7 +1,9 @@
 //! Reader of the analysis of SLEAP in CSV: a line for every animal in every frame.
 //!
-//! A line has x, y and score of every node, in pixels with y down. Markers are named after the node; of several tracks,
-//! `track:node`. The clock is the frame number, without a rate.
+//! A line has x, y and score of every node, in pixels with y down; the score is the likelihood of the position. Each
+//! node is a marker, named after the node; if the lines have several tracks, `track:node`. The clock is the frame
+//! number, without a rate. Other columns, a node without x or y, another number of fields than the header, and two
+//! lines of one marker in a frame are errors.
 
 use crate::detections::Detections;
 use crate::error::Error;

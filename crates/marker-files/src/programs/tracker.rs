@@ -1,7 +1,9 @@
-//! Reader of data exports of Tracker.
+//! Reader of data exports of Tracker: frames by time in seconds, and tracks as markers in the unit of the
+//! calibration.
 //!
-//! The first line has the names of the tracks, each above the first of its columns; the second has the names of the columns,
-//! beginning with `t` in s. The columns of a track may be in several groups. Lengths are in the unit of the calibration.
+//! The first line has the names of the tracks, each above the first of its columns, and a single one in the first
+//! column. The second has the names of the columns, beginning with `t`. The columns of a track may be in several
+//! groups; columns other than x, y and z are skipped. A file without `t`, and a track without x or y, are errors.
 
 use crate::error::Error;
 use crate::format::Format;

@@ -1,7 +1,10 @@
 //! Reader of the spots of TrackMate in CSV: a line for every spot with the number of its track, in any order.
 //!
-//! Longer and shorter names and the units are below the header. Each track is a marker; spots without a track are left
-//! out. The clock is the time if its unit is stated, else the frame number. The y axis points down in any unit.
+//! Each track is a marker, named by its number; spots without a track are left out. Up to three lines with names and
+//! units are below the header. The clock is the time if its unit is stated and is not frames, else the frame number,
+//! without a rate. Lengths without a unit are pixels with y down; for other units the user must state the direction
+//! of y. If z is 0 in all spots, it is missing. A missing column, unknown units, blank coordinates, and two spots of
+//! a track at one time are errors.
 
 use crate::detections::Detections;
 use crate::error::Error;
@@ -58,6 +61,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     // A time in a unit of frames is no time: the frame number is used, with the frame rate of the user.
     let (clock, column, name) = match (time, time.map(stated)) {
         (Some(time), Some(stated)) if !["", "frame", "frames"].contains(&stated) => {
+            // TrackMate writes `sec` and `msec`, the list of units has `s` and `ms`.
             let short = stated.strip_suffix("ec").unwrap_or(stated);
             let Some((_, seconds)) = TIMES.iter().find(|(name, _)| *name == short) else {
                 let line = units.map_or(1, |line| line.number);

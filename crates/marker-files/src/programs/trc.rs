@@ -1,7 +1,9 @@
 //! Reader of TRC files, the text format of Motion Analysis, also written by OpenSim, Pose2Sim and Mokka.
 //!
-//! Keys and values are in two lines, then `Frame#`, `Time` and the names of the markers, each above the first of its three
-//! columns, then `X1 Y1 Z1` and so on. Columns may be separated by commas. Times are in s, missing positions are blank or NaN.
+//! Keys and values are in two lines, among them `Units` (mm, cm or m). Then follow `Frame#`, `Time` and the names of
+//! the markers, each above the first of its three columns, then `X1 Y1 Z1` and so on. Separators are tabs, commas or
+//! semicolons. Output: frames by time in s, and markers in the unit of the file; blank and NaN positions are missing.
+//! A file without a known unit, `Frame#`, `Time` or a marker, and another number of columns are errors.
 
 use crate::error::Error;
 use crate::format::Format;

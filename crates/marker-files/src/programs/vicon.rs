@@ -1,8 +1,10 @@
-//! Reader of CSV exports of Vicon Nexus.
+//! Reader of CSV exports of Vicon Nexus: frames by number, with their rate, and markers in the unit of the file.
 //!
-//! The section `Trajectories` has the markers; other sections are skipped. Below its name are the frames per second, the
-//! markers above the first of their columns, the names of the columns, and their units. Frames are numbered from 1. Missing
-//! positions are empty.
+//! The section `Trajectories` has the markers; other sections are skipped. Below its name are the frames per second,
+//! the markers above the first of their columns, the names of the columns, and their units. All have one unit: mm, cm
+//! or m. Frames are numbered from 1. Columns of velocities and accelerations are skipped; missing positions are
+//! empty. A file without this section, a positive rate, `Frame` or a coordinate, and a column without a marker are
+//! errors.
 
 use crate::error::Error;
 use crate::format::Format;

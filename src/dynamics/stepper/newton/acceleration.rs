@@ -9,40 +9,10 @@
 //! (M + h C + h^2 K) a = -n
 //! ```
 //!
-//! Input: a state, the step size `h` (s), and the change of all unknowns in two such steps, which gives the strain rates.
-//! Output of [`acceleration_within`]: one acceleration (m/s^2, rad/s^2) per unknown, zero for held and prescribed ones. A
-//! singular matrix is an error. `know_acceleration` stores them and the forces `-m a` for the first step; averaging schemes
-//! have neither.
-//!
-//! Input: a state, the step size `h` (s), and the change of all unknowns in two such steps, which gives the strain rates.
-//! Output of [`acceleration_within`]: one acceleration (m/s^2, rad/s^2) per unknown, zero for held and prescribed ones. A
-//! singular matrix is an error. `know_acceleration` stores them and the forces `-m a` for the first step; averaging schemes
-//! have neither.
-//!
-//! Input: a state, the step size `h` (s), and the change of all unknowns in two such steps, which gives the strain rates.
-//! Output of [`acceleration_within`]: one acceleration (m/s^2, rad/s^2) per unknown, zero for held and prescribed ones. A
-//! singular matrix is an error. `know_acceleration` stores them and the forces `-m a` for the first step; averaging schemes
-//! have neither.
-//!
-//! Input: a state, the step size `h` (s), and the change of all unknowns in two such steps, which gives the strain rates.
-//! Output of [`acceleration_within`]: one acceleration (m/s^2, rad/s^2) per unknown, zero for held and prescribed ones. A
-//! singular matrix is an error. `know_acceleration` stores them and the forces `-m a` for the first step; averaging schemes
-//! have neither.
-//!
-//! Input: a state, the step size `h` (s), and the change of all unknowns in two such steps, which gives the strain rates.
-//! Output of [`acceleration_within`]: one acceleration (m/s^2, rad/s^2) per unknown, zero for held and prescribed ones. A
-//! singular matrix is an error. `know_acceleration` stores them and the forces `-m a` for the first step; averaging schemes
-//! have neither.
-//!
-//! Input: a state, the step size `h` (s), and the change of all unknowns in two such steps, which gives the strain rates.
-//! Output of [`acceleration_within`]: one acceleration (m/s^2, rad/s^2) per unknown, zero for held and prescribed ones. A
-//! singular matrix is an error. `know_acceleration` stores them and the forces `-m a` for the first step; averaging schemes
-//! have neither.
-//!
-//! Input: a state, the step size `h` (s), and the change of all unknowns in two such steps, which gives the strain rates.
-//! Output of [`acceleration_within`]: one acceleration (m/s^2, rad/s^2) per unknown, zero for held and prescribed ones. A
-//! singular matrix is an error. `know_acceleration` stores them and the forces `-m a` for the first step; averaging schemes
-//! have neither.
+//! Input: a state, the step size `h` (s), and the change of all unknowns in two such steps, which gives the strain
+//! rates. Output of [`acceleration_within`]: one acceleration (m/s^2, rad/s^2) per unknown, zero for held and
+//! prescribed ones. A singular matrix is an error. `know_acceleration` stores them and the forces `-m a` for the
+//! first step; averaging schemes have neither.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::{Step, StepperSettings, System, Work};

@@ -15,8 +15,11 @@
 //! correction without any error, since twist is linear. Therefore the relative error of a correction has a lower
 //! bound: that by the stretching of edges which rotate as their ends move, or as their directors turn.
 //!
-//! Input: the size of each correction and the origin of its tangent. Output: whether the iteration ends, continues with
-//! the same factors, or needs a new tangent ([`NextIteration`]).
+//! Input: the size of each correction (displacement of nodes, m; rotation of directors, rad, times the length) and
+//! the origin of its tangent. Output ([`NextIteration`]): the iteration ends if the correction, or from the second
+//! one on its estimated error, is at most the tolerance (m). It continues with the same factors if a chord's error
+//! ratio is below `SLOWEST` and chords cost no more than a new tangent. Else, and always after expected tensions,
+//! it needs a new tangent.
 
 use crate::numerics::scalar::Scalar;
 use crate::rod::Rod;

@@ -1,11 +1,11 @@
-//! Drag in the equations of a step: forces (N) added to the elastic gradient, and their derivatives (N/m) added to the
-//! tangent.
+//! Drag in the equations of a step: forces (N) added to the elastic gradient, and their derivatives (N/m) added to
+//! the tangent.
 //!
-//! Input: drag coefficients of the nodes, the state before the step, the iterate, and the elastic gradient and tangent.
-//! Drag acts at the velocities of the step that mass damping acts on: those at its end, or the mean velocity of an
-//! averaging scheme. The rod's tangents are those at the places `q0 + h v0`, constant over the iteration. Output:
-//! `total`, the gradient less the drag forces, and `matrix`, its derivative by the unknowns at the end. For the start
-//! of a step the drag at given places and velocities is added to a list of forces.
+//! Input: drag coefficients of the nodes, the state before the step, the iterate, and the elastic gradient and
+//! tangent. Drag acts at the velocities of the step that mass damping acts on: those at its end, or the mean
+//! velocity of an averaging scheme. The rod's tangents are those at the places `q0 + h v0`, constant over the
+//! iteration. Output: `total`, the gradient less the drag forces, and `matrix`, its derivative by the unknowns at
+//! the end. For the start of a step the drag at given places and velocities is added to a list of forces.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::Step;
@@ -37,6 +37,8 @@ impl<D: Nestable, T: Tangent<D>> DragForces<D, T> {
     /// Begins a step of size `h`, s: computes the unit tangents of the rod at the predicted places `q0 + h v0` of the
     /// state `before`.
     pub fn begin<F>(&mut self, drag: &NodalDrag<D>, before: &State<D, F>, h: f64) {
+        // Tangents at predicted places are constant over the iteration; their error is of second
+        // order in the step.
         for (x, (q, v)) in self.room.iter_mut().zip(before.q.iter().zip(&before.v)) {
             *x = *q + *v * h;
         }
@@ -54,6 +56,7 @@ impl<D: Nestable, T: Tangent<D>> DragForces<D, T> {
         [before, now]: [&State<D, F>; 2],
         gradient: &[D],
     ) {
+        // Held unknowns have prescribed velocities; those of free ones follow from the iterate.
         self.room.copy_from_slice(&now.v);
         for i in step.system.free.clone() {
             let a0 = before.acceleration.get(i).copied().unwrap_or(D::from(0.0));

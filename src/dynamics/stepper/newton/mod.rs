@@ -2,14 +2,19 @@
 //! tangent.
 //!
 //! A step starts from a [predictor], forms one tangent there, and corrects with its factors until the [estimated
-//! error](convergence) is below the [tolerance](crate::scene::StepTolerance). A new tangent is formed where the old one
-//! would take more corrections than it saves. The residual at the solution is not evaluated: the forces there follow
-//! from the linear system. Averaging schemes, dual numbers and the tolerance `rounding` iterate until the residual is a
-//! rounding error. If an iteration from extrapolated velocities fails, it is repeated so from constant ones.
+//! error](convergence) is below the [tolerance](crate::scene::StepTolerance). A new tangent is formed where the old
+//! one would take more corrections than it saves. The residual at the solution is then not evaluated: the forces
+//! there follow from the linear system. Averaging schemes, dual numbers and the tolerance `rounding` iterate until
+//! the residual is a rounding error (`rounding`). If an iteration from extrapolated velocities fails, it is
+//! repeated so from constant ones.
 //!
-//! Output: unknowns, velocities, accelerations, forces and internal variables at the end of the step; on request the
-//! tangent and its factors at the solution, for derivatives. Failure is an error with residual and number of
-//! iterations.
+//! Output: unknowns, velocities, forces and internal variables at the end of the step, for generalised-alpha also
+//! accelerations; on request the tangent and its factors at the solution, for derivatives. Failure is
+//! [`Error::Newton`] with residual and number of iterations, or [`Error::SingularTangent`] for a zero pivot.
+//!
+//! `start_forces` has the forces at the start of a step, `acceleration` the accelerations of a recorded start.
+//! `averaging`, `drag_forces`, `rotating_bodies` and `slip_state` have parts of the equations, `tensions` the
+//! predicted tensions of tangents. `relinearize` linearizes an earlier step again.
 
 mod acceleration;
 mod averaging;
@@ -293,7 +298,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         work: &mut Work,
     ) -> Result<(), Error> {
         self.begin(step, before);
-        // The equations of an average have many roots at large steps. The motion is the one next to constant velocity.
+        // The equations of an average have many roots at large steps. The motion is the one next to
+        // constant velocity.
         let steady = self.coefficients.averages();
         let extrapolated = self.predictor.predict(step, &self.coefficients, before, state, steady);
         let solved = match self.tolerance {

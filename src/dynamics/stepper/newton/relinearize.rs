@@ -1,10 +1,10 @@
 //! Linearization of an earlier step from the states before and after it, without solving the step again.
 //!
-//! Input: the equations of motion and both states. Output: coefficients, tangent, factors and geometry of the Newton
-//! solver are overwritten by those at the state after the step. Counts of work are increased. On request the tangent of
-//! a viscous rod's forces at the start of the next step is computed too. A zero pivot is an error. The adjoint and the
-//! derivatives on a second thread store states only, and linearize each step with this. Averaging schemes are excluded,
-//! as their stages are not stored.
+//! Input: the equations of motion and both states. Output: coefficients, tangent, factors and geometry of the
+//! Newton solver are overwritten by those at the state after the step. Counts of work are increased. On request the
+//! tangent of a viscous rod's forces at the start of the next step is computed too. A zero pivot is an error. The
+//! adjoint and the derivatives on a second thread store states only, and linearize each step with this. Averaging
+//! schemes are excluded, as their stages are not stored.
 
 use crate::dynamics::step::{Step, System, Work};
 use crate::dynamics::stepper::newton::Newton;
@@ -29,6 +29,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         if !self.keeps_next {
             return Ok(());
         }
+        // Only the gradient and tangent that this stores are used; the list of forces is any of the
+        // right length.
         let mut forces = std::mem::take(&mut self.correction);
         self.find_viscous(system, &after.internal, &after.q, &before.frames, &mut forces);
         self.correction = forces;

@@ -1,9 +1,9 @@
 //! Inertia forces of rotating bodies in space, in the equations of a step, beyond those of the diagonal masses.
 //!
 //! Moments act on rotations in the axes of the bodies, and the derivatives of a step are those by increments of
-//! rotations there. The [assembly](crate::rod::Assembly) has the formulas; other rods, and assemblies in a plane, have
-//! no such bodies, and every function here leaves their lists unchanged. Input: state or iterate of a step, with
-//! velocities or accelerations by its scheme. Output: forces and tangent of the Newton solver, and corrected
+//! rotations there. The [assembly](crate::rod::Assembly) has the formulas; other rods, and assemblies in a plane,
+//! have no such bodies, and every function here leaves their lists unchanged. Input: state or iterate of a step,
+//! with velocities or accelerations by its scheme. Output: forces and tangent of the Newton solver, and corrected
 //! accelerations.
 
 use crate::dynamics::step::{Step, System};
@@ -35,6 +35,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
         let slope = self.coefficients.damped_velocity_slope();
         let damping = step.system.damping.mass;
+        // The factored matrix multiplies the tangent by `end`: inertia in it is divided by that
+        // factor before.
         let rates = RotationRates {
             velocity: &self.velocities,
             slope,

@@ -1,10 +1,10 @@
 //! Strains, and stretches of the springs of internal friction, at the current unknowns of a step.
 //!
-//! Input: unknowns and frames, and the internal variables at the start of the step. A friction spring stretches by the
-//! change of the strain of its joint until its limit, and slips there. Output: strains, and stretches with slip, over
-//! any scalar. If a correction of Newton's method makes a spring begin to slip or stick, the error estimate does not
-//! hold. `is_unchanged` excludes this: the distance of all springs from their limits must exceed `MAX_STRAIN_CHANGE`
-//! times the correction (over the rod's length) times the number of edges.
+//! Input: unknowns and frames, and the internal variables at the start of the step. A friction spring stretches by
+//! the change of the strain of its joint until its limit, and slips there. Output: strains, and stretches with
+//! slip, over any scalar. If a correction of Newton's method makes a spring begin to slip or stick, the error
+//! estimate does not hold. `is_unchanged` excludes this: the distance of all springs from their limits must exceed
+//! `MAX_STRAIN_CHANGE` times the correction (over the rod's length) times the number of edges.
 
 use crate::numerics::scalar::Nestable;
 use crate::rod::{InternalVariables, Rod};
@@ -52,6 +52,8 @@ impl<D: Nestable> SlipState<D> {
     /// stick. The distance of all springs from their limits must exceed [`MAX_STRAIN_CHANGE`] times `size` times the
     /// number of edges.
     pub fn is_unchanged<R: Rod<D>>(&self, elastic: &R, size: f64) -> bool {
+        // Strains without a spring are those of the edges. `size` times their number is the
+        // correction over the length of an edge, which bounds the change of a strain.
         let edges = (self.strains.len() - self.z.len()) as f64;
         elastic.distance_to_slipping(&self.z) > MAX_STRAIN_CHANGE * size * edges
     }

@@ -1,12 +1,12 @@
-//! Forces `n` (N) and accelerations (m/s^2) at the start of a step, which follow from the state alone; both are written
-//! to the state.
+//! Forces `n` (N) and accelerations (m/s^2) at the start of a step, which follow from the state alone; both are
+//! written to the state.
 //!
-//! `n` is the elastic gradient less loads, with viscous, Maxwell and friction stress, plus mass damping and inertia of
-//! rotating bodies, less drag. Averaging schemes have half of the viscous stress, inertia of rotating bodies and drag
-//! only. Needed at the start of a run, after a change of velocities or supports, and after every step of a viscous rod.
-//! Without viscosity the forces at the end of the last step are used. Accelerations, for generalised-alpha only, are
-//! `a = -n/m`, zero for prescribed and held unknowns. For a viscous rod the tangent of the forces can be stored, for
-//! transposed derivatives.
+//! `n` is the elastic gradient less loads, with viscous, Maxwell and friction stress, plus mass damping and inertia
+//! of rotating bodies, less drag. Averaging schemes have half of the viscous stress, inertia of rotating bodies and
+//! drag only. Needed at the start of a run, after a change of velocities or supports, and after every step of a
+//! viscous rod. Without viscosity the forces at the end of the last step are used. Accelerations, for
+//! generalised-alpha only, are `a = -n/m`, zero for prescribed and held unknowns. For a viscous rod the tangent of
+//! the forces can be stored, for transposed derivatives.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::StartForces;
@@ -31,6 +31,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         let State { q, frames, v, internal, unbalanced, .. } = state;
         // Any step size: only the scheme matters here.
         let coefficients = StepCoefficients::new(self.scheme, self.parameter, false, 1.0);
+        // Averaging schemes take elastic forces at their stages only, viscous ones at both ends of
+        // the step.
         match self.viscous.is_some() {
             true => self.find_viscous(system, internal, q, frames, unbalanced),
             false if coefficients.averages() => unbalanced.fill(D::from(0.0)),

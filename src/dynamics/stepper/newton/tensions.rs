@@ -1,18 +1,23 @@
 //! Predicted tensions of edges for the tangents of Newton's method.
 //!
-//! A correction that rotates an edge by an angle `a` also lengthens it by the part `a^2/2`. In a nearly inextensible rod
-//! this is a tension EA a^2/2 far above that of the motion. The next tangent, formed under it, has a wrong stiffness across
-//! the edge, and the iteration diverges until rotations are tiny. To first order in the correction, the linear system gives
-//! the tension that balances the forces. The next tangent is formed under that one, as if tensions were unknowns, and a step
-//! begins with the tensions at the end of the one before. Only the tangent changes, and not at the solution, where both
-//! tensions agree: convergence stays quadratic, in places and tensions together (the "mixed integration points" of
-//! Magisano, Leonetti and Garcea, Comput. Methods Appl. Mech. Engrg. 313, 2017, doi:10.1016/j.cma.2016.10.023).
+//! A correction that rotates an edge by an angle `a` also lengthens it by the part `a^2/2`. In a nearly
+//! inextensible rod this is a tension EA a^2/2 far above that of the motion. The next tangent, formed under it, has
+//! a wrong stiffness across the edge, and the iteration diverges until rotations are tiny. To first order in the
+//! correction, the linear system gives the tension that balances the forces. The next tangent is formed under that
+//! one, as if tensions were unknowns, and a step begins with the tensions at the end of the one before. Only the
+//! tangent changes, and not at the solution, where both tensions agree: convergence stays quadratic, in places and
+//! tensions together (the "mixed integration points" of Magisano, Leonetti and Garcea, Comput. Methods Appl. Mech.
+//! Engrg. 313, 2017, doi:10.1016/j.cma.2016.10.023).
 //!
-//! The cables of `data/cables` take 4 to 6 corrections a step without it, and 3.0 to 3.4 with it. No chord follows such
-//! a tangent, so that steps with up to three usual tangents gain nothing. A step that needs a fourth tangent forms it
-//! under predicted tensions, and the next step begins with them. They end where a step takes as many tangents as the
-//! last usual one, or no more than two; after [`MOST`] tangents; and where a node moved by more than [`SMALL`] edge
-//! lengths.
+//! The cables of `data/cables` take 4 to 6 corrections a step without it, and 3.0 to 3.4 with it. No chord follows
+//! such a tangent, so that steps with up to three usual tangents gain nothing. A step that needs a fourth tangent
+//! forms it under predicted tensions, and the next step begins with them. They end where a step takes as many
+//! tangents as the last usual one, or no more than two; after [`MOST`] tangents; and where a node moved by more
+//! than [`SMALL`] edge lengths.
+//!
+//! Input after each correction: the correction, the largest displacement of a node (m), and the number of tangents
+//! of the step. Output: `Tensions::expected`, one tension (N) per edge for the next tangent, or `None` for those of
+//! the strains.
 
 use crate::numerics::scalar::Nestable;
 use crate::rod::Rod;
@@ -81,6 +86,8 @@ impl<D: Nestable> Tensions<D> {
         TangentCount { tangents, is_done }: TangentCount,
     ) {
         let [usual, few] = ENOUGH;
+        // No chord follows a tangent under predicted tensions, so that they gain only in steps with
+        // many tangents.
         let gains = match (self.begun, is_done) {
             (true, true) => tangents > few && tangents < self.usual,
             (true, false) => true,
@@ -90,6 +97,8 @@ impl<D: Nestable> Tensions<D> {
         if is_done && !self.begun {
             self.usual = tangents;
         }
+        // The prediction is of first order: after a large displacement it is no approximation of
+        // the next tensions.
         self.known = gains && tangents <= MOST && moved <= SMALL * self.edge;
         if self.known {
             rod.tensions_after(correction, q, frames, &mut self.expected);

@@ -165,6 +165,7 @@ fn add_budget(
             let inputs = known.knowns.iter().zip(&contributions);
             let own = inputs.filter(|(known, _)| known.experiments.len() == 1);
             let own: f64 = own.map(|(_, contribution)| contribution * contribution).sum();
+            // With few degrees of freedom the wider interval may have the smaller standard error.
             let noise = jackknife.residual_std_error.min(std_error);
             let differences = (std_error.powi(2) - noise.powi(2) - own).max(0.0).sqrt();
             let freedom = Some(jackknife.experiments as f64 - 1.0);

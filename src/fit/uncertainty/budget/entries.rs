@@ -1,12 +1,12 @@
 //! Entries of the uncertainty budget of a report, as they are stored.
 //!
-//! Every estimate of a report has one [`BudgetLine`] per source of uncertainty (an input, `noise`, `experiments`, `mesh`,
-//! `step`). Its contribution is a standard uncertainty in the unit of the parameter; the share is a fraction of the combined
-//! variance, negative where a correlation compensates others. The standard uncertainty of an input is in the unit of the
-//! input. One [`InputSensitivity`], the response to +1 %, is there per listed input without a stated uncertainty: in the
-//! unit of the parameter, and as a fraction of positive estimates. [`MonteCarlo`] is the spread of its Monte Carlo fits, if
-//! requested, beside the standard deviation that the budget predicts. `combined` creates the lines and the spread,
-//! `input_sensitivities` the responses.
+//! An estimate with a standard error has one [`BudgetLine`] per source of uncertainty (an input, `noise`,
+//! `experiments`, `mesh`, `step`). Its contribution is a standard uncertainty in the unit of the parameter; the share
+//! is a fraction of the combined variance, negative where a correlation compensates others. The standard uncertainty
+//! of an input is in the unit of the input. One [`InputSensitivity`], the response to +1 %, is there per listed input
+//! without a stated uncertainty: in the unit of the parameter, and as a fraction of positive estimates.
+//! [`MonteCarlo`] is the spread of its Monte Carlo fits, if requested, beside the standard deviation that the budget
+//! predicts. `combined` creates the lines and the spread, `input_sensitivities` the responses.
 
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};

@@ -1,11 +1,12 @@
 //! Changes of inputs: numbers of the scenes that are not identified.
 //!
-//! An [`InputChange`] has the number, its value and its change, in its unit, in each group of experiments with the same
-//! value. A known input changes by one standard uncertainty, an omitted effect by its plausible size. [`unstated_inputs`]
-//! returns changes by 1 % of every other nonzero number of geometry, material, loads, camera scale and motion
-//! (`INPUT_PATHS`). Directions, numbers that are identified or known, and those without derivatives in the model are left
-//! out; the list ends after [`MOST_NUMBERS`] numbers. The components of a vector are one change. Derivatives of the
-//! residuals by these numbers yield the [input directions](crate::fit::uncertainty::budget::input_directions).
+//! An [`InputChange`] has the number, its value and its change, in its unit, in each group of experiments with the
+//! same value. A known input changes by one standard uncertainty, an omitted effect by its plausible size.
+//! [`unstated_inputs`] returns changes by 1 % of every other nonzero number of geometry, material, loads, camera
+//! scale and motion (`INPUT_PATHS`). Left out are directions, places and directions in a structure (`PLACES`),
+//! numbers that are identified or known, and those without derivatives in the model. The list ends after
+//! [`MOST_NUMBERS`] numbers. The components of a vector are one change. Derivatives of the residuals by these numbers
+//! yield the [input directions](crate::fit::uncertainty::budget::input_directions).
 
 use crate::fit::known::Known;
 use crate::fit::measurement::experiment::Experiment;

@@ -1,18 +1,18 @@
 //! Effect of the errors of known inputs on a fit that takes them for exact: on the estimates, and on the residuals.
 //!
-//! An error `dk` of an input leaves `u dk` in the residuals, `u` being the part of `dr/dk` that the unknowns cannot follow.
-//! The columns of `U` are these `u` for all known inputs. `R` are the correlations of their errors, in units of their
-//! standard uncertainties, and `v` is the variance of the noise. The most probable errors are
+//! An error `dk` of an input leaves `u dk` in the residuals, `u` being the part of `dr/dk` that the unknowns cannot
+//! follow. The columns of `U` are these `u` for all known inputs. `R` are the correlations of their errors, in units
+//! of their standard uncertainties, and `v` is the variance of the noise. The most probable errors are
 //!
 //! ```text
 //! dk = -(U'U/v + R^-1)^-1 U'r/v
 //! ```
 //!
-//! The estimates do not change, as `U` is orthogonal to the Jacobian. [`InputErrors::without_explained`] removes these
-//! errors from the residuals before they are tested. If one is above [`IMPROBABLE`] standard uncertainties it adds a warning
-//! of a misfit instead, and returns none; it also returns none without known inputs. The variance of each unknown by the
-//! inputs, on its scale (logarithm of a positive parameter; [`InputErrors::variance`]), is a part of its budget.
-//! Contradictory correlations are an error.
+//! The estimates do not change, as `U` is orthogonal to the Jacobian. [`InputErrors::without_explained`] returns the
+//! optimum with the residuals without these errors, for tests. If one is above [`IMPROBABLE`] standard uncertainties
+//! it adds a warning of a misfit instead, and returns none. It also returns none without known inputs, or for
+//! residuals of rounding errors. The variance of each unknown by the inputs, on its scale (logarithm of a positive
+//! parameter; [`InputErrors::variance`]), is a part of its budget. Contradictory correlations are an error.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -90,6 +90,7 @@ impl<'a> InputErrors<'a> {
             let Some(solved) = system.lu().solve(&(&product / -variance)) else { break };
             errors = &self.correlations * solved;
             let freedom = noise.degrees_of_freedom.filter(|_| noise.is_estimated);
+            // A stated variance does not depend on the errors: one round is exact.
             let Some(freedom) = freedom else { break };
             variance = (residuals + &self.orthogonal * &errors).norm_squared() / freedom;
         }

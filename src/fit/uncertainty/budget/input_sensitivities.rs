@@ -86,6 +86,7 @@ impl InputSensitivities {
         let (change, responses) = changes.find_map(|(change, responses)| {
             Some((change.relative_density_change(search.experiments)?, responses))
         })?;
+        // A response over the relative change that causes it is the logarithmic derivative.
         Some(responses.iter().map(|response| Some((*response)? / change)).collect())
     }
 
@@ -97,6 +98,7 @@ impl InputSensitivities {
             let Some(value) = estimate.value.filter(|_| estimate.std_error.is_some()) else {
                 continue;
             };
+            // A parameter that may be negative may be near zero: its change is then no fraction of it.
             let is_positive = unknown.parameter.is_positive();
             let size = if is_positive { 0.01 * value } else { value.abs() };
             let responses = &self.responses[self.known.len()..];

@@ -2,12 +2,13 @@
 //! `youngs_modulus/density`.
 //!
 //! Input: the unidentifiable directions, changes of the unknowns on their scales. Along a direction `(a, b)` of two
-//! logarithms no observed value changes. The product of powers `p1^b p2^-a` is constant along it. The data determine the
-//! product where it is constant along all other such directions as well (cosine of at most [`ORTHOGONAL`]). Its logarithm
-//! `v.x` has the variance `v'Cv`. It is an estimable function: any generalized inverse `C` of the normal matrix yields the
-//! same. [`constant_combinations`] returns the exponents `v` of each product, one per unknown, for the covariance. They are
-//! scaled to 1 for the smaller one and rounded to two decimals. [`Combination`] adds the standard deviation of the
-//! logarithm, and composes name and unit for the report.
+//! logarithms no observed value changes, or none by more than the noise. The product of powers `p1^b p2^-a` is
+//! constant along it. The data determine the product where it is constant along all other such directions as well
+//! (cosine of at most [`ORTHOGONAL`]). Its logarithm `v.x` has the variance `v'Cv`. It is an estimable function: any
+//! generalized inverse `C` of the normal matrix yields the same. [`constant_combinations`] returns the exponents `v`
+//! of each product, one per unknown, for the covariance. They are scaled to 1 for the smaller one and rounded to two
+//! decimals. The covariance adds the standard deviation of the logarithm, and [`Combination`] composes name and unit
+//! for the report.
 
 use crate::fit::unknown::Unknown;
 
@@ -34,6 +35,7 @@ pub(crate) fn constant_exponents(unknowns: &[Unknown], direction: &[f64]) -> Opt
     if ![one, two].iter().all(|j| unknowns[*j].parameter.is_positive()) {
         return None;
     }
+    // Along (a, b) the logarithm b x1 - a x2 of the product does not change.
     let (a, b) = (direction[one], direction[two]);
     // The smaller exponent becomes one in absolute value, and that of the first parameter is positive.
     let unit = a.abs().min(b.abs()) * b.signum();
@@ -53,6 +55,7 @@ pub(crate) fn constant_combinations(
     let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let is_constant = |v: &Vec<f64>| {
         directions.iter().all(|direction| {
+            // The logarithm of the product changes along a direction by their scalar product.
             let product: f64 = v.iter().zip(*direction).map(|(v, d)| v * d).sum();
             product.abs() <= ORTHOGONAL * norm(v) * norm(direction)
         })

@@ -1,13 +1,15 @@
-//! Groups of parameters that the data determine: combinations of unidentifiable parameters, and ratios to the density.
+//! Groups of parameters that the data determine: combinations of unidentifiable parameters, and ratios to the
+//! density.
 //!
 //! A motion under gravity, or between recorded ends, without a measured force has no scale of forces: with moduli and
-//! density multiplied by one factor it stays the same. The data determine `EI/(rho A)` and `GJ/(rho A)`, and a modulus is
-//! proportional to the density of the scene. The criterion is the sensitivities to the inputs: the logarithmic derivative by
-//! the density is 1 for the estimates of moduli, and 0 for all others, within [`DERIVATIVE_TOLERANCE`].
-//! [`determined_combinations`] returns the combinations with 95 % intervals, corrected for discretization; none without
-//! convergence. [`determined_groups`] returns the ratios, m^4/s^2, with relative standard errors, for each estimated
-//! modulus. They are empty if any estimate violates the criterion, for structures, and for experiments with different
-//! sections or densities. The report of the fit lists both.
+//! density multiplied by one factor it stays the same. The data determine `EI/(rho A)` and `GJ/(rho A)`, and a
+//! modulus is proportional to the density of the scene. The criterion is the sensitivities to the inputs: the
+//! logarithmic derivative by the density is 1 for the estimates of moduli, and 0 for all others, within
+//! [`DERIVATIVE_TOLERANCE`]. [`determined_combinations`] returns the combinations with 95 % intervals, corrected for
+//! discretization; none without convergence. [`determined_groups`] returns the ratios, m^4/s^2, with relative
+//! standard errors, for each modulus with a standard error. There are none if any estimate violates the criterion, if
+//! the derivatives were not computed, and for structures. A modulus whose experiments have different sections or
+//! densities has none. The report of the fit lists both.
 
 use crate::fit::measurement::experiment::{Experiment, named};
 use crate::fit::search::Search;
@@ -156,6 +158,7 @@ pub(crate) fn determined_groups(
         estimate.std_error.is_none()
             || response.is_none_or(|response| (response - expected).abs() < DERIVATIVE_TOLERANCE)
     };
+    // One estimate that depends on the density otherwise shows that the data have a scale of forces.
     if !estimates.iter().zip(&responses).all(has_no_scale) {
         return Vec::new();
     }

@@ -1,15 +1,17 @@
 //! Covariance of the estimates by the Gauss-Newton approximation, with an analysis of identifiability.
 //!
-//! Input are the rows of the Jacobian by the unknowns on their scales (logarithms of positive parameters), in units of the
-//! noise. A column of at most [`SMALLEST_EFFECT`] times the norm of the measured scales has no effect, which is a finding by
-//! itself. Singular values of the Jacobian with unit columns up to [`STRUCTURAL`] of the largest belong to directions of the
-//! unknowns without effect. The inverse `(J'J)^-1` of the normal matrix is formed without them. The covariance is
-//! `v (J'J)^-1` for white noise of the variance `v`, and `v (J'J)^-1 M (J'J)^-1` for a gradient with the covariance `v M`.
-//! Directions along which an unknown has a standard deviation beyond `practical_limit` are practically not identifiable. So
-//! are those from [`SUSPICIOUS`] of the limit on, if the misfit at the limit has not risen enough. Output is a
-//! [`Covariance`]: standard deviations on these scales (none for unknowns in such directions or with a one-sided bound),
-//! correlations, identifiable products, and the unidentifiable directions with their texts. It also returns the linear
-//! response of a fit to changes of its residuals.
+//! Input are the rows of the Jacobian by the unknowns on their scales (logarithms of positive parameters), in units
+//! of the noise. A column of at most [`SMALLEST_EFFECT`] times the norm of the measured scales has no effect, which
+//! is a finding by itself (unless the unknown has a one-sided bound). Singular values of the Jacobian with unit
+//! columns up to [`STRUCTURAL`] of the largest belong to directions of the unknowns without effect. The inverse
+//! `(J'J)^-1` of the normal matrix is formed without them. The covariance is `v (J'J)^-1` for white noise of the
+//! variance `v`, and `v (J'J)^-1 M (J'J)^-1` for a gradient with the covariance `v M`. Directions along which an
+//! unknown has a standard deviation beyond `practical_limit` (with a bound: [`BOUNDED_LIMIT`] times that of its
+//! logarithm) are practically not identifiable. So are those from [`SUSPICIOUS`] of the limit on, if the misfit at
+//! the limit has not risen enough. Output is a [`Covariance`]: standard deviations on these scales (none for unknowns
+//! without effect, in such directions or with a one-sided bound), correlations, identifiable products, and the
+//! unidentifiable directions with their texts. It also returns the linear response of a fit to changes of its
+//! residuals. A failed decomposition is an error.
 
 use crate::error::Error;
 use crate::fit::uncertainty::covariance::combinations::{Combination, constant_combinations};
@@ -118,6 +120,8 @@ impl Covariance {
             return Ok(found);
         }
         // Columns of length one: singular values then do not depend on the units of the unknowns.
+        // Rows of zeros fill a matrix with fewer rows than columns: the thin decomposition then has all right
+        // singular vectors.
         let scaled = Mat::from_fn(rows.len().max(active.len()), active.len(), |i, j| {
             rows.get(i).map_or(0.0, |row| row[active[j]] / norms[active[j]])
         });
@@ -158,6 +162,7 @@ impl Covariance {
                 (0..n).map(|j| side * axis[j] * limit(j) / size).collect()
             };
             let deviation = value.max(0.0).sqrt() * size;
+            // A misfit that is flat on one side is enough: an interval would have no end there.
             let mut is_flat = || [1.0, -1.0].iter().any(|side| rise(&at_limit(*side)) < 1.0);
             if deviation > 1.0 || deviation > SUSPICIOUS && is_flat() {
                 practical.push(at_limit(1.0));

@@ -1,12 +1,14 @@
 //! Directions of the unknowns that the data do not determine, with their descriptions.
 //!
-//! The right singular vectors of the scaled Jacobian with small singular values are the combinations of unknowns, on their
-//! scales, that do not change the observed values structurally: exact data would not determine them either. Practical
-//! directions are those whose change the noise hides. [`sparsest`] rewrites both kinds with few unknowns each, and sets
-//! components up to [`SMALLEST_COMPONENT`] of the largest to zero. [`describe_directions`] turns each into an
-//! [`UnidentifiableDirection`] with a text for the report, and [`summarize`] the first [`SUMMARIZED`] into the status of the
-//! fit. The limits of practical identifiability are standard deviations of an unknown on its scale: [`PRACTICAL_LOG`] of the
-//! logarithm of a positive parameter, else [`PRACTICAL_LINEAR`] in its unit.
+//! Input are directions, as changes of the unknowns on their scales, from the covariance. Structural ones are the
+//! right singular vectors of the scaled Jacobian with small singular values: they do not change the observed values,
+//! and exact data would not determine them either. Practical directions are those whose change the noise hides.
+//! [`sparsest`] rewrites the structural ones with few unknowns each, and eliminates the unknowns chosen for them from
+//! the practical ones. It sets components up to [`SMALLEST_COMPONENT`] of the largest to zero.
+//! [`describe_directions`] turns each into an [`UnidentifiableDirection`] with a text for the report,
+//! [`without_effect`] a single unknown without effect, and [`summarize`] the first [`SUMMARIZED`] into the status of
+//! the fit. The limits of practical identifiability are standard deviations of an unknown on its scale:
+//! [`PRACTICAL_LOG`] of the logarithm of a positive parameter, else [`PRACTICAL_LINEAR`] in its unit.
 
 use crate::code::Code;
 use crate::fit::search::damping::is_damping;
@@ -77,6 +79,7 @@ pub(crate) fn practical_limit(unknown: &Unknown) -> f64 {
 /// Finding on a parameter without effect on the observed values. It is structural. For a damping while other unknowns have an
 /// effect (`is_only_one` is false) it is practical: the damping is zero at the optimum, by these data.
 pub(crate) fn without_effect(unknown: &Unknown, is_only_one: bool) -> UnidentifiableDirection {
+    // At a damping of zero its logarithm has no effect, although larger values have one.
     let (kind, description) = match is_damping(unknown) && !is_only_one {
         true => (
             NonIdentifiability::Practical,
@@ -193,9 +196,11 @@ fn practical_reason(
     involved: &[usize],
     listed: &[usize],
 ) -> String {
+    // The linear model determines these unknowns: the misfit itself was flat at the limit.
     if involved.iter().all(|j| deviations[*j] <= practical_limit(&unknowns[*j])) {
         return "the misfit is no larger far from the estimate".into();
     }
+    // The exponential of the standard deviation of a logarithm is a factor.
     let size = |j: &usize| match deviations[*j] {
         sd if !unknowns[*j].parameter.is_positive() => format!("{sd:.2}"),
         sd if sd > 10.0 => "many orders of magnitude".into(),

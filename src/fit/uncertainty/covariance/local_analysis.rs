@@ -1,13 +1,14 @@
-//! Local analysis of an optimum by its residuals and their derivatives: noise, autocorrelation, adequacy, covariance and
-//! one-sided bounds.
+//! Local analysis of an optimum by its residuals and their derivatives: noise, autocorrelation, adequacy, covariance
+//! and one-sided bounds.
 //!
 //! [`LocalAnalysis::new`] computes in this order: the variance of the residuals and weights of the rows; the AR(1)
-//! correlations; the noise scales of the samples; bounds of dampings near zero; the covariance; one-sided bounds by profile
-//! likelihoods. If one-sided bounds of an earlier analysis are given, they are taken over instead of the last computation.
-//! If these add bounds, the covariance is computed again, as bounded unknowns are no longer unidentifiable. A failed
-//! decomposition and a stop are errors. All later assessments of a fit or a plan use the results.
-//! [`LocalAnalysis::linear_fit`] returns the weights of the rows, and which unknowns respond to changes: identified or
-//! bounded ones, and the first one of each identifiable combination.
+//! correlations; the noise scales of the samples; bounds of dampings near zero; the covariance; one-sided bounds by
+//! profile likelihoods. If one-sided bounds of an earlier analysis are given, they are taken over instead of the last
+//! computation. If these add bounds, the covariance is computed again, as bounded unknowns are no longer
+//! unidentifiable. Errors are a failed decomposition or simulation set-up, a failed fit at a lower minimum that a
+//! profile finds, and a stop. All later assessments of a fit or a plan use the results. [`LocalAnalysis::linear_fit`]
+//! returns the weights of the rows, and which unknowns respond to changes: identified or bounded ones, and the first
+//! one of each identifiable combination.
 
 use crate::error::Error;
 use crate::fit::search::fitted::Fitted;

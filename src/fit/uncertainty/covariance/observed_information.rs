@@ -1,10 +1,12 @@
-//! Observed information: standard errors from the exact Hessian `H` of the misfit, on request, beside the Gauss-Newton ones.
+//! Observed information: standard errors from the exact Hessian `H` of the misfit, on request, beside the
+//! Gauss-Newton ones.
 //!
 //! The Hessian, by the unknowns on their scales, contains the second derivatives of the simulation. The covariance is
-//! `v H^-1` for white noise of the variance `v`. Under autocorrelated noise or robust losses it is `H^-1 M H^-1`, with the
-//! covariance `M` of the gradient of the misfit. [`std_errors`] returns a standard error per estimate, in its unit, none for
-//! those with an upper bound or without a value. A Hessian that is not positive definite is a warning that makes the fit
-//! unusable: the optimum is no isolated minimum. A failed simulation is a note. All are none in both cases.
+//! `v H^-1` for white noise of the variance `v`. With noise of other correlations or variances, or weights of rows
+//! (robust losses, leverage), it is `H^-1 M H^-1`, with the covariance `M` of the gradient of the misfit.
+//! [`std_errors`] returns a standard error per estimate, in its unit, none for those with an upper bound or without a
+//! value. A Hessian that is not positive definite (without the unknowns with an upper bound) is a warning that makes
+//! the fit unusable: the optimum is no isolated minimum. A failed simulation is a note. All are none in both cases.
 
 use crate::code::Code;
 use crate::fit::search::fitted::Fitted;
@@ -41,6 +43,7 @@ pub(crate) fn std_errors(
     // A parameter that may be zero has no standard deviation of its logarithm.
     let own: Vec<usize> = (0..n).filter(|i| estimates[*i].upper95.is_none()).collect();
     let select = |m: &DMatrix<f64>| m.select_rows(&own).select_columns(&own);
+    // The decomposition exists for positive definite matrices only.
     let Some(factors) = select(&DMatrix::from_fn(n, n, |i, j| hessian[i][j])).cholesky() else {
         let text = "the Hessian of the misfit is not positive definite: the optimum is no isolated minimum. The \
                      intervals are meaningless. Fit fewer parameters, or give bounds";

@@ -1,12 +1,13 @@
 //! Profile likelihood intervals, which do not assume a linear model.
 //!
-//! One unknown is held and all others are fitted: the misfit as a function of the held one is its profile. The 95 % interval
-//! ends where twice the misfit, in units of the variance of the noise, has risen by the squared coverage factor. Each end is
-//! found by Newton's method within brackets, on the signed root of the rise. The derivative of the profile is the partial
-//! one (envelope theorem). [`profile_intervals`] returns the intervals and the evaluated points for plots, for all unknowns
-//! with a standard deviation, on request of the fit; both are converted to the unit of the parameter. An end is the bound of
-//! the unknown where the profile has not risen there. It is none beyond [`FARTHEST`] on the scale of the unknown, after
-//! [`MOST_POINTS`], or where simulations fail. A point below the optimum is a warning of a wrong minimum (`Worthless`).
+//! One unknown is held and all others are fitted: the misfit as a function of the held one is its profile. The 95 %
+//! interval ends where twice the misfit, in units of the variance of the noise, has risen by the squared coverage
+//! factor. Each end is found by Newton's method within brackets, on the signed root of the rise. The derivative of
+//! the profile is the partial one (envelope theorem). [`profile_intervals`] returns the intervals and the evaluated
+//! points for plots, for all unknowns with a standard deviation, on request of the fit; both are converted to the
+//! unit of the parameter. An end is the bound of the unknown where the profile has not risen there. It is none beyond
+//! [`FARTHEST`] on the scale of the unknown, after [`MOST_POINTS`], where simulations fail before it, and on a side
+//! with a point below the optimum. Such a point is a warning of a wrong minimum (`Worthless`).
 
 use crate::code::Code;
 use crate::error::Error;
@@ -141,6 +142,7 @@ fn profile_interval(
         let mut distance = coverage_factor * deviation;
         for _ in 0..MOST_POINTS {
             distance = distance.min(limit).min(FARTHEST);
+            // The optimum is at the bound of this side.
             if distance <= 0.0 {
                 *end = Some(bound);
                 break;
@@ -209,6 +211,7 @@ fn rooted_profile(
     let slopes = misfit_slopes(&search.all_residuals()?, &there);
     let gradient: f64 = there.jacobian.iter().zip(&slopes).map(|(row, slope)| row[i] * slope).sum();
     let rise = 2.0 * (there.cost - optimum.cost);
+    // The root of a parabola is linear in the distance, so that Newton's method converges in few steps.
     let root = rise.abs().sqrt().copysign(rise) / noise;
     // d(root^2)/dx = 2 gradient/noise^2.
     let slope = gradient / (root.abs().max(f64::MIN_POSITIVE) * noise * noise);

@@ -1,17 +1,18 @@
 //! One-sided bounds of dampings that are zero at the optimum, or not distinguishable from it.
 //!
 //! The search works on the logarithm, which has no effect near zero. Dampings with a relative standard error above
-//! [`SUSPICIOUS`] are examined. On the scale of the parameter itself the misfit is a parabola about an estimate `p` that may
-//! be negative, with the standard error `s`. With the one-sided 95 % quantile `q` the upper bound is
+//! [`SUSPICIOUS`] are examined. On the scale of the parameter itself the misfit is a parabola about an estimate `p`
+//! that may be negative, with the standard error `s`. With the one-sided 95 % quantile `q` the upper bound is
 //!
 //! ```text
 //! p + sqrt(min(p, 0)^2 + (q s)^2)
 //! ```
 //!
-//! where the misfit has risen by `q^2` from its least value for a non-negative damping. One simulation there must show a
-//! rise of at least [`CONFIRMED`] of the predicted one, or there is no bound. Estimates from [`DETECTED`] standard errors on
-//! keep a two-sided interval; those up to [`ZERO`] of the bound are 0. [`zero_bounds`] returns one entry per unknown, in its
-//! unit, for the covariance; none for other unknowns, and for all without convergence.
+//! where the misfit has risen by `q^2` from its least value for a non-negative damping. One simulation there must
+//! show a rise of at least [`CONFIRMED`] of the predicted one, or there is no bound. Estimates from [`DETECTED`]
+//! standard errors on keep a two-sided interval: their entry has no upper bound. Estimates up to [`ZERO`] of the
+//! bound are 0. [`zero_bounds`] returns one entry per unknown, in its unit, for the covariance. It is none for
+//! unknowns that are not examined, and for all without convergence or with a singular normal matrix.
 
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::search::damping::is_damping;

@@ -1,11 +1,13 @@
 //! Data types of score tests and undetected biases of a report, and the selection of those that texts describe.
 //!
-//! A [`ScoreTest`] has rank, estimated size, z-score and corrected p-value of one omitted effect. An [`UndetectedBias`] is
-//! the bias of one parameter by one effect of a size that the data do not exclude. `score_tests` and `undetected_bias`
-//! compute them. `likely_omitted_effects` returns one text per rank whose best effect has a p-value below [`SIGNIFICANT`];
-//! it names up to [`NAMED`] others of the rank. `biases_beyond_interval` returns the largest relative bias of each
-//! parameter, for at most [`DESCRIBED`] parameters. `largest_biases` returns up to [`DESCRIBED`] effects with their biases.
-//! Both leave out biases of [`DESCRIBED_BIAS`] standard errors or less. The summary and the warnings of a fit use the texts.
+//! A [`ScoreTest`] has rank, estimated size, z-score and corrected p-value of one omitted effect. An
+//! [`UndetectedBias`] is the bias of one parameter by one effect of a size that the data do not exclude.
+//! `score_tests` and `undetected_bias` compute them. `likely_omitted_effects` returns one text per rank whose best
+//! effect has a p-value below [`SIGNIFICANT`]; it names up to [`NAMED`] others of the rank (one more if that is all)
+//! and counts the rest. `biases_beyond_interval` returns the entry with the largest relative bias of each parameter,
+//! for at most [`DESCRIBED`] parameters. `largest_biases` returns up to [`DESCRIBED`] effects with their biases,
+//! first those with the largest bias of a parameter. Both leave out biases of [`DESCRIBED_BIAS`] standard errors or
+//! less. The summary and the warnings of a fit use the texts.
 
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::warning_list::percent;
@@ -158,6 +160,7 @@ impl UndetectedBias {
     /// relative bias. None also where both are at most [`ASYMMETRIC_BIAS`].
     pub(crate) fn both_signs(&self) -> Option<[f64; 2]> {
         let relative = self.relative.filter(|_| self.estimate.is_none())?;
+        // The response is linear in the logarithm: the effect of the other sign biases by the inverse factor.
         let opposite = (1.0 + relative).recip() - 1.0;
         (relative.abs().max(opposite.abs()) > ASYMMETRIC_BIAS)
             .then_some([relative.min(opposite), relative.max(opposite)])
@@ -221,6 +224,7 @@ pub(crate) fn largest_biases(all: &[UndetectedBias]) -> Vec<Vec<&UndetectedBias>
             None => effects.push(vec![bias]),
         }
     }
+    // The estimates of a report quote the largest bias of each parameter, so that its effect is described first.
     let is_quoted = |own: &Vec<&UndetectedBias>| {
         own.iter().any(|bias| {
             let mut same = all.iter().filter(|other| other.parameter == bias.parameter);

@@ -152,6 +152,7 @@ impl FreeRun {
             let markers = self.nodes.iter().zip(self.track.markers()).enumerate();
             markers.filter_map(move |(marker, (node, path))| {
                 let recorded = path.seen[frame]?;
+                // By a rounding error the last frame may be after the end of the run.
                 let (simulated, _) = self.run.at(Point::Node(*node), t.min(self.end)).ok()?;
                 let distance = (0..3).map(|c| (simulated[c] - recorded[c]).abs()).sum::<f64>();
                 Some(MarkerError { frame, marker, error: distance / 3.0 })

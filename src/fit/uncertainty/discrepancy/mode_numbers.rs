@@ -169,6 +169,7 @@ fn frequency_scale(
         let power = |f: &NaturalFrequency| f.derivatives[0] * value / f.frequency_rad_s;
         let powers: Vec<f64> = found.iter().map(power).collect();
         let power = powers.iter().sum::<f64>() / powers.len() as f64;
+        // A common scale has f ~ p^power for all modes: equal logarithmic derivatives.
         let is_one = powers.iter().all(|p| (p - power).abs() <= ONE_SCALE * power.abs());
         (is_one && power.abs() >= SMALLEST_POWER).then_some(FrequencyScale { unknown, power })
     })

@@ -1,12 +1,13 @@
 //! Effects that a scene may omit: terms of size zero, and numbers that may have errors.
 //!
 //! [`OMITTED_EFFECTS`] is the table of the 20 effects that score tests examine (those of structures are in
-//! `structure_effects`). Each effect is a number of the scene, or of the scene with a term added. The term has the size
-//! zero, or a small one ([`TRACE`]) where zero is not possible. Residuals are differentiated by the number like by any
-//! parameter. Its plausible size, in the unit of the number and from the sizes of the rod, is an error that is common in
-//! laboratories, not the largest possible one. It is none where the section or the data do not define it.
-//! [`OmittedEffect::added`] returns the problem with the term. It returns none where the scene states the effect or cannot
-//! have it, or the model has no derivative by the number.
+//! `structure_effects`). Each effect is a number of the scene, or of the scene with a term added. The term has no
+//! effect, or a small one ([`TRACE`]) where scenes do not allow zero. Kelvin-Voigt damping has half of its plausible
+//! size instead. Residuals are differentiated by the number like by any parameter. Its plausible size, in the unit of
+//! the number and from the sizes of the rod, is an error that is common in laboratories, not the largest possible
+//! one. It is none where the section or the data do not define it. [`OmittedEffect::added`] returns the problem with
+//! the term. It returns none where the scene states the effect or cannot have it, or the model has no derivative by
+//! the number. [`OmittedEffect::is_one_sided`] returns whether the number cannot be smaller than in the scene.
 
 use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
 use crate::problem::Problem;
@@ -187,6 +188,7 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 20] = [
         name: "curved rest shape",
         test: "photograph the rod hanging, or turned over",
         add: |scene, _| {
+            // An arc of the angle zero is the same straight rod, as arcs start along +x.
             if let Shape::Straight { length, direction: [x, 0.0, 0.0] } = scene.rod.shape
                 && x > 0.0
             {
@@ -323,6 +325,7 @@ impl OmittedEffect {
     /// Whether the number cannot be below the value of the scene: dampings and others that may vanish, the added mass, and
     /// friction.
     pub fn is_one_sided(&self) -> bool {
+        // Scenes do not allow zero for added masses and friction, so that they are no parameters that may vanish.
         let is_positive =
             [TIP_MASS, FRICTION].contains(&self.path) || is_added_to_structure(self.path);
         self.parameter().quantity().may_vanish || is_positive

@@ -67,6 +67,7 @@ impl RodSizes {
             // A circle of radius a has I/A = a^2/4.
             thickness: 4.0 * (least / moments.area).sqrt(),
             bending: scene.material.youngs_modulus * least,
+            // The first extreme is half a period after the start.
             frequency: rise_times.reduce(f64::min).map(|time| PI / time),
             frame: frames.reduce(f64::min),
             // A tip load deflects the tip by k L^2/3 for the curvature k at the clamp.

@@ -1,12 +1,14 @@
-//! Notes on the fitted scenes: implausible units, no gravity, too coarse given meshes, and strains beyond a linear material.
+//! Notes on the fitted scenes: implausible units, no gravity, given meshes too coarse for the natural curvature, and
+//! large strains.
 //!
-//! [`scene_notes`] examines the scenes of all experiments at the values of the optimum, and adds each note once to the
-//! warnings of a fit. Notes do not lower the grade. Structures are not examined: one note lists what is not assessed for
-//! them. Strains of measured shapes at rest follow from the equilibrium. Those of a measured motion require a run. It is
-//! omitted where [`OVERSHOOT`] times an upper bound is at most `LARGEST_STRAIN`, the limit of a linear material. The bound
-//! is the larger of the strain of the initial shape and of one by beam theory. Without an initial velocity the strain at
-//! equilibrium may replace the latter. Rods between recorded ends have no strains here. Only the first experiment with too
-//! large a strain has that note.
+//! [`scene_notes`] examines the scenes of all experiments at the values of the optimum, and adds each note once to
+//! the warnings of a fit. Notes do not lower the grade. Structures are not examined: one note lists what is not
+//! assessed for them. Strains above `LARGEST_STRAIN`, the limit of a linear material, have a note, that of the first
+//! such experiment only. Strains of measured shapes at rest follow from the equilibrium. Those of a measured motion
+//! require a run. It is omitted, and only the initial shape counts, where [`OVERSHOOT`] times an upper bound is at
+//! most `LARGEST_STRAIN`. The bound is the larger of the strain of the initial shape and of one by beam theory.
+//! Without an initial velocity the strain at equilibrium may replace the latter. Rods between recorded ends have no
+//! strains here.
 
 use crate::code::Code;
 use crate::fit::search::fitted::Fitted;

@@ -1,21 +1,23 @@
 //! Score tests of omitted effects, and the undetected biases by effects that the data do not exclude.
 //!
-//! A number `k` of the scene with an error `dk` changes the residuals by `d dk`, `d = dr/dk`, of which the fit follows
-//! `P d`. The score test compares the rest of the direction, `u = d - P d`, with the residuals `r`:
+//! A number `k` of the scene with an error `dk` changes the residuals by `d dk`, `d = dr/dk`, of which the fit
+//! follows `P d`. The score test compares the rest of the direction, `u = d - P d`, with the residuals `r`:
 //!
 //! ```text
 //! z = -u.r/sqrt(u'Vu)    k = -u.r/|u|^2
 //! ```
 //!
-//! with the covariance `V` of the [noise](crate::fit::uncertainty::noise::autocorrelation). It requires a derivative, and no
-//! fit. Where `|u|` is small the data cannot detect the effect, and a plausible size of it biases the parameters. One run of
-//! a coarse model has all derivatives. The full model is run instead where a corrected p-value is below [`SUSPICIOUS`],
-//! where the search cost at least [`COST_OF_DERIVATIVES`] simulations, or on request. P-values are those of the normal
-//! distribution or Student's t, one-sided for numbers that cannot be smaller. They are multiplied by the number of tested
-//! effects plus [`RESIDUAL_TESTS`] (Bonferroni). The result, a [`ModelDiscrepancy`], has the tests of the first three ranks
-//! and the biases. It is empty after an interruption, without standard errors, where excluded or too expensive, and with a
-//! note where a run fails. [`warn_of_omitted_effects`] adds the warning of the best rank, if its best effect is significant
-//! and the mesh is not suspected.
+//! with the covariance `V` of the [noise](crate::fit::uncertainty::noise::autocorrelation). It requires a derivative,
+//! and no fit. Where `|u|` is small the data cannot detect the effect, and a plausible size of it biases the
+//! parameters. One run has all derivatives: of the full model where the search cost at least [`COST_OF_DERIVATIVES`]
+//! simulations, or on request, else of a coarse one. A corrected p-value of the latter below [`SUSPICIOUS`] requires
+//! a run of the full model after all. P-values are those of the normal distribution or Student's t, one-sided for
+//! numbers that cannot be smaller. They are multiplied by the number of tested effects plus [`RESIDUAL_TESTS`]
+//! (Bonferroni). If the best is significant, all tests are repeated without discretization errors. The result, a
+//! [`ModelDiscrepancy`], has the tests of the first three ranks and the biases. It is empty after an interruption,
+//! without standard errors, where excluded or too expensive, and with a note where a run fails.
+//! [`warn_of_omitted_effects`] adds the warning of the best rank, if its best effect is significant and the mesh is
+//! not suspected.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -273,6 +275,8 @@ impl TestedEffect {
         responses: &[Option<f64>],
     ) -> ScoredEffect {
         let LocalAnalysis { noise, correlations, .. } = statistics.local;
+        // Residuals are simulated less measured values: an effect that the scene lacks leaves the opposite of its
+        // change.
         let (product, is_one_sided) = (-direction.dot(residuals), self.effect.is_one_sided());
         let explained = if is_one_sided { product.max(0.0) } else { product.abs() };
         let VarianceAlong { variance, degrees_of_freedom } = statistics.variance_along(&direction);

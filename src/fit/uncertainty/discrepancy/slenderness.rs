@@ -1,14 +1,15 @@
-//! Bias of the estimates by shear deformation and rotary inertia, which the model leaves out: whether the rod is slender
-//! enough.
+//! Bias of the estimates by shear deformation and rotary inertia, which the model leaves out: whether the rod is
+//! slender enough.
 //!
-//! Both make a real rod softer than the model (Timoshenko). To first order in `I/(A L^2)` the squared frequency of a mode is
-//! lower by the [thickness effects](thickness_effects). A rod at rest deflects more by its [shear
-//! deflections](Problem::shear_deflections). A motion is taken for one in the first bending mode, which then has a Young's
-//! modulus lower by the same fraction. By these changes of the simulated values the parameters would move by
-//! `-(J'J)^-1 J' change`, the opposite of their bias. No simulation of the motion is needed. [`check_slenderness`] adds one
-//! note on biases above [`WORTH_A_NOTE`] standard errors (combined standard uncertainties where known). If the largest is
-//! above [`LOWERS_THE_GRADE`] it is a warning that lowers the grade. It names up to [`NAMED`] estimates, the largest bias
-//! first. Softenings below [`SMALLEST_SOFTENING`], those that the residuals exclude, and structures are not reported.
+//! Both make a real rod softer than the model (Timoshenko). To first order in `I/(A L^2)` the squared frequency of a
+//! mode is lower by the [thickness effects](thickness_effects). A rod at rest deflects more by its [shear
+//! deflections](Problem::shear_deflections). A motion is taken for one in the first bending mode, which then has a
+//! Young's modulus lower by the same fraction. By these changes of the simulated values the parameters would move by
+//! `-(J'J)^-1 J' change`, the opposite of their bias. No simulation of the motion is needed. [`check_slenderness`]
+//! adds one note on biases above [`WORTH_A_NOTE`] standard errors (combined standard uncertainties where known). If
+//! the largest is above [`LOWERS_THE_GRADE`] it is a warning that lowers the grade. It names up to [`NAMED`]
+//! estimates, the largest bias first. If the response to the modulus of a motion is unknown, a note has the softening
+//! alone. Softenings below [`SMALLEST_SOFTENING`], those that the residuals exclude, and structures are not reported.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -65,6 +66,7 @@ impl ShearFlexibility {
     /// the stated shear modulus is there only if that is impossible.
     fn new(scene: &Scene) -> Self {
         let (section, material) = scene.at(0.5);
+        // Isotropic materials have G = E/(2 (1 + nu)).
         let ratio = |shear: f64| material.youngs_modulus / (2.0 * shear) - 1.0;
         let implied = material.shear_modulus.map(ratio);
         let possible = implied.filter(|nu| (-1.0..=0.5).contains(nu));
@@ -114,6 +116,7 @@ pub(crate) fn check_slenderness(
         local.covariance.response(&softening.change, weights, &optimum.jacobian)
     };
     let softening = |ratio: fn(&ShearFlexibility) -> Option<f64>| softening(fitted, ratio).ok()?;
+    // The isotropic ratio decides on the finding; a stated shear modulus only adds a second size to the text.
     let Some(isotropic) = softening(|flexibility| Some(flexibility.isotropic)) else { return };
     let isotropic_response = response(&isotropic);
     if isotropic.largest < SMALLEST_SOFTENING
@@ -226,6 +229,7 @@ fn response_to_modulus(estimate: &Estimate, unknown: &Unknown, fraction: f64) ->
     let modulus = Parameter::YoungsModulus.path();
     let own = estimate.input_sensitivities.iter().find(|input| input.source == modulus);
     let slope = estimate.value.map_or(1.0, |value| unknown.slope(value));
+    // The sensitivity is that to +1 %: a hundred times it is the derivative by the logarithm.
     own.map_or(0.0, |input| -100.0 * fraction.ln_1p() * input.change / slope)
 }
 
@@ -256,6 +260,7 @@ fn softening(
         }
         // A scene without a value of its own has that of an isotropic material.
         let flexibility = ratio(&flexibility).unwrap_or(flexibility.isotropic);
+        // All motions of an experiment share one first mode, which is computed once.
         let mut of_motion: Option<f64> = None;
         let own = fitted.measured().filter(|own| std::ptr::eq(own.experiment, experiment));
         for MeasuredResiduals { measurement, sigma, rows, .. } in own {

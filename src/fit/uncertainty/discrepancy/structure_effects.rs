@@ -1,12 +1,15 @@
-//! Effects that the scene of a structure may omit: compliant joints, markers, and errors of lengths, sections and densities.
+//! Effects that the scene of a structure may omit: compliant joints, markers, and errors of lengths, sections and
+//! densities.
 //!
-//! [`StructureEffect::all`] lists the effects of one experiment, each with its number, plausible size in the unit of that
-//! number, and distinguishing experiment; none for a scene of one rod. They are rotational compliances of rigid joints and
-//! of clamped supports of straight rods. Further ones are the mass of a marker at the first observed point of a rod without
-//! masses, and lengths, radii, heights and densities of the rods. [`StructureEffect::added`] returns the problem with the
-//! term, of a size of [`TRACE`] times the plausible one, or none where the structure cannot have it. A compliant support is
-//! a spring joint between the rod and a short stiff rod that the support clamps instead. Damping and camera have the effects
-//! of any scene. Motions out of the plane are not tested. `tested_effects` uses the list.
+//! [`StructureEffect::all`] lists the effects of one experiment, each with its number, plausible size in the unit of
+//! that number, and distinguishing experiment; none for a scene of one rod. They are rotational compliances of rigid
+//! joints and of clamped supports of straight rods. Further ones are the mass of a marker at the first observed point
+//! of a rod without masses, lengths, radii and heights of the rods, and densities of their materials. Polylines have
+//! neither a marker nor a length here. [`StructureEffect::added`] returns the problem with the term, or none where
+//! the structure cannot have it. Added compliances and masses are [`TRACE`] times the plausible size; all other
+//! numbers are in the scene already. A compliant support is a spring joint between the rod and a short stiff rod that
+//! the support clamps instead. Damping and camera have the effects of any scene. Motions out of the plane are not
+//! tested. `tested_effects` uses the list.
 
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::uncertainty::discrepancy::omitted_effects::{
@@ -102,6 +105,7 @@ impl StructureEffect {
             let rods: Vec<&str> = connects.iter().filter_map(|end| end.rod.as_deref()).collect();
             let sizes = rods.iter().filter_map(|name| RodOfStructure::new(scene, rod_of(name)?));
             let compliance = sizes.map(|own| CLAMP_EXTENSION * own.thickness / own.bending);
+            // The most compliant of the joined rods determines the plausible size.
             let Some(size) = compliance.reduce(f64::max) else { continue };
             let name = format!("compliant joint of {}", rods.join(", "));
             let test = "load one rod at rest and photograph the angles at the joint";
@@ -111,6 +115,7 @@ impl StructureEffect {
             let Some(rod) = rod_of(&support.of.rod) else { continue };
             // The joint of the stub is the first one after those of the scene.
             let joint = scene.joints.len() + soft_supports;
+            // The stub continues the rod beyond its supported end, in the direction of a straight one.
             if let (Some(own), Shape::Straight { direction, .. }, Support::Clamped) =
                 (RodOfStructure::new(scene, rod), &rod.shape, support.kind)
             {
@@ -126,6 +131,7 @@ impl StructureEffect {
         for (i, rod) in scene.rods.iter().enumerate() {
             let Some(own) = RodOfStructure::new(scene, rod) else { continue };
             let place = format!("rods.{}", rod.name);
+            // A mass that the scene states may be the marker.
             let marker = observed_point(experiment, &rod.name).filter(|_| rod.mass.is_empty());
             if let (Some(point), Some(length)) = (marker, own.length) {
                 let name = format!("marker on {}", rod.name);
@@ -145,6 +151,7 @@ impl StructureEffect {
                     add(path, name, SECTION * value, test, Term::Present);
                 }
             }
+            // Rods of one named material share its density: that is one effect.
             let (density, name) = match &rod.material {
                 RodMaterial::Name(name) if materials.contains(&&name[..]) => continue,
                 RodMaterial::Name(name) => {

@@ -109,6 +109,7 @@ fn effects_of_structures(
             if stated.contains(&effect.parameter()) {
                 continue;
             }
+            // Effects are added to one scene, one after the other: a single run has the derivatives by all of them.
             let Some(problem) = effect.added(&experiment.problem) else { continue };
             experiment.problem = problem;
             let name = experiment.name.clone();

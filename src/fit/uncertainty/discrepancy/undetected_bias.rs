@@ -1,17 +1,18 @@
 //! Bias of the estimates by effects that the model omits and the data do not reveal.
 //!
-//! An effect of size `a`, in units of its plausible size, changes the residuals by `a d`, of which the parameters follow all
-//! but `u`. Residuals `r` with the variance `v = u'Vu` along `u` give its likelihood, a normal distribution about
-//! `-u.r/|u|^2` with the standard deviation `sqrt(v)/|u|^2`. The prior is Student's t with four degrees of freedom and the
-//! scale one; effects of one sign have no negative sizes. Where the parameters follow all of the effect (`u = 0`) the
-//! posterior is the prior. The listed size is the one that the posterior exceeds, in absolute value, with a probability of 5
-//! %. It has the sign of the most probable size.
+//! An effect of size `a`, in units of its plausible size, changes the residuals by `a d`, of which the parameters
+//! follow all but `a u`. Residuals `r` with the variance `v = u'Vu` along `u` give its likelihood, a normal
+//! distribution about `-u.r/|u|^2` with the standard deviation `sqrt(v)/|u|^2`. The prior is Student's t with four
+//! degrees of freedom and the scale one; effects of one sign have no negative sizes. Where the parameters follow all
+//! of the effect (`u = 0`) the posterior is the prior. The listed size is the one that the posterior exceeds, in
+//! absolute value, with a probability of 5 %. It has the sign of the most probable size.
 //!
-//! The response of the parameters is linear, and the bias is its opposite. An effect is linearized again, by a run at its
-//! most probable size, if that is above [`SIGNIFICANT`] standard deviations and changes a parameter by more than [`LARGE`].
-//! This holds for at most [`MOST_RELINEARIZED`] effects. [`undetected_biases`] returns one entry per effect and estimate
-//! with a standard error, at the listed size, the largest bias in standard errors first. Entries without a response, or with
-//! one above [`LARGEST_CHANGE`] on the scale of the parameter, are left out.
+//! The response of the parameters is linear, and the bias is its opposite. An effect is linearized again, by a run of
+//! the full model at its most probable size, if that is above [`SIGNIFICANT`] standard deviations and changes a
+//! parameter by more than [`LARGE`]. This holds for at most [`MOST_RELINEARIZED`] effects, and not for derivatives of
+//! a coarse model. [`undetected_biases`] returns one entry per effect and estimate with a standard error, at the
+//! listed size, the largest bias in standard errors first. Entries without a response, or with one above
+//! [`LARGEST_CHANGE`] on the scale of the parameter, are left out.
 
 use crate::error::Error;
 use crate::fit::uncertainty::discrepancy::findings::UndetectedBias;

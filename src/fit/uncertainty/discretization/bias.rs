@@ -1,12 +1,14 @@
 //! Bias of the unknowns by mesh and step: their distance to the limit of zero element and step size.
 //!
-//! [`DiscretizationBias`] has this distance for each identifiable unknown on its scale (logarithm of a positive parameter),
-//! separately for mesh and step. It also has the norm of the discretization errors of the residuals by each, over that of
-//! the residuals. Where the program chose the mesh for all experiments, the estimates are corrected by its part, and
-//! likewise for the step. [`REMAINING_FRACTION`] of the absolute corrections may remain as an error, which widens the
-//! interval; given ones have no part in either. If the program chose both, its methods also return whether discretization
-//! errors explain the residuals (above [`EXPLAINING_FRACTION`]) or are visible in them (above [`VISIBLE_FRACTION`]). They
-//! return how much finer mesh and step must be so that they are not: factors of 1 or more.
+//! [`DiscretizationBias`] has this distance for each identifiable unknown on its scale (logarithm of a positive
+//! parameter), separately for mesh and step. It also has the norm of the discretization errors of the residuals by
+//! each, over that of the residuals. Where the program chose the mesh for all experiments, the estimates are
+//! corrected by its part, and likewise for the step. [`REMAINING_FRACTION`] of the absolute corrections may remain as
+//! an error, which widens the interval; given ones have no part in either. If the program chose both, its methods
+//! also return whether discretization errors explain the residuals (above [`EXPLAINING_FRACTION`]) or are visible in
+//! them (above [`VISIBLE_FRACTION`]). `refinement` returns factors, 1 or more, on the numbers of edges and steps by
+//! which visible errors become [`INVISIBLE_FRACTION`] of the residuals; 1 if they are not visible, or explain the
+//! residuals.
 
 use crate::fit::unknown::Unknown;
 

@@ -1,11 +1,13 @@
 //! Discretization errors of the estimates in a report, and warnings where they exceed the intervals.
 //!
-//! [`discretization_errors`] converts the bias of the unknowns by mesh and step to one [`DiscretizationError`] per estimate,
-//! as fractions of its value, none where it is not identifiable. For a mesh and step that the scene gives the error is the
-//! whole bias. Where the program chose them it is the part that may remain after the correction ([`REMAINING_FRACTION`]),
-//! with the signed correction. An error by given ones above [`LARGE_ERROR`] half-widths of the 95 % interval is a warning
-//! (`Numerics`). So is one above [`EXPLAINING_FRACTION`] of residuals that are no noise, if any mesh or step is given; all
-//! these warnings then have the severity `Mesh`. The report of a fit lists the errors.
+//! [`discretization_errors`] converts the bias of the unknowns by mesh and step to one [`DiscretizationError`] per
+//! estimate, as fractions of its value (differences of logarithms of positive parameters). It is none where the
+//! estimate is not identifiable, or no other mesh or step was compared. For a mesh and step that the scene gives the
+//! error is the whole bias. Where the program chose them it is the part that may remain after the correction
+//! ([`REMAINING_FRACTION`]), with the signed correction. An error by given ones above [`LARGE_ERROR`] half-widths of
+//! the 95 % interval is a warning (`Numerics`). So is one above [`EXPLAINING_FRACTION`] of residuals that are no
+//! noise, if any mesh or step is given; all these warnings then have the severity `Mesh`. The report of a fit lists
+//! the errors.
 
 use crate::code::Code;
 use crate::fit::measurement::experiment::Experiment;

@@ -1,17 +1,18 @@
 //! Adequacy of the model: residuals against a noise scale that does not depend on the model.
 //!
-//! Without a stated sigma the residuals alone cannot separate noise from misfit. Differences of the samples can: a missing
-//! effect leaves motion of the rod's own frequencies, which they suppress. For white noise the variance `r` of the residuals
-//! and the variance `s` from differences have the same expectation. They share their samples: with `nu` degrees of freedom
-//! of `s` and `n` of `r`, `s/r` has the relative variance `2/nu - 2/n`. It is compared with chi-squared over its
-//! `1/(1/nu - 1/n)` degrees of freedom (after von Neumann 1941).
+//! Without a stated sigma the residuals alone cannot separate noise from misfit. Differences of the samples can: a
+//! missing effect leaves motion of the rod's own frequencies, which they suppress. For white noise the variance `r`
+//! of the residuals and the variance `s` from differences have the same expectation. They share their samples: with
+//! `nu` degrees of freedom of `s` and `n` of `r`, `s/r` has the relative variance `2/nu - 2/n`. It is compared with
+//! chi-squared over its `1/(1/nu - 1/n)` degrees of freedom (after von Neumann 1941).
 //!
-//! [`Adequacy`] has one [`CoordinateNoise`] per coordinate of motions, and of shapes without a stated sigma; none where the
-//! residuals are rounding errors. Residuals exceed the scale at a p-value below [`FALSE_ALARM`] over the number of
-//! coordinates: autocorrelated noise or a missing effect. `variance_along` returns the variance of the noise along a
-//! direction of the weighted residuals for score tests. It takes the scale of coordinates with doubtful residuals
-//! (correlated, p-value below [`DOUBTFUL`], or a wrong sigma), unless sigma is stated rightly or there are outliers. The
-//! results change the warnings, the grade and the score tests, never an interval.
+//! [`Adequacy`] has one [`CoordinateNoise`] per coordinate of motions, and of shapes with neither a stated sigma nor
+//! unknown arc lengths; none where the residuals are rounding errors. Residuals exceed the scale at a p-value below
+//! [`FALSE_ALARM`] over the number of coordinates: autocorrelated noise or a missing effect. `variance_along` returns
+//! the variance of the noise along a direction of the weighted residuals for score tests. Coordinates with doubtful
+//! residuals (correlated, p-value below [`DOUBTFUL`], or a wrong sigma) have white noise of the scale there, or
+//! without a scale of the root mean square residual. Not so if sigma is stated rightly or there are outliers.
+//! Warnings, grade and score tests use the results.
 
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::noise::autocorrelation::NoiseCorrelations;
@@ -172,6 +173,7 @@ impl Adequacy {
             let own = (value / c.nominal).powi(2) * square;
             variance += own;
             error += own * own / freedom;
+            // These rows have no part in the variance by the residuals below.
             c.rows.iter().for_each(|k| others[*k] = 0.0);
         }
         // All other rows have the noise of the residuals.

@@ -1,19 +1,21 @@
-//! Covariance of the estimates under noise that is not white: autocorrelated noise, and coordinates with a variance of their
-//! own.
+//! Covariance of the estimates under noise that is not white: autocorrelated noise, and coordinates with a variance
+//! of their own.
 //!
-//! The estimate stays that of least squares, whose errors then have the covariance
+//! Input: an optimum, the rows of its Jacobian in units of the noise, and the common variance. The estimate stays
+//! that of least squares, whose errors then have the covariance
 //!
 //! ```text
 //! (J'J)^-1 J'VJ (J'J)^-1,    V = v R in each coordinate of each measurement
 //! ```
 //!
-//! with an [AR(1) correlation](crate::fit::misfit::ar1::Ar1Correlation) `R`. Variances and correlations are estimated from
-//! the residuals by [`ROUNDS`] of moment matching; white series need neither. A series whose innovations are no white noise
-//! (p-value below [`COLORED_INNOVATIONS`]) is unexplained motion, and counts as white. For motions of a few frequencies
-//! least squares is asymptotically as efficient as any weighting (Grenander 1954). Results per unknown: the inflation of the
-//! standard deviation over that for white noise (1 for white noise), and the degrees of freedom of its variance
-//! (Satterthwaite 1946; none where it is known), which determine Student's t of the intervals. The score covariance `J'VJ`
-//! over the common variance is none for white noise.
+//! with an [AR(1) correlation](crate::fit::misfit::ar1::Ar1Correlation) `R`. Significant correlations, and variances
+//! of such series or of unequal coordinates, are estimated from the residuals by [`ROUNDS`] of moment matching;
+//! stated sigmas stay. A correlated series whose innovations are no white noise (p-value below
+//! [`COLORED_INNOVATIONS`]) is unexplained motion, and counts as uncorrelated. For motions of a few frequencies least
+//! squares is asymptotically as efficient as any weighting (Grenander 1954). Results per unknown: the inflation of
+//! the standard deviation over that for white noise (1 for white noise), and the degrees of freedom of its variance
+//! (Satterthwaite 1946; none where it is known), which determine Student's t of the intervals. The score covariance
+//! `J'VJ` over the common variance is none for white noise. Residuals of rounding errors count as white noise.
 
 use crate::fit::misfit::residual_tests::innovation_p_value;
 use crate::fit::search::fitted::Fitted;
@@ -176,6 +178,7 @@ fn degrees_of_freedom(
     for s in series.iter().filter(|s| s.has_own_noise()) {
         let count = s.len() as f64;
         let part = inverse * s.score_covariance() * inverse;
+        // A backward difference: a larger correlation might reach 1.
         let step = CORRELATION_STEP * (1.0 - s.correlation);
         let nearby =
             (s.correlation > step).then(|| inverse * s.score_covariance_below(step) * inverse);
@@ -186,6 +189,7 @@ fn degrees_of_freedom(
             if !s.is_sigma_stated {
                 error[j] += share * share * 2.0 / count;
             }
+            // The correlation of n values has the variance (1 - r^2)/n.
             if let Some(nearby) = &nearby {
                 let slope = (part[(j, j)] - nearby[(j, j)]) / (step * covariance[(j, j)]);
                 error[j] += slope * slope * (1.0 - s.correlation.powi(2)) / count;

@@ -1,13 +1,15 @@
-//! Residuals of one coordinate of a measurement in the order of time, and the AR(1) model of their noise.
+//! Residuals of one coordinate of a measurement in the order of time (of a shape, arc length), and the AR(1) model of
+//! their noise.
 //!
-//! [`coordinate_series`] splits the residuals of an optimum into series of at least [`FEWEST`] values, in units of sigma. It
-//! tests each for a positive lag-one correlation above [`SIGNIFICANT`] standard deviations of white noise. Without a stated
-//! sigma it tests whether the coordinates of a measurement have different variances (Bartlett's test, level
+//! [`coordinate_series`] splits the residuals of an optimum into series of at least [`FEWEST`] values, in units of
+//! sigma. With a robust loss its influence function replaces the residuals, scaled to a root mean square of 1. It
+//! tests each for a positive lag-one correlation above [`SIGNIFICANT`] standard deviations of white noise. Without a
+//! stated sigma it tests whether the coordinates of a measurement have different variances (Bartlett's test, level
 //! [`UNEQUAL_VARIANCES`]). For noise of the covariance `V` the residuals at an optimum have the covariance
-//! `V - HV - VH + HVH`, `H = J (J'J)^-1 J'`: the fit absorbs a part of the noise. [`CoordinateSeries::refine`] matches the
-//! variance (unless sigma is stated) and a significant correlation with these expectations, for `V = v R` with an [AR(1)
-//! correlation](Ar1Correlation) `R`. The correlation is from 0 to `1 - 2/n` for `n` pairs of neighbors. `autocorrelation`
-//! uses the series for the covariance of the estimates, the bootstrap for random blocks.
+//! `V - HV - VH + HVH`, `H = J (J'J)^-1 J'`: the fit absorbs a part of the noise. [`CoordinateSeries::refine`]
+//! matches the variance (unless sigma is stated) and a significant correlation with these expectations, for `V = v R`
+//! with an [AR(1) correlation](Ar1Correlation) `R`. The correlation is from 0 to `1 - 2/n` for `n` pairs of
+//! neighbors. `autocorrelation` uses the series for the covariance of the estimates, the bootstrap for random blocks.
 
 use crate::fit::misfit::ar1::{Ar1Correlation, ar1_factor, usual_spacing};
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
@@ -223,6 +225,7 @@ fn largest_correlation(pairs: f64) -> f64 {
 /// bisection.
 fn correlation_with_mean(pairs: &[Neighbors], mean: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
+    // The factors of all pairs grow with the correlation: there is one solution at most.
     for _ in 0..BISECTIONS {
         let middle = 0.5 * (low + high);
         let sum: f64 = pairs.iter().map(|pair| ar1_factor(middle, pair.spacings)).sum();
@@ -297,6 +300,7 @@ fn have_unequal_variances(series: &[CoordinateSeries]) -> bool {
     };
     let total: f64 = series.iter().map(count).sum();
     let pooled = series.iter().map(|s| count(s) * s.mean_square()).sum::<f64>() / total;
+    // Without Bartlett's correction for small samples: a series has FEWEST values or more.
     let statistic: f64 = series.iter().map(|s| count(s) * (pooled / s.mean_square()).ln()).sum();
     let test = ChiSquared::new(series.len() as f64 - 1.0);
     test.is_ok_and(|chi| chi.sf(statistic.max(0.0)) < UNEQUAL_VARIANCES)

@@ -45,6 +45,7 @@ fn expanded_quantile(z: f64, n: f64) -> f64 {
         ((5.0 * w + 16.0) * w + 3.0) / 96.0,
         (((3.0 * w + 19.0) * w + 17.0) * w - 15.0) / 384.0,
     ];
+    // Horner's scheme in 1/n.
     z * terms.iter().rev().fold(0.0, |sum, term| (sum + term) / n) + z
 }
 

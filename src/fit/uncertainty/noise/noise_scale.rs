@@ -116,6 +116,7 @@ impl CoordinateSamples {
     /// observed values are constant or oversampled, or the residuals have no estimate.
     fn estimate(&self) -> Result<NoiseEstimate, NoEstimate> {
         let observed = self.noise(&self.observed);
+        // Constant or smoothed samples show no independent noise, and neither do their residuals.
         if let Err(reason @ (NoEstimate::Constant | NoEstimate::Oversampled { .. })) = observed {
             return Err(reason);
         }
@@ -123,6 +124,7 @@ impl CoordinateSamples {
         let residual = self.noise(&self.residuals)?;
         let Ok(observed) = observed else { return Ok(residual) };
         let freedom = observed.degrees_of_freedom.min(residual.degrees_of_freedom);
+        // The logarithm of a standard deviation with n degrees of freedom has the variance 1/(2 n).
         let is_lower =
             (residual.sigma / observed.sigma).ln() > CLEARLY_LOWER * (0.5 / freedom).sqrt();
         Ok(if is_lower { observed } else { residual })
@@ -147,6 +149,7 @@ impl CoordinateSamples {
         // Residuals without outliers, and their degrees of freedom.
         let outliers = self.outliers();
         let kept = || (0..self.residuals.len()).filter(|k| !self.excluded[*k] && !outliers[*k]);
+        // The unknowns use up degrees of freedom of all coordinates in proportion to their values.
         let count = kept().count() as f64 * self.freedom_left;
         let square: f64 = kept().map(|k| (self.residuals[k] / self.factors[k]).powi(2)).sum();
         let residual_rms = (square / count.max(1.0)).sqrt();

@@ -34,6 +34,7 @@ impl UnexplainedParts {
     /// `is_unexplained` whether its residuals are no noise. Measurements of one experiment must follow each other.
     pub fn add(&mut self, experiment: &str, relative: f64, values: usize, is_unexplained: bool) {
         let values = values as f64;
+        // Squares weighted by the number of values: the part of an experiment is a root mean square over them.
         let square = values * relative * relative;
         match self.0.last_mut().filter(|last| last.experiment == experiment) {
             Some(last) => {

@@ -1,14 +1,15 @@
 //! Variance of the residuals at an optimum, weights of the rows of the Jacobian, and effects of robust losses.
 //!
-//! Residuals are in units of sigma. Their variance is 1 if all sigmas are stated, or where weights depend on the fit (sigma
-//! is then estimated before). Else it is `sum (w r)^2/nu`, with the leverage weights `w` and `nu` degrees of freedom:
-//! residuals, those of priors included, less unknowns and unknown arc lengths, and less the sum of `1 - w^2` where the
-//! weights are those of growing sensitivities. With such weights or arc lengths `nu` is at least 1. A robust loss `rho` with `psi = rho'/2`
-//! reduces the information of every value to `(mean psi')^2/mean psi^2`; a rise of twice the misfit then has the scale
-//! `sum psi^2/sum psi'` (Huber 1981). The weight of a row is the root of this information times the leverage weight; rows of
-//! priors have 1. [`ResidualNoise`] is the basis of covariance and intervals. [`residual_rms`] (m, without positions rad/s)
-//! and [`loss_effects`] (one per measurement with a robust loss; markers of
-//! one recording share one) are entries of the report.
+//! Residuals are in units of sigma. Their variance is 1 if all sigmas are stated, or where weights depend on the fit
+//! (sigma is then estimated before). Else it is `sum (w r)^2/nu`, with the leverage weights `w` and `nu` degrees of
+//! freedom: residuals, those of priors included, less unknowns and unknown arc lengths, and less the sum of `1 - w^2`
+//! where the weights are those of growing sensitivities. With such weights or arc lengths `nu` is at least 1. A
+//! robust loss `rho` with `psi = rho'/2` reduces the information of every value to `(mean psi')^2/mean psi^2`, with
+//! Huber's correction for the number of unknowns; a rise of twice the misfit then has the scale `sum psi^2/sum psi'`
+//! (Huber 1981). The weight of a row is the root of this information (1 for squares) times the leverage weight; rows
+//! of priors have 1. [`ResidualNoise`] is the basis of covariance and intervals. [`residual_rms`] (m, without
+//! positions rad/s, else the unit of the first measurement) and [`loss_effects`] (one per measurement with a robust
+//! loss; markers of one recording share one) are entries of the report.
 
 use crate::fit::measurement::experiment::all;
 use crate::fit::measurement::loss::Loss;
@@ -128,6 +129,7 @@ pub(crate) fn score_covariance(fitted: Fitted) -> DMatrix<f64> {
     let mut squares = Vec::with_capacity(optimum.residuals.len());
     for MeasuredResiduals { measurement, residuals, .. } in fitted.measured() {
         let sum: f64 = influences(measurement.loss(), residuals).map(|psi| psi.powi(2)).sum();
+        // A single value does not estimate its own variance: all values of a measurement share one mean of psi^2.
         let mean = sum / residuals.len().max(1) as f64;
         squares.extend(std::iter::repeat_n(mean, residuals.len()));
     }

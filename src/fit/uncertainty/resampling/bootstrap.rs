@@ -115,6 +115,7 @@ impl ReplicateInputs<'_> {
     fn replicate(&self, number: usize) -> (Result<Vec<f64>, Error>, f64) {
         let Resampling { seed, knowns, correlations, draws_blocks, .. } = self.resampling;
         let mut random = ChaCha8Rng::seed_from_u64(*seed);
+        // A stream of its own: the result does not depend on the order in which threads run replicates.
         random.set_stream(number as u64);
         let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
         // White noise of all values first, so that the random numbers do not depend on the series.
@@ -134,6 +135,7 @@ impl ReplicateInputs<'_> {
             if *draws_blocks {
                 for block in rows.chunks(length) {
                     let first = random.random_range(0..rows.len());
+                    // Blocks go on at the start of the series, so that all residuals are equally frequent.
                     for (k, row) in block.iter().enumerate() {
                         noise[*row] = self.residuals[rows[(first + k) % rows.len()]];
                     }
@@ -214,6 +216,7 @@ fn replicates(fitted: Fitted, resampling: &Resampling) -> Result<Vec<Vec<f64>>, 
         let MeasuredResiduals { measurement, sigma: unit, residuals, .. } = own;
         let mut measurement = measurement.clone();
         let own = measurement.sigmas(unit);
+        // Residuals are simulated less measured values, over their units.
         let observed = measurement.data.values_mut().into_iter().zip(residuals).zip(&own);
         simulated.extend(observed.map(|((observed, r), unit)| *observed + r * unit));
         units.extend(own);

@@ -1,26 +1,29 @@
 //! Cluster jackknife: uncertainty of the parameters from the differences between experiments.
 //!
-//! Intervals from the residuals take every residual for independent. An effect that the model lacks changes all residuals of
-//! an experiment together, and differently in the next: only the experiments are independent. With the Gauss-Newton Hessian
-//! `H` of the misfit, and the part `H_c` and the gradient `g_c` of experiment `c`, the fit without it is, after one step,
+//! Intervals from the residuals take every residual for independent. An effect that the model lacks changes all
+//! residuals of an experiment together, and differently in the next: only the experiments are independent. With the
+//! Gauss-Newton Hessian `H` of the misfit, and the part `H_c` and the gradient `g_c` (about the mean of all) of
+//! experiment `c`, the fit without it is, after one step,
 //!
 //! ```text
 //! x_c = x + (H - H_c)^-1 g_c
 //! ```
 //!
-//! and the variance of `x`, on the scales of the unknowns, is `(n - 1)/n` times the sum of `(x_c - x)(x_c - x)'` over all
-//! `n` experiments. This jackknife is the cluster-robust sandwich with the leverage of each experiment. It is exact for
-//! experiments with equal Hessians, with Student's t of `n - 1` degrees of freedom. Where few experiments determine an
-//! unknown it is corrected. If the gradients had the covariances of their Hessians, the steps would have the covariances
+//! and the variance of `x`, on the scales of the unknowns, is `(n - 1)/n` times the sum of `(x_c - x)(x_c - x)'` over
+//! all `n` experiments. This jackknife is the cluster-robust sandwich with the leverage of each experiment. It is
+//! exact for experiments with equal Hessians, with Student's t of `n - 1` degrees of freedom. Where few experiments
+//! determine an unknown it is corrected. If the gradients had the covariances of their Hessians, the steps would have
+//! the covariances
 //!
 //! ```text
 //! M_cd = u_c' (H_c delta_cd - H_c (2/H - S/H^2) H_d) u_d,    S = sum H_c,
 //! ```
 //!
 //! with the unknown's row `u_c` of `(H - H_c)^-1`. The variance is scaled to be unbiased in that case, and has
-//! `(tr M)^2/tr(M^2)` degrees of freedom (Bell and McCaffrey 2002). No simulation is needed. With [`FEWEST`] experiments or
-//! more the interval is added to each estimate with a standard error and without an upper bound, and replaces that by the
-//! residuals where it is wider. Nothing is added without convergence, or where one experiment alone determines an unknown.
+//! `(tr M)^2/tr(M^2)` degrees of freedom, at most `n - 1` (Bell and McCaffrey 2002). No simulation is needed. With
+//! [`FEWEST`] experiments or more the interval, with the remaining discretization error, is added to each estimate
+//! with a standard error and without an upper bound, in its unit. It replaces that by the residuals where it is
+//! wider. Nothing is added without convergence, or where one experiment alone determines an unknown.
 
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::discretization::bias::DiscretizationBias;
@@ -99,6 +102,8 @@ fn deviations(
                 square += m * m;
             }
         }
+        // In that case the jackknife has the expectation (n - 1)/n tr M, and the linear model the variance
+        // `covariance`.
         let scale = covariance[(j, j)] * n / ((n - 1.0) * trace);
         // Rounding errors could yield more than the n - 1 differences.
         let degrees_of_freedom = (trace * trace / square).min(n - 1.0);

@@ -1,10 +1,11 @@
-//! Warnings about the data and the time steps of a fit: defects of recordings, values with a high leverage, and unsuitable
-//! steps.
+//! Warnings about the data and the time steps of a fit: defects of recordings, values with a high leverage, and
+//! unsuitable steps.
 //!
-//! Each function receives a result of an earlier stage and adds its warnings to the list, as *finding. consequence. action.*
-//! with a code. These results are constant coordinates, repeated frames, defects of recordings that drive the ends, growth
-//! of sensitivities, leverage weights below 1, and halved steps. Halved steps (unless the fit converged to residuals of
-//! noise) and too large steps have the severity `Numerics`, repeated frames `Misfit`; both lower the grade. The others are
+//! Each function receives a result of an earlier stage, or the experiments, and adds its warnings to the list, as
+//! *finding. consequence. action.* with a code. The findings are constant coordinates, repeated frames, defects of
+//! recordings that drive the ends, growing sensitivities, leverage weights below 1 (unless growing sensitivities are
+//! their cause), halved steps, and too large ones. Halved steps (unless the fit converged to residuals of noise) and
+//! too large steps have the severity `Numerics`, repeated frames `Misfit`; both lower the grade. The others are
 //! notes.
 
 use crate::code::Code;

@@ -1,14 +1,16 @@
 //! Warnings about residuals that are no noise, or noise of another size than stated.
 //!
 //! Inputs are the optimum and its local analysis; each function adds its warnings to those of the fit, whose severity
-//! determines the grade. [`unexplained_motion`] compares the root mean square residual of each measurement with the observed
-//! motion (`UNEXPLAINED`): `Worthless`, `Unexplained`, or `Misfit` of one outlying experiment. Residuals that are noise by
-//! tests or by the scale of the samples, or within [`EXPLAINED_SIGMAS`] stated sigmas, are excepted. Residuals too large for
-//! a stated sigma ([`is_too_large`]) are a `Misfit`. [`test_residuals`] tests each coordinate for white or AR(1) noise and
-//! trend (`Misfit`), notes outliers and autocorrelation, and returns all tests. [`excess_over_noise_scale`] compares with
-//! the noise scale from differences of the samples (`Ambiguous`); with a stated sigma it warns only of a correlation at its
-//! limit. [`doubtful_sigmas`] notes a stated sigma that differs from the scatter of the data by more than a factor of 2.5.
-//! [`is_noise`] returns whether the first three find no misfit, and adds none.
+//! determines the grade. [`unexplained_motion`] compares the root mean square residual of each measurement with the
+//! observed motion (`UNEXPLAINED`): `Worthless`, `Unexplained`, or `Misfit` of an outlying experiment. Residuals that
+//! are noise by tests or by the scale of the samples, or within [`EXPLAINED_SIGMAS`] stated sigmas, are excepted.
+//! Residuals too large for a stated sigma ([`is_too_large`]) are a `Misfit`. [`test_residuals`] tests each coordinate
+//! for white or AR(1) noise and trend (`Misfit`), notes outliers and autocorrelation, and returns all tests.
+//! [`excess_over_noise_scale`] compares each coordinate with the noise scale from differences of the samples, or
+//! without a scale the correlation with [`STRONG_CORRELATION`] (`Ambiguous`). With a stated sigma it warns only of a
+//! correlation at its limit. [`doubtful_sigmas`] notes a stated sigma that differs from the scatter of the data by
+//! more than a factor of 2.5. [`is_noise`] returns whether `unexplained_motion`, `test_residuals` and
+//! `excess_over_noise_scale` find no misfit, and adds none.
 
 use crate::code::Code;
 use crate::fit::measurement::experiment::all;
@@ -258,6 +260,7 @@ pub(crate) fn doubtful_sigmas(search: &Search, adequacy: &Adequacy, warnings: &m
         });
         // A stated sigma holds for all coordinates: the largest scatter is compared.
         let largest = scatters.reduce(|a, b| if b.0 > a.0 { b } else { a });
+        // Exact data have a scatter of zero, which is no noise to compare with.
         if let Some((scatter, source)) = largest
             && scatter > 0.0
             && is_sigma_doubtful(sigma, scatter)
