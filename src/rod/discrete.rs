@@ -76,12 +76,12 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
     pub(super) fn elements(&self) -> Elements<'_, D, L, N, S> {
         let Self { stretch, nonlinear, joint, load, sliders, .. } = self;
         let springs = sliders.as_ref().filter(|springs| !springs.acting.is_empty());
-        Elements { stretch, nonlinear, joint, load, springs, tensions: None }
+        Elements { stretch, nonlinear: &nonlinear.edges, joint, load, springs, tensions: None }
     }
 
     /// Edge `i` as an element with its whole law, also where it is not linear in the strain.
     pub fn stretch_element(&self, i: usize) -> HyperelasticStretch<D, N> {
-        self.nonlinear.stretch(&self.stretch[i], i)
+        self.elements().stretch_element(i)
     }
 
     /// The elements of the rod together with the unknowns `q` and the frames, as the sweeps over edges need them.

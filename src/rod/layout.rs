@@ -7,14 +7,14 @@
 //! vectors and passed to an [`EdgeSink`]. The sink writes them by nodes (gradient, band matrix) or by edges.
 //! [`Elements`] are references to the laws, loads and springs of a rod, [`At`] these with unknowns and frames.
 
+use crate::energy::law::NonlinearPart;
 use crate::energy::law::{self, Law, StiffnessEntry, Symmetric};
-use crate::energy::{DeadLoad, Stretch};
+use crate::energy::{DeadLoad, HyperelasticStretch, Stretch};
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
 use crate::numerics::tangent::PatternByOrder;
 use crate::numerics::vector::components;
 use crate::rod::blocks::{MOST, block};
 use crate::rod::frames::{ReferenceFrames, RodGeometry};
-use crate::rod::nonlinear::NonlinearParts;
 use std::fmt::Debug;
 
 /// The layout of a rod in the plane.
@@ -38,8 +38,8 @@ pub type JointResponse<L, D, const N: usize, const S: usize> =
 pub struct Elements<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
     /// One per edge.
     pub stretch: &'a [Stretch<D, N>],
-    /// The parts of their laws beyond the linear ones, which sweeps in SIMD lanes leave out.
-    pub nonlinear: &'a NonlinearParts<D>,
+    /// The parts of their laws beyond the linear ones, one per edge or none; sweeps in SIMD lanes leave them out.
+    pub nonlinear: &'a [NonlinearPart<D>],
     /// One per inner node.
     pub joint: &'a [L::Joint<D>],
     /// One per node.
@@ -71,6 +71,11 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Clone for At<
 }
 
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, D, L, N, S> {
+    /// Edge `i` with its whole law.
+    pub(super) fn stretch_element(&self, i: usize) -> HyperelasticStretch<D, N> {
+        HyperelasticStretch { linear: self.stretch[i], nonlinear: self.nonlinear.get(i).copied() }
+    }
+
     /// Stiffness and stresses, N m, of joint `i` at its `strains`: those of its law, plus those of its friction
     /// spring if it has an active one.
     fn response(&self, i: usize, strains: &[D; S]) -> JointResponse<L, D, N, S> {

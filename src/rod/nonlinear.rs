@@ -4,9 +4,9 @@
 //! edges have the linear laws; these functions add the rest to their results, edge after edge. A rod with linear laws has
 //! empty lists and costs nothing here.
 
+use crate::energy::Stretch;
 use crate::energy::hyperelastic_stretch::{nonlinear_derivatives, nonlinear_gradient};
 use crate::energy::law::NonlinearPart;
-use crate::energy::{HyperelasticStretch, Stretch};
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::tangent::Tangent;
 use crate::rod::layout::Layout;
@@ -25,8 +25,8 @@ impl<D> Default for NonlinearParts<D> {
     }
 }
 
-/// The number of unknowns from the first node of an edge to its second one, with both: 4 in the plane, 7 in space.
-const MOST: usize = 7;
+/// The most unknowns from the first node of an edge to its second one, with both: 7 in space (4 in the plane).
+const MAX_EDGE_UNKNOWNS: usize = 7;
 
 impl<D: Nestable> NonlinearParts<D> {
     /// The sum of the energies of the edges beyond the linear law at `q`, J; zero of linear laws.
@@ -71,7 +71,7 @@ impl<D: Nestable> NonlinearParts<D> {
         for (i, (part, linear)) in self.edges.iter().zip(linear).enumerate() {
             let (force, h) = nonlinear_derivatives(part, linear, &L::edge(q, i), under_tension);
             add_to_nodes::<D, L, N, S>(i, force, gradient);
-            let mut block = [[D::from(0.0); MOST]; MOST];
+            let mut block = [[D::from(0.0); MAX_EDGE_UNKNOWNS]; MAX_EDGE_UNKNOWNS];
             for r in 0..N {
                 for c in 0..N {
                     (block[r][c], block[L::STRIDE + r][L::STRIDE + c]) = (h[r][c], h[r][c]);
@@ -99,15 +99,6 @@ impl<D: Nestable> NonlinearParts<D> {
     /// The force of edge `i` beyond the linear law, N, at the strain; zero of linear laws.
     pub(super) fn axial_force(&self, i: usize, strain: D) -> D {
         self.edges.get(i).map_or(strain.like(0.0), |part| part.response(strain)[1])
-    }
-
-    /// Edge `i` with its whole law.
-    pub(super) fn stretch<const N: usize>(
-        &self,
-        linear: &Stretch<D, N>,
-        i: usize,
-    ) -> HyperelasticStretch<D, N> {
-        HyperelasticStretch { linear: *linear, nonlinear: self.edges.get(i).copied() }
     }
 }
 

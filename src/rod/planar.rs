@@ -65,8 +65,8 @@ impl Layout<2, 1> for Plane {
         At { elements, q, .. }: At<'_, D>,
         mut add: impl FnMut(usize, &[D]),
     ) {
-        for (i, linear) in elements.stretch.iter().enumerate() {
-            let element = &elements.nonlinear.stretch(linear, i);
+        for i in 0..elements.stretch.len() {
+            let element = &elements.stretch_element(i);
             add(2 * i, &dual_gradient::<_, _, 4>(element, unknowns(q, i)));
         }
         for i in 0..elements.joint.len() {
@@ -107,8 +107,8 @@ impl Layout<2, 1> for Plane {
         let zero = D::from(0.0);
         // Derivatives by an edge of the joint before it, which are complete only with the joint after it.
         let mut open = ByEdge { gradient: [zero; 2], vector: [zero; 3] };
-        for (i, linear) in elements.stretch.iter().enumerate() {
-            let element = &elements.nonlinear.stretch(linear, i);
+        for i in 0..elements.stretch.len() {
+            let element = &elements.stretch_element(i);
             let Local { gradient: [.., gx, gy], hessian: h, .. } =
                 dual_tangent(element, unknowns(q, i));
             let mut own = open.plus([gx, gy], [h[2][2], h[3][2], h[3][3]]);

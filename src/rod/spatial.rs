@@ -108,8 +108,8 @@ impl Layout<3, 3> for Space {
         At { elements, q, frames }: At<'_, D>,
         mut add: impl FnMut(usize, &[D]),
     ) {
-        for (i, linear) in elements.stretch.iter().enumerate() {
-            let element = &elements.nonlinear.stretch(linear, i);
+        for i in 0..elements.stretch.len() {
+            let element = &elements.stretch_element(i);
             let local = dual_gradient(element, &ends(q, i));
             let mut own = [D::from(0.0); 7];
             // Stretching does not depend on the angle between the coordinates of both nodes: its entry stays zero.
@@ -180,8 +180,8 @@ impl Layout<3, 3> for Space {
             };
         // Derivatives by an edge of the joint before it, which are complete only with the joint after it.
         let mut open = ([zero; 4], [[zero; 4]; 4]);
-        for (i, linear) in elements.stretch.iter().enumerate() {
-            let element = &elements.nonlinear.stretch(linear, i);
+        for i in 0..elements.stretch.len() {
+            let element = &elements.stretch_element(i);
             let stretch = dual_tangent(element, &ends(q, i));
             let (mut gradient, mut own) = open;
             for r in 0..3 {
