@@ -251,7 +251,7 @@ fn problem_with_numerics(
     let end = scene.time.as_ref().map_or(0.0, |time| time.end);
     // A step is limited by the samples of recorded supports and by the stability of explicit
     // schemes.
-    let mut step = (end / numerics.steps as f64).min(scene.supports.largest_good_step());
+    let mut step = (end / numerics.steps as f64).min(scene.largest_good_step());
     let posed = scene.resolved(numerics.segments, step).by(numerics.scheme).build()?;
     if let Some(largest) = largest_stable_step(&posed)? {
         step = step.min(largest);

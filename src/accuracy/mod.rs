@@ -232,6 +232,6 @@ fn first_step(scene: &Scene, edges: usize) -> Result<f64, Error> {
     let frames = scene.supports.path.as_ref().map(|path| path.track()).transpose()?;
     // Longer steps would skip samples of the prescribed motion.
     let frame = frames.map_or(f64::INFINITY, |track| track.end() / track.times().len() as f64);
-    let good = scene.supports.largest_good_step();
+    let good = scene.largest_good_step();
     Ok((shortest.min(time.end) / FIRST_STEPS).min(good).min(frame))
 }

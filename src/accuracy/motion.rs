@@ -518,7 +518,7 @@ impl<'a> MotionSearch<'a> {
             if let Some(largest) = largest_stable_step(&scene.build()?)? {
                 step = step.min(largest);
             }
-            step = step.min(self.scene.supports.largest_good_step());
+            step = step.min(self.scene.largest_good_step());
         }
         Ok((numerics, step))
     }

@@ -95,6 +95,9 @@ pub struct StepCoefficients<D> {
     pub old_velocity_factor: D,
     /// Terms of the acceleration at the start, for schemes that use it.
     pub acceleration: Option<Acceleration<D>>,
+    /// Fraction of the step by which the interval of mean loads in time is later than the step: the forces of
+    /// generalised-alpha do not act at the middle of the step.
+    pub load_shift: D,
     /// Factors of the change of a strain, 1/s, and of minus its mean rate before, 1, in its rate at the end.
     strain_rate: [D; 2],
     /// The points between start (0) and end (1) at which the forces are evaluated, with their weights.
@@ -150,6 +153,7 @@ impl<D: Scalar> StepCoefficients<D> {
                     rate,
                     old_velocity_factor,
                     acceleration: None,
+                    load_shift: D::from(0.0),
                     strain_rate: [rate, old_velocity_factor],
                     stages: &AVERAGE,
                 }
@@ -177,6 +181,7 @@ impl<D: Scalar> StepCoefficients<D> {
             rate,
             old_velocity_factor,
             acceleration: None,
+            load_shift: D::from(0.0),
             strain_rate: [rate, old_velocity_factor],
             stages: &[END],
         }
@@ -207,6 +212,7 @@ impl<D: Scalar> StepCoefficients<D> {
                 velocity: -(gamma * inverse * 0.5 - 1.0) * h,
                 end: [inverse * (1.0 / (h * h)), -(inverse * (1.0 / h)), -(inverse * 0.5 - 1.0)],
             }),
+            load_shift: -forces + 0.5,
             strain_rate: [strain_rate[0] * (1.0 / h), strain_rate[1]],
             stages: &[END],
         }
@@ -226,9 +232,20 @@ impl<D: Scalar> StepCoefficients<D> {
                 velocity: convert(of.velocity),
                 end: map_components(&of.end, convert),
             }),
+            load_shift: convert(self.load_shift),
             strain_rate: map_components(&self.strain_rate, convert),
             stages: self.stages,
         }
+    }
+
+    /// Factor of the mean loads in time in the residual, s^2: that of a force that is the same at both ends.
+    pub fn load_factor(&self) -> D {
+        if self.averages() { self.end } else { self.end + self.start }
+    }
+
+    /// The interval, s, over which loads in time are averaged, for a step that begins at the time `start`, s.
+    pub fn load_interval(&self, start: f64) -> [D; 2] {
+        [0.0, 1.0].map(|place| (self.load_shift + place) * self.h + start)
     }
 
     /// Whether the forces are a mean over several stages of the step: the average vector field only.

@@ -17,7 +17,7 @@ use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::Tangent;
 use crate::problem::boundary::BoundaryMotion;
-use crate::rod::{Energies, NodalDrag, Rod, State, set_real_frames};
+use crate::rod::{Energies, NodalDrag, Rod, State, TimedLoads, set_real_frames};
 use crate::scene::Damping;
 use num_dual::Dual64;
 use std::ops::Range;
@@ -52,7 +52,17 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     ) -> Self {
         let mut state = State::at_rest(q, frames);
         let (prescribed, drag, boundary_motion) = (PrescribedDofs::default(), None, None);
-        let system = System { rod, derivatives, free, prescribed, damping, drag, boundary_motion };
+        let timed_loads = TimedLoads::none();
+        let system = System {
+            rod,
+            derivatives,
+            free,
+            prescribed,
+            damping,
+            drag,
+            timed_loads,
+            boundary_motion,
+        };
         let mut stepper = Stepper::new(settings, &system, &mut state);
         stepper.find_forces(&system, &mut state);
         stepper.find_acceleration(&system, &mut state);
@@ -75,6 +85,12 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     /// Sets the drag of a fluid, and computes forces and accelerations at the start again.
     pub(crate) fn immerse(&mut self, drag: NodalDrag<D>) {
         self.system.drag = Some(drag);
+        self.find_forces();
+    }
+
+    /// Sets the forces that depend on time, and computes forces and accelerations at the start again.
+    pub(crate) fn load_in_time(&mut self, timed_loads: TimedLoads<D>) {
+        self.system.timed_loads = timed_loads;
         self.find_forces();
     }
 
@@ -139,6 +155,10 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     /// The drag of a fluid on the nodes; `None` without a fluid.
     pub(crate) fn drag(&self) -> Option<&NodalDrag<D>> {
         self.system.drag.as_ref()
+    }
+    /// The forces that depend on time.
+    pub(crate) fn timed_loads(&self) -> &TimedLoads<D> {
+        &self.system.timed_loads
     }
     /// The motion of the supports and recorded nodes; `None` if nothing is moved.
     pub(crate) fn boundary_motion(&self) -> Option<&BoundaryMotion<D>> {
@@ -228,7 +248,8 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     }
 
     /// All energies of the present state, J, without derivatives. Bending includes the energy of friction springs,
-    /// each kind that of its Maxwell springs; the potential includes whole turns of constant moments.
+    /// each kind that of its Maxwell springs. The potential includes whole turns of constant moments, less the work of
+    /// loads in time since the start.
     pub fn energies(&self) -> Energies {
         let kinetic = self.kinetic_energy();
         let mut energies = self.system.rod.energies(&self.state.q, &self.state.frames);

@@ -73,7 +73,7 @@ impl<M: Model> Discretized<'_, M> {
         setup: &Setup<D, M>,
     ) -> Result<Simulation<D, M::Rod<D>>, Error> {
         let scene = &setup.scene;
-        let rod = setup.rod(self.model);
+        let rod = setup.rod_in_motion(self.model);
         let recorded = self.scene().initial.state == InitialState::Recorded;
         // Initial places and velocities: recorded, or of the scene (rest shape or equilibrium).
         let (start, velocity, change) = match recorded {
@@ -109,6 +109,10 @@ impl<M: Model> Discretized<'_, M> {
         // Supports before the velocities: they prescribe the velocities of some unknowns.
         if let Some(drag) = setup.drag(self.model) {
             simulation.immerse(drag);
+        }
+        let timed_loads = setup.timed_loads(self.model);
+        if !timed_loads.is_empty() {
+            simulation.load_in_time(timed_loads);
         }
         if let Some(boundary_motion) = boundary_motion {
             simulation.move_supports(boundary_motion, self.prescribed());
@@ -196,10 +200,13 @@ impl<M: Model> Discretized<'_, M> {
         }
         self.hold(setup, MotionTime::Approach { progress: 1.0, settled: false }, &mut q, &frames)?;
         // Derivatives of an equilibrium: one linear system with the tangent, over dual numbers.
-        let held = setup.rod_with_release_forces(self.model, rod);
+        // Signals have their values at t = 0 there.
+        let loaded = (!setup.scene.signals.is_empty()).then(|| setup.rod_at(self.model, 0.0));
+        let held = setup.rod_with_release_forces(self.model, loaded.as_ref().unwrap_or(rod));
         let mut plain_frames = self.begin(self.setup).1;
         M::Rod::<f64>::rebase(&mut plain_frames, found);
-        let plain = self.setup.rod_with_release_forces(self.model, &self.rod());
+        let plain = self.setup.rod_at(self.model, 0.0);
+        let plain = self.setup.rod_with_release_forces(self.model, &plain);
         // A rod that nothing holds moves with its initial position.
         let neutral = self.is_neutral(found, &plain_frames).unwrap_or(false);
         let differentiate = |q: &mut [D], neutral: bool| {

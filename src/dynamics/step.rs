@@ -12,7 +12,7 @@ use crate::energy::Derivatives;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Nestable;
 use crate::problem::boundary::BoundaryMotion;
-use crate::rod::NodalDrag;
+use crate::rod::{NodalDrag, TimedLoads};
 use crate::scene::{Damping, Scheme, StepTolerance};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -77,6 +77,8 @@ pub(crate) struct System<D, R> {
     pub damping: Damping<D>,
     /// The drag of a fluid, if there is one.
     pub drag: Option<NodalDrag<D>>,
+    /// Forces that depend on time; none for most scenes.
+    pub timed_loads: TimedLoads<D>,
     /// How the supports move, if they do.
     pub boundary_motion: Option<BoundaryMotion<D>>,
 }

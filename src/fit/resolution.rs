@@ -68,7 +68,7 @@ pub(crate) fn with_initial_resolution(
             experiment.records().map(|o| 2.0 * o.rise_time()).fold(f64::INFINITY, f64::min);
         let step = period / FIRST_STEPS;
         let step = match step.is_finite() && step > 0.0 {
-            true => step.min(scene.supports.largest_good_step()),
+            true => step.min(scene.largest_good_step()),
             false => step_size(&experiment),
         };
         with_resolution(experiment, segments, step)

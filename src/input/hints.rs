@@ -51,6 +51,7 @@ pub(crate) const SCENE: FileKind = FileKind {
         "initial.point",
         "supports.motion",
         "energy",
+        "signals",
     ],
 };
 

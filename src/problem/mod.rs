@@ -519,7 +519,7 @@ impl Problem {
             supports.check_start().map_err(|error| error.in_file(file))?;
         }
         if let Some(time) = &self.scene.time {
-            supports.check_step(time.step_size()).map_err(|error| error.in_file(file))?;
+            self.scene.check_step(time.step_size()).map_err(|error| error.in_file(file))?;
         }
         self.scene.time.as_ref().ok_or_else(|| {
             Error::invalid("time", "no such table", "[time] with end and step, to simulate")

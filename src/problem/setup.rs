@@ -15,9 +15,9 @@ use crate::numerics::vector::Vector;
 use crate::problem::line_loads::line_loads;
 use crate::problem::model::{Model, NodalLoad, NodalMass};
 use crate::problem::own::{self, NodeTie};
-use crate::rod::{AssembledRod, NodalDrag, ReferenceFrames};
+use crate::rod::{AssembledRod, NodalDrag, ReferenceFrames, TimedLoad, TimedLoads, UnknownForce};
 use crate::scene::mesh::Mesh;
-use crate::scene::{PointForce, PointMass, Scene, Track};
+use crate::scene::{LineForce, PointForce, PointMass, Scene, Signal, Track};
 
 /// Scene over a number type with its mesh, and its rest shape in the axes of a model.
 #[derive(Clone, Debug)]
@@ -40,15 +40,30 @@ impl<D: Nestable, M: Model> Setup<D, M> {
     }
 
     /// The rod of the model, to which point masses with their weight, point and line loads, and user-defined energies are
-    /// added. Forces of `initial.point` are not.
+    /// added. Signals have their values at `loads.at_time`. Forces of `initial.point` are not included.
     pub fn rod(&self, model: &M) -> M::Rod<D> {
+        self.rod_under(model, &self.loads())
+    }
+
+    /// [`rod`](Self::rod) with the values of signals at a time, s.
+    pub fn rod_at(&self, model: &M, time: f64) -> M::Rod<D> {
+        self.rod_under(model, &self.loads_at(Some(time)))
+    }
+
+    /// [`rod`](Self::rod) without the loads that have signals, for simulations.
+    pub fn rod_in_motion(&self, model: &M) -> M::Rod<D> {
+        self.rod_under(model, &self.loads_at(None))
+    }
+
+    /// [`rod`](Self::rod) with `loads` in place of point and line loads.
+    fn rod_under(&self, model: &M, loads: &[NodalLoad<D>]) -> M::Rod<D> {
         let mut rod = model.rod(&self.scene, &self.rest);
         // Point masses have weight too.
         let gravity = model.components(self.scene.loads.gravity);
         for NodalMass { node, mass } in self.masses() {
             rod.add_mass(node, mass, gravity);
         }
-        self.add_loads(model, &mut rod, &self.loads());
+        self.add_loads(model, &mut rod, loads);
         // User-defined energies are attached last: they refer to the rest state.
         if !self.scene.energies.is_empty() {
             let chart = model.chart(&self.scene, &self.rest);
@@ -95,12 +110,63 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         nodal_masses(&self.scene, &self.mesh).expect("checked when the model was chosen")
     }
 
-    /// Forces and moments on nodes, in world axes: those of `loads.point`, then those of `loads.line`. A node may have
-    /// several entries.
+    /// Forces and moments on nodes, in world axes: those of `loads.point`, then those of `loads.line`, with the values of
+    /// signals at `loads.at_time`. A node may have several entries.
     pub fn loads(&self) -> Vec<NodalLoad<D>> {
-        let mut loads = self.nodal(&self.scene.loads.point);
-        loads.extend(line_loads(&self.scene.loads.line, &self.mesh));
-        loads
+        self.loads_at(Some(self.scene.loads.at_time))
+    }
+
+    /// [`loads`](Self::loads) with the values of signals at a time, s; without it only those that have no signal.
+    pub fn loads_at(&self, time: Option<f64>) -> Vec<NodalLoad<D>> {
+        let loads = &self.scene.loads;
+        let factor = |signal: &Option<String>| match (signal, time) {
+            (None, _) => Some(D::from(1.0)),
+            (Some(name), Some(time)) => Some(self.signal(name)?.curve().value(D::from(time))),
+            (Some(_), None) => None,
+        };
+        let scaled = |vector: Vector<D>, factor: D| vector.map(|c| c * factor);
+        let point = loads.point.iter().filter_map(|load| {
+            let factor = factor(&load.signal)?;
+            let [force, moment] = [load.force, load.moment].map(|vector| scaled(vector, factor));
+            Some(PointForce { node: load.node, force, moment, signal: None })
+        });
+        let line = loads.line.iter().filter_map(|load| {
+            let force = scaled(load.force, factor(&load.signal)?);
+            Some(LineForce { from: load.from, to: load.to, force, signal: None })
+        });
+        let mut nodal = self.nodal(&point.collect::<Vec<_>>());
+        nodal.extend(line_loads(&line.collect::<Vec<_>>(), &self.mesh));
+        nodal
+    }
+
+    /// The signal of a name; none that the scene does not have.
+    fn signal(&self, name: &str) -> Option<&Signal<D>> {
+        self.scene.signals.iter().find(|signal| signal.name == name)
+    }
+
+    /// The forces that have signals, on the unknowns of the model, one entry for each signal that a load has.
+    pub fn timed_loads(&self, model: &M) -> TimedLoads<D> {
+        let loads = &self.scene.loads;
+        let mut timed = TimedLoads::none();
+        for signal in &self.scene.signals {
+            let has_signal = |name: &Option<String>| name.as_deref() == Some(&*signal.name);
+            let point = loads.point.iter().filter(|load| has_signal(&load.signal)).cloned();
+            let line = loads.line.iter().filter(|load| has_signal(&load.signal)).cloned();
+            let mut nodal = self.nodal(&point.collect::<Vec<_>>());
+            nodal.extend(line_loads(&line.collect::<Vec<_>>(), &self.mesh));
+            if nodal.is_empty() {
+                continue;
+            }
+            let axes = M::STRIDE.min(3);
+            let mut forces = Vec::with_capacity(axes * nodal.len());
+            for load in nodal {
+                let first = M::STRIDE * load.node;
+                let own = model.components(load.force).into_iter().take(axes).enumerate();
+                forces.extend(own.map(|(c, force)| UnknownForce { unknown: first + c, force }));
+            }
+            timed.loads.push(TimedLoad { signal: signal.curve(), forces });
+        }
+        timed
     }
 
     /// A copy of `rod` with the forces and moments of `initial.point` added, which act until t = 0.

@@ -32,7 +32,7 @@ impl Problem {
     /// Empty without `[time]`.
     pub(crate) fn step_warnings(&self) -> Vec<(Code, String)> {
         let Some(time) = &self.scene().time else { return Vec::new() };
-        let mut warnings = self.scene().supports.step_warnings(time.step_size());
+        let mut warnings = self.scene().motion_step_warnings(time.step_size());
         if time.is_beyond_end() {
             let (step, end) = (time.step_size(), time.end);
             let words = format!(
@@ -47,6 +47,6 @@ impl Problem {
     /// Warnings, with codes, of all defects, corrected or not, of the recordings that drive the ends. Empty without
     /// recordings.
     pub(crate) fn recording_warnings(&self) -> Vec<(Code, String)> {
-        self.scene().supports.recording_warnings()
+        self.scene().recording_warnings()
     }
 }

@@ -28,6 +28,7 @@ mod sensitive;
 pub mod spatial;
 mod state;
 mod sweeps;
+mod timed_loads;
 mod transposed;
 mod viscosity;
 
@@ -47,6 +48,7 @@ pub use planar::PlanarRod;
 pub use sensitive::{ChangedRods, EffectiveStrains, Sensitive};
 pub use spatial::SpatialRod;
 pub use state::{InternalVariables, State};
+pub use timed_loads::{TimedLoad, TimedLoads, UnknownForce};
 pub use transposed::{Laws, Strained, Transposed, strained};
 pub use viscosity::{OwnViscosity, Viscosity};
 

@@ -30,7 +30,7 @@ pub struct State<D, F> {
     pub unbalanced: Vec<D>,
     /// The internal variables of the material.
     pub internal: InternalVariables<D>,
-    /// The potential of the loads by whole turns of the rod, J.
+    /// The potential of the loads by whole turns of the rod, less the work of loads in time since the start, J.
     pub wound: f64,
 }
 

@@ -25,6 +25,9 @@ impl Scene {
         for motion in &mut self.supports.motion {
             motion.read(&folder)?;
         }
+        for signal in &mut self.signals {
+            signal.read(&folder)?;
+        }
         let ends = [self.supports.start, self.supports.end];
         if let Some(path) = &mut self.supports.path {
             path.read(&folder, ends)?;
@@ -38,6 +41,7 @@ impl Scene {
         }
         if let Some(time) = &self.time {
             self.supports.check_end(time)?;
+            self.used_signals().try_for_each(|signal| signal.check_end(time))?;
         }
         self.initial.shape.as_mut().map_or(Ok(()), |shape| shape.read(&folder, true))
     }

@@ -36,12 +36,15 @@ table! {
         /// The fluid around the rod.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub drag: Option<Drag<D>> = TABLE,
-        /// Constant forces and moments on nodes.
+        /// Forces and moments on nodes.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         pub point: Vec<PointForce<D>> = TABLE,
-        /// Constant forces per unit length along parts of the rod.
+        /// Forces per unit length along parts of the rod.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         pub line: Vec<LineForce<D>> = TABLE,
+        /// Time of the signals in an equilibrium and its vibrations (`rodfit static`, `rodfit modes`), s; default 0.
+        #[serde(default, skip_serializing_if = "is_default")]
+        pub at_time: f64,
     }
 }
 
@@ -86,7 +89,7 @@ table! {
 }
 
 table! {
-    /// `[[loads.point]]`: a constant force or moment at a point of the rod.
+    /// `[[loads.point]]`: a force or moment at a point of the rod, constant or with a signal.
     #[derive(Default)]
     pub struct PointForce {
         /// Position of the load: `"tip"`, a node index or `{ arc_length = m }`. Between nodes the two
@@ -102,11 +105,14 @@ table! {
             skip_serializing_if = "is_default"
         )]
         pub moment: [D; 3] = Quantity::signed("N m"),
+        /// Name of the signal in `[[signals]]` that multiplies the force over time; default: constant.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub signal: Option<String>,
     }
 }
 
 table! {
-    /// `[[loads.line]]`: a constant force per unit length along a part of the rod.
+    /// `[[loads.line]]`: a force per unit length along a part of the rod, constant or with a signal.
     #[derive(Default)]
     pub struct LineForce {
         /// Arc length from the start of the rod where the load begins, m; default: 0.
@@ -118,6 +124,9 @@ table! {
         /// Force per unit length at rest in world axes, N/m.
         #[serde(deserialize_with = "crate::input::arrays::numbers")]
         pub force: [D; 3] = Quantity::signed("N/m"),
+        /// Name of the signal in `[[signals]]` that multiplies the force over time; default: constant.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub signal: Option<String>,
     }
 }
 

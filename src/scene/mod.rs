@@ -48,6 +48,10 @@ pub mod scheme;
 mod scheme_support;
 pub mod section;
 pub mod shape;
+pub mod signal;
+pub mod signal_curve;
+pub mod signal_samples;
+mod signal_steps;
 pub mod structure;
 mod structure_catalog;
 mod structure_file;
@@ -83,6 +87,9 @@ pub use scene_file::SceneFile;
 pub use scheme::{Scheme, SchemeParameter};
 pub use section::Section;
 pub use shape::{Handedness, Shape};
+pub use signal::{Signal, SignalKind};
+pub use signal_curve::SignalCurve;
+pub use signal_samples::{Interpolation, SignalSamples};
 pub use structure::StructureScene;
 pub use structure_point::{RodPoint, StructurePoint};
 pub use support::{Clamp, End, Support};
@@ -131,6 +138,9 @@ table! {
         /// Gravity, point loads, damping and fluid.
         #[serde(default)]
         pub loads: Loads<D> = TABLE,
+        /// Factors of loads as functions of time.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub signals: Vec<Signal<D>> = TABLE,
         /// Initial state of the rod at t = 0.
         #[serde(default, skip_serializing_if = "Initial::is_rest")]
         pub initial: Initial<D> = TABLE,
@@ -224,6 +234,7 @@ impl Scene {
             material,
             supports: Supports::default(),
             loads: Loads::default(),
+            signals: Vec::new(),
             initial: Initial::default(),
             time: None,
             camera: Camera::default(),
@@ -331,6 +342,38 @@ impl Scene {
         Err(Error::invalid("initial.state", found, allowed))
     }
 
+    /// Rejects invalid signals, and loads whose signal the scene does not have. So far rejected are a signal of a force that
+    /// holds the rod until t = 0, and of a moment.
+    fn check_signals(&self) -> Result<(), Error> {
+        self.signals.check_numbers("signals", TABLE)?;
+        signal::check_signals(&self.signals)?;
+        let line = self.loads.line.iter().enumerate();
+        let line = line.map(|(k, load)| (format!("loads.line[{k}]"), &load.signal));
+        let point = self.loads.point.iter().enumerate();
+        let point = point.map(|(k, load)| (format!("loads.point[{k}]"), &load.signal));
+        for (key, name) in point.chain(line) {
+            signal::check_reference(&self.signals, name.as_deref(), &key)?;
+        }
+        let has_signal = |load: &PointForce| load.signal.is_some();
+        if let Some(k) = self.initial.point.iter().position(has_signal) {
+            let allowed = "no such key, as the force acts until t = 0 only";
+            return Err(Error::invalid(format!("initial.point[{k}].signal"), "a signal", allowed));
+        }
+        let turns = |load: &PointForce| has_signal(load) && load.moment != [0.0; 3];
+        if let Some(k) = self.loads.point.iter().position(turns) {
+            let allowed = "force only with a signal";
+            return Err(Error::invalid(
+                format!("loads.point[{k}].moment"),
+                "a moment with a signal",
+                allowed,
+            ));
+        }
+        if !self.loads.at_time.is_finite() {
+            return Err(Error::invalid("loads.at_time", self.loads.at_time, "a finite time, s"));
+        }
+        Ok(())
+    }
+
     /// The checks of [`validate`](Self::validate), table by table, without the file in errors; the first error is returned.
     /// Across tables, rejected are an axial compliance beside a stretch law that is not linear, and `supports.angle` beside
     /// `initial.shape`. A recorded start that contradicts the supports, and a term that the scheme in `[time]` does not
@@ -340,6 +383,7 @@ impl Scene {
         self.material.check()?;
         self.rod.taper.check(&self.rod.section, &self.material)?;
         self.loads.check_numbers("loads", TABLE)?;
+        self.check_signals()?;
         self.initial.check()?;
         self.camera.check_numbers("camera", TABLE)?;
         own::check(&self.energies)?;

@@ -22,7 +22,7 @@ const GOOD_STEPS: f64 = 20.0;
 const ROUNDING: f64 = 1e-9;
 
 /// Time scale of a prescribed motion, and the fraction of the steps per period that resolves it.
-struct MotionRate {
+pub(super) struct MotionRate {
     /// Key in the scene file.
     key: String,
     /// The value of the key with its unit, for messages.
@@ -62,9 +62,43 @@ impl MotionRate {
     /// Rate of a recorded motion of a bandwidth, Hz, whose period is `1/bandwidth`. Slower components make up 99 % of its
     /// variance, so that half as many steps a period resolve it as those of a single frequency. Two steps a period are those
     /// of the sampling theorem.
-    fn from_bandwidth(key: String, bandwidth: f64) -> Self {
-        let found = format!("recorded motion of up to {bandwidth:.3} Hz (99 % of its variance)");
+    /// `name` is that of the motion in messages.
+    pub(super) fn from_bandwidth(key: String, name: &str, bandwidth: f64) -> Self {
+        let found = format!("{name} of up to {bandwidth:.3} Hz (99 % of its variance)");
         Self { key, found, time: bandwidth.recip(), interval: "period", fraction: 0.5 }
+    }
+
+    /// Rate of an oscillation of a `frequency`, Hz.
+    pub(super) fn of_frequency(key: String, frequency: f64) -> Self {
+        let (found, time) = (format!("{frequency} Hz"), frequency.recip());
+        Self { key, found, time, interval: "period", fraction: 1.0 }
+    }
+
+    /// Largest step size, s, that makes [`GOOD_STEPS`] per period.
+    pub(super) fn good_step(&self) -> f64 {
+        self.step(GOOD_STEPS)
+    }
+
+    /// Rejects a time step, s, that makes fewer than [`FEWEST_STEPS`] per period. The error has the key of the motion, and a
+    /// step that resolves it well.
+    pub(super) fn check(self, step: f64) -> Result<(), Error> {
+        let Some([found, needed]) = self.too_large(step, FEWEST_STEPS) else { return Ok(()) };
+        // The message advises a step without a warning, not the largest accepted one.
+        let good = self.step(GOOD_STEPS);
+        let allowed =
+            format!("at least {needed}. A time.step of {good:.3e} s resolves the motion well");
+        Err(Error::invalid(self.key, found, allowed))
+    }
+
+    /// The warning, with its code, of a time step, s, that makes fewer than [`GOOD_STEPS`] per period; none for smaller ones.
+    pub(super) fn warning(&self, step: f64) -> Option<(Code, String)> {
+        let [found, needed] = self.too_large(step, GOOD_STEPS)?;
+        let key = &self.key;
+        let message = format!(
+            "{key}: found {found}. The time steps do not resolve the motion, and the result \
+                             is inaccurate. Use {needed}"
+        );
+        Some((Code::StepTooLarge, message))
     }
 }
 
@@ -92,33 +126,13 @@ impl Supports {
     /// Rejects a time step, s, that makes fewer than [`FEWEST_STEPS`] per period of an oscillation of a support. Ramps and
     /// periods of recordings require half as many. The error has the key of the motion, and a step that resolves it well.
     pub(crate) fn check_step(&self, step: f64) -> Result<(), Error> {
-        for rate in self.rates().chain(self.path_rate()) {
-            if let Some([found, needed]) = rate.too_large(step, FEWEST_STEPS) {
-                // The message advises a step without a warning, not the largest accepted one.
-                let good = rate.step(GOOD_STEPS);
-                let allowed = format!(
-                    "at least {needed}. A time.step of {good:.3e} s resolves \
-                                       the motion well"
-                );
-                return Err(Error::invalid(rate.key, found, allowed));
-            }
-        }
-        Ok(())
+        self.rates().chain(self.path_rate()).try_for_each(|rate| rate.check(step))
     }
 
     /// Warnings, with codes, of a time step, s, that makes fewer than [`GOOD_STEPS`] per period of an oscillation of a
     /// support. Ramps and periods of recordings require half as many. There is one warning for each such motion.
     pub(crate) fn step_warnings(&self, step: f64) -> Vec<(Code, String)> {
-        let warning = |rate: MotionRate| {
-            let [found, needed] = rate.too_large(step, GOOD_STEPS)?;
-            let key = &rate.key;
-            let message = format!(
-                "{key}: found {found}. The time steps do not resolve the motion, and the result \
-                                 is inaccurate. Use {needed}"
-            );
-            Some((Code::StepTooLarge, message))
-        };
-        self.rates().chain(self.path_rate()).filter_map(warning).collect()
+        self.rates().chain(self.path_rate()).filter_map(|rate| rate.warning(step)).collect()
     }
 
     /// Largest time step, s, that makes [`GOOD_STEPS`] per period (half as many per ramp or recorded period) of all motions
@@ -133,8 +147,9 @@ impl Supports {
         self.motion.iter().enumerate().flat_map(|(i, motion)| {
             let key = format!("supports.motion[{i}]");
             let bandwidth = motion.track.as_ref().and_then(|track| track.bandwidth());
-            let recorded =
-                bandwidth.map(|hertz| MotionRate::from_bandwidth(format!("{key}.file"), hertz));
+            let recorded = bandwidth.map(|hertz| {
+                MotionRate::from_bandwidth(format!("{key}.file"), "recorded motion", hertz)
+            });
             motion.rate(&key).into_iter().chain(recorded)
         })
     }
@@ -143,6 +158,6 @@ impl Supports {
     /// rest.
     fn path_rate(&self) -> Option<MotionRate> {
         let bandwidth = self.path.as_ref()?.track.as_ref()?.bandwidth()?;
-        Some(MotionRate::from_bandwidth("supports.path.file".into(), bandwidth))
+        Some(MotionRate::from_bandwidth("supports.path.file".into(), "recorded motion", bandwidth))
     }
 }

@@ -23,6 +23,7 @@ use crate::scene::rod::RodSpec;
 use crate::scene::scheme::Scheme;
 use crate::scene::section::Section;
 use crate::scene::shape::{Handedness, Shape};
+use crate::scene::signal::Signal;
 use crate::scene::structure_catalog::{ANY_NAME, catalog_structure};
 use crate::scene::supports::Supports;
 use crate::scene::taper::Taper;
@@ -261,7 +262,7 @@ impl Parameter {
     /// Whether it is a number of a rod, material, body or joint of a structure.
     pub(crate) fn is_of_structure(self) -> bool {
         let list = self.path.split('.').next().unwrap_or_default();
-        NAMED_LISTS.contains(&list) || list == "joints"
+        (NAMED_LISTS.contains(&list) && list != "signals") || list == "joints"
     }
 
     /// Whether it is a component of a moment, of `loads.point` or `initial.point`.
@@ -494,8 +495,8 @@ fn intern(name: &str) -> &'static str {
     name
 }
 
-/// Lists of a structure whose entries have names.
-const NAMED_LISTS: [&str; 3] = ["rods", "materials", "bodies"];
+/// Lists of a scene or a structure whose entries have names.
+const NAMED_LISTS: [&str; 4] = ["rods", "materials", "bodies", "signals"];
 
 /// Path with `#` in place of parts that are digits only, the list indices: `loads.point.#.force.y`.
 fn general_path(path: &str) -> String {
@@ -597,11 +598,27 @@ fn catalog_scenes() -> [Scene; 6] {
         let line = vec![LineForce { to: Some(1.0), ..LineForce::default() }];
         scene.loads = Loads { damping, drag, point: point.clone(), line, ..Loads::default() };
         scene.rod.natural_bending = vec![[1.0; 2]];
+        scene.signals = vec![catalog_signal()];
         scene.initial = Initial { shape: Some(shape), point, ..Initial::default() };
         let scheme = if whole { Scheme::GeneralisedAlpha } else { Scheme::NewmarkBeta };
         scene.time = Some(Time { scheme, ..Time::new(1.0, 1.0) });
         scene
     })
+}
+
+/// A signal with every number that a signal may have.
+fn catalog_signal() -> Signal {
+    let number = Some(1.0);
+    Signal {
+        amplitude: number,
+        frequency: number,
+        phase: number,
+        start: number,
+        duration: number,
+        rise: number,
+        values: vec![1.0],
+        ..Signal::new(ANY_NAME)
+    }
 }
 
 #[cfg(test)]

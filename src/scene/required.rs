@@ -9,7 +9,7 @@
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 
 /// Required keys of every table of a scene file.
-pub(crate) const REQUIRED: [Rule; 12] = [
+pub(crate) const REQUIRED: [Rule; 13] = [
     always("rod", |_| &["shape", "section"]),
     always("material", |_| &["density", "youngs_modulus"]),
     if_there("rod.shape", shape_keys),
@@ -19,6 +19,7 @@ pub(crate) const REQUIRED: [Rule; 12] = [
     if_there("time", |_| &["end"]),
     if_there("loads.point[]", |_| &["node"]),
     if_there("loads.line[]", |_| &["force"]),
+    if_there("signals[]", |_| &["name"]),
     if_there("initial.point[]", |_| &["node"]),
     if_there("supports.motion[]", |_| &["end"]),
     if_there("supports.path", |_| &["file"]),

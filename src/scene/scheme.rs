@@ -53,6 +53,8 @@ pub struct Traits {
     pub takes_drag: bool,
     /// Whether it takes moving supports.
     pub takes_boundary_motion: bool,
+    /// Whether it takes signals that are not smooth: with jumps or kinks.
+    pub takes_rough_signals: bool,
     /// Largest `h omega` at which a vibration stays bounded, with step h and angular frequency omega; none for
     /// unconditionally stable schemes.
     pub stability_limit: Option<f64>,
@@ -82,6 +84,7 @@ const IMPLICIT: Traits = Traits {
     takes_friction: true,
     takes_drag: true,
     takes_boundary_motion: true,
+    takes_rough_signals: true,
     stability_limit: None,
     energy: EnergyConservation::Inexact,
     parameter: None,
@@ -113,6 +116,7 @@ const TRAITS: [Traits; 6] = [
         scheme: Scheme::Rodas4,
         name: "rodas4",
         order: 4,
+        takes_rough_signals: false,
         energy: EnergyConservation::Inexact,
         ..ELASTIC
     },
@@ -121,6 +125,7 @@ const TRAITS: [Traits; 6] = [
         scheme: Scheme::Pefrl,
         name: "pefrl",
         order: 4,
+        takes_rough_signals: false,
         stability_limit: Some(2.989),
         ..ELASTIC
     },

@@ -43,6 +43,17 @@ impl Scene {
             let key = if is_recorded { "supports.path" } else { "supports.motion" };
             add(key, beside("a motion"), |traits| traits.takes_boundary_motion);
         }
+        if let (false, Some(signal)) =
+            (traits.takes_rough_signals, self.used_signals().find(|signal| !signal.is_smooth()))
+        {
+            let key = format!("signals.{}", signal.name);
+            let found = beside("a signal with kinks or jumps");
+            let takers = Scheme::names(|traits| traits.takes_rough_signals);
+            let allowed = format!(
+                "a sine or a file with interpolation = \"cubic\"; the schemes {takers} take it"
+            );
+            unsupported.push(UnsupportedTerm { key, found, allowed });
+        }
         // Viscosity becomes the first term, which validation reports.
         let time = damping.times().into_iter().find(|(_, time)| *time > 0.0);
         if let Some((key, time)) = time.filter(|_| !traits.takes_viscosity) {

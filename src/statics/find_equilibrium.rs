@@ -33,7 +33,8 @@ impl<M: Model> Discretized<'_, M> {
     /// rod until then. Moved ends are at their places at t = 0. Angles are measured from the initial frames. Errors are
     /// those of [`equilibrium`](Self::equilibrium).
     pub(crate) fn held_equilibrium(&self) -> Result<Vec<f64>, Error> {
-        let rod = self.setup.rod_with_release_forces(self.model, &self.rod());
+        let rod = self.setup.rod_at(self.model, 0.0);
+        let rod = self.setup.rod_with_release_forces(self.model, &rod);
         let mut found = self.equilibrium_of(&rod, false)?;
         found.frames.convert_angles(&mut found.q, &self.begin(self.setup).1);
         Ok(found.q)

@@ -68,7 +68,12 @@ impl<M: Model> Discretized<'_, M> {
         if let Some(boundary_motion) = self.moved_ends() {
             boundary_motion.accelerations(state.time, &mut acceleration);
         }
-        self.reactions_with(rod, resistances, state, &acceleration)
+        // Loads with signals are no part of the rod of a simulation.
+        if self.scene().used_signals().next().is_some() {
+            let rod = self.setup.rod_at(self.model, state.time);
+            return self.reactions_with(&rod, resistances, state, &acceleration, state.time);
+        }
+        self.reactions_with(rod, resistances, state, &acceleration, state.time)
     }
 
     /// The reactions at both ends of a rod at rest in `state`, in world axes: elastic forces and dead loads only.
@@ -77,11 +82,13 @@ impl<M: Model> Discretized<'_, M> {
         rod: &M::Rod<f64>,
         state: &State<f64, FramesOf<M>>,
     ) -> Reactions {
-        self.reactions_with(rod, MotionResistances::default(), state, &vec![0.0; state.q.len()])
+        let still = vec![0.0; state.q.len()];
+        let at_time = self.scene().loads.at_time;
+        self.reactions_with(rod, MotionResistances::default(), state, &still, at_time)
     }
 
     /// The reactions at both ends in a state whose held unknowns have the given `acceleration`, m/s^2 (one entry per
-    /// unknown). Drag, inertia and mass damping of nodes behind a wall are left out. A clamp holds two nodes, a
+    /// unknown), with signals at `time`, s. Drag, inertia and mass damping of nodes behind a wall are left out. A clamp holds two nodes, a
     /// recorded end those at its held markers, other supports one. A free end has zero.
     fn reactions_with(
         &self,
@@ -89,6 +96,7 @@ impl<M: Model> Discretized<'_, M> {
         MotionResistances { damping, drag }: MotionResistances<'_>,
         state: &State<f64, FramesOf<M>>,
         acceleration: &[f64],
+        time: f64,
     ) -> Reactions {
         let State { q, frames, v, internal, .. } = state;
         let strain_rate = &internal.strain_rate;
@@ -128,11 +136,12 @@ impl<M: Model> Discretized<'_, M> {
             (_, Support::Clamped) => 2,
             _ => 1,
         };
+        let loads = self.nodal_loads(rod.mass(), time);
         let start: Vec<usize> = (0..held(End::Start)).collect();
         let end: Vec<usize> = (0..held(End::End)).map(|k| last - k).collect();
         Reactions {
-            start: self.reaction(0..free.start, &start, 1, rod.mass(), q, &force),
-            end: self.reaction(free.end..q.len(), &end, last - 1, rod.mass(), q, &force),
+            start: self.reaction(0..free.start, &start, 1, &loads, q, &force),
+            end: self.reaction(free.end..q.len(), &end, last - 1, &loads, q, &force),
         }
     }
 
@@ -144,7 +153,7 @@ impl<M: Model> Discretized<'_, M> {
         held: Range<usize>,
         nodes: &[usize],
         next: usize,
-        mass: &[f64],
+        loads: &[[f64; 3]],
         q: &[f64],
         force: &[f64],
     ) -> Reaction {
@@ -160,7 +169,7 @@ impl<M: Model> Discretized<'_, M> {
             let mut on_node = self.model.rate(force, node);
             // The gradient contains minus the loads; those on a node behind the wall are the wall's own.
             if node == outermost && behind > 0.0 {
-                on_node = add(on_node, self.nodal_loads(mass)[node]);
+                on_node = add(on_node, loads[node]);
             }
             reaction.force = add(reaction.force, on_node);
             let moment = cross(sub(position(node), point), on_node);
@@ -186,11 +195,11 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// Weight (gravity times the mass of the node), point and line forces on every node, N, in world axes, one entry
-    /// per node. `mass` has the masses of all unknowns. Moments are left out.
-    pub(super) fn nodal_loads(&self, mass: &[f64]) -> Vec<[f64; 3]> {
+    /// per node. `mass` has the masses of all unknowns. Signals have their values at `time`, s. Moments are left out.
+    pub(super) fn nodal_loads(&self, mass: &[f64], time: f64) -> Vec<[f64; 3]> {
         let weight = |i: usize| scale(self.scene().loads.gravity, mass[M::STRIDE * i]);
         let mut forces: Vec<[f64; 3]> = (0..self.nodes()).map(weight).collect();
-        for load in self.setup.loads() {
+        for load in self.setup.loads_at(Some(time)) {
             forces[load.node] = add(forces[load.node], load.force);
         }
         forces

@@ -53,7 +53,7 @@ impl<M: Model> Discretized<'_, M> {
         if !stands_alone {
             return None;
         }
-        let forces = self.nodal_loads(self.rod().mass());
+        let forces = self.nodal_loads(self.rod().mass(), scene.loads.at_time);
         // The rod stands if the sum of force times position relative to the wall is negative, and the total force points against
         // the axis from the wall to the tip.
         let wall = self.model.position(q, 0);

@@ -269,6 +269,7 @@ impl Blueprint {
                 node: load.node.unwrap_or_default(),
                 force: load.force,
                 moment: [D::from(0.0); 3],
+                signal: None,
             };
             let loads =
                 nodal_loads(&[force], "loads", &setup.mesh).map_err(|error| match error {

@@ -17,5 +17,6 @@ mod random_scene_checks;
 mod rates;
 mod recorded;
 mod rest;
+mod signals;
 mod spatial_elements;
 mod starts;

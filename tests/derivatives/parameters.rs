@@ -132,7 +132,23 @@ pub fn scene(seed: u64, planar: bool) -> Scene {
         node: c.of(&[Point::Tip, Point::Node(3), Point::ArcLength(0.11)]),
         force,
         moment,
+        signal: None,
     }];
+    if seed % 3 == 1 {
+        let sine = Signal {
+            kind: Some(SignalKind::Sine),
+            amplitude: Some(0.8),
+            frequency: Some(0.03 / step),
+            phase: Some(0.3),
+            gain: 1.3,
+            delay: 0.2 * step,
+            ..Signal::new("sine")
+        };
+        let node = Point::ArcLength(0.37 * length);
+        let signal = Some(sine.name.clone());
+        scene.signals = vec![sine];
+        scene.loads.point.push(PointForce { node, force, moment: [0.0; 3], signal });
+    }
     let held = supports_hold(&scene.supports);
     if held && c.yes() && scheme != Scheme::Verlet {
         scene.initial.state = InitialState::Equilibrium;

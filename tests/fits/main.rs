@@ -22,3 +22,4 @@ mod planar;
 mod recordings;
 mod refusals;
 mod sigmas;
+mod signals;

@@ -47,7 +47,8 @@ fn stretching_next_to_walls() {
             let force = force * unit * length;
             if force != 0.0 {
                 let force = [0.0, 0.0, -force];
-                scene.loads.point = vec![PointForce { node: Point::Tip, force, moment: [0.0; 3] }];
+                scene.loads.point =
+                    vec![PointForce { node: Point::Tip, force, moment: [0.0; 3], signal: None }];
             }
             let problem = scene.problem().unwrap();
             let found = problem.equilibrium().unwrap();
@@ -101,8 +102,12 @@ fn small_deflections_of_cantilevers() {
                     }
                     _ => {
                         let force = [0.0, 3e-4 * bending / length.powi(2), 0.0];
-                        scene.loads.point =
-                            vec![PointForce { node: Point::Tip, force, moment: [0.0; 3] }];
+                        scene.loads.point = vec![PointForce {
+                            node: Point::Tip,
+                            force,
+                            moment: [0.0; 3],
+                            signal: None,
+                        }];
                         1e-4 * length
                     }
                 };

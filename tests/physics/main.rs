@@ -19,6 +19,7 @@ mod paper;
 mod prescribed_motion;
 mod prony;
 mod recorded;
+mod signals;
 mod spatial;
 mod supports;
 mod tip;

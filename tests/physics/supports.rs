@@ -40,8 +40,12 @@ fn moment_bends_a_rod_into_a_circle() {
 fn moment_acts_at_its_node() {
     let mut scene = unit_rod(40, 1e-3);
     scene.supports.clamp = rodfit::scene::Clamp::Nodes;
-    let at =
-        |node, m| PointForce { node: Point::Node(node), force: [0.0; 3], moment: [0.0, 0.0, m] };
+    let at = |node, m| PointForce {
+        node: Point::Node(node),
+        force: [0.0; 3],
+        moment: [0.0, 0.0, m],
+        signal: None,
+    };
     scene.loads.point = vec![at(10, -1.0), at(30, 1.0)];
     let found = rest(&scene);
     let angle = |j: usize| {

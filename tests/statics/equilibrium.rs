@@ -127,8 +127,12 @@ fn edges_are_congruent<R: Rod<f64>>(rod: &R, frames: &R::Frames, rest: &[f64], s
 fn edge_tangent_is_congruent_to_the_node_tangent() {
     let mut plane = cantilever();
     plane.rod.segments = Some(7);
-    plane.loads.point =
-        vec![PointForce { node: Point::Tip, force: [0.0; 3], moment: [0.0, 0.0, 0.1] }];
+    plane.loads.point = vec![PointForce {
+        node: Point::Tip,
+        force: [0.0; 3],
+        moment: [0.0, 0.0, 0.1],
+        signal: None,
+    }];
     let problem = plane.problem().unwrap();
     let discretized = problem.planar().unwrap();
     edges_are_congruent(&discretized.rod(), &(), &discretized.rest(), 2);
@@ -472,7 +476,7 @@ fn force_between_nodes_deflects_as_in_beam_theory_on_every_mesh() {
         scene.loads.gravity = [0.0; 3];
         let force = [0.0, 1e-4, 0.0];
         let node = Point::ArcLength(at);
-        scene.loads.point = vec![PointForce { node, force, moment: [0.0; 3] }];
+        scene.loads.point = vec![PointForce { node, force, moment: [0.0; 3], signal: None }];
         rest(&scene).tip[1]
     };
     for at in [0.03, 0.111, 0.25, 0.377, 0.49, 0.5] {

@@ -29,7 +29,8 @@ use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::run::{RunObservers, RunTask, run};
 use crate::dynamics::sensitivity::{Nodes, Sensitivities};
 use crate::dynamics::step_map::{
-    MovingSupports, ParameterSlopes, StateRates, StepMap, StepWorkspace,
+    MovingSupports, ParameterSlopes, StateRates, StepMap, StepWorkspace, TimedLoadRates,
+    TimedLoadSlopes,
 };
 use crate::dynamics::trajectory::{Motions, Trajectory};
 use crate::error::Error;
@@ -370,6 +371,7 @@ where
         || requested.all.iter().any(|parameter| own.contains(parameter));
     let moments = requested.all.iter().any(|parameter| parameter.is_moment());
     let mut supports = moving_supports(discretized, checkpoints, &requested);
+    let mut timed_loads = timed_load_slopes(discretized, &requested);
     let frames = frame_count(discretized.model, start.rod());
     // Derivatives of the misfit by the state, at the end of the run: zero.
     let mut by_state = StateRates::zeros(start, frames);
@@ -389,11 +391,13 @@ where
         }
         let Some(step) = step else { return Ok(()) };
         let map = StepMap::transposed(step, frames, apart);
-        map.apply_transposed(&mut by_state, &mut by_parameters, &mut supports, &mut room)
+        let (state, numbers) = (&mut by_state, &mut by_parameters);
+        map.apply_transposed(state, numbers, &mut supports, &mut timed_loads, &mut room)
     })?;
     // At the start: derivatives by the initial state and the numbers of the simulation become the
     // gradient.
-    let by_start = start::ByStart { start, state: by_state, parameters: by_parameters, supports };
+    let by_start =
+        start::ByStart { start, state: by_state, parameters: by_parameters, supports, timed_loads };
     start::gradient(discretized, by_start, requested)
 }
 
@@ -413,6 +417,25 @@ where
     M::Rod<f64>: Transposed,
 {
     if M::STRIDE > 3 { rod.no_laws(false).stretch.len() } else { 0 }
+}
+
+/// The loads in time with their derivatives along each requested parameter outside of lists; entries of lists of natural
+/// strains never change them. Empty without loads in time.
+fn timed_load_slopes<M: Model>(
+    discretized: &Discretized<'_, M>,
+    requested: &RequestedParameters,
+) -> TimedLoadSlopes {
+    let mut slopes = TimedLoadSlopes::default();
+    if discretized.setup.timed_loads(discretized.model).is_empty() {
+        return slopes;
+    }
+    for UnlistedParameter { index, parameter } in &requested.single {
+        let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
+        let setup = discretized.setup_over(seed);
+        let scheme = setup.scene.time.as_ref().map_or(0.0, |time| time.parameter().eps);
+        slopes.add(*index, TimedLoadRates::new(&setup.timed_loads(discretized.model), scheme));
+    }
+    slopes
 }
 
 /// The moving supports of the run, with their motion in dual numbers for each requested parameter outside of lists.

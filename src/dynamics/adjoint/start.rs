@@ -13,7 +13,7 @@ use crate::dynamics::adjoint::lists::{
 };
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step_map::{
-    MovingSupports, ParameterRates, ParameterSlopes, StateRates, add_by_strains,
+    MovingSupports, ParameterRates, ParameterSlopes, StateRates, TimedLoadSlopes, add_by_strains,
 };
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -36,6 +36,8 @@ where
     pub parameters: ParameterSlopes,
     /// By parameters that move supports.
     pub supports: MovingSupports<M::Rod<f64>>,
+    /// By parameters through loads in time.
+    pub timed_loads: TimedLoadSlopes,
 }
 
 /// The gradient of the misfit by the requested parameters, in their order. Derivatives by initial state and numbers of
@@ -68,8 +70,8 @@ where
             gradient[*index] += by_start.parameters.product(by_start.start.rod(), &rates);
         }
     }
-    // Parameters that move supports have summed their part during the sweep.
-    for (k, sum) in by_start.supports.sums() {
+    // Parameters that move supports or change loads in time have summed their part during the sweep.
+    for (k, sum) in by_start.supports.sums().chain(by_start.timed_loads.sums()) {
         gradient[k] += sum;
     }
     Ok(gradient)

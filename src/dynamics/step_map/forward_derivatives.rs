@@ -89,6 +89,9 @@ impl<R: Sensitive> StepMap<'_, R> {
             false => self.set_right::<G, true>(state, room),
         }
         self.add_numbers(parameters, room);
+        for (g, rates) in parameters.timed_loads.iter().enumerate() {
+            rates.for_each(self.step, |unknown, rate| room.right[unknown][g] += rate);
+        }
         self.solve(room)?;
         match state.acceleration.is_empty() {
             true => self.set_end::<G, false>(state, room),

@@ -23,12 +23,14 @@ mod nodal;
 mod numbers;
 mod rates;
 mod supports;
+mod timed_loads;
 mod transposed;
 mod workspace;
 
 pub use history::add_by_strains;
 pub use rates::{DualSimulation, ParameterRates, ParameterSlopes, StateRates};
 pub use supports::MovingSupports;
+pub use timed_loads::{TimedLoadRates, TimedLoadSlopes};
 pub use workspace::StepWorkspace;
 
 use crate::dynamics::linearization::Linearization;

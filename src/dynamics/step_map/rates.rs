@@ -9,6 +9,7 @@
 
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step_map::numbers::StepNumbers;
+use crate::dynamics::step_map::timed_loads::TimedLoadRates;
 use crate::numerics::lanes::{Lanes, all};
 use crate::numerics::vector::map_components;
 use crate::problem::boundary::BoundaryMotion;
@@ -151,6 +152,8 @@ pub struct ParameterRates<R: Sensitive, const G: usize> {
     pub drag: Vec<LaneDrag>,
     /// The supports, where parameters may move them.
     pub boundary_motion: Option<[BoundaryMotion<Dual64>; G]>,
+    /// The loads in time of all lanes; empty without any.
+    pub timed_loads: Vec<TimedLoadRates>,
 }
 
 impl<R: Sensitive, const G: usize> ParameterRates<R, G> {
@@ -173,6 +176,11 @@ impl<R: Sensitive, const G: usize> ParameterRates<R, G> {
         let motion = simulations.map(|simulation| {
             simulation.boundary_motion().filter(|motion| motion.has_numbers()).cloned()
         });
+        let timed = simulations.iter().zip(&parameters);
+        let timed = timed.filter(|(simulation, _)| !simulation.timed_loads().is_empty());
+        let timed = timed.map(|(simulation, parameter)| {
+            TimedLoadRates::new(simulation.timed_loads(), parameter.eps)
+        });
         Some(Self {
             laws,
             mass: mass.iter().any(|mass| *mass != [0.0; G]).then_some(mass),
@@ -185,6 +193,7 @@ impl<R: Sensitive, const G: usize> ParameterRates<R, G> {
                 .collect(),
             // Present only if all simulations have such a motion.
             boundary_motion: all(motion),
+            timed_loads: timed.collect(),
             rods,
         })
     }

@@ -9,7 +9,7 @@
 use crate::dynamics::linearization::{Linearization, StartForces};
 use crate::dynamics::step_map::branch_relaxation::HistoryMoment;
 use crate::dynamics::step_map::{
-    MovingSupports, ParameterSlopes, StateRates, StepMap, StepWorkspace,
+    MovingSupports, ParameterSlopes, StateRates, StepMap, StepWorkspace, TimedLoadSlopes,
 };
 use crate::error::Error;
 use crate::numerics::tangent::{Factors, Tangent};
@@ -28,7 +28,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
 
     /// Replaces the derivatives of a misfit by the state at the end of the step, `state`, by those by the state at its
     /// start. Adds those by laws, masses, numbers of damping and scheme, and drag to `slopes`, those by parameters that
-    /// move supports to `supports`. Stages of [`apply`](Self::apply) are transposed in reverse order.
+    /// move supports to `supports`, and those through loads in time to `timed_loads`. Stages of [`apply`](Self::apply) are transposed in reverse order.
     ///
     /// # Errors
     /// [`Error::SingularTangent`] where a matrix with negative pivots is not solved accurately.
@@ -37,6 +37,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         state: &mut StateRates<1>,
         slopes: &mut ParameterSlopes,
         supports: &mut MovingSupports<R>,
+        timed_loads: &mut TimedLoadSlopes,
         room: &mut StepWorkspace<R, 1>,
     ) -> Result<(), Error> {
         let step = self.step;
@@ -53,6 +54,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         // State at the end, solution, right-hand side: the three stages of a step, transposed.
         self.end_transposed(state, slopes, room);
         self.solve_transposed(room)?;
+        timed_loads.transpose(step, &room.right);
         self.right_transposed(state, slopes, room);
         // `d` is the derivative of the misfit by the forces at fixed unknowns, to be carried to
         // laws, loads and frames.

@@ -205,6 +205,14 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         // The angle of a moment jumps by a whole turn where the first edge passes the direction
         // opposite to rest.
         state.wound = before.wound + step.system.rod.winding_jump(&before.q, &state.q);
+        // Loads in time have no potential: their work counts instead.
+        if !step.system.timed_loads.is_empty() {
+            let times = [before.time, step.time];
+            state.wound -= match self {
+                Self::Splitting(splitting) => splitting.timed_work(),
+                _ => step.system.timed_loads.work(times, [&before.q, &state.q]),
+            };
+        }
         work.steps += 1;
     }
 }

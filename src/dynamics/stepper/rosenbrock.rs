@@ -17,7 +17,7 @@
 use crate::dynamics::step::{Step, System, Work};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::{Factors, Singular, Tangent};
-use crate::rod::{FactorsOf, Rod, State};
+use crate::rod::{FactorsOf, Rod, State, UnknownForce};
 
 /// Number of stages.
 const STAGES: usize = 6;
@@ -52,6 +52,11 @@ const RATE: [&[f64]; STAGES] = [
     ],
 ];
 
+/// Times of the stages as fractions of the step, at which loads in time are taken.
+const TIME: [f64; STAGES] = [0.0, 0.386, 0.21, 0.63, 1.0, 1.0];
+/// Factors of the step size and the derivative of the loads by time, at the start of the step, in the forces of a stage.
+const LEAD: [f64; STAGES] = [0.25, -0.1043, 0.1035, -0.036_200_000_000_000_23, 0.0, 0.0];
+
 /// The stepper of rodas4: its work arrays, allocated once.
 #[derive(Clone, Debug)]
 pub struct Rosenbrock<D: Scalar, R: Rod<D>> {
@@ -69,6 +74,8 @@ pub struct Rosenbrock<D: Scalar, R: Rod<D>> {
     q: Vec<D>,
     /// Velocities at a stage, m/s.
     v: Vec<D>,
+    /// Loads in time at a stage; empty without any.
+    timed: Vec<UnknownForce<D>>,
 }
 
 impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
@@ -84,6 +91,7 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
             w: std::array::from_fn(|_| zero()),
             q: zero(),
             v: zero(),
+            timed: Vec::new(),
         }
     }
 
@@ -115,6 +123,7 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
             if stage > 0 {
                 rod.gradient(&self.q, &state.frames, *derivatives, &mut self.gradient);
             }
+            self.add_timed_loads(stage, step);
             self.solve(stage, step, damped);
         }
         // End of the step: the scheme is stiffly accurate, so that the last row of places is its
@@ -124,6 +133,21 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
         state.v.copy_from_slice(&self.v);
         R::rebase(&mut state.frames, &state.q);
         Ok(())
+    }
+
+    /// Subtracts the loads in time of a stage from the gradient: their forces at the time of the stage, and the part by their
+    /// rate at the start of the step that a Rosenbrock scheme has for equations that depend on time.
+    fn add_timed_loads(&mut self, stage: usize, step: &Step<'_, D, R>) {
+        let loads = &step.system.timed_loads;
+        if loads.is_empty() {
+            return;
+        }
+        let start = step.time - step.h;
+        let lead = [start, LEAD[stage] * step.h];
+        loads.set_with_rate(start + TIME[stage] * step.h, lead, &mut self.timed);
+        for UnknownForce { unknown, force } in &self.timed {
+            self.gradient[*unknown] -= *force;
+        }
     }
 
     /// Sets `q` and `v` of the stepper to those of `state` plus the increments of the stages, each times its entry of

@@ -9,7 +9,7 @@
 use crate::dynamics::step::{Step, Work};
 use crate::numerics::phi_function::phi1;
 use crate::numerics::scalar::Scalar;
-use crate::rod::{Rod, State};
+use crate::rod::{Rod, State, UnknownForce};
 use crate::scene::Scheme;
 
 /// The fractions of the step in the kicks and drifts of a scheme.
@@ -42,6 +42,8 @@ pub struct Splitting<D> {
     composition: &'static Composition,
     /// 1/mass of every degree of freedom, 1/kg.
     inverse_mass: Vec<D>,
+    /// Work of loads in time over the last step, J.
+    timed_work: f64,
 }
 
 /// The fractions of kicks and drifts of Verlet or PEFRL; `None` for other schemes.
@@ -58,21 +60,30 @@ impl<D: Scalar> Splitting<D> {
     /// for schemes other than Verlet and PEFRL.
     pub(crate) fn of(scheme: Scheme, mass: &[D]) -> Option<Self> {
         let inverse_mass = || mass.iter().map(|m| m.recip()).collect();
-        composition(scheme).map(|composition| Self { composition, inverse_mass: inverse_mass() })
+        composition(scheme).map(|composition| Self {
+            composition,
+            inverse_mass: inverse_mass(),
+            timed_work: 0.0,
+        })
     }
 
     /// Advances `state` (unknowns, velocities, frames) over a step by the kicks and drifts of the scheme. For Verlet,
     /// `state.unbalanced` must be the gradient at `state.q` before, and it is after; PEFRL leaves that of its last kick
     /// there. Adds the gradient evaluations to `work`: one for Verlet, four for PEFRL.
     pub(crate) fn step<R: Rod<D>>(
-        &self,
+        &mut self,
         step: &Step<'_, D, R>,
         state: &mut State<D, R::Frames>,
         work: &mut Work,
     ) {
         let Composition { kicks, drifts } = self.composition;
-        self.kick(kicks[0], step, state);
+        self.timed_work = 0.0;
+        let mut timed = TimedKicks::new(step);
+        self.kick(kicks[0], step, state, timed.next(kicks[0], 0.0, step));
+        // Fractions of the step of the drifts so far: the time at which loads act.
+        let mut drifted = 0.0;
         for (kick, drift) in kicks[1..].iter().zip(*drifts) {
+            drifted += drift;
             let State { q, frames, v, unbalanced, .. } = &mut *state;
             // Drift: constant velocities.
             for (q, v) in q.iter_mut().zip(v) {
@@ -84,7 +95,7 @@ impl<D: Scalar> Splitting<D> {
             } else {
                 step.system.rod.moved_gradient(q, frames, step.system.derivatives, unbalanced);
                 work.gradients += 1;
-                self.kick(*kick, step, state);
+                self.kick(*kick, step, state, timed.next(*kick, drifted, step));
             }
         }
     }
@@ -93,7 +104,13 @@ impl<D: Scalar> Splitting<D> {
     /// `v e^(-ch) - (g/m) (1 - e^(-ch))/c`. `g` is `state.unbalanced`, `c` the mass damping; without damping it is
     /// `v - h g/m`.
     #[inline]
-    fn kick<R, F>(&self, weight: f64, step: &Step<'_, D, R>, state: &mut State<D, F>) {
+    fn kick<R, F>(
+        &mut self,
+        weight: f64,
+        step: &Step<'_, D, R>,
+        state: &mut State<D, F>,
+        timed: &[UnknownForce<D>],
+    ) {
         let (h, free) = (weight * step.h, step.system.free.clone());
         let forces = state.unbalanced[free.clone()].iter().zip(&self.inverse_mass[free.clone()]);
         let all = state.v[free].iter_mut().zip(forces);
@@ -102,6 +119,7 @@ impl<D: Scalar> Splitting<D> {
             for (v, (gradient, by_mass)) in all {
                 *v -= *gradient * *by_mass * h;
             }
+            self.push(timed, D::from(h), step, [&mut state.v, &mut state.unbalanced]);
         } else {
             let x = step.system.damping.mass * h;
             // Exact solution of dv/dt = -g/m - c v over the part h: v e^(-ch) - (g/m) (1 -
@@ -110,7 +128,67 @@ impl<D: Scalar> Splitting<D> {
             for (v, (gradient, by_mass)) in all {
                 *v = *v * decay - *gradient * *by_mass * push;
             }
+            self.push(timed, push, step, [&mut state.v, &mut state.unbalanced]);
         }
+    }
+}
+
+impl<D: Scalar> Splitting<D> {
+    /// Work of loads in time over the last step, J: the sum of impulse times mean velocity over its kicks.
+    pub(crate) fn timed_work(&self) -> f64 {
+        self.timed_work
+    }
+
+    /// Adds to the velocities `v` of free unknowns the forces of loads in time over their masses, times `duration`, s.
+    /// Adds their work to that of the step. `unbalanced` are the elastic forces of the same kick.
+    fn push<R>(
+        &mut self,
+        timed: &[UnknownForce<D>],
+        duration: D,
+        step: &Step<'_, D, R>,
+        [v, unbalanced]: [&mut [D]; 2],
+    ) {
+        for UnknownForce { unknown, force } in timed {
+            if step.system.free.contains(unknown) {
+                let gain = *force * self.inverse_mass[*unknown] * duration;
+                // The elastic forces of the kick have changed the velocity already.
+                let elastic = unbalanced[*unknown] * self.inverse_mass[*unknown] * duration;
+                let mean = v[*unknown].value() + 0.5 * (gain + elastic).value();
+                self.timed_work += (*force * duration).value() * mean;
+                v[*unknown] += gain;
+            }
+        }
+    }
+}
+
+/// Loads in time at the kicks of a step. Verlet takes their means over both halves of the step, PEFRL their values at the
+/// times of its kicks.
+struct TimedKicks<D> {
+    start: f64,
+    forces: Vec<UnknownForce<D>>,
+}
+
+impl<D: Scalar> TimedKicks<D> {
+    /// The loads of a step, before its first kick.
+    fn new<R>(step: &Step<'_, D, R>) -> Self {
+        Self { start: step.time - step.h, forces: Vec::new() }
+    }
+
+    /// The forces of a kick of this weight, after drifts over the fraction `drifted` of the step; empty without loads in
+    /// time.
+    fn next<R>(&mut self, weight: f64, drifted: f64, step: &Step<'_, D, R>) -> &[UnknownForce<D>] {
+        let loads = &step.system.timed_loads;
+        if loads.is_empty() || weight == 0.0 {
+            return &[];
+        }
+        // Kicks of Verlet are at both ends, and each has the impulse of the half next to it.
+        let at = |part: f64| D::from(self.start + part * step.h);
+        match (drifted, weight) {
+            (0.0, 0.5) => loads.set_mean(at(0.0), at(0.5), &mut self.forces),
+            (1.0, 0.5) => loads.set_mean(at(0.5), at(1.0), &mut self.forces),
+            _ => loads.set_at(at(drifted), &mut self.forces),
+        }
+        &self.forces
     }
 }
 

@@ -116,7 +116,7 @@ fn coarse(experiment: &Experiment, unknowns: &[&Unknown], step: f64) -> Result<P
     if coarse < problem.segments() && scene.supports.path.is_none() {
         scene = problem.remeshed(coarse);
     }
-    let largest_step = scene.supports.largest_good_step();
+    let largest_step = scene.largest_good_step();
     let beta_is_known = unknowns.iter().all(|u| u.parameter != Parameter::Beta);
     if let Some(time) = &mut scene.time
         && beta_is_known

@@ -17,6 +17,7 @@
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::{Step, StepperSettings, System, Work};
 use crate::dynamics::stepper::newton::Newton;
+use crate::dynamics::stepper::newton::timed_forces::add_timed_now;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::Factors;
@@ -68,6 +69,7 @@ pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
     let free = system.free.clone();
     // Accelerations by the forces, of free unknowns only.
     let mut a: Vec<D> = now.unbalanced.iter().map(|n| -*n).collect();
+    add_timed_now(system, now.time, 1.0, &mut a);
     system.prescribed.fill(&mut a, D::from(0.0));
     newton.factors.solve(&mut a);
     a[..free.start].fill(D::from(0.0));
@@ -90,6 +92,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         for i in system.free.clone() {
             state.unbalanced[i] = -(system.rod.mass()[i] * a[i]);
         }
+        // The forces of a state do not include loads in time.
+        add_timed_now(system, state.time, 1.0, &mut state.unbalanced);
         if self.scheme == Scheme::GeneralisedAlpha {
             state.acceleration = a;
         }

@@ -27,6 +27,7 @@ mod rounding;
 mod slip_state;
 mod start_forces;
 mod tensions;
+mod timed_forces;
 
 pub(crate) use acceleration::acceleration_within;
 pub(crate) use slip_state::stretch_springs;
@@ -39,7 +40,7 @@ use crate::error::Error;
 use crate::numerics::scalar::{Nestable, is_finite};
 use crate::numerics::simd::with_simd;
 use crate::numerics::tangent::{Factors, Tangent};
-use crate::rod::{FactorsOf, Rod, State, Viscosity};
+use crate::rod::{FactorsOf, Rod, State, UnknownForce, Viscosity};
 use crate::scene::{Scheme, StepTolerance};
 use convergence::{Convergence, NextIteration, TangentOrigin, sizes};
 use drag_forces::DragForces;
@@ -118,6 +119,8 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
     slip_state: Option<SlipState<D>>,
     /// The drag of the current step, if there is a fluid.
     drag_forces: Option<DragForces<D, R::Tangent>>,
+    /// Mean forces of loads in time over the current step; empty without any.
+    timed_forces: Vec<UnknownForce<D>>,
     /// The numbers of the current step.
     coefficients: StepCoefficients<D>,
     /// Elastic gradient less the loads, N.
@@ -191,6 +194,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             ),
             slip_state,
             drag_forces: None,
+            timed_forces: Vec::new(),
             coefficients,
             gradient: vec![D::from(0.0); n],
             factors: tangent.new_factors(),
@@ -322,6 +326,10 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         let knows_acceleration = !before.acceleration.is_empty();
         self.coefficients =
             StepCoefficients::new(self.scheme, self.parameter, knows_acceleration, step.h);
+        if !step.system.timed_loads.is_empty() {
+            let [from, to] = self.coefficients.load_interval(before.time);
+            step.system.timed_loads.set_mean(from, to, &mut self.timed_forces);
+        }
         self.set_viscous(step, before);
         if let (Some(drag), Some(drag_forces)) = (&step.system.drag, &mut self.drag_forces) {
             drag_forces.begin(drag, before, step.h);
@@ -604,6 +612,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
                 coefficients.residuals(mass, [q1, q0, v0, n1, n0], |i| a0[i], correction);
             }
         }
+        self.add_timed_forces(step);
         self.add_products_of_inertia(step, before, now);
         step.system.prescribed.fill(&mut self.correction, D::from(0.0));
     }

@@ -16,6 +16,7 @@ use crate::dynamics::stepper::newton::drag_forces::DragForces;
 use crate::dynamics::stepper::newton::rotating_bodies::{
     add_coupled_accelerations, add_inertia_now,
 };
+use crate::dynamics::stepper::newton::timed_forces::add_timed_now;
 use crate::dynamics::viscosity;
 use crate::numerics::scalar::Nestable;
 use crate::rod::{InternalVariables, Rod, State};
@@ -88,9 +89,14 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
         state.acceleration.clear();
         state.acceleration.resize(state.q.len(), D::from(0.0));
+        // Accelerations of free unknowns by all forces, loads in time included.
+        add_timed_now(system, state.time, 1.0, &mut state.acceleration);
         for i in system.free.clone() {
-            state.acceleration[i] = -state.unbalanced[i] / system.rod.mass()[i];
+            state.acceleration[i] =
+                (state.acceleration[i] - state.unbalanced[i]) / system.rod.mass()[i];
         }
+        state.acceleration[..system.free.start].fill(D::from(0.0));
+        state.acceleration[system.free.end..].fill(D::from(0.0));
         add_coupled_accelerations(system, state);
         system.prescribed.fill(&mut state.acceleration, D::from(0.0));
     }

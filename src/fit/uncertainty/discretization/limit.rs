@@ -128,7 +128,7 @@ fn with_other_step(
     let is_chosen = scene.chosen().step;
     let fewest = if is_chosen { FEWEST_CHOSEN_STEPS } else { FEWEST_STEPS };
     // A larger step must still resolve the first oscillation and the motion of the supports.
-    let largest = (period / fewest).min(scene.supports.largest_good_step());
+    let largest = (period / fewest).min(scene.largest_good_step());
     let (mut ratio, mut order) = (FINER, 1.0);
     if let Some(time) = &mut scene.time {
         let is_explicit = time.scheme.traits().stability_limit.is_some();
