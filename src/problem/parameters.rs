@@ -177,6 +177,13 @@ impl Problem {
             let found = format!("{parameter} with a stretch_law that is not linear");
             return Err(Error::invalid("parameter", found, "with the linear law of the stretch"));
         }
+        let is_rotation =
+            ["supports.start_compliance.rotation", "supports.end_compliance.rotation"]
+                .contains(&parameter.path());
+        if is_rotation && self.scene().material.bending_law.is_some() {
+            let found = format!("{parameter} with a bending_law");
+            return Err(Error::invalid("parameter", found, "with the linear law of bending"));
+        }
         for (k, motion) in self.scene().supports.motion.iter().enumerate() {
             let place = format!("supports.motion.{k}.");
             let Some(own) = parameter.path().strip_prefix(&*place) else { continue };

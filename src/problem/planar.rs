@@ -9,6 +9,7 @@
 //! a roller, one of the axes lies along its direction.
 
 use crate::energy::adapter::Chart;
+use crate::energy::law::NonlinearBending;
 use crate::energy::{DeadMoment, PlanarBend, planar_bend};
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -170,6 +171,7 @@ impl Model for PlanarModel {
         let profile = SectionProfile::new(scene, &line.places);
         let clamps = SoftClamps::new(scene, line.length.len());
         let joints = line.tributary.joint.iter().zip(curvature).enumerate();
+        let mut bending = Vec::new();
         let bend = joints.map(|(i, (l, k))| {
             let natural = scene.rod.natural_curvature.at(line.places[i + 1]) * *k;
             // EI over the joint's length, times cos^4(phi/2) in the corrected form.
@@ -179,8 +181,12 @@ impl Model for PlanarModel {
             if self.correction.arcs {
                 stiffness /= (natural * natural * 0.25 + 1.0).powi(2);
             }
+            if let Some(law) = &scene.material.bending_law {
+                bending.push(NonlinearBending::new(law, &[stiffness], [natural], *l));
+            }
             PlanarBend { stiffness, natural_curvature: natural }
         });
+        let joint = bend.collect();
         // Springs slip by their energy over the mean bending stiffness, as in space, and here they
         // bend in the plane only.
         let slips = |i: usize| {
@@ -194,7 +200,8 @@ impl Model for PlanarModel {
         PlanarRod {
             stretch,
             nonlinear,
-            joint: bend.collect(),
+            joint,
+            bending,
             mass,
             load,
             moments: Moments { list: Vec::new(), heading: line.edge(0) },

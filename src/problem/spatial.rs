@@ -11,6 +11,7 @@
 use crate::energy::adapter::Chart;
 use crate::energy::bend_twist::{JointLaw, Stiffness};
 use crate::energy::frame::{EdgeFrame, Frames};
+use crate::energy::law::NonlinearBending;
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, components, sub, unit};
@@ -130,6 +131,7 @@ impl Model for SpatialModel {
         let line = &rest.line;
         let profile = SectionProfile::new(scene, &line.places);
         let clamps = SoftClamps::new(scene, line.length.len());
+        let mut nonlinear_bending = Vec::new();
         let joint = rest.curvature.iter().enumerate().map(|(i, k)| {
             let per_length = line.tributary.joint[i].recip();
             let SectionConstants { bending, torsion, .. } = profile.joint(i);
@@ -150,22 +152,27 @@ impl Model for SpatialModel {
             };
             let entry =
                 |r: usize, s: usize| k1 * (a[r] * a[s]) + k2 * (b[r] * b[s]) + k3 * (c[r] * c[s]);
-            JointLaw {
-                stiffness: Stiffness {
-                    bend: [entry(0, 0), entry(0, 1), entry(1, 1)],
-                    twist: entry(2, 2),
-                    coupling: [entry(0, 2), entry(1, 2)],
-                },
-                natural: [natural[0], natural[1], twist],
+            let stiffness = Stiffness {
+                bend: [entry(0, 0), entry(0, 1), entry(1, 1)],
+                twist: entry(2, 2),
+                coupling: [entry(0, 2), entry(1, 2)],
+            };
+            let natural = [natural[0], natural[1], twist];
+            if let Some(law) = &scene.material.bending_law {
+                let length = line.tributary.joint[i];
+                nonlinear_bending.push(NonlinearBending::new(law, &stiffness, natural, length));
             }
+            JointLaw { stiffness, natural }
         });
+        let joint = joint.collect();
         let gravity = self.components(scene.loads.gravity);
         let InertiaAndWeight { mass, load } = line.inertia_and_weight(scene, &profile, gravity);
         let (stretch, nonlinear) = line.stretch(scene.material.stretch_law, &profile, &clamps);
         SpatialRod {
             stretch,
             nonlinear,
-            joint: joint.collect(),
+            joint,
+            bending: nonlinear_bending,
             mass,
             load,
             moments: Moments::none(),

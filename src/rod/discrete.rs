@@ -18,7 +18,9 @@ use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::tangent::{PatternByOrder, Tangent};
 use crate::numerics::vector::components;
 use crate::rod::frames::ReferenceFrames;
-use crate::rod::layout::{At, Elements, Layout, LayoutSprings, NodeSink};
+use crate::rod::layout::{
+    AdditionalStresses, At, Elements, Layout, LayoutBending, LayoutSprings, NodeSink,
+};
 use crate::rod::moments::Moments;
 use crate::rod::nonlinear::NonlinearParts;
 use crate::rod::sweeps::{EdgeTangent, Elastic, GeometrySweep, Strains, TangentSweep};
@@ -40,6 +42,8 @@ pub struct DiscreteRod<D: Scalar, L: Layout<N, S>, const N: usize, const S: usiz
     pub load: Vec<DeadLoad<D, N>>,
     /// Constant moments.
     pub moments: Moments<D>,
+    /// Nonlinear bending of every joint; empty for linear laws.
+    pub bending: Vec<LayoutBending<L, D, N, S>>,
     /// Springs of internal friction beside the joints.
     pub sliders: Option<LayoutSprings<L, D, N, S>>,
     /// User-defined energies.
@@ -74,9 +78,11 @@ fn turned_far<D: Scalar, const N: usize>(a: [D; N], b: [D; N]) -> bool {
 impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D, L, N, S> {
     /// References to the elements of the rod. The springs of internal friction are included only while they are active.
     pub(super) fn elements(&self) -> Elements<'_, D, L, N, S> {
-        let Self { stretch, nonlinear, joint, load, sliders, .. } = self;
+        let Self { stretch, nonlinear, joint, load, sliders, bending, .. } = self;
         let springs = sliders.as_ref().filter(|springs| !springs.acting.is_empty());
-        Elements { stretch, nonlinear: &nonlinear.edges, joint, load, springs, tensions: None }
+        let has_additional = springs.is_some() || !bending.is_empty();
+        let additional = has_additional.then_some(AdditionalStresses { springs, bending });
+        Elements { stretch, nonlinear: &nonlinear.edges, joint, load, additional, tensions: None }
     }
 
     /// Edge `i` as an element with its whole law, also where it is not linear in the strain.
@@ -284,7 +290,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
 
     /// Moves the frames to `q` by parallel transport and overwrites `gradient` there, N (N m for angles), moments and
     /// user-defined energies included. The hand-derived formulas do both in one sweep, which in space leaves out active
-    /// friction springs.
+    /// friction springs. With nonlinear bending the frames move first.
     fn moved_gradient(
         &self,
         q: &[D],
@@ -292,7 +298,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         derivatives: Derivatives,
         gradient: &mut [D],
     ) {
-        if D::PLAIN && derivatives == Derivatives::Dual {
+        if D::PLAIN && derivatives == Derivatives::Dual || !self.bending.is_empty() {
             frames.move_to(q);
             return self.gradient(q, frames, derivatives, gradient);
         }
@@ -360,6 +366,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         // A moment follows the angle beyond half a turn: the sum of all turning angles.
         let turning = |i: usize| 2.0 * (0.5 * L::joint_strains(&at, q, i)[0].value()).atan();
         sums.potential += self.moments.potential(q, turning);
+        for (i, bending) in self.bending.iter().enumerate() {
+            sums.bend += bending.energy(&L::joint_strains(&at, q, i)).value();
+        }
         sums.own = self.own.energy(q, frames.edge_frames());
         sums
     }
@@ -385,6 +394,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         }
         rod.nonlinear = NonlinearParts::default();
         rod.joint.iter_mut().for_each(|joint| *joint = joint.with(joint.stiffness(), [zero; S]));
+        rod.bending.clear();
         rod.load.iter_mut().for_each(|load| load.force = [zero; N]);
         rod.moments.list.clear();
         rod.own = Extra::default();

@@ -7,8 +7,7 @@
 //! vectors and passed to an [`EdgeSink`]. The sink writes them by nodes (gradient, band matrix) or by edges.
 //! [`Elements`] are references to the laws, loads and springs of a rod, [`At`] these with unknowns and frames.
 
-use crate::energy::law::NonlinearPart;
-use crate::energy::law::{self, Law, StiffnessEntry, Symmetric};
+use crate::energy::law::{self, Law, NonlinearBending, NonlinearPart, StiffnessEntry, Symmetric};
 use crate::energy::{DeadLoad, HyperelasticStretch, Stretch};
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
 use crate::numerics::tangent::PatternByOrder;
@@ -33,6 +32,19 @@ pub type LayoutSprings<L, D, const N: usize, const S: usize> =
 pub type JointResponse<L, D, const N: usize, const S: usize> =
     (<L as Layout<N, S>>::Stiffness<D>, [D; S]);
 
+/// Nonlinear bending of all joints of a rod.
+pub type LayoutBending<L, D, const N: usize, const S: usize> =
+    NonlinearBending<D, <L as Layout<N, S>>::Stiffness<D>, S>;
+
+/// Parts of the stresses of joints beyond their linear laws, which are computed joint by joint.
+#[derive(Clone, Copy)]
+pub struct AdditionalStresses<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
+    /// Springs of internal friction, if they act.
+    pub springs: Option<&'a LayoutSprings<L, D, N, S>>,
+    /// Nonlinear bending of every joint; empty for linear laws.
+    pub bending: &'a [LayoutBending<L, D, N, S>],
+}
+
 /// References to the elements of a rod, for a sweep over them.
 #[derive(Clone, Copy)]
 pub struct Elements<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usize> {
@@ -44,8 +56,8 @@ pub struct Elements<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usi
     pub joint: &'a [L::Joint<D>],
     /// One per node.
     pub load: &'a [DeadLoad<D, N>],
-    /// Springs of internal friction, if they act.
-    pub springs: Option<&'a LayoutSprings<L, D, N, S>>,
+    /// Parts of joints beyond their linear laws, if there are any.
+    pub additional: Option<AdditionalStresses<'a, D, L, N, S>>,
     /// The tensions of edges, N, where the stretching does not determine them.
     pub tensions: Option<&'a [D]>,
 }
@@ -76,28 +88,28 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
         HyperelasticStretch { linear: self.stretch[i], nonlinear: self.nonlinear.get(i).copied() }
     }
 
-    /// Stiffness and stresses, N m, of joint `i` at its `strains`: those of its law, plus those of its friction
-    /// spring if it has an active one.
+    /// Stiffness and stresses, N m, of joint `i` at its `strains`: those of its law, of its nonlinear bending, and of its
+    /// friction spring if it has an active one.
     fn response(&self, i: usize, strains: &[D; S]) -> JointResponse<L, D, N, S> {
-        let (stiffness, mut stress) = self.joint[i].response(strains);
-        let Some((springs, spring)) = self.springs.and_then(|all| Some((all, all.acting.get(i)?)))
-        else {
-            return (stiffness, stress);
+        let mut response = self.joint[i].response(strains);
+        let Some(AdditionalStresses { springs, bending }) = self.additional else {
+            return response;
         };
-        // Stretch of the spring without slip in this step; its response includes the slip.
-        let z = components(|c| strains[c] + spring.offset[c]);
-        let (own, own_stress) = springs.sliders.response(i, &spring.elastic, &z);
-        for c in 0..S {
-            stress[c] += own_stress[c];
+        if let Some(bending) = bending.get(i) {
+            add_response::<L, D, N, S>(&mut response, bending.response(strains));
         }
-        let sum = Symmetric::from_entries(|k| stiffness.entry(k) + own.entry(k));
-        (sum, stress)
+        if let Some((springs, spring)) = springs.and_then(|all| Some((all, all.acting.get(i)?))) {
+            let z = components(|c| strains[c] + spring.offset[c]);
+            let own = springs.sliders.response(i, &spring.elastic, &z);
+            add_response::<L, D, N, S>(&mut response, own);
+        }
+        response
     }
 
-    /// An elastic law with the same stiffness and stress as joint `i` with its friction spring at these `strains`:
-    /// natural strains are `strains - K^-1 stress`. Without active springs it is the law of the joint.
+    /// An elastic law with the same stiffness and stress as joint `i` with its nonlinear bending and friction spring at
+    /// these `strains`: natural strains are `strains - K^-1 stress`. Without these parts it is the law of the joint.
     pub(super) fn elastic_joint(&self, i: usize, strains: &[D; S]) -> L::Joint<D> {
-        if self.springs.is_none() {
+        if self.additional.is_none() {
             return self.joint[i];
         }
         let (stiffness, stress) = self.response(i, strains);
@@ -121,8 +133,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
     }
 
     /// Stiffnesses and stresses, N m, of the joints from index `first` on, one per SIMD lane, at their `strains`.
-    /// Without active friction springs they follow from `law`, the elastic laws of these joints. With springs they
-    /// are computed joint by joint, and are zero in lanes beyond the last joint.
+    /// Linear ones without active friction springs follow from `law`, the elastic laws of these joints. Others are
+    /// computed joint by joint, and are zero in lanes beyond the last joint.
     #[inline(always)]
     pub(super) fn responses<V: SimdScalar<D>>(
         &self,
@@ -131,9 +143,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
         law: &L::Joint<V>,
         strains: &[V; S],
     ) -> JointResponse<L, V, N, S> {
-        if self.springs.is_none() {
+        let Some(AdditionalStresses { bending, .. }) = self.additional else {
             return law.response(strains);
-        }
+        };
         // A copy: a caller whose elements were borrowed here would keep all its numbers in memory.
         let (elements, zero) = (*self, D::from(0.0));
         let mut all = [(L::Stiffness::<D>::from_entries(|_| zero), [zero; S]); MOST];
@@ -142,7 +154,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
             let strains = V::extract_lane(strains, lane);
             // One strain has a natural strain at which the law has this stress.
             *own = match S {
-                1 => elements.elastic_joint(first + lane, &strains).response(&strains),
+                1 if bending.is_empty() => {
+                    elements.elastic_joint(first + lane, &strains).response(&strains)
+                }
                 _ => elements.response(first + lane, &strains),
             };
         }
@@ -153,6 +167,18 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
         let entry = |k: usize| V::gather(level, |lane| all[lane].0.entry(k));
         (Symmetric::from_entries(entry), stress)
     }
+}
+
+/// Adds another stiffness and other stresses, N m, to those of a joint.
+fn add_response<L: Layout<N, S>, D: Scalar, const N: usize, const S: usize>(
+    (stiffness, stress): &mut JointResponse<L, D, N, S>,
+    (own, own_stress): JointResponse<L, D, N, S>,
+) {
+    for c in 0..S {
+        stress[c] += own_stress[c];
+    }
+    let linear = *stiffness;
+    *stiffness = Symmetric::from_entries(|k| linear.entry(k) + own.entry(k));
 }
 
 /// The layout of a rod whose nodes have `N` coordinates and whose joints have `S` strains.

@@ -19,6 +19,8 @@ pub struct Laws {
     pub rest: Vec<f64>,
     /// By the law of each joint.
     pub joint: Vec<LawSlopes>,
+    /// By nonlinear bending of each joint: entries of its matrix, and natural strains. Empty for linear laws.
+    pub bending: Vec<LawSlopes>,
     /// By the loads on all unknowns.
     pub load: Vec<f64>,
     /// By a dead moment on each edge; empty where moments are not possible or not needed.
@@ -33,6 +35,7 @@ impl Laws {
             stretch: vec![LawSlopes::default(); edges],
             rest: vec![0.0; edges],
             joint: vec![LawSlopes::default(); edges - 1],
+            bending: Vec::new(),
             load: vec![0.0; unknowns],
             moment: vec![0.0; moments],
         }

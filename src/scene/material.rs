@@ -33,6 +33,18 @@ impl StretchLaw {
 }
 
 table! {
+    /// `material.bending_law`: the bending moment as a function of the curvature.
+    #[derive(Copy)]
+    pub enum BendingLaw {
+        /// The moment EI kappa (1 + b kappa^2) at the difference kappa of the curvature from the natural one, 1/m.
+        Cubic {
+            /// The coefficient b, m^2: above zero the rod stiffens, below zero it softens.
+            coefficient: D = Quantity::signed("m^2"),
+        },
+    }
+}
+
+table! {
     /// `[material]`: density, elastic moduli and the law of the stretch.
     pub struct Material {
         /// Density, kg/m^3.
@@ -48,6 +60,9 @@ table! {
         /// The law of the stretch: `linear`, or `neo-hookean` for rubber under large stretches.
         #[serde(default, skip_serializing_if = "StretchLaw::is_linear")]
         pub stretch_law: StretchLaw,
+        /// The law of the bending; linear by default.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub bending_law: Option<BendingLaw<D>> = TABLE,
     }
 }
 
@@ -60,6 +75,7 @@ impl Material {
             poisson_ratio: None,
             shear_modulus: None,
             stretch_law: StretchLaw::Linear,
+            bending_law: None,
         }
     }
 

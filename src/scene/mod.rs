@@ -73,7 +73,7 @@ pub use faults::{LostFrames, SwappedLabels};
 pub use initial::{Initial, InitialState};
 pub use loads::{Damping, Friction, LineForce, Loads, PointForce};
 pub use mass::PointMass;
-pub use material::{Material, StretchLaw};
+pub use material::{BendingLaw, Material, StretchLaw};
 pub use maxwell::{Maxwell, MaxwellBranches};
 pub use own::{At, Attached};
 pub use parameter::Parameter;
@@ -375,8 +375,8 @@ impl Scene {
     }
 
     /// The checks of [`validate`](Self::validate), table by table, without the file in errors; the first error is returned.
-    /// Across tables, rejected are an axial compliance beside a stretch law that is not linear, and `supports.angle` beside
-    /// `initial.shape`. A recorded start that contradicts the supports, and a term that the scheme in `[time]` does not
+    /// Across tables, rejected are an axial compliance beside a stretch law that is not linear, a rotational compliance
+    /// beside a bending law, and `supports.angle` beside `initial.shape`. A recorded start that contradicts the supports, and a term that the scheme in `[time]` does not
     /// support, are errors too.
     fn check(&self) -> Result<(), Error> {
         self.rod.check()?;
@@ -400,6 +400,15 @@ impl Scene {
                         axial,
                         allowed,
                     ));
+                }
+            }
+        }
+        if self.material.bending_law.is_some() {
+            for (name, end) in [("start", End::Start), ("end", End::End)] {
+                let rotation = self.supports.compliance(end).rotation;
+                if rotation != 0.0 {
+                    let key = format!("supports.{name}_compliance.rotation");
+                    return Err(Error::invalid(key, rotation, "0 with a material.bending_law"));
                 }
             }
         }

@@ -13,7 +13,7 @@ use crate::scene::drag::Drag;
 use crate::scene::initial::Initial;
 use crate::scene::loads::{Damping, Friction, LineForce, Loads, PointForce};
 use crate::scene::mass::PointMass;
-use crate::scene::material::Material;
+use crate::scene::material::{BendingLaw, Material};
 use crate::scene::maxwell::Maxwell;
 use crate::scene::nearest::{LONGEST_NAME, nearest};
 use crate::scene::number::Quantity;
@@ -570,6 +570,7 @@ fn catalog_scenes() -> [Scene; 6] {
         let material = Material {
             poisson_ratio: Some(0.3),
             shear_modulus: Some(1.0),
+            bending_law: Some(BendingLaw::Cubic { coefficient: 1.0 }),
             ..Material::new(1.0, 1.0)
         };
         let mut scene = Scene::new(2, shape.clone(), section, material);

@@ -12,7 +12,7 @@ use crate::scene::along::Along;
 use crate::scene::camera::Camera;
 use crate::scene::loads::Damping;
 use crate::scene::mass::PointMass;
-use crate::scene::material::{Material, StretchLaw};
+use crate::scene::material::{BendingLaw, Material, StretchLaw};
 use crate::scene::number::{Candidates, NumberVisitor, Quantity, SceneNumber, is_default};
 use crate::scene::per_axis::PerAxis;
 use crate::scene::point::Point;
@@ -122,14 +122,23 @@ table! {
         /// The law of the stretch.
         #[serde(default, skip_serializing_if = "is_default")]
         pub stretch_law: StretchLaw,
+        /// The law of the bending; linear by default.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub bending_law: Option<BendingLaw<D>> = TABLE,
     }
 }
 
 impl<D: Copy> NamedMaterial<D> {
     /// The material with the constants of this one, without its name.
     fn material(&self) -> Material<D> {
-        let Self { density, youngs_modulus, poisson_ratio, shear_modulus, stretch_law, .. } = *self;
-        Material { density, youngs_modulus, poisson_ratio, shear_modulus, stretch_law }
+        Material {
+            density: self.density,
+            youngs_modulus: self.youngs_modulus,
+            poisson_ratio: self.poisson_ratio,
+            shear_modulus: self.shear_modulus,
+            stretch_law: self.stretch_law,
+            bending_law: self.bending_law,
+        }
     }
 }
 

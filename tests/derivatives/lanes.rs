@@ -60,6 +60,7 @@ fn planar<D: Nestable>(seed: u64, edges: usize, slides: bool) -> (PlanarRod<D>, 
         mass: vec![D::from(1.0); 2 * (edges + 1)],
         load: (0..=edges).map(|_| DeadLoad { force: [0; 2].map(|_| next(-1.0, 1.0)) }).collect(),
         moments: Moments { list: Vec::new(), heading: [D::from(1.0); 2] },
+        bending: Vec::new(),
         sliders: slides.then(|| {
             let limits = (1..edges).map(|_| next(0.1, 1.0)).collect();
             let sliders = Arc::new(Sliders { stiffness: D::from(1.3), limits });
@@ -123,6 +124,7 @@ fn spatial<D: Nestable>(
             .collect(),
         mass: vec![D::from(1.0); 4 * edges + 3],
         load: (0..=edges).map(|_| DeadLoad { force: [0; 3].map(|_| next(-1.0, 1.0)) }).collect(),
+        bending: Vec::new(),
         sliders: slides.then(|| {
             let limits = (1..edges).map(|_| next(0.1, 1.0)).collect();
             let sliders = Arc::new(Sliders { stiffness: D::from(1.3), limits });

@@ -9,6 +9,7 @@ mod hessian;
 mod hyperelastic;
 mod lanes;
 mod motion;
+mod nonlinear_bending;
 mod parameters;
 mod planar_elements;
 mod prescribed_motion;

@@ -53,6 +53,7 @@ fn planar<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> Plana
             list: vec![(2, DeadMoment { moment: next(-1.0, 1.0), rest: [D::from(1.0); 2] })],
             heading: [D::from(1.0); 2],
         },
+        bending: Vec::new(),
         sliders: None,
         own: Extra::default(),
     }
@@ -82,6 +83,7 @@ fn spatial<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> Spat
             .collect(),
         mass: vec![D::from(1.0); 4 * EDGES + 3],
         load: (0..=EDGES).map(|_| DeadLoad { force: [0; 3].map(|_| next(-1.0, 1.0)) }).collect(),
+        bending: Vec::new(),
         sliders: None,
         own: Extra::default(),
     }

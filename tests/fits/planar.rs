@@ -4,8 +4,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rodfit::fit::Sample;
 use rodfit::scene::{
-    Clamp, Dimension, End, Handedness, Maxwell, Motion, Scene, Scheme, Section, Shape, Support,
-    Time,
+    BendingLaw, Clamp, Dimension, End, Handedness, Maxwell, Motion, Scene, Scheme, Section, Shape,
+    Support, Time,
 };
 use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 
@@ -130,6 +130,20 @@ fn exact_data_give_the_prony_series() {
     unknowns.extend(starts.map(|(name, value)| Unknown::new(parameter(name)).start(value)));
     // The values with which the data are simulated, without noise.
     found(&fit(&scene, &data, &unknowns), &truths, 1e-6);
+}
+
+/// Modulus and coefficient of the cubic law of bending, from a motion of large curvature.
+#[test]
+fn exact_data_give_the_law_of_bending() {
+    let mut scene = small(1.0);
+    scene.material.youngs_modulus = 1e7;
+    scene.material.bending_law = Some(BendingLaw::Cubic { coefficient: 0.02 });
+    let data = observe(&scene, 100);
+    scene.material.bending_law = Some(BendingLaw::Cubic { coefficient: 0.0 });
+    let coefficient: Parameter = "material.bending_law.coefficient".parse().unwrap();
+    let truths = [(Parameter::YoungsModulus, 1e7), (coefficient, 0.02)];
+    // The values with which the data are simulated, without noise.
+    found(&fit(&scene, &data, &truths.map(|(p, _)| p)), &truths, 1e-6);
 }
 
 /// Every scheme identifies the modulus of its own simulation without a start. The motion of an accurate scheme gives the

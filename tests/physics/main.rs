@@ -14,6 +14,7 @@ mod hard_cases;
 mod helix;
 mod hyperelastic;
 mod newton;
+mod nonlinear_bending;
 mod numerical_damping;
 mod paper;
 mod prescribed_motion;

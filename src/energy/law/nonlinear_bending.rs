@@ -122,8 +122,8 @@ impl<D: Scalar, K: Symmetric<D, S>, const S: usize> NonlinearBending<D, K, S> {
 mod tests {
     use super::*;
     use crate::energy::bend_twist::Stiffness;
-    use num_dual::{Dual64, hessian};
     use nalgebra::SVector;
+    use num_dual::{Dual64, hessian};
 
     const CUBIC: BendingLaw = BendingLaw::Cubic { coefficient: 0.03 };
     const LENGTH: f64 = 0.02;

@@ -14,7 +14,7 @@ use crate::energy::{Derivatives, Law, Stretch};
 use crate::numerics::lanes::{Lanes, all};
 use crate::numerics::vector::components;
 use crate::rod::discrete::DiscreteRod;
-use crate::rod::layout::Layout;
+use crate::rod::layout::{Layout, LayoutBending};
 use crate::rod::{
     ChangedRods, EffectiveStrains, FrameRate, ReferenceFrames, RodGeometry, Sensitive,
 };
@@ -87,6 +87,8 @@ pub struct Rates<L: RateLayout<N, S>, const N: usize, const S: usize, const G: u
     pub(super) rest: Vec<Lanes<G>>,
     /// Laws of the joints.
     pub(super) joint: Vec<JointRate<L, N, S, G>>,
+    /// Nonlinear bending of the joints, with the derivative along each parameter; empty for linear laws.
+    pub(super) bending: Vec<[LayoutBending<L, Dual64, N, S>; G]>,
     /// Dead loads on the nodes, N.
     pub(super) load: Vec<[Lanes<G>; N]>,
     /// Springs of internal friction, if there are any.
@@ -105,6 +107,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> Defaul
             nonlinear: Vec::new(),
             rest: Vec::new(),
             joint: Vec::new(),
+            bending: Vec::new(),
             load: Vec::new(),
             sliders: None,
         }
@@ -121,6 +124,23 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> Rates<
         Lanes(components(|g| {
             nonlinear[g].force(Dual64::new(strain, -(1.0 + strain) * self.rest[i].0[g])).eps
         }))
+    }
+}
+
+impl<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> Rates<L, N, S, G> {
+    /// The derivatives of the stresses of joint `i` beyond its linear law, N m, at fixed strains.
+    #[cold]
+    #[inline(never)]
+    fn bending_rate(&self, i: usize, strains: &[f64; S]) -> [Lanes<G>; S] {
+        let strains = components(|c| Dual64::from(strains[c]));
+        let mut rates = [Lanes::ZERO; S];
+        for (g, bending) in self.bending[i].iter().enumerate() {
+            let stress = bending.stress(&strains);
+            for c in 0..S {
+                rates[c].0[g] = stress[c].eps;
+            }
+        }
+        rates
     }
 }
 
@@ -248,7 +268,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
     /// and friction springs. Those of moments and user-defined energies stay in the dual rods. No change without dual
     /// rods.
     fn set_rates<const G: usize>(duals: &[Dual<L, N, S>; G], rates: &mut Self::Rates<G>) {
-        let Rates { elastic, stretch, axial, nonlinear, rest, joint, load, sliders } = rates;
+        let Rates { elastic, stretch, axial, nonlinear, rest, joint, bending, load, sliders } =
+            rates;
         let [first, ..] = &duals[..] else { return };
         nonlinear.clear();
         nonlinear.extend(
@@ -279,6 +300,9 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         let joints = 0..first.joint.len();
         joint
             .extend(joints.map(|i| LawRate::from_duals(duals.each_ref().map(|rod| &rod.joint[i]))));
+        bending.clear();
+        bending
+            .extend((0..first.bending.len()).map(|i| duals.each_ref().map(|rod| rod.bending[i])));
         load.clear();
         load.extend(
             (0..first.load.len())
@@ -287,8 +311,9 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         // Friction springs are present in all dual rods or in none.
         let own = all(duals.each_ref().map(|rod| Some(&*rod.sliders.as_ref()?.sliders)));
         *sliders = own.map(SliderRates::from_duals);
-        *elastic =
-            stretch.iter().any(|law| !law.is_zero()) || joint.iter().any(|law| !law.is_zero());
+        *elastic = !bending.is_empty()
+            || stretch.iter().any(|law| !law.is_zero())
+            || joint.iter().any(|law| !law.is_zero());
     }
 
     /// Overwrites `out` with the derivatives of the gradient along all parameters, N, at fixed unknowns `q` and frames:
@@ -303,20 +328,28 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         derivatives: Derivatives,
         out: &mut [[f64; G]],
     ) {
-        let Rates { elastic, stretch, nonlinear, joint, load, .. } = rates;
+        let Rates { elastic, stretch, nonlinear, joint, bending, load, .. } = rates;
         // An elastic law that changes needs the sweep over all elements; otherwise only loads have derivatives.
         if derivatives == Derivatives::Hand && *elastic {
             let axial = |i: usize, strain: f64| {
                 let linear = stretch[i].stress(&[strain])[0];
                 if nonlinear.is_empty() { linear } else { linear + rates.nonlinear_rate(i, strain) }
             };
-            L::gradient_rates(
-                geometry,
-                axial,
-                |i, strains| joint[i].stress(strains),
-                |i| load[i],
-                out,
-            );
+            if bending.is_empty() {
+                L::gradient_rates(
+                    geometry,
+                    axial,
+                    |i, strains| joint[i].stress(strains),
+                    |i| load[i],
+                    out,
+                );
+            } else {
+                let stress = |i: usize, strains: &[f64; S]| {
+                    let (linear, own) = (joint[i].stress(strains), rates.bending_rate(i, strains));
+                    components(|c| linear[c] + own[c])
+                };
+                L::gradient_rates(geometry, axial, stress, |i| load[i], out);
+            }
         } else {
             // Only loads change, or num-dual differentiates edges and joints below.
             out.fill([0.0; G]);
@@ -397,6 +430,16 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         if strains.natural && !rates.nonlinear.is_empty() {
             for (i, (out, strain)) in axial.iter_mut().zip(geometry.edge_strains()).enumerate() {
                 *out += rates.nonlinear_rate(i, strain);
+            }
+        }
+        if strains.natural && !rates.bending.is_empty() {
+            let mut values = geometry.joint_strains();
+            for (i, out) in joints.as_chunks_mut::<S>().0.iter_mut().enumerate() {
+                let own: [f64; S] = components(|_| values.next().unwrap_or_default());
+                let own = rates.bending_rate(i, &own);
+                for c in 0..S {
+                    out[c] += own[c];
+                }
             }
         }
     }

@@ -36,7 +36,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
     fn no_laws(&self, moments: bool) -> Laws {
         let edges = self.stretch.len();
         let any = N == 2 && (moments || !self.moments.list.is_empty());
-        Laws::new(edges, self.mass.len(), if any { edges } else { 0 })
+        let laws = Laws::new(edges, self.mass.len(), if any { edges } else { 0 });
+        Laws { bending: vec![LawSlopes::default(); self.bending.len()], ..laws }
     }
 
     /// Multiplies the strains of edges by their rest lengths, so that their products with forces are energies.
@@ -73,6 +74,12 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
             for (i, law) in self.stretch.iter().enumerate() {
                 let strain = strained.strains[i] + strained.own.get(i).copied().unwrap_or(0.0);
                 to.rest[i] += w[i] * law.stiffness * (strain + 1.0);
+            }
+        }
+        if !self.bending.is_empty() {
+            let [w, now] = [w, strained.now].map(|list| list[edges..].as_chunks::<S>().0);
+            for (i, (bending, to)) in self.bending.iter().zip(&mut to.bending).enumerate() {
+                bending.add_slopes(&w[i], &now[i], to);
             }
         }
         for (i, (nonlinear, strain)) in self.nonlinear.edges.iter().zip(strained.now).enumerate() {
@@ -115,6 +122,16 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
 
     /// The part of [`along`](Transposed::along) by stiffness and natural stress of each joint, one number per joint.
     fn along_joints(rates: &Rates<L, N, S, 1>, laws: &Laws) -> Vec<f64> {
-        rates.joint.iter().zip(&laws.joint).map(|(rate, law)| rate.along(law).0[0]).collect()
+        let mut along: Vec<f64> =
+            rates.joint.iter().zip(&laws.joint).map(|(rate, law)| rate.along(law).0[0]).collect();
+        for (sum, ([rate], by)) in along.iter_mut().zip(rates.bending.iter().zip(&laws.bending)) {
+            for k in 0..L::Stiffness::<Dual64>::PLACES.len() {
+                *sum += rate.modulus.entry(k).eps * by.stiffness[k];
+            }
+            for c in 0..S {
+                *sum += rate.natural[c].eps * by.offset[c];
+            }
+        }
+        along
     }
 }
