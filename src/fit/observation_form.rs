@@ -14,7 +14,7 @@ use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Glitches, Observation};
 use crate::problem::Problem;
 use crate::scene::{Point, StructurePoint};
-use marker_files::{Axes, Format, Recording, SigmaColumns, Vertical};
+use marker_files::{Axes, ColumnRules, Format, Recording, SigmaColumns, Vertical};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -144,6 +144,8 @@ struct ObservationKeys {
     held_out: bool,
     /// Program that wrote the file; default: determined from the first bytes.
     format: Option<Format>,
+    /// Columns of a table by name or number, where the header has other names or is missing.
+    columns: Option<ColumnRules>,
     /// Name of the marker in the file, where there are several.
     marker: Option<String>,
     /// Confidence below which positions are treated as missing.
@@ -178,14 +180,15 @@ impl ObservationForm {
         key: &str,
     ) -> Result<Vec<Measurement>, Error> {
         let Self(form) = self;
-        let ObservationKeys { file, markers, format, marker, likelihood, axes, .. } = form;
+        let ObservationKeys { file, markers, format, columns, marker, likelihood, axes, .. } = form;
         let ObservationKeys { fps, scale, origin, y, time_zero, point, .. } = form;
         let ObservationKeys { offset, sigma, loss, held_out, .. } = form;
-        let (sigma, columns) = sigma.map_or((None, None), Sigma::parts);
+        let (sigma, sigma_columns) = sigma.map_or((None, None), Sigma::parts);
         let measurement =
             |o: Observation| o.offset(offset).with_properties(sigma, loss, held_out).into();
         let recording = Recording {
             format,
+            columns,
             marker,
             likelihood,
             axes,
@@ -194,7 +197,7 @@ impl ObservationForm {
             origin,
             y,
             time_zero,
-            sigma: columns,
+            sigma: sigma_columns,
         };
         // A planned observation has times and coordinates, and no keys of files.
         if let Some(duration) = form.duration {

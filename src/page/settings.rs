@@ -44,11 +44,12 @@ fn measured(measured: &Measured) -> String {
     let Measured { label, points, values, recording } = measured;
     let mut parts = vec![format!("{label}: {points} points, {values} values")];
     if let Some(recording) = recording {
-        let Recording { format, marker, likelihood, axes, fps, scale, origin, y, time_zero, sigma } =
-            recording;
+        let Recording { format, columns, marker, likelihood, axes, .. } = recording;
+        let Recording { fps, scale, origin, y, time_zero, sigma, .. } = recording;
         let keys = [
             sigma.as_ref().map(|_| "standard deviation of each row given".to_string()),
             format.map(|format| format!("file of {}", format.program())),
+            columns.as_ref().map(|columns| format!("columns {columns}")),
             marker.as_ref().map(|marker| format!("marker {marker}")),
             likelihood.map(|least| format!("likelihood {} or more", three_digits(least))),
             axes.map(|axes| format!("axes {}", Vec::from(axes).join(", "))),

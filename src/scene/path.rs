@@ -11,6 +11,7 @@ use crate::scene::number::is_default;
 use crate::scene::support::{End, Support};
 use crate::scene::track::Track;
 use marker_files::Axes;
+use marker_files::ColumnRules;
 use marker_files::Format;
 use marker_files::is_same_name;
 use marker_files::{Recording, Vertical};
@@ -37,6 +38,9 @@ pub struct Recorded {
     /// Program that wrote the file; default: determined from the first bytes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub format: Option<Format>,
+    /// Columns of a table by name or number, where the header has other names or is missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub columns: Option<ColumnRules>,
     /// Confidence below which positions are treated as missing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub likelihood: Option<f64>,
@@ -88,6 +92,7 @@ impl Recorded {
             file: file.into(),
             markers: Vec::new(),
             format: None,
+            columns: None,
             likelihood: None,
             axes: None,
             fps: None,
@@ -136,7 +141,18 @@ impl Recorded {
     /// `marker_files`.
     fn recording(&self) -> Recording {
         let Self { format, likelihood, axes, fps, scale, y, time_zero, .. } = *self;
-        Recording { format, likelihood, axes, fps, scale, y, time_zero, ..Recording::default() }
+        let columns = self.columns.clone();
+        Recording {
+            format,
+            columns,
+            likelihood,
+            axes,
+            fps,
+            scale,
+            y,
+            time_zero,
+            ..Recording::default()
+        }
     }
 
     /// The track of the recording.

@@ -80,9 +80,8 @@ impl Track {
     /// A file that cannot be read or has an invalid line, an unknown marker, one without a column x or y or with fewer than
     /// two positions. Also settings that contradict the file, and a first time other than 0.
     pub fn read_as(path: &Path, recording: &Recording, names: &[String]) -> Result<Self, Error> {
-        let (format, bytes) = marker_files::open(path, recording.format)?;
         // The format is given or recognized by the first bytes of the file.
-        let file = marker_files::parse(path, format, &bytes)?;
+        let file = marker_files::load(path, recording)?;
         let named = |name: &String| {
             Recording { marker: Some(name.clone()), ..Recording::default() }.select_marker(&file)
         };

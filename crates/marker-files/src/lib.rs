@@ -43,6 +43,7 @@
 //! ```
 
 mod axes;
+mod columns;
 mod detections;
 mod error;
 pub mod file;
@@ -51,16 +52,18 @@ mod marker_file;
 pub mod printable;
 mod programs;
 mod recording;
+mod separator;
 mod sigma;
 pub mod table;
 mod trajectory;
 mod unknown_file;
 
 pub use axes::Axes;
+pub use columns::{ColumnRule, ColumnRules, ColumnSource, ColumnWithUnit};
 pub use error::Error;
 pub use format::Format;
 pub use marker_file::{Clock, FrameReading, LengthUnit, MarkerData, MarkerFile, is_same_name};
-pub use programs::{open, parse};
+pub use programs::{load, open, parse};
 pub use recording::{
     AxisColumns, ClockedColumns, Converted, NOT_FINITE, Recording, Vertical, is_finite,
 };

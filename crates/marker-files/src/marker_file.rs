@@ -9,7 +9,7 @@
 
 use crate::error::Error;
 use crate::format::Format;
-use crate::table::{csv_error, has_decimal_commas, number};
+use crate::table::{csv_error, has_decimal_commas, number, plain_unit};
 use crate::unknown_file::check_text;
 use csv::{ReaderBuilder, StringRecord, Trim};
 use std::collections::HashMap;
@@ -76,9 +76,10 @@ pub enum LengthUnit {
     Calibrated,
 }
 
-/// The unit of length with this name, in the spelling of any program and any case; `None` unless it is mm, cm or m.
+/// The unit of length with this name, in the spelling of any program and any case; `None` unless it is um, mm, cm or m.
 pub(crate) fn length_unit(name: &str) -> Option<LengthUnit> {
-    Some(match &name.to_lowercase()[..] {
+    Some(match &plain_unit(&name.to_lowercase())[..] {
+        "um" | "micrometers" | "micrometres" => LengthUnit::Known("um", 1e-6),
         "mm" | "millimeters" | "millimetres" => LengthUnit::Known("mm", 1e-3),
         "cm" | "centimeters" | "centimetres" => LengthUnit::Known("cm", 1e-2),
         "m" | "meters" | "metres" => LengthUnit::Known("m", 1.0),

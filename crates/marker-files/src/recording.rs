@@ -9,6 +9,7 @@
 //! Keys that contradict the file, or are missing, and results that are not finite are errors.
 
 use crate::axes::Axes;
+use crate::columns::ColumnRules;
 use crate::error::Error;
 use crate::format::Format;
 use crate::marker_file::{Clock, LengthUnit, MarkerData, MarkerFile, is_same_name};
@@ -27,6 +28,9 @@ pub struct Recording {
     /// Program that wrote the file; null: determined from the first bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub format: Option<Format>,
+    /// Columns of a table by name or number; null: by the names of the header.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub columns: Option<ColumnRules>,
     /// Name of the marker in the file; null if there is only one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub marker: Option<String>,
@@ -59,6 +63,9 @@ fn three_numbers<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f
     let wrong_length = |values: Vec<f64>| D::Error::invalid_length(values.len(), &"3 numbers");
     values.try_into().map(Some).map_err(wrong_length)
 }
+
+/// Names of the columns of coordinates.
+const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Direction of the vertical image axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -460,8 +467,13 @@ impl Recording {
     /// for a missing coordinate. An error without any, and for keys of the recording that the table contradicts.
     pub fn axis_columns(&self, table: &Table) -> Result<AxisColumns, Error> {
         let mut axes = [None; 3];
-        let pixels = |(_, unit): &(String, Option<String>)| unit.as_deref() == Some("px");
-        if let Some(scale) = self.scale.filter(|_| !table.columns.iter().any(pixels)) {
+        // The scale is that of pixels, or of columns without a unit that the key `columns` states.
+        let is_scaled = |(_, unit): &(String, Option<String>)| match unit {
+            Some(unit) => unit == "px",
+            None => table.has_rules,
+        };
+        let mut positions = table.columns.iter().filter(|(name, _)| AXES.contains(&&name[..]));
+        if let Some(scale) = self.scale.filter(|_| !positions.any(is_scaled)) {
             let message = format!(
                 "found scale = {scale} (m per pixel), but no column in pixels, allowed: with \
                  columns such as x[px] only. Columns without a unit are in m"
@@ -548,9 +560,10 @@ impl Recording {
     fn axis(&self, table: &Table, column: usize) -> Result<f64, Error> {
         let (name, unit_name) = &table.columns[column];
         let pixels = unit_name.as_deref() == Some("px");
-        let factor = match (pixels, self.scale) {
-            (true, Some(scale)) if scale.is_finite() && scale > 0.0 => scale,
-            (true, Some(scale)) => {
+        let is_unnamed = table.has_rules && unit_name.is_none();
+        let factor = match (pixels, self.scale.filter(|_| pixels || is_unnamed)) {
+            (_, Some(scale)) if scale.is_finite() && scale > 0.0 => scale,
+            (_, Some(scale)) => {
                 return Err(table.error(
                     1,
                     &format!(
@@ -566,7 +579,7 @@ impl Recording {
                 );
                 return Err(table.error(1, &message));
             }
-            (false, _) => table.factor(column, &LENGTHS, ", px")?,
+            (false, None) => table.factor(column, &LENGTHS, ", px")?,
         };
         match (name.as_str(), self.y) {
             // Only y changes its sign with the direction of the vertical axis.

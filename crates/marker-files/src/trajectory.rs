@@ -9,7 +9,7 @@
 use crate::error::Error;
 use crate::format::Format;
 use crate::marker_file::MarkerFile;
-use crate::programs::{open, parse};
+use crate::programs::{load, open_as, parse, read_columns};
 use crate::recording::{NOT_FINITE, Recording, is_finite};
 use crate::table::Table;
 use crate::unknown_file::describe_position_table;
@@ -61,31 +61,37 @@ struct ConvertedRow {
 
 /// Reads the trajectory of one marker, in seconds and meters in the axes of the world.
 ///
-/// Tables have a column t (or time, or frame) and at least one of x, y, z, in any order. Separators are commas,
-/// semicolons or tabs; the latter two permit decimal commas. Units stand in brackets or parentheses, `t[ms],x[mm]`;
-/// without them s and m. Blank or NaN is missing; lines that start with `#` are comments. Files of programs, and tables
-/// of named markers, are recognized.
+/// Tables have a column t (or time, or frame) and at least one of x, y, z, in any order, or the key `columns` states
+/// them. Separators are commas, semicolons, tabs or spaces; all but commas permit decimal commas. Units stand in brackets
+/// or parentheses, `t[ms],x[mm]`, or at the end, `t_ms,x_mm`; without them s and m. Blank or NaN is missing; lines that
+/// start with `#` are comments. Files of programs, and tables of named markers, are recognized.
 ///
 /// # Errors
 ///
 /// A file that cannot be read, a marker that it does not have, and a key that is missing or contradicts it. A line that
 /// cannot be used, with its number.
 pub fn read(path: &Path, recording: &Recording) -> Result<MarkerTrajectory, Error> {
-    let (format, bytes) = open(path, recording.format)?;
+    let (format, bytes) = open_as(path, recording)?;
+    let rules = recording.columns.as_ref();
+    let parsed = || match format {
+        Format::Csv => read_columns(path, &bytes, rules),
+        program => parse(path, program, &bytes),
+    };
     if format != Format::Csv || recording.marker.is_some() {
-        return convert(&parse(path, format, &bytes)?, recording);
+        return convert(&parsed()?, recording);
     }
-    let table = Table::of(path, &bytes)?;
+    let table = Table::of_columns(path, &bytes, rules)?;
     let columns = match recording.columns(&table) {
         Ok(columns) => columns,
         // A table of several markers, or of one with a name.
         Err(error) => {
             let is_unnamed = ["x", "y", "z"].iter().any(|name| table.find(name).is_some());
-            return match parse(path, format, &bytes) {
+            return match parsed() {
                 Ok(file) if !is_unnamed && recording.sigma.is_none() => convert(&file, recording),
                 // An error below the header shows that the header is one of named markers: that error is the useful
                 // one.
                 Err(own @ Error::Data { line: 2.., .. }) if !is_unnamed => Err(own),
+                _ if rules.is_some() => Err(error),
                 _ => Err(describe_position_table(path, &bytes, error)),
             };
         }
@@ -118,8 +124,7 @@ pub fn read_several<'a>(
     recording: &Recording,
     markers: impl IntoIterator<Item = &'a str>,
 ) -> Result<Vec<MarkerTrajectory>, Error> {
-    let (format, bytes) = open(path, recording.format)?;
-    let file = parse(path, format, &bytes)?;
+    let file = load(path, recording)?;
     let one =
         |name: &str| convert(&file, &Recording { marker: Some(name.into()), ..recording.clone() });
     markers.into_iter().map(one).collect()

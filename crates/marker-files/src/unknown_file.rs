@@ -75,7 +75,8 @@ fn readable_files() -> String {
     let programs: Vec<&str> =
         Format::ALL.iter().filter(|f| **f != Format::Csv).map(|f| f.program()).collect();
     format!(
-        "a table (a header such as `t,x,y`, with commas, semicolons or tabs), or an export of {}",
+        "a table (a header such as `t,x,y`, with commas, semicolons, tabs or spaces, or the key columns), or an \
+         export of {}",
         programs.join(", ")
     )
 }
@@ -98,8 +99,8 @@ fn binary(bytes: &[u8]) -> Option<&'static str> {
 }
 
 /// The description of a text that is no table with a header, by its first two lines that are neither blank nor comments.
-/// Described are a line `sep=` of Excel, JSON, XML or HTML, an OpenSim storage file, numbers without a header, and columns
-/// with spaces between them. `None` for other texts, and for a first line that does not end within the examined bytes.
+/// Described are JSON, XML or HTML, an OpenSim storage file, numbers without a header, and columns with spaces between them
+/// that are no table. `None` for other texts, and for a first line that does not end within the examined bytes.
 fn text(bytes: &[u8]) -> Option<String> {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(EXAMINED)]).to_lowercase();
     let text = text.trim_start_matches('\u{feff}');
@@ -112,9 +113,6 @@ fn text(bytes: &[u8]) -> Option<String> {
     let separated = |line: &str| line.contains([',', ';', '\t']);
     let is_number = |field: &str| field.trim().trim_matches('"').parse::<f64>().is_ok();
     let spaced = |line: &str| !separated(line) && line.split_whitespace().count() > 1;
-    if first.starts_with("sep=") {
-        return Some(format!("a first line `{}` of Excel; delete it", shown(first)));
-    }
     if first.starts_with(['{', '[']) {
         return Some("a JSON file".into());
     }
@@ -128,11 +126,16 @@ fn text(bytes: &[u8]) -> Option<String> {
     if first.split([',', ';', '\t']).all(is_number)
         || spaced(first) && first.split_whitespace().all(is_number)
     {
-        return Some("no header, but numbers in the first line".into());
+        return Some(
+            "no header, but numbers in the first line; state the columns, as columns = { t = 1, x = 2, y = 3 }".into(),
+        );
     }
-    // A title without separators may stand above columns with spaces.
-    if spaced(second) && (spaced(first) || !separated(first)) {
-        return Some("columns with spaces between them".into());
+    // A title may stand above columns with spaces. Equally many names and columns are a table, which has another error.
+    if spaced(second)
+        && !separated(first)
+        && first.split_whitespace().count() != second.split_whitespace().count()
+    {
+        return Some("columns with spaces between them below another number of names".into());
     }
     None
 }
@@ -148,11 +151,6 @@ fn has_accelerations(bytes: &[u8]) -> bool {
         ["accel", "m/s^2", "m/s\u{b2}", "m/s2"].iter().any(|word| field.contains(word))
             || ["ax", "ay", "az"].contains(&field.split(['[', '(']).next().unwrap_or("").trim())
     })
-}
-
-/// The first 40 characters of a line without spaces around it, for messages.
-fn shown(line: &str) -> String {
-    line.trim().chars().take(40).collect()
 }
 
 #[cfg(test)]
@@ -173,10 +171,9 @@ mod tests {
             assert!(error.contains(words) && error.contains("OptiTrack Motive"), "{error}");
         }
         for (content, words) in [
-            ("sep=;\nt;x;y\n", "`sep=;` of Excel"),
             ("0,0.5,0\n0.01,0.5,0\n", "no header"),
             ("0.0 0.5 0\n0.01 0.5 0\n", "no header"),
-            ("t x y\n0.0 0.5 0\n", "spaces between"),
+            ("t x y\n0.0 0.5\n", "spaces between"),
             ("mass_A\nt x y\n0.0 0.5 0\n", "spaces between"),
             ("controls\nversion=1\nnRows=2\nendheader\ntime\ta\n", "an OpenSim storage file"),
             ("{\"t\": [0, 1]}\n", "a JSON file"),

@@ -16,6 +16,7 @@ use crate::input::onset::onset_of_motion;
 use crate::numerics::noise_scale::NoisySeries;
 use crate::numerics::upper_median;
 use crate::scene::{LostFrames, SwappedLabels, Track};
+use marker_files::table::TIMES;
 use marker_files::{Clock, Format, LengthUnit, MarkerData, MarkerFile, Recording, Vertical};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -46,11 +47,11 @@ pub struct Inspection {
     pub rate: Option<f64>,
     /// First and last reading of the clock, in its unit.
     pub clock: [f64; 2],
-    /// Unit of the clock: `s`, `ms`, `us` or `frames`.
+    /// Unit of the clock: `s`, `ms`, `us`, `ns` or `frames`.
     pub clock_unit: String,
     /// Gaps of the clock: the reading before the gap, and the number of missing steps.
     pub clock_gaps: Vec<(f64, usize)>,
-    /// Unit of the positions: `m`, `cm`, `mm`, `px`, or `unnamed`.
+    /// Unit of the positions: `m`, `cm`, `mm`, `um`, `px`, or `unnamed`.
     pub unit: String,
     /// The markers, in the order of the file.
     pub markers: Vec<InspectedMarker>,
@@ -100,15 +101,14 @@ impl Inspection {
     /// A file that cannot be read, or a line of it that makes no sense, with its number.
     pub fn of(path: impl AsRef<Path>, recording: &Recording) -> Result<Self, Error> {
         let path = path.as_ref();
-        let (format, bytes) = marker_files::open(path, recording.format)?;
-        let source = marker_files::parse(path, format, &bytes)?;
+        let source = marker_files::load(path, recording)?;
+        let format = source.format;
         let clocks: Vec<f64> = source.frames.iter().map(|row| row.clock).collect();
         let step = upper_median(clocks.windows(2).map(|w| w[1] - w[0]));
         // Times give the rate by their usual step; frame numbers need it from the file or the user.
         let (clock_unit, rate) = match source.clock {
             Clock::Time(unit) => {
-                let named = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6)];
-                let name = named.iter().find(|(_, own)| *own == unit).map_or("s", |(name, _)| name);
+                let name = TIMES.iter().find(|(_, own)| *own == unit).map_or("s", |(name, _)| name);
                 (name, step.map(|step| 1.0 / (step * unit)))
             }
             Clock::Frames { rate, .. } => ("frames", rate.or(recording.fps)),
@@ -199,6 +199,9 @@ impl Inspection {
         line("file", file.into(), "");
         if read.format.is_some() {
             line("format", quoted(self.format.key()), "");
+        }
+        if let Some(columns) = &read.columns {
+            line("columns", columns.to_string(), "");
         }
         if let Some(marker) = &read.marker {
             let others: Vec<&str> = self.markers.iter().map(|m| &m.name[..]).collect();

@@ -20,6 +20,8 @@ use crate::error::Error;
 use crate::file::data;
 use crate::format::Format;
 use crate::marker_file::MarkerFile;
+use crate::recording::Recording;
+pub(crate) use plain_table::read_columns;
 use std::path::Path;
 
 /// The format of a file, the `stated` one or that of its first bytes, and its bytes without a byte-order mark.
@@ -33,6 +35,36 @@ pub fn open(path: &Path, stated: Option<Format>) -> Result<(Format, Vec<u8>), Er
         bytes.drain(..3);
     }
     Ok((stated.unwrap_or_else(|| Format::detect(&bytes)), bytes))
+}
+
+/// The frames and markers of a file, by the keys `format` and `columns` of a recording.
+///
+/// # Errors
+///
+/// Those of [`open`] and [`parse`], and the key `columns` for a file of a program.
+pub fn load(path: &Path, recording: &Recording) -> Result<MarkerFile, Error> {
+    let (format, bytes) = open_as(path, recording)?;
+    match &recording.columns {
+        Some(_) => plain_table::read_columns(path, &bytes, recording.columns.as_ref()),
+        None => parse(path, format, &bytes),
+    }
+}
+
+/// The format and the bytes of a file, as [`open`]. A file with the key `columns` is a table; an error if the key `format`
+/// states a program.
+pub(crate) fn open_as(path: &Path, recording: &Recording) -> Result<(Format, Vec<u8>), Error> {
+    let stated = match (&recording.columns, recording.format) {
+        (Some(_), Some(program)) if program != Format::Csv => {
+            let message = format!(
+                "found columns and format = \"{}\", allowed: columns of tables, format = \"csv\". Remove one of both",
+                program.key()
+            );
+            return Err(Error::data(path, 1, message));
+        }
+        (Some(_), _) => Some(Format::Csv),
+        (None, stated) => stated,
+    };
+    open(path, stated)
 }
 
 /// The frames and markers of a file that was [opened](open), by the reader of its format; `path` is for messages.

@@ -3,10 +3,12 @@
 //! The clock is the column `t`, else `time`, else `frame`; a column `frame` beside a time is skipped. All other
 //! columns are `xA, yA, zA` or `A_x, A_y, A_z` of markers A, or x, y and z of a single marker without a name. Output:
 //! frames with the clock in the unit of the header (s without one) or as frame numbers, and positions in m. Columns
-//! without a unit are in m; positions are in pixels if all columns are. Errors, with the line: no clock, other
+//! without a unit are in m, or in a unit that the key `scale` states if the key `columns` selects them. Positions are in
+//! pixels if all columns are. Errors, with the line: no clock, other
 //! columns or units, two columns of one coordinate, a named marker without x or y, a blank time, times that do not
 //! increase, no row.
 
+use crate::columns::ColumnRules;
 use crate::error::Error;
 use crate::format::Format;
 use crate::marker_file::{Clock, FrameReading, LengthUnit, MarkerData, MarkerFile};
@@ -18,8 +20,20 @@ use std::path::Path;
 /// Reads the bytes of a table into frames and named markers; `path` is for messages. A file that is no table, or has
 /// accelerations, has an error with a description of its kind.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
-    let table = Table::of(path, bytes)?;
-    of_table(path, &table).map_err(|error| describe_position_table(path, bytes, error))
+    read_columns(path, bytes, None)
+}
+
+/// Reads the bytes of a table as [`read`], with the columns that `rules` state, if any.
+pub(crate) fn read_columns(
+    path: &Path,
+    bytes: &[u8],
+    rules: Option<&ColumnRules>,
+) -> Result<MarkerFile, Error> {
+    let table = Table::of_columns(path, bytes, rules)?;
+    of_table(path, &table).map_err(|error| match rules {
+        Some(_) => error,
+        None => describe_position_table(path, bytes, error),
+    })
 }
 
 /// The markers of a table, with names as in the file and positions in m, or in pixels if all columns are. The clock is the
@@ -114,9 +128,13 @@ fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
             likelihood: None,
         });
     }
-    let lengths = match pixels {
-        true => LengthUnit::Pixels { down: None },
-        false => LengthUnit::Known("m", 1.0),
+    // The key `columns` may select columns whose unit the file does not name.
+    let is_unnamed = |i: usize| is_clock(i) || table.columns[i].1.is_none();
+    let unnamed = table.has_rules && (0..table.columns.len()).all(is_unnamed);
+    let lengths = match (pixels, unnamed) {
+        (true, _) => LengthUnit::Pixels { down: None },
+        (false, true) => LengthUnit::Calibrated,
+        (false, false) => LengthUnit::Known("m", 1.0),
     };
     Ok(MarkerFile { path: path.into(), format: Format::Csv, clock, lengths, frames, markers })
 }

@@ -1,0 +1,300 @@
+//! The key `columns` of a recording: the columns of a table by name or number, for files whose header has other names or
+//! that have no header.
+//!
+//! [`ColumnRules`] map the names that the readers of tables use (`t`, `frame`, `x`, `xA`, `A_x`, ..) to columns of the
+//! file: a name of the header, a number from 1, or one of both with a unit. Input are the lines of a file, split into
+//! fields. The header is the first line with all names; without names, the rows begin at the first line with a number in
+//! one of the stated columns. A line of units may follow the header. The unit of a column is the stated one, or that of
+//! the line of units or of the header. Columns that the file does not have, a name that two columns have, and two units
+//! of one column are errors as messages.
+
+use crate::separator::{Record, is_number_or_blank};
+use crate::table::{LENGTHS, TIMES, plain_unit, split_unit, suffix_unit};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// Columns of a table by the names that a header would have: `{ t = 1, x = "NAME_x", y = 3 }`. Other columns are
+/// ignored.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(transparent)]
+pub struct ColumnRules(pub BTreeMap<String, ColumnRule>);
+
+/// Column of a table with its unit, if stated.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(
+    untagged,
+    expecting = "expected the number of a column, counted from 1, the name of a column, or { column = 3, unit = \"mm\" }"
+)]
+pub enum ColumnRule {
+    /// Column with the unit of the header.
+    Column(ColumnSource),
+    /// Column with a stated unit.
+    WithUnit(ColumnWithUnit),
+}
+
+/// Column of a table by number or name.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(untagged, expecting = "expected the number of a column, counted from 1, or its name")]
+pub enum ColumnSource {
+    /// Number of the column, counted from 1.
+    Number(usize),
+    /// Name of the column in the header, ignoring case, with or without its unit.
+    Name(String),
+}
+
+/// Column of a table with a stated unit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct ColumnWithUnit {
+    /// Number of the column, counted from 1, or its name.
+    pub column: ColumnSource,
+    /// Unit of the column: s, ms, us, ns of a time; m, cm, mm, um, px of a coordinate.
+    pub unit: String,
+}
+
+impl fmt::Display for ColumnRules {
+    /// Writes the rules as an inline table of TOML.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let rule = |(name, rule): (&String, &ColumnRule)| {
+            let column = match rule.source() {
+                ColumnSource::Number(number) => number.to_string(),
+                ColumnSource::Name(name) => quoted(name),
+            };
+            match rule.unit() {
+                None => format!("{} = {column}", key(name)),
+                Some(unit) => {
+                    format!("{} = {{ column = {column}, unit = {} }}", key(name), quoted(unit))
+                }
+            }
+        };
+        write!(f, "{{ {} }}", self.0.iter().map(rule).collect::<Vec<_>>().join(", "))
+    }
+}
+
+/// A text as a key of TOML, quoted unless it has letters, digits and `_` only.
+fn key(text: &str) -> String {
+    let is_bare = !text.is_empty() && text.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
+    if is_bare { text.into() } else { quoted(text) }
+}
+
+/// A text as a quoted string of TOML.
+fn quoted(text: &str) -> String {
+    let mut own = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => own.extend(['\\', c]),
+            c if c.is_control() => own += &format!("\\u{:04X}", c as u32),
+            c => own.push(c),
+        }
+    }
+    own + "\""
+}
+
+impl ColumnRule {
+    /// The column without its unit.
+    fn source(&self) -> &ColumnSource {
+        match self {
+            Self::Column(source) => source,
+            Self::WithUnit(own) => &own.column,
+        }
+    }
+
+    /// The stated unit.
+    fn unit(&self) -> Option<&str> {
+        match self {
+            Self::Column(_) => None,
+            Self::WithUnit(own) => Some(&own.unit),
+        }
+    }
+}
+
+/// Brackets around units.
+const BRACKETS: [char; 4] = ['[', ']', '(', ')'];
+
+/// Columns of a table that rules have found, in the order of the file, and its first row.
+pub(crate) struct FoundColumns {
+    pub columns: Vec<FoundColumn>,
+    /// Index of the record that is the first row.
+    pub first_row: usize,
+}
+
+/// A column of a table that a rule has found.
+pub(crate) struct FoundColumn {
+    /// Name by the rule.
+    pub name: String,
+    /// Index of the column, counted from 0.
+    pub index: usize,
+    pub unit: Option<String>,
+}
+
+impl ColumnRules {
+    /// Whether records are a table by these rules: the columns are there, and the rows have equally many fields, with
+    /// numbers or blanks in these columns.
+    pub(crate) fn fit(&self, records: &[Record]) -> bool {
+        let Ok(FoundColumns { columns, first_row }) = self.find(records) else { return false };
+        let rows = &records[first_row..];
+        let width = rows.first().map_or(0, |row| row.fields.len());
+        let is_row = |row: &Record| {
+            row.fields.len() == width
+                && columns.iter().all(|own| is_number_or_blank(row.field(own.index)))
+        };
+        !rows.is_empty() && rows.iter().all(is_row) && columns.iter().all(|own| own.index < width)
+    }
+
+    /// The columns of a table of `records`, and its first row. The error is the line and the message.
+    pub(crate) fn find(&self, records: &[Record]) -> Result<FoundColumns, (u64, String)> {
+        let (names, numbers) = self.names_and_numbers()?;
+        let is_value = |field: &str| !field.is_empty() && is_number_or_blank(field);
+        let (header, mut first_row) = match names.is_empty() {
+            false => {
+                let has_all = |record: &Record| {
+                    names.iter().all(|name| record.fields.iter().any(|f| is_called(f, name)))
+                };
+                let Some(header) = records.iter().position(has_all) else {
+                    let found = records.first().map_or(String::new(), |record| {
+                        record.fields.iter().collect::<Vec<_>>().join(", ")
+                    });
+                    let message = format!(
+                        "found no line with the names {} of columns, allowed: names of the header, or numbers of \
+                         columns from 1. The first line has {found}",
+                        names.join(", ")
+                    );
+                    return Err((records.first().map_or(1, |record| record.line), message));
+                };
+                (Some(header), header + 1)
+            }
+            true => {
+                let has_value =
+                    |record: &Record| numbers.iter().any(|i| is_value(record.field(*i)));
+                let Some(first) = records.iter().position(has_value) else {
+                    let message =
+                        "found no number in the stated columns, allowed: at least one row";
+                    return Err((1, message.into()));
+                };
+                (first.checked_sub(1), first)
+            }
+        };
+        let names_of = |record: usize| &records[record];
+        // A line of units stands between the names and the rows.
+        let indices =
+            self.indices(header.map(names_of), names_of(first_row.min(records.len() - 1)))?;
+        let are_units = |record: &Record| indices.iter().all(|i| is_unit(record.field(*i)));
+        let (mut header, mut units) = (header, None);
+        if names.is_empty() && header.is_some_and(|k| are_units(&records[k])) {
+            units = header;
+            header = header.and_then(|k| k.checked_sub(1));
+        } else if !names.is_empty() && records.get(first_row).is_some_and(are_units) {
+            units = Some(first_row);
+            first_row += 1;
+        }
+        let mut columns = Vec::with_capacity(self.0.len());
+        for ((name, rule), index) in self.0.iter().zip(indices) {
+            let field = |k: Option<usize>| k.map(|k| (records[k].line, records[k].field(index)));
+            let above = field(header).map(|(line, field)| (line, split_unit(field)));
+            let below =
+                field(units).map(|(line, field)| (line, plain_unit(field.trim_matches(BRACKETS))));
+            let in_file =
+                above.as_ref().and_then(|(line, (_, unit))| Some((*line, unit.clone()?))).or(below);
+            let unit = match (rule.unit().map(plain_unit), in_file) {
+                (Some(stated), Some((line, found))) if found != stated => {
+                    let message = format!(
+                        "found the unit {found} in the file and {stated} in columns.{name}, allowed: one unit. \
+                         Remove unit"
+                    );
+                    return Err((line, message));
+                }
+                (Some(stated), _) => Some(stated),
+                (None, Some((_, found))) => Some(found),
+                (None, None) => above.and_then(|(_, (own, _))| ending_unit(name, &own)),
+            };
+            columns.push(FoundColumn { name: name.clone(), index, unit });
+        }
+        columns.sort_by_key(|own| own.index);
+        if let Some(pair) = columns.windows(2).find(|pair| pair[0].index == pair[1].index) {
+            let [a, b] = [&pair[0].name, &pair[1].name];
+            let message = format!(
+                "found columns.{a} and columns.{b} as the same column {}, allowed: each column once",
+                pair[0].index + 1
+            );
+            return Err((1, message));
+        }
+        Ok(FoundColumns { columns, first_row })
+    }
+
+    /// The stated names, and the indices of the stated numbers. An error without any rule, and for the number 0.
+    fn names_and_numbers(&self) -> Result<(Vec<&str>, Vec<usize>), (u64, String)> {
+        if self.0.is_empty() {
+            return Err((1, "found columns = {}, allowed: at least one column".into()));
+        }
+        let (mut names, mut numbers) = (Vec::new(), Vec::new());
+        for (key, rule) in &self.0 {
+            match rule.source() {
+                ColumnSource::Name(name) => names.push(&name[..]),
+                ColumnSource::Number(0) => {
+                    let message = format!("found columns.{key} = 0, allowed: a number from 1");
+                    return Err((1, message));
+                }
+                ColumnSource::Number(number) => numbers.push(number - 1),
+            }
+        }
+        Ok((names, numbers))
+    }
+
+    /// The indices of the columns by the names of the `header` and the number of fields of a `row`.
+    fn indices(&self, header: Option<&Record>, row: &Record) -> Result<Vec<usize>, (u64, String)> {
+        let index = |(key, rule): (&String, &ColumnRule)| match rule.source() {
+            ColumnSource::Number(number) if *number <= row.fields.len() => Ok(number - 1),
+            ColumnSource::Number(number) => {
+                let width = row.fields.len();
+                let message = format!(
+                    "found columns.{key} = {number}, allowed: a column of the file, 1 to {width}"
+                );
+                Err((row.line, message))
+            }
+            ColumnSource::Name(name) => {
+                let fields = header.iter().flat_map(|record| record.fields.iter().enumerate());
+                let found: Vec<usize> =
+                    fields.filter(|(_, f)| is_called(f, name)).map(|(k, _)| k).collect();
+                match found[..] {
+                    [one] => Ok(one),
+                    _ => {
+                        let line = header.map_or(1, |record| record.line);
+                        let numbers: Vec<String> =
+                            found.iter().map(|k| (k + 1).to_string()).collect();
+                        let message = format!(
+                            "found columns.{key} = `{name}` above the columns {}, allowed: a name that one column \
+                             has, or the number of a column",
+                            numbers.join(", ")
+                        );
+                        Err((line, message))
+                    }
+                }
+            }
+        };
+        self.0.iter().map(index).collect()
+    }
+}
+
+/// Whether a field of a header is the column with this `name`, ignoring case, with or without its unit in brackets.
+fn is_called(field: &str, name: &str) -> bool {
+    let same = |own: &str| own.to_lowercase() == name.trim().to_lowercase();
+    same(field) || same(&split_unit(field).0)
+}
+
+/// The unit at the end of the name of a column, as `mm` of `tip_mm`, for the rule `key`: of a time for `t` and `time`, of a
+/// length for others.
+fn ending_unit(key: &str, name: &str) -> Option<String> {
+    let is_time = ["t", "time"].contains(&&key.to_lowercase()[..]);
+    suffix_unit(name, is_time).map(|(_, unit)| unit.to_string())
+}
+
+/// Whether a field is the symbol of a unit, with or without brackets.
+fn is_unit(field: &str) -> bool {
+    let unit = plain_unit(field.trim_matches(BRACKETS));
+    TIMES.iter().chain(&LENGTHS).any(|(symbol, _)| *symbol == unit) || unit == "px"
+}
