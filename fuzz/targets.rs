@@ -3,6 +3,7 @@
 
 use rodfit::accuracy::Aim;
 use rodfit::campaign::{Admission, Collected, Outcome, Plan, Shard, Status, Store};
+use rodfit::fit::{ColumnRule, ColumnRules, ColumnSource};
 use rodfit::fit::{FitFile, Format, Inspection, Recording, RestShape};
 use rodfit::problem::ParameterList;
 use rodfit::scene::{Shape, Track};
@@ -13,7 +14,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 /// The targets by name: what is read, in which format.
-pub const TARGETS: [(&str, Target); 19] = [
+pub const TARGETS: [(&str, Target); 21] = [
     ("scene", Target::Scene),
     ("fit", Target::Fit),
     ("csv", Target::Markers(Format::Csv)),
@@ -26,6 +27,8 @@ pub const TARGETS: [(&str, Target); 19] = [
     ("kinovea", Target::Markers(Format::Kinovea)),
     ("sleap", Target::Markers(Format::Sleap)),
     ("trackmate", Target::Markers(Format::TrackMate)),
+    ("trc", Target::Markers(Format::Trc)),
+    ("sto", Target::Markers(Format::Sto)),
     ("campaign", Target::Campaign),
     ("table", Target::CampaignTable),
     ("tasks", Target::Tasks),
@@ -270,13 +273,23 @@ fn scene(text: &str, folder: &Path) -> bool {
     true
 }
 
+/// A table without a header: a clock and two coordinates.
+fn by_columns() -> Recording {
+    let rule = |(name, number): (&str, usize)| {
+        (name.to_string(), ColumnRule::Column(ColumnSource::Number(number)))
+    };
+    let rules = ColumnRules([("t", 1), ("x", 2), ("y", 3)].into_iter().map(rule).collect());
+    Recording { columns: Some(rules), ..Recording::default() }
+}
+
 fn markers(path: &Path, format: Format) -> bool {
     let table = format == Format::Csv;
     let read = table
         && (Observation::read(path).is_ok()
             | RestShape::read(path).is_ok()
             | Track::read(path).is_ok()
-            | Track::read_one(path, None).is_ok());
+            | Track::read_one(path, None).is_ok()
+            | Observation::read_as(path, &by_columns()).is_ok());
     let recording = Recording { format: Some(format), ..Recording::default() };
     let Ok(inspection) = Inspection::of(path, &recording) else { return read };
     assert!(!inspection.observation.is_empty() && !inspection.to_string().is_empty());

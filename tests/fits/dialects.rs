@@ -232,7 +232,6 @@ fn unsupported_file_error_lists_the_formats() {
         ("t x y\n0.0 0.5\n", "spaces between"),
         ("mass_A\nt x y\n0.0 0.5 0\n", "spaces between"),
         ("\"Time (s)\";\"Linear Acceleration x (m/s^2)\"\n0,0E0;1,2E-1\n", "accelerations"),
-        ("controls\nversion=1\nendheader\ntime\ta\n0\t1\n", "an OpenSim storage file"),
     ] {
         let (_folder, path) = written(text);
         let errors = [

@@ -130,6 +130,22 @@ fn file_with_many_columns_is_read_in_linear_time() {
                 all("\t2\t3\t4")
             ),
         ),
+        (
+            Format::Trc,
+            format!(
+                "PathFileType\t4\nUnits\nmm\nFrame#\tTime{}\n1\t0{}\n",
+                each(&|k| format!("\tm{k}\t\t")),
+                all("\t2\t3\t4")
+            ),
+        ),
+        (
+            Format::Sto,
+            format!(
+                "endheader\ntime{}\n0{}\n",
+                each(&|k| format!("\tm{k}_X\tm{k}_Y")),
+                all("\t1\t2")
+            ),
+        ),
     ];
     for (format, text) in wide {
         let since = Instant::now();

@@ -1,10 +1,11 @@
 //! The formats of motion-capture and tracking programs, and their recognition by the first lines of a file.
 //!
 //! [`Format::detect`] takes the bytes of a file and examines the first two lines that are not blank, within 4096
-//! bytes. A program is recognized by the text of the first cell or by names of columns in the first line, and Tracker
-//! by `t` at the start of the second. A file that no program matches is a plain table (CSV); there is no error. Each
+//! bytes. A program is recognized by the text of the first cell or by names of columns in the first line, Tracker by `t`
+//! at the start of the second, and OpenSim by a line `endheader`. A file that no program matches is a plain table (CSV); there is no error. Each
 //! format has its key in configuration files and the name of its program for messages.
 
+use crate::programs::is_end_of_header;
 use serde::{Deserialize, Serialize};
 
 /// Number of bytes at the beginning of a file that are examined.
@@ -66,6 +67,8 @@ formats! {
     TrackMate "trackmate" "TrackMate";
     /// TRC, as Motion Analysis, OpenSim and Pose2Sim write it.
     Trc "trc" "Motion Analysis (TRC)";
+    /// OpenSim's storage files, STO and MOT.
+    Sto "sto" "OpenSim (STO, MOT)";
 }
 
 impl Format {
@@ -95,6 +98,7 @@ impl Format {
             }
             "#kinovea trajectory data export" => Self::Kinovea,
             "track" if first.contains("frame_idx") => Self::Sleap,
+            _ if text.lines().any(is_end_of_header) => Self::Sto,
             _ if first.contains("TRACK_ID") && first.contains("POSITION_X") => Self::TrackMate,
             _ if begins.starts_with("time") && first.contains("/X") => Self::Kinovea,
             "" | "#multi:" | "multi:" if below == "t" => Self::Tracker,
@@ -136,6 +140,7 @@ mod tests {
             ("#multi:\tmass_A\t\nt\tx\ty\n", Format::Tracker),
             ("mass_A,,\nt,x,y\n0,1,2\n", Format::Tracker),
             ("sep=,\nt,x,y\n0,1,2\n", Format::Csv),
+            ("Positions\nversion=1\n\nendheader\ntime\ta_X\ta_Y\n", Format::Sto),
             ("PathFileType\t4\t(X/Y/Z)\ttip.trc\n", Format::Trc),
             ("scorer,DLC,DLC\nbodyparts,tip,tip\n", Format::DeepLabCut),
             ("pt1_cam1_X,pt1_cam1_Y\n1,2\n", Format::Dltdv),

@@ -190,7 +190,7 @@ pub(crate) fn is_number_or_blank(field: &str) -> bool {
 
 /// The bytes of a table with a tab for each run of spaces and tabs within a line, and none at its ends. In the header, the
 /// first line that is neither blank nor a comment, spaces before and within brackets stay: `t (s) x (mm)` has two columns.
-fn with_tabs(bytes: &[u8]) -> Vec<u8> {
+pub(crate) fn with_tabs(bytes: &[u8]) -> Vec<u8> {
     let mut own = Vec::with_capacity(bytes.len());
     let mut is_header = true;
     for line in bytes.split_inclusive(|b| *b == b'\n') {

@@ -99,7 +99,7 @@ fn binary(bytes: &[u8]) -> Option<&'static str> {
 }
 
 /// The description of a text that is no table with a header, by its first two lines that are neither blank nor comments.
-/// Described are JSON, XML or HTML, an OpenSim storage file, numbers without a header, and columns with spaces between them
+/// Described are JSON, XML or HTML, numbers without a header, and columns with spaces between them
 /// that are no table. `None` for other texts, and for a first line that does not end within the examined bytes.
 fn text(bytes: &[u8]) -> Option<String> {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(EXAMINED)]).to_lowercase();
@@ -118,10 +118,6 @@ fn text(bytes: &[u8]) -> Option<String> {
     }
     if first.starts_with('<') {
         return Some("an XML or HTML file".into());
-    }
-    // The header of a storage file has several lines above its table.
-    if text.lines().take(20).any(|line| line.trim() == "endheader") {
-        return Some("an OpenSim storage file (.sto, .mot)".into());
     }
     if first.split([',', ';', '\t']).all(is_number)
         || spaced(first) && first.split_whitespace().all(is_number)
@@ -175,7 +171,6 @@ mod tests {
             ("0.0 0.5 0\n0.01 0.5 0\n", "no header"),
             ("t x y\n0.0 0.5\n", "spaces between"),
             ("mass_A\nt x y\n0.0 0.5 0\n", "spaces between"),
-            ("controls\nversion=1\nnRows=2\nendheader\ntime\ta\n", "an OpenSim storage file"),
             ("{\"t\": [0, 1]}\n", "a JSON file"),
         ] {
             let found = text(content.as_bytes()).unwrap_or_default();

@@ -5,7 +5,7 @@ use marker_files::{Error, Format, Recording, Vertical, open, parse, read, read_s
 use std::path::PathBuf;
 
 /// Name of the file, format that is to be recognized, and content.
-const EXPORTS: [(&str, Format, &str); 5] = [
+const EXPORTS: [(&str, Format, &str); 9] = [
     ("table.csv", Format::Csv, "t[ms],xtip[mm],ytip[mm]\n0,0,5\n10,1,5\n20,2,5\n"),
     ("comma.csv", Format::Csv, "t;tip_x[cm];tip_y[cm]\n0;0;0,5\n0,01;0,1;0,5\n0,02;0,2;0,5\n"),
     (
@@ -13,6 +13,34 @@ const EXPORTS: [(&str, Format, &str); 5] = [
         Format::Trc,
         "PathFileType\t4\t(X/Y/Z)\ttake.trc\nDataRate\tUnits\n100\tmm\nFrame#\tTime\ttip\t\t\n\t\tX1\tY1\tZ1\n\
          1\t0.00\t0\t5\t0\n2\t0.01\t1\t5\t0\n3\t0.02\t2\t5\t0\n",
+    ),
+    // Body and point kinematics, coordinates of joints, vectors of the newer tables, and spaces between the columns.
+    (
+        "pos.sto",
+        Format::Sto,
+        "Positions\nversion=1\nnRows=3\nnColumns=9\ninDegrees=yes\n\nThis file contains the global positions.\n\n\
+         Units are S.I. units (second, meters, Newtons, ...)\nAngles are in degrees.\n\nendheader\n\
+         time\ttip_X\ttip_Y\ttip_Z\ttip_Ox\ttip_Oy\ttip_Oz\tslider_tx\tknee\n\
+         0.00\t0\t0.005\t0\t1\t2\t3\t9\t8\n0.01\t0.001\t0.005\t0\t1\t2\t3\t9\t8\n\
+         0.02\t0.002\t0.005\t0\t1\t2\t3\t9\t8\n",
+    ),
+    (
+        "ik.mot",
+        Format::Sto,
+        "name ik.mot\ndatacolumns 4\ndatarows 3\nrange 0 0.02\nendheader\n time tip_tx tip_ty knee\n\
+         0.00 0 0.005 1\n  0.01   1e-3 0.005 1\n0.02 2e-3 0.005 1\n",
+    ),
+    (
+        "states.sto",
+        Format::Sto,
+        "Coordinates\nversion=1\nendheader\ntime\ttip_tx/value\ttip_tx/speed\ttip_ty/value\n\
+         0.00\t0\t1\t0.005\n0.01\t0.001\t1\t0.005\n0.02\t0.002\t1\t0.005\n",
+    ),
+    (
+        "markers.sto",
+        Format::Sto,
+        "DataRate=100.000000\nUnits=mm\nDataType=Vec3\nversion=3\nOpenSimVersion=4.4\nendheader\ntime\ttip\tbase\n\
+         0.00\t0,5,0\tnan,nan,nan\n0.01\t1,5,0\t0,0,0\n0.02\t2,5,0\t0,0,0\n",
     ),
     (
         "nexus.csv",
@@ -92,6 +120,24 @@ fn errors_name_line_and_allowed_values() {
             }
             other => panic!("{text}: {other:?}"),
         }
+    }
+    for (text, line, words) in [
+        (
+            "Velocities\nendheader\ntime\ta_X\ta_Y\n0\t1\t2\n",
+            1,
+            "found velocities, allowed: positions",
+        ),
+        ("a\nDataType=Quaternion\nendheader\ntime\ta\n0\t1,0,0,0\n", 2, "allowed: double or Vec3"),
+        ("a\nUnits=ft\nendheader\ntime\ta_X\n0\t1\n", 2, "allowed: um, mm, cm or m"),
+        ("a\nendheader\ntime\tknee\n0\t1\n", 3, "no column with a position"),
+        ("a\nendheader\nknee\ttime\n0\t1\n", 3, "allowed: `time`"),
+        ("a\nendheader\n", 2, "nothing below"),
+        ("a\nendheader\ntime\ta_X\ta_Y\n0\t1\t2\n0\t1\t2\n", 5, "increasing values"),
+        ("DataType=Vec3\nendheader\ntime\ta\n0\t1,2,3\n1\t1,2\n", 5, "found 3 fields, allowed: 4"),
+    ] {
+        let path = written(&folder, "bad.sto", text);
+        let error = read(&path, &Recording::default()).unwrap_err().to_string();
+        assert!(error.contains(&format!("bad.sto:{line}: ")) && error.contains(words), "{error}");
     }
     let path = written(&folder, "acceleration.csv", "t,ax,ay\n0,1,2\n");
     let error = read(&path, &Recording::default()).unwrap_err().to_string();

@@ -8,6 +8,7 @@ mod deeplabcut;
 mod dltdv;
 mod kinovea;
 mod motive;
+mod opensim;
 mod plain_table;
 mod qualisys;
 mod sleap;
@@ -21,6 +22,7 @@ use crate::file::data;
 use crate::format::Format;
 use crate::marker_file::MarkerFile;
 use crate::recording::Recording;
+pub(crate) use opensim::is_end_of_header;
 pub(crate) use plain_table::read_columns;
 use std::path::Path;
 
@@ -85,6 +87,7 @@ pub fn parse(path: &Path, format: Format, bytes: &[u8]) -> Result<MarkerFile, Er
         Format::Sleap => sleap::read,
         Format::TrackMate => trackmate::read,
         Format::Trc => trc::read,
+        Format::Sto => opensim::read,
     };
     read(path, bytes)
 }
