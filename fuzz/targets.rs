@@ -14,7 +14,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 /// The targets by name: what is read, in which format.
-pub const TARGETS: [(&str, Target); 21] = [
+pub const TARGETS: [(&str, Target); 22] = [
     ("scene", Target::Scene),
     ("fit", Target::Fit),
     ("csv", Target::Markers(Format::Csv)),
@@ -29,6 +29,7 @@ pub const TARGETS: [(&str, Target); 21] = [
     ("trackmate", Target::Markers(Format::TrackMate)),
     ("trc", Target::Markers(Format::Trc)),
     ("sto", Target::Markers(Format::Sto)),
+    ("c3d", Target::Markers(Format::C3d)),
     ("campaign", Target::Campaign),
     ("table", Target::CampaignTable),
     ("tasks", Target::Tasks),

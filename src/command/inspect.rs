@@ -14,7 +14,7 @@ use std::path::PathBuf;
 /// Options of `rodfit inspect`.
 #[derive(clap::Args)]
 pub struct InspectOptions {
-    /// Table, or file of Motive, Vicon, Qualisys, Tracker, DeepLabCut, SLEAP, DLTdv, Kinovea or TrackMate, or TRC, STO or MOT.
+    /// Table, or file of Motive, Vicon, Qualisys, Tracker, DeepLabCut, SLEAP, DLTdv, Kinovea or TrackMate, or C3D, TRC, STO or MOT.
     file: PathBuf,
     #[command(flatten)]
     units: RecordingUnits,

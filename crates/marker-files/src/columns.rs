@@ -9,7 +9,7 @@
 //! of one column are errors as messages.
 
 use crate::separator::{Record, is_number_or_blank};
-use crate::table::{LENGTHS, TIMES, plain_unit, split_unit, suffix_unit};
+use crate::units::{LENGTHS, TIMES, plain_unit, split_unit, suffix_unit};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;

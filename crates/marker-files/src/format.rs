@@ -2,10 +2,10 @@
 //!
 //! [`Format::detect`] takes the bytes of a file and examines the first two lines that are not blank, within 4096
 //! bytes. A program is recognized by the text of the first cell or by names of columns in the first line, Tracker by `t`
-//! at the start of the second, and OpenSim by a line `endheader`. A file that no program matches is a plain table (CSV); there is no error. Each
+//! at the start of the second, OpenSim by a line `endheader`, and C3D by bytes. A file that no program matches is a plain table (CSV); there is no error. Each
 //! format has its key in configuration files and the name of its program for messages.
 
-use crate::programs::is_end_of_header;
+use crate::signatures::{is_c3d, is_end_of_header};
 use serde::{Deserialize, Serialize};
 
 /// Number of bytes at the beginning of a file that are examined.
@@ -69,6 +69,8 @@ formats! {
     Trc "trc" "Motion Analysis (TRC)";
     /// OpenSim's storage files, STO and MOT.
     Sto "sto" "OpenSim (STO, MOT)";
+    /// The points of C3D files.
+    C3d "c3d" "C3D";
 }
 
 impl Format {
@@ -76,6 +78,9 @@ impl Format {
     /// for Tracker by `t` at the start of the second line. A plain table if no program is recognized. A byte-order mark and
     /// blank lines are skipped; case is ignored in first cells.
     pub fn detect(bytes: &[u8]) -> Self {
+        if is_c3d(bytes) {
+            return Self::C3d;
+        }
         let text = String::from_utf8_lossy(&bytes[..bytes.len().min(FIRST)]);
         let text = text.trim_start_matches('\u{feff}');
         let mut lines = text.lines().filter(|line| !line.trim_matches([',', ' ', '\t']).is_empty());
@@ -151,6 +156,8 @@ mod tests {
             ("track,frame_idx,instance.score,tip.x,tip.y,tip.score\n", Format::Sleap),
             ("LABEL,ID,TRACK_ID,QUALITY,POSITION_X,POSITION_Y\n", Format::TrackMate),
             ("\"Time (ms)\";\"X (mm)\";\"Y (mm)\"\n", Format::Csv),
+            ("\u{2}P\u{f}\0\u{1}\0", Format::C3d),
+            ("\nP,x\n0,1\n", Format::Csv),
             ("t,x,y\n0,1,2\n", Format::Csv),
             ("# tip\nt,x\n0,1\n", Format::Csv),
             ("", Format::Csv),

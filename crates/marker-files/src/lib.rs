@@ -44,6 +44,7 @@
 
 mod axes;
 mod columns;
+mod decimals;
 mod detections;
 mod error;
 pub mod file;
@@ -54,8 +55,10 @@ mod programs;
 mod recording;
 mod separator;
 mod sigma;
+mod signatures;
 pub mod table;
 mod trajectory;
+mod units;
 mod unknown_file;
 
 pub use axes::Axes;

@@ -9,7 +9,9 @@
 
 use crate::error::Error;
 use crate::format::Format;
-use crate::table::{csv_error, has_decimal_commas, number, plain_unit};
+use crate::separator::csv_error;
+use crate::table::{has_decimal_commas, number};
+use crate::units::plain_unit;
 use crate::unknown_file::check_text;
 use csv::{ReaderBuilder, StringRecord, Trim};
 use std::collections::HashMap;

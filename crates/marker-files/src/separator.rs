@@ -6,9 +6,7 @@
 //! the separator. Without a separator of this kind it is the first comma, semicolon or tab of the header. Lines that
 //! start with `#` are comments. Output: [`Record`]s with their lines.
 
-use crate::columns::ColumnRules;
 use crate::error::Error;
-use crate::table::{csv_error, header_separator, is_number};
 use csv::{ReaderBuilder, StringRecord, Trim};
 use std::borrow::Cow;
 use std::path::Path;
@@ -80,19 +78,14 @@ pub(crate) fn stated_separator<'a>(
 }
 
 impl Separator {
-    /// The separator with which the first lines of a file are a table, by the `rules` for its columns, if any. Without one,
-    /// the first comma, semicolon or tab of the header, or white space if the header has none of them but the rows have as
-    /// many words as it has.
-    pub fn detect(path: &Path, bytes: &[u8], rules: Option<&ColumnRules>) -> Self {
+    /// The separator with which the first lines of a file are a table: their records `fit`. Without one, the first comma,
+    /// semicolon or tab of the header, or white space if the header has none of them but the rows have as many words as it
+    /// has.
+    pub fn detect(path: &Path, bytes: &[u8], fit: impl Fn(&[Record], Self) -> bool) -> Self {
         let ends = bytes.iter().enumerate().filter(|(_, b)| **b == b'\n');
         let end = ends.map(|(k, _)| k + 1).nth(SAMPLE_LINES - 1).unwrap_or(bytes.len());
         let sample = &bytes[..end];
-        let fits = |own: &Self| {
-            own.records(path, sample).is_ok_and(|records| match rules {
-                Some(rules) => rules.fit(&records),
-                None => is_table(&records, *own),
-            })
-        };
+        let fits = |own: &Self| own.records(path, sample).is_ok_and(|records| fit(&records, *own));
         // A cell that is no number fits none of them; its error needs the columns all the same.
         let of_header = || {
             let own = Self::Whitespace.records(path, sample);
@@ -156,7 +149,7 @@ fn skipped_lines(bytes: &[u8]) -> u64 {
 /// Whether the first record is a header of two columns or more, and all others have as many fields, which are numbers or
 /// blank. A first column without a name may have any content; a name may be missing above the first column of white
 /// space, tabs or semicolons.
-fn is_table(records: &[Record], separator: Separator) -> bool {
+pub(crate) fn is_table(records: &[Record], separator: Separator) -> bool {
     let Some((header, rows)) = records.split_first() else { return false };
     let width = header.fields.len();
     let numbered = separator != Separator::Character(b',') && has_row_names(header, rows);
@@ -227,6 +220,44 @@ pub(crate) fn with_tabs(bytes: &[u8]) -> Vec<u8> {
     own
 }
 
+/// The separator of the columns: the first comma, semicolon or tab in the header, which is the first line that is no
+/// comment; a comma without any.
+pub fn delimiter(bytes: &[u8]) -> u8 {
+    header_separator(bytes).unwrap_or(b',')
+}
+
+/// The first comma, semicolon or tab in the header, which is the first line that is no comment; `None` without any.
+pub(crate) fn header_separator(bytes: &[u8]) -> Option<u8> {
+    let mut lines = bytes.split(|b| *b == b'\n');
+    let header = lines.find(|line| !line.starts_with(b"#")).unwrap_or_default();
+    header.iter().copied().find(|b| b",;\t".contains(b))
+}
+
+/// Whether a field is a finite number, with a decimal point or comma.
+pub(crate) fn is_number(field: &str) -> bool {
+    field.replace(',', ".").parse().is_ok_and(f64::is_finite)
+}
+
+/// The error of a file that cannot be split into fields, with its line: another number of fields than the header, or no
+/// UTF-8 text.
+pub fn csv_error(path: &Path, error: csv::Error) -> Error {
+    let line = error.position().map_or(1, |position| position.line());
+    match error.into_kind() {
+        csv::ErrorKind::Io(source) => Error::io(path, source),
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+            let message = format!("found {len} fields, allowed: {expected_len} as in the header");
+            Error::data(path, line, message)
+        }
+        csv::ErrorKind::Utf8 { err, .. } => {
+            let field = err.field() + 1;
+            let message =
+                format!("field {field} is not UTF-8 text, allowed: a file saved as UTF-8");
+            Error::data(path, line, message)
+        }
+        kind => Error::data(path, line, format!("{kind:?}")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -247,7 +278,7 @@ mod tests {
             ("\"t\" \"x\"\n\"1\" 0 0.5\n\"2\" 1 0.5\n", Whitespace),
             ("t,x\n\"0,5\",\"1,5\"\n", Character(b',')),
         ] {
-            let found = Separator::detect(Path::new("t"), text.as_bytes(), None);
+            let found = Separator::detect(Path::new("t"), text.as_bytes(), is_table);
             assert_eq!(found, separator, "{text}");
         }
     }

@@ -5,20 +5,20 @@
 //! NaN; blank and NaN are missing values (`None`). Decimal commas are read where they cannot be separators. Units stand
 //! in brackets, or at the end of a name, as `t_ms,x_mm`. Output: [`Table`] with names (in lower case) and units of the
 //! columns, and the rows with their lines; values are not converted. Blank columns without a name, and columns that
-//! number the rows, are left out. Other texts, rows with another number of fields than the header, numbers with decimal
-//! points beside numbers with decimal commas, and files that are no table are errors with the line.
+//! number the rows, are left out. Other texts, rows with another number of fields than the header, commas and points that
+//! may separate thousands ([`decimals`](crate::decimals)), and files that are no table are errors with the line.
 
 use crate::columns::{ColumnRules, FoundColumns};
+use crate::decimals::Decimals;
 use crate::error::Error;
 use crate::printable::{column_name, token};
-use crate::separator::{Record, Separator, has_row_names, stated_separator};
+use crate::separator::{Record, Separator, has_row_names, is_table, stated_separator};
+use crate::units::suffix_unit;
 use crate::unknown_file::{check_text, describe_table};
 use std::path::{Path, PathBuf};
 
-/// Units of time with their sizes in s.
-pub const TIMES: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
-/// Units of length with their sizes in m.
-pub const LENGTHS: [(&str, f64); 4] = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6)];
+pub use crate::separator::{csv_error, delimiter};
+pub use crate::units::{LENGTHS, TIMES, split_unit};
 
 /// A table of numbers; missing values are `None`.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,7 +77,12 @@ impl Table {
         check_text(path, bytes)?;
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let (bytes, stated) = stated_separator(path, bytes)?;
-        let separator = stated.unwrap_or_else(|| Separator::detect(path, &bytes, rules));
+        let separator = stated.unwrap_or_else(|| {
+            Separator::detect(path, &bytes, |records, separator| match rules {
+                Some(rules) => rules.fit(records),
+                None => is_table(records, separator),
+            })
+        });
         let table = separator.records(path, &bytes).and_then(|records| match rules {
             Some(rules) => Self::by_rules(path, &records, separator, rules),
             None => Self::by_header(path, &records, separator),
@@ -100,7 +105,9 @@ impl Table {
         let refused = |(line, message)| Error::data(path, line, message);
         let FoundColumns { columns: found, first_row } = rules.find(records).map_err(refused)?;
         let rows = &records[first_row.min(records.len())..];
-        let width = rows.first().map_or(0, |row| row.fields.len());
+        // A name may stand above a column that the rows do not have.
+        let least = found.iter().map(|own| own.index + 1).max().unwrap_or(0);
+        let width = rows.first().map_or(0, |row| row.fields.len()).max(least);
         let fields: Vec<(usize, String)> =
             found.iter().map(|own| (own.index, own.name.clone())).collect();
         let rows = values(path, rows, &fields, width, separator)?;
@@ -180,19 +187,6 @@ impl Table {
     }
 }
 
-/// The separator of the columns: the first comma, semicolon or tab in the header, which is the first line that is no
-/// comment; a comma without any.
-pub fn delimiter(bytes: &[u8]) -> u8 {
-    header_separator(bytes).unwrap_or(b',')
-}
-
-/// The first comma, semicolon or tab in the header, which is the first line that is no comment; `None` without any.
-pub(crate) fn header_separator(bytes: &[u8]) -> Option<u8> {
-    let mut lines = bytes.split(|b| *b == b'\n');
-    let header = lines.find(|line| !line.starts_with(b"#")).unwrap_or_default();
-    header.iter().copied().find(|b| b",;\t".contains(b))
-}
-
 /// The rows of a table: the numbers of `fields`, each the index of a column and its name for messages, in records of
 /// `width` fields, behind which there may be blank ones.
 ///
@@ -231,89 +225,6 @@ fn values(
     }
     decimals.check(path, separator)?;
     Ok(rows)
-}
-
-/// Evidence in the numbers of a table on decimal points and commas.
-#[derive(Default)]
-struct Decimals {
-    /// Line of the first number with a point.
-    point: Option<u64>,
-    /// Line and text of the first number with a comma.
-    comma: Option<(u64, String)>,
-    /// Whether a number shows that its comma is no separator of thousands.
-    is_decimal: bool,
-}
-
-impl Decimals {
-    /// Adds the number in a field of a line.
-    fn add(&mut self, line: u64, field: &str) {
-        if field.contains('.') {
-            self.point.get_or_insert(line);
-        }
-        let Some((whole, fraction)) = field.split_once(',') else { return };
-        if self.comma.is_none() {
-            self.comma = Some((line, field.into()));
-        }
-        // Thousands are followed by three digits, and begin with one to three that are no zero.
-        let whole = whole.trim_start_matches(['-', '+']);
-        let is_thousand = fraction.len() == 3
-            && fraction.bytes().all(|b| b.is_ascii_digit())
-            && (1..=3).contains(&whole.len())
-            && !whole.starts_with('0');
-        self.is_decimal |= !is_thousand;
-    }
-
-    /// Rejects numbers with points beside numbers with commas, and commas that may separate thousands.
-    fn check(&self, path: &Path, separator: Separator) -> Result<(), Error> {
-        let Some((line, text)) = &self.comma else { return Ok(()) };
-        if let Some(point) = self.point {
-            let message = format!(
-                "found `{text}` with a comma, and a number with a point in line {point}, allowed: one decimal sign \
-                 in all numbers"
-            );
-            return Err(Error::data(path, *line, message));
-        }
-        if !self.is_decimal && !separator.implies_decimal_commas() {
-            let message = format!(
-                "found `{text}`, whose comma may be a decimal one or separate thousands, allowed: numbers with \
-                 decimal points, or semicolons between the columns"
-            );
-            return Err(Error::data(path, *line, message));
-        }
-        Ok(())
-    }
-}
-
-/// Name and unit of a column: `X` and `mm` of `X [mm]` or `X (mm)`; no unit without brackets at the end.
-pub fn split_unit(header: &str) -> (String, Option<String>) {
-    let brackets = |open: char, close: char| header.strip_suffix(close)?.split_once(open);
-    // Brackets within a name belong to it; only those at the end have a unit.
-    match brackets('[', ']').or_else(|| brackets('(', ')')) {
-        Some((name, unit)) => (name.trim().into(), Some(plain_unit(unit))),
-        None => (header.into(), None),
-    }
-}
-
-/// The symbol of a unit without spaces around it, with `u` for micro.
-pub(crate) fn plain_unit(unit: &str) -> String {
-    let unit = unit.trim();
-    match unit.strip_prefix(['\u{b5}', '\u{3bc}']) {
-        Some(rest) => format!("u{rest}"),
-        None => unit.into(),
-    }
-}
-
-/// Name and unit of a column whose name ends with a unit, as `x_mm`: units of time, or of length and pixels. `None` without
-/// one.
-pub(crate) fn suffix_unit(name: &str, is_time: bool) -> Option<(&str, &'static str)> {
-    let (own, ending) = name.rsplit_once('_')?;
-    let ending = plain_unit(&ending.to_lowercase());
-    let symbols: Vec<&'static str> = match is_time {
-        true => TIMES.iter().map(|(symbol, _)| *symbol).collect(),
-        false => LENGTHS.iter().map(|(symbol, _)| *symbol).chain(["px"]).collect(),
-    };
-    let unit = symbols.into_iter().find(|symbol| *symbol == ending)?;
-    (!own.is_empty()).then_some((own, unit))
 }
 
 /// Moves units at the ends of names, as `t_ms,x_mm`, to the units of the columns. Coordinates have such units if all of them
@@ -375,11 +286,6 @@ pub(crate) fn has_decimal_commas(delimiter: u8) -> bool {
     b";\t".contains(&delimiter)
 }
 
-/// Whether a field is a finite number, with a decimal point or comma.
-pub(crate) fn is_number(field: &str) -> bool {
-    field.replace(',', ".").parse().is_ok_and(f64::is_finite)
-}
-
 /// The finite number in a field, or `None` if it is blank or NaN; other texts are errors. With `commas` it may have a
 /// decimal comma. `column`, `path` and `line` are for messages.
 pub(crate) fn number(
@@ -400,26 +306,6 @@ pub(crate) fn number(
             format!("column `{column}`: found `{field}`, allowed: a finite number, blank or NaN");
         Error::data(path, line, message)
     })
-}
-
-/// The error of a file that cannot be split into fields, with its line: another number of fields than the header, or no
-/// UTF-8 text.
-pub fn csv_error(path: &Path, error: csv::Error) -> Error {
-    let line = error.position().map_or(1, |position| position.line());
-    match error.into_kind() {
-        csv::ErrorKind::Io(source) => Error::io(path, source),
-        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-            let message = format!("found {len} fields, allowed: {expected_len} as in the header");
-            Error::data(path, line, message)
-        }
-        csv::ErrorKind::Utf8 { err, .. } => {
-            let field = err.field() + 1;
-            let message =
-                format!("field {field} is not UTF-8 text, allowed: a file saved as UTF-8");
-            Error::data(path, line, message)
-        }
-        kind => Error::data(path, line, format!("{kind:?}")),
-    }
 }
 
 #[cfg(test)]

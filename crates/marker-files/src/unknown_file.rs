@@ -8,6 +8,7 @@
 
 use crate::error::Error;
 use crate::format::Format;
+use crate::signatures::is_c3d;
 use std::path::Path;
 
 /// Number of bytes at the beginning of a file that are examined.
@@ -31,11 +32,6 @@ const BINARY: [(&[u8], &str); 15] = [
     (b"\xff\xfe", "UTF-16 text"),
     (b"\xfe\xff", "UTF-16 text"),
 ];
-/// Second byte of a C3D file, behind the number of its parameter block.
-const C3D: u8 = 0x50;
-/// Largest number of the parameter block in the first byte of a C3D file that is recognized.
-const LARGEST_C3D_BLOCK: u8 = 16;
-
 /// Rejects binary files, by their first bytes, with an error that describes their kind and the files that are read.
 pub(crate) fn check_text(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     match binary(bytes) {
@@ -87,11 +83,8 @@ fn binary(bytes: &[u8]) -> Option<&'static str> {
     if let Some((_, found)) = BINARY.iter().find(|(start, _)| bytes.starts_with(start)) {
         return Some(found);
     }
-    // The code of a line break or tab is a possible number of a parameter block: a text may begin with it.
     match bytes {
-        [block @ 1..=LARGEST_C3D_BLOCK, C3D, ..] if *block != b'\n' && *block != b'\t' => {
-            Some("a C3D file")
-        }
+        _ if is_c3d(bytes) => Some("a C3D file"),
         [_, _, _, _, b'f', b't', b'y', b'p', ..] => Some("a video (.mp4, .mov)"),
         _ if bytes.iter().take(EXAMINED).any(|b| *b == 0) => Some("a binary file"),
         _ => None,

@@ -137,7 +137,8 @@ fn markers_are_selected_by_columns_in_the_order_of_the_file() {
 fn ambiguous_tables_are_rejected_with_the_choices() {
     for (text, line, words) in [
         ("t,x,y\n0,5,1,5,2,5\n", 2, "Decimal commas need semicolons, tabs or spaces"),
-        ("t\tx\n0.5\t1,5\n", 2, "allowed: one decimal sign in all numbers"),
+        ("t\tx\n0.5\t1,234\n", 2, "allowed: one decimal sign in all numbers"),
+        ("t;x\n0,5;1.234\n", 2, "allowed: one decimal sign in all numbers"),
         ("t\tx\n1\t1,234\n2\t5,678\n", 2, "a decimal one or separate thousands"),
         ("t,x\n1,\"1,234\"\n2,\"5,678\"\n", 2, "a decimal one or separate thousands"),
         ("t,x_cm,y_cm\n0,1,2\n", 1, "the unit cm or the name of a marker"),
@@ -158,6 +159,7 @@ fn ambiguous_tables_are_rejected_with_the_choices() {
         (&[("t", "0", None)], "0,1\n", 1, "allowed: a number from 1"),
         (&[("t", "a", None), ("x", "b", None)], "t,x\n0,1\n", 1, "no line with the names a, b"),
         (&[("t", "t", None), ("x", "x", None)], "t,x,x\n0,1,2\n", 1, "above the columns 2, 3"),
+        (&[("t", "t", None), ("x", "x", None)], "t,x\n0\n1\n", 2, "found 1 fields, allowed: 2"),
         (&[("t", "1", None), ("x", "1", None)], "0,1\n1,2\n", 1, "as the same column 1"),
         (&[("t", "1", None), ("x", "2", None)], "0,1\n1,one\n", 2, "column `x`: found `one`"),
         (&[("t", "1", None), ("x", "2", None)], "0,1\n1\n", 2, "found 1 fields, allowed: 2"),

@@ -4,6 +4,8 @@
 //! the first bytes. [`parse`] calls the reader of the format, which has a file of its own here (`plain_table` for CSV
 //! without a program). Files of the wrong kind and lines that the program does not write are errors with their line.
 
+mod c3d;
+mod c3d_parameters;
 mod deeplabcut;
 mod dltdv;
 mod kinovea;
@@ -22,7 +24,6 @@ use crate::file::data;
 use crate::format::Format;
 use crate::marker_file::MarkerFile;
 use crate::recording::Recording;
-pub(crate) use opensim::is_end_of_header;
 pub(crate) use plain_table::read_columns;
 use std::path::Path;
 
@@ -88,6 +89,7 @@ pub fn parse(path: &Path, format: Format, bytes: &[u8]) -> Result<MarkerFile, Er
         Format::TrackMate => trackmate::read,
         Format::Trc => trc::read,
         Format::Sto => opensim::read,
+        Format::C3d => c3d::read,
     };
     read(path, bytes)
 }

@@ -13,23 +13,16 @@ use crate::marker_file::{
     Clock, ColumnKind, ColumnLayout, FieldLine, FieldLines, LengthUnit, MarkerFile, length_unit,
 };
 use crate::separator::with_tabs;
+use crate::signatures::is_end_of_header;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::Path;
-
-/// Text of the last line of a header.
-const END: &str = "endheader";
-
-/// Whether a line is the last one of the header of a storage file.
-pub(crate) fn is_end_of_header(line: &str) -> bool {
-    line.trim().eq_ignore_ascii_case(END)
-}
 
 /// Reads the bytes of a storage file into frames by time, s, and points as markers; `path` is for messages. An error for a
 /// file without `endheader`, without positions, with velocities, accelerations or other types, and for unknown units.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let mut all = bytes.split_inclusive(|b| *b == b'\n');
-    let is_end = |line: &[u8]| line.trim_ascii().eq_ignore_ascii_case(END.as_bytes());
+    let is_end = |line: &[u8]| line.trim_ascii().eq_ignore_ascii_case(b"endheader");
     let names = all
         .by_ref()
         .find(|line| is_end(line))

@@ -1,0 +1,77 @@
+//! Decimal points and commas in the numbers of a table.
+//!
+//! A comma may be a decimal one or separate thousands. With semicolons between the columns it is a decimal one. Otherwise at
+//! least one number must show it: another number of digits than three behind the comma, or a zero before it. Where numbers
+//! with points stand beside numbers with commas, one of each kind must show that it is a decimal.
+
+use crate::error::Error;
+use crate::separator::Separator;
+use std::path::Path;
+
+/// Evidence in the numbers of a table on decimal points and commas.
+#[derive(Default)]
+pub(crate) struct Decimals {
+    points: DecimalSign,
+    commas: DecimalSign,
+}
+
+/// Numbers with one of the two decimal signs.
+#[derive(Default)]
+struct DecimalSign {
+    /// Line and text of the first number.
+    first: Option<(u64, String)>,
+    /// Whether a number shows that its sign does not separate thousands.
+    is_decimal: bool,
+}
+
+impl DecimalSign {
+    /// Adds the number in a field of a line, split at the sign.
+    fn add(&mut self, line: u64, field: &str, whole: &str, fraction: &str) {
+        if self.first.is_none() {
+            self.first = Some((line, field.into()));
+        }
+        // Thousands are followed by three digits, and begin with one to three that are no zero.
+        let whole = whole.trim_start_matches(['-', '+']);
+        let is_thousand = fraction.len() == 3
+            && fraction.bytes().all(|b| b.is_ascii_digit())
+            && (1..=3).contains(&whole.len())
+            && !whole.starts_with('0');
+        self.is_decimal |= !is_thousand;
+    }
+}
+
+impl Decimals {
+    /// Adds the number in a field of a line.
+    pub fn add(&mut self, line: u64, field: &str) {
+        for (sign, own) in [('.', &mut self.points), (',', &mut self.commas)] {
+            if own.is_decimal {
+                continue;
+            }
+            if let Some((whole, fraction)) = field.split_once(sign) {
+                own.add(line, field, whole, fraction);
+            }
+        }
+    }
+
+    /// Rejects numbers with points beside numbers with commas, and commas that may separate thousands.
+    pub fn check(&self, path: &Path, separator: Separator) -> Result<(), Error> {
+        let Some((line, text)) = &self.commas.first else { return Ok(()) };
+        if let Some((other, point)) = &self.points.first
+            && !(self.points.is_decimal && self.commas.is_decimal)
+        {
+            let message = format!(
+                "found `{text}` with a comma, and `{point}` with a point in line {other}, one of which may separate \
+                 thousands, allowed: one decimal sign in all numbers"
+            );
+            return Err(Error::data(path, *line, message));
+        }
+        if !self.commas.is_decimal && !separator.implies_decimal_commas() {
+            let message = format!(
+                "found `{text}`, whose comma may be a decimal one or separate thousands, allowed: numbers with \
+                 decimal points, or semicolons between the columns"
+            );
+            return Err(Error::data(path, *line, message));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,38 @@
+//! Units of times and lengths in the names of columns: in brackets, as `x[mm]`, or at the end, as `x_mm`.
+
+/// Units of time with their sizes in s.
+pub const TIMES: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
+/// Units of length with their sizes in m.
+pub const LENGTHS: [(&str, f64); 4] = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6)];
+
+/// Name and unit of a column: `X` and `mm` of `X [mm]` or `X (mm)`; no unit without brackets at the end.
+pub fn split_unit(header: &str) -> (String, Option<String>) {
+    let brackets = |open: char, close: char| header.strip_suffix(close)?.split_once(open);
+    // Brackets within a name belong to it; only those at the end have a unit.
+    match brackets('[', ']').or_else(|| brackets('(', ')')) {
+        Some((name, unit)) => (name.trim().into(), Some(plain_unit(unit))),
+        None => (header.into(), None),
+    }
+}
+
+/// The symbol of a unit without spaces around it, with `u` for micro.
+pub(crate) fn plain_unit(unit: &str) -> String {
+    let unit = unit.trim();
+    match unit.strip_prefix(['\u{b5}', '\u{3bc}']) {
+        Some(rest) => format!("u{rest}"),
+        None => unit.into(),
+    }
+}
+
+/// Name and unit of a column whose name ends with a unit, as `x_mm`: units of time, or of length and pixels. `None` without
+/// one.
+pub(crate) fn suffix_unit(name: &str, is_time: bool) -> Option<(&str, &'static str)> {
+    let (own, ending) = name.rsplit_once('_')?;
+    let ending = plain_unit(&ending.to_lowercase());
+    let symbols: Vec<&'static str> = match is_time {
+        true => TIMES.iter().map(|(symbol, _)| *symbol).collect(),
+        false => LENGTHS.iter().map(|(symbol, _)| *symbol).chain(["px"]).collect(),
+    };
+    let unit = symbols.into_iter().find(|symbol| *symbol == ending)?;
+    (!own.is_empty()).then_some((own, unit))
+}
