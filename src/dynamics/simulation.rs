@@ -347,6 +347,7 @@ impl<R: Rod<f64>> Simulation<f64, R> {
         }
         set_real_frames(&of.frames, &mut state.frames);
         (state.time, state.wound, self.work) = (of.time, of.wound, dual.work);
+        state.exchanged = of.exchanged;
     }
 
     /// Overwrites the stored state before the last step by the current state, so that [`step_back`](Self::step_back)

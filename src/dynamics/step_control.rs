@@ -11,6 +11,9 @@
 //! period, a step gained either less than 0.005 of the largest kinetic energy, or 0.01 to 1000 of it with a wrong
 //! motion. At beta = 1 none gained 0.001.
 //!
+//! Loads in time do work, which is subtracted from the energy; the sum of its absolute values is added to the kinetic
+//! energy as a scale. Generalised-alpha takes loads of a later interval, whose additional work is allowed.
+//!
 //! Supports that move and fluids that flow do work. There a wrong root shows in the rotation of edges: none may
 //! turn by more than 45 degrees in a step. The average vector field conserves the energy where its quadrature is
 //! exact; its limits are much smaller, for losses too.
@@ -217,7 +220,9 @@ impl StepControl {
         self.now = None;
         let Some(limits) = self.limits else { return not_leapt(simulation) };
         self.kinetic_now = simulation.kinetic_energy();
-        let kinetic = self.kinetic.max(self.kinetic_now);
+        // Work of loads in time is a scale of the error as well: slow loads hardly move the rod.
+        let exchanged = simulation.state().exchanged;
+        let kinetic = self.kinetic.max(self.kinetic_now) + exchanged.work;
         let rise = self.kinetic_now - self.kinetic_last;
         let iterations = simulation.work().newton_iterations;
         // The kinetic energy is inexpensive. A wrong root shows in its rise, or takes many
@@ -238,7 +243,8 @@ impl StepControl {
         // energies are allowed in addition.
         let floor = limits.rounding
             * (e.stretch + e.bend + e.twist + e.potential.abs() + e.own.abs())
-            + self.still;
+            + self.still
+            + exchanged.lead;
         // Steps without a sum share this one: each may have gained the limit.
         let steps = (self.unseen + 1) as f64;
         let change = |from: f64| if limits.losses { (now - from).abs() } else { now - from };

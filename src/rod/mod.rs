@@ -47,7 +47,7 @@ pub use nonlinear::NonlinearParts;
 pub use planar::PlanarRod;
 pub use sensitive::{ChangedRods, EffectiveStrains, Sensitive};
 pub use spatial::SpatialRod;
-pub use state::{InternalVariables, State};
+pub use state::{ExchangedEnergy, InternalVariables, State};
 pub use timed_loads::{TimedLoad, TimedLoads, UnknownForce};
 pub use transposed::{Laws, Strained, Transposed, strained};
 pub use viscosity::{OwnViscosity, Viscosity};

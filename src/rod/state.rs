@@ -32,6 +32,18 @@ pub struct State<D, F> {
     pub internal: InternalVariables<D>,
     /// The potential of the loads by whole turns of the rod, less the work of loads in time since the start, J.
     pub wound: f64,
+    /// The energy that loads in time have exchanged with the rod since the start, J.
+    pub exchanged: ExchangedEnergy,
+}
+
+/// Sums over all steps of a run with loads in time, J; zero without them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ExchangedEnergy {
+    /// Sum of the absolute works of the steps.
+    pub work: f64,
+    /// Sum of the absolute differences between the work of the forces in the equations of a step, which may be those of a
+    /// later interval, and the work of the step.
+    pub lead: f64,
 }
 
 /// The internal variables of the material, for Kelvin-Voigt damping, relaxation and internal friction; without these all
@@ -86,6 +98,7 @@ impl<D: Scalar, F: Clone> State<D, F> {
             q,
             frames,
             wound: 0.0,
+            exchanged: ExchangedEnergy::default(),
             internal: InternalVariables::default(),
         }
     }
@@ -95,6 +108,7 @@ impl<D: Scalar, F: Clone> State<D, F> {
     pub fn restore(&mut self, other: &Self) {
         self.time = other.time;
         self.wound = other.wound;
+        self.exchanged = other.exchanged;
         self.q.clone_from(&other.q);
         self.frames.clone_from(&other.frames);
         self.v.clone_from(&other.v);

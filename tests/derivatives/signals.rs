@@ -29,7 +29,7 @@ fn scene(planar: bool, scheme: Scheme, signal: &Signal) -> Scene {
     scene.loads.line = vec![LineForce { from: 0.11, to: Some(0.4), force, signal: name }];
     scene.signals = vec![signal.clone()];
     let step = if scheme == Scheme::Verlet || scheme == Scheme::Pefrl { 2e-5 } else { 1e-3 };
-    scene.time = Some(Time { scheme, rho_inf: 0.4, ..Time::new(12.0 * step, step) });
+    scene.time = Some(Time { scheme, beta: 0.6, rho_inf: 0.4, ..Time::new(12.0 * step, step) });
     scene
 }
 

@@ -208,10 +208,18 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         // Loads in time have no potential: their work counts instead.
         if !step.system.timed_loads.is_empty() {
             let times = [before.time, step.time];
-            state.wound -= match self {
+            let work = match self {
                 Self::Splitting(splitting) => splitting.timed_work(),
                 _ => step.system.timed_loads.work(times, [&before.q, &state.q]),
             };
+            let used = match self {
+                Self::Newton(newton) => newton.timed_work([&before.q, &state.q]),
+                _ => work,
+            };
+            state.wound -= work;
+            state.exchanged = before.exchanged;
+            state.exchanged.work += work.abs();
+            state.exchanged.lead += (used - work).abs();
         }
         work.steps += 1;
     }

@@ -25,6 +25,17 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     }
 }
 
+impl<D: Nestable, R: Rod<D>> Newton<D, R> {
+    /// The work, J, of the loads in time in the equations of the last step, on the change of the unknowns from `before` to
+    /// `now`. Those of generalised-alpha belong to a later interval than the step.
+    pub fn timed_work(&self, [before, now]: [&[D]; 2]) -> f64 {
+        let work = |own: &UnknownForce<D>| {
+            own.force.value() * (now[own.unknown].value() - before[own.unknown].value())
+        };
+        self.timed_forces.iter().map(work).sum()
+    }
+}
+
 /// Adds the forces of loads in time at the time `t`, s, times `sign`, to `forces`, N.
 pub(super) fn add_timed_now<D: Nestable, R: Rod<D>>(
     system: &System<D, R>,
