@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::{Factors, Tangent};
-use crate::rod::{FactorsOf, NodalDrag, Rod, State};
+use crate::rod::{EdgeMoment, FactorsOf, NodalDrag, Rod, State};
 use crate::scene::{Damping, Scheme};
 use std::ops::Range;
 
@@ -65,6 +65,8 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D>> {
     pub damping: &'a Damping<D>,
     /// Drag of a fluid, if there is one.
     pub drag: Option<&'a NodalDrag<D>>,
+    /// Mean moments of loads in time over the step; they are part of gradient and tangent.
+    pub timed_moments: &'a [EdgeMoment<D>],
     /// The state at the start of the step.
     pub before: &'a State<D, R::Frames>,
     /// The state at its end.

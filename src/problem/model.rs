@@ -66,7 +66,7 @@ use crate::energy::law::{Sliders, Springs};
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub, unit};
 use crate::problem::tributary::{Arcs, TributaryLengths};
-use crate::rod::{AssembledRod, Rod};
+use crate::rod::{AssembledRod, EdgeMoment, Rod};
 use crate::scene::mesh::Mesh;
 use crate::scene::{End, Material, Scene, Support};
 use nalgebra::Vector3;
@@ -138,6 +138,16 @@ pub trait Model: Sync {
         _rest: &Self::Rest<D>,
         _loads: &[NodalLoad<D>],
     ) {
+    }
+
+    /// The moments of `loads`, N m, on the edges of a rod in a plane with so many `edges`, half on each edge of the node.
+    /// Forces are ignored. None in space.
+    fn edge_moments<D: Nestable>(
+        &self,
+        _edges: usize,
+        _loads: &[NodalLoad<D>],
+    ) -> Vec<EdgeMoment<D>> {
+        Vec::new()
     }
 
     /// Tributary length of every node, m: half of each adjacent edge, along the curve and without the parts behind walls if

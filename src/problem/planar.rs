@@ -22,7 +22,7 @@ use crate::problem::planarity::{PlanarVectors, TOLERANCE, rotations_about_rod};
 use crate::problem::rest_line::{InertiaAndWeight, RestLine};
 use crate::problem::section_profile::SectionProfile;
 use crate::problem::soft_clamp::SoftClamps;
-use crate::rod::{Extra, Moments, PlanarRod};
+use crate::rod::{EdgeMoment, Extra, Moments, PlanarRod};
 use crate::scene::mesh::Mesh;
 use crate::scene::plane::KeyedVector;
 use crate::scene::{End, Plane, Scene, Support};
@@ -219,17 +219,29 @@ impl Model for PlanarModel {
         rest: &PlanarRest<D>,
         loads: &[NodalLoad<D>],
     ) {
+        for EdgeMoment { edge, moment } in self.edge_moments(rest.line.length.len(), loads) {
+            let rest = rest.line.edge(edge);
+            rod.moments.list.push((edge, DeadMoment { moment, rest }));
+        }
+    }
+
+    /// The components of the moments of `loads` along the normal, N m, half on each edge of the node of a rod with so many
+    /// `edges`; at an end node both halves act on the only edge. Zero moments are left out unless `D` carries derivatives.
+    fn edge_moments<D: Nestable>(
+        &self,
+        edges: usize,
+        loads: &[NodalLoad<D>],
+    ) -> Vec<EdgeMoment<D>> {
+        let mut moments = Vec::new();
         for load in loads {
             let [_, _, moment] = self.components(load.moment);
             if moment.value() != 0.0 || D::ORDER > 0 {
-                let last = rest.line.length.len() - 1;
-                // A moment at a node acts on both of its edges by half.
-                for edge in [load.node.saturating_sub(1), load.node.min(last)] {
-                    let rest = rest.line.edge(edge);
-                    rod.moments.list.push((edge, DeadMoment { moment: moment * 0.5, rest }));
+                for edge in [load.node.saturating_sub(1), load.node.min(edges - 1)] {
+                    moments.push(EdgeMoment { edge, moment: moment * 0.5 });
                 }
             }
         }
+        moments
     }
 
     /// Tributary length of every node, m: half of each adjacent edge, with the corrections at walls.

@@ -157,6 +157,7 @@ impl<D: Nestable, M: Model> Setup<D, M> {
             if nodal.is_empty() {
                 continue;
             }
+            let moments = model.edge_moments(self.mesh.nodes.len() - 1, &nodal);
             let axes = M::STRIDE.min(3);
             let mut forces = Vec::with_capacity(axes * nodal.len());
             for load in nodal {
@@ -164,7 +165,7 @@ impl<D: Nestable, M: Model> Setup<D, M> {
                 let own = model.components(load.force).into_iter().take(axes).enumerate();
                 forces.extend(own.map(|(c, force)| UnknownForce { unknown: first + c, force }));
             }
-            timed.loads.push(TimedLoad { signal: signal.curve(), forces });
+            timed.loads.push(TimedLoad { signal: signal.curve(), forces, moments });
         }
         timed
     }

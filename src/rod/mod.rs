@@ -48,7 +48,7 @@ pub use planar::PlanarRod;
 pub use sensitive::{ChangedRods, EffectiveStrains, Sensitive};
 pub use spatial::SpatialRod;
 pub use state::{ExchangedEnergy, InternalVariables, State};
-pub use timed_loads::{TimedLoad, TimedLoads, UnknownForce};
+pub use timed_loads::{EdgeMoment, TimedLoad, TimedLoads, UnknownForce, work_of};
 pub use transposed::{Laws, Strained, Transposed, strained};
 pub use viscosity::{OwnViscosity, Viscosity};
 

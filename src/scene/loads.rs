@@ -105,7 +105,7 @@ table! {
             skip_serializing_if = "is_default"
         )]
         pub moment: [D; 3] = Quantity::signed("N m"),
-        /// Name of the signal in `[[signals]]` that multiplies the force over time; default: constant.
+        /// Name of the signal in `[[signals]]` that multiplies force and moment over time; default: constant.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub signal: Option<String>,
     }

@@ -342,8 +342,8 @@ impl Scene {
         Err(Error::invalid("initial.state", found, allowed))
     }
 
-    /// Rejects invalid signals, and loads whose signal the scene does not have. So far rejected are a signal of a force that
-    /// holds the rod until t = 0, and of a moment.
+    /// Rejects invalid signals, loads whose signal the scene does not have, and a signal of a force that holds the rod until
+    /// t = 0.
     fn check_signals(&self) -> Result<(), Error> {
         self.signals.check_numbers("signals", TABLE)?;
         signal::check_signals(&self.signals)?;
@@ -358,15 +358,6 @@ impl Scene {
         if let Some(k) = self.initial.point.iter().position(has_signal) {
             let allowed = "no such key, as the force acts until t = 0 only";
             return Err(Error::invalid(format!("initial.point[{k}].signal"), "a signal", allowed));
-        }
-        let turns = |load: &PointForce| has_signal(load) && load.moment != [0.0; 3];
-        if let Some(k) = self.loads.point.iter().position(turns) {
-            let allowed = "force only with a signal";
-            return Err(Error::invalid(
-                format!("loads.point[{k}].moment"),
-                "a moment with a signal",
-                allowed,
-            ));
         }
         if !self.loads.at_time.is_finite() {
             return Err(Error::invalid("loads.at_time", self.loads.at_time, "a finite time, s"));

@@ -22,8 +22,8 @@ fn scene(planar: bool, scheme: Scheme, signal: &Signal) -> Scene {
     scene.loads.point.push(PointForce {
         node: Point::ArcLength(0.31),
         force,
+        moment: [0.0, 0.0, 2e-3 * (1.0 - z)],
         signal: name.clone(),
-        ..PointForce::default()
     });
     let force = [0.0, 0.1, 0.2 * z];
     scene.loads.line = vec![LineForce { from: 0.11, to: Some(0.4), force, signal: name }];

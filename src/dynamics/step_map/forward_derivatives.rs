@@ -83,14 +83,21 @@ impl<R: Sensitive> StepMap<'_, R> {
                 (0..G).for_each(|g| dragged[g] -= undragged[g]);
             }
         }
+        if !parameters.timed_loads.is_empty() {
+            room.timed.clear();
+            room.timed.resize(room.right.len(), [0.0; G]);
+            for (g, rates) in parameters.timed_loads.iter().enumerate() {
+                rates.add(self.step, &state.q, g, [&mut room.direct, &mut room.timed]);
+            }
+        }
         // Right-hand side of the equations, their solution, and the state at the end.
         match state.acceleration.is_empty() {
             true => self.set_right::<G, false>(state, room),
             false => self.set_right::<G, true>(state, room),
         }
         self.add_numbers(parameters, room);
-        for (g, rates) in parameters.timed_loads.iter().enumerate() {
-            rates.for_each(self.step, |unknown, rate| room.right[unknown][g] += rate);
+        for (own, timed) in room.right.iter_mut().zip(&room.timed) {
+            (0..G).for_each(|g| own[g] += timed[g]);
         }
         self.solve(room)?;
         match state.acceleration.is_empty() {
@@ -98,6 +105,9 @@ impl<R: Sensitive> StepMap<'_, R> {
             false => self.set_end::<G, true>(state, room),
         }
         self.add_scheme(parameters, state, room);
+        for (g, rates) in parameters.timed_loads.iter().enumerate() {
+            rates.subtract_moments(self.step, &state.q, g, &mut state.unbalanced);
+        }
         // Internal variables, and the forces that the next step takes as those of its start.
         if has_history {
             self.advance_history(parameters, state, &mut room.history);

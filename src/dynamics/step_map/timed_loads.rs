@@ -1,12 +1,17 @@
 //! Derivatives of a step by parameters through loads in time, forward and transposed.
 //!
-//! The residual of a step has minus the mean forces times their factor. Both are evaluated over dual numbers along one
-//! parameter: by forces and places of loads, gain, delay and numbers of signals, and the parameter of the scheme, on which
-//! factor and interval depend. Forward, their derivatives are added to the right-hand sides. Transposed, the derivatives of
-//! a misfit by the right-hand sides are multiplied with them, and summed over all steps for each parameter.
+//! With the mean forces `F` and moments `m` over the step, the unit gradients `g(q)` of moments, and the factors of the
+//! scheme, the residual has `-(end + start) F + end m g(q1) + start m g(q0)`; an averaging scheme has `m g` at its stages.
+//! The forces of the states have no loads in time. Forward, the derivatives of `F` and `m` along one parameter come from dual
+//! numbers: by sizes and places of loads, gain, delay and numbers of signals, and the parameter of the scheme, on which
+//! factors and interval depend. Transposed, the same terms are multiplied with the derivatives of a misfit by forces and
+//! right-hand sides, and summed over all steps for each parameter.
 
+use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::Linearization;
-use crate::rod::{Rod, TimedLoads, UnknownForce};
+use crate::dynamics::step_map::StateRates;
+use crate::numerics::vector::components;
+use crate::rod::{EdgeMoment, Rod, TimedLoads, UnknownForce};
 use num_dual::Dual64;
 
 /// The loads in time with the derivative along one parameter.
@@ -17,27 +22,129 @@ pub struct TimedLoadRates {
     scheme: f64,
 }
 
+/// The mean loads of a step with the derivative along one parameter.
+struct MeanLoads {
+    coefficients: StepCoefficients<Dual64>,
+    forces: Vec<UnknownForce<Dual64>>,
+    moments: Vec<EdgeMoment<Dual64>>,
+}
+
+/// The gradient of the potential of a moment at the unknowns `q`, N, without derivatives of `q`.
+fn gradient_at(moment: &EdgeMoment<Dual64>, q: &[f64]) -> [Dual64; 4] {
+    gradient_moving(moment, q, |_| 0.0)
+}
+
+/// The gradient of the potential of a moment at the unknowns `q`, N, which have the derivatives `rate(i)`.
+fn gradient_moving(
+    moment: &EdgeMoment<Dual64>,
+    q: &[f64],
+    rate: impl Fn(usize) -> f64,
+) -> [Dual64; 4] {
+    let first = 2 * moment.edge;
+    let own: [Dual64; 4] = components(|k| Dual64::new(q[first + k], rate(first + k)));
+    EdgeMoment { edge: 0, moment: moment.moment }.forces(&own).map(|force| -force)
+}
+
 impl TimedLoadRates {
     /// Those of `loads`, with the derivative of the parameter of the `scheme`.
     pub fn new(loads: &TimedLoads<Dual64>, scheme: f64) -> Self {
         Self { loads: loads.clone(), scheme }
     }
 
-    /// Calls `each(unknown, rate)` with the derivative of the mean force on an unknown times its factor, kg m, for each
-    /// force over a step.
-    pub fn for_each<R: Rod<f64>>(
+    /// The mean loads of a step.
+    fn means<R: Rod<f64>>(&self, step: &Linearization<'_, f64, R>) -> MeanLoads {
+        let coefficients = step.coefficients(Dual64::new(step.parameter, self.scheme));
+        let (mut forces, mut moments) = (Vec::new(), Vec::new());
+        let interval = coefficients.load_interval(step.before.time);
+        self.loads.set_mean(interval, &mut forces, &mut moments);
+        MeanLoads { coefficients, forces, moments }
+    }
+
+    /// Adds to lane `g` of `direct` the derivatives of the forces, N, at fixed unknowns at the end, and to that of `right`
+    /// those of the right-hand sides, kg m, that do not follow from them. `q0` are the derivatives of the unknowns at the
+    /// start.
+    pub fn add<R: Rod<f64>, const G: usize>(
+        &self,
+        step: &Linearization<'_, f64, R>,
+        q0: &[[f64; G]],
+        g: usize,
+        [direct, right]: [&mut [[f64; G]]; 2],
+    ) {
+        let means = self.means(step);
+        means.for_each_right(step, |i| q0[i][g], |i, rate| right[i][g] += rate);
+        means.for_each_direct(step, |i, rate| direct[i][g] += rate);
+    }
+
+    /// Subtracts from lane `g` of `forces`, the derivatives of the forces at the end, those of the moments, where the
+    /// unknowns have the derivatives `q1`.
+    pub fn subtract_moments<R: Rod<f64>, const G: usize>(
+        &self,
+        step: &Linearization<'_, f64, R>,
+        q1: &[[f64; G]],
+        g: usize,
+        forces: &mut [[f64; G]],
+    ) {
+        let means = self.means(step);
+        if means.coefficients.averages() {
+            return;
+        }
+        for moment in &means.moments {
+            let gradient = gradient_moving(moment, &step.after.q, |i| q1[i][g]);
+            for (k, by) in gradient.into_iter().enumerate() {
+                forces[2 * moment.edge + k][g] -= by.eps;
+            }
+        }
+    }
+}
+
+impl MeanLoads {
+    /// Calls `each(unknown, rate)` with the derivatives of the right-hand sides by forces, and by moments at the start of the
+    /// step, where the unknowns have the derivatives `q0`.
+    fn for_each_right<R: Rod<f64>>(
+        &self,
+        step: &Linearization<'_, f64, R>,
+        q0: impl Fn(usize) -> f64,
+        mut each: impl FnMut(usize, f64),
+    ) {
+        let factor = self.coefficients.load_factor();
+        for UnknownForce { unknown, force } in &self.forces {
+            if step.free.contains(unknown) {
+                each(*unknown, (factor * *force).eps);
+            }
+        }
+        if self.coefficients.averages() {
+            return;
+        }
+        for moment in &self.moments {
+            let gradient = gradient_moving(moment, &step.before.q, &q0);
+            for (k, by) in gradient.into_iter().enumerate() {
+                let unknown = 2 * moment.edge + k;
+                if step.free.contains(&unknown) {
+                    each(unknown, -(self.coefficients.start * by).eps);
+                }
+            }
+        }
+    }
+
+    /// Calls `each(unknown, rate)` with the derivatives of the forces of moments at fixed unknowns: at the end of the step,
+    /// or at the stages of an averaging scheme.
+    fn for_each_direct<R: Rod<f64>>(
         &self,
         step: &Linearization<'_, f64, R>,
         mut each: impl FnMut(usize, f64),
     ) {
-        let coefficients = step.coefficients(Dual64::new(step.parameter, self.scheme));
-        let [from, to] = coefficients.load_interval(step.before.time);
-        for load in &self.loads.loads {
-            let factor = coefficients.load_factor() * load.signal.mean(from, to);
-            for UnknownForce { unknown, force } in &load.forces {
-                if step.free.contains(unknown) {
-                    each(*unknown, (factor * *force).eps);
+        for moment in &self.moments {
+            let mut add = |q: &[f64], weight: f64| {
+                for (k, by) in gradient_at(moment, q).into_iter().enumerate() {
+                    each(2 * moment.edge + k, weight * by.eps);
                 }
+            };
+            match self.coefficients.averages() {
+                true => {
+                    let stages = step.stages.iter().zip(self.coefficients.stages);
+                    stages.for_each(|(forces, stage)| add(&forces.q, stage.weight));
+                }
+                false => add(&step.after.q, 1.0),
             }
         }
     }
@@ -65,10 +172,72 @@ impl TimedLoadSlopes {
         self.0.iter().map(|own| (own.parameter, own.sum))
     }
 
-    /// Adds the derivatives over a step, from those of the misfit by the right-hand sides of its equations.
-    pub fn transpose<R: Rod<f64>>(&mut self, step: &Linearization<'_, f64, R>, right: &[[f64; 1]]) {
+    /// The transpose of [`TimedLoadRates::subtract_moments`], from the derivatives of the misfit by the forces at the end.
+    pub fn transpose_end<R: Rod<f64>>(
+        &mut self,
+        step: &Linearization<'_, f64, R>,
+        state: &mut StateRates<1>,
+    ) {
+        let by_force = |i: usize| match step.free.contains(&i) {
+            true => state.unbalanced[i][0],
+            false => 0.0,
+        };
         for TimedParameter { rates, sum, .. } in &mut self.0 {
-            rates.for_each(step, |unknown, rate| *sum += right[unknown][0] * rate);
+            for moment in &rates.means(step).moments {
+                for (k, by) in gradient_at(moment, &step.after.q).into_iter().enumerate() {
+                    *sum -= by_force(2 * moment.edge + k) * by.eps;
+                }
+            }
+        }
+        let mut moved = Vec::new();
+        for moment in step.timed_moments {
+            let d = components(|k| by_force(2 * moment.edge + k));
+            moved.push((2 * moment.edge, tangent_product(moment, &step.after.q, d)));
+        }
+        for (first, by) in moved {
+            (0..4).for_each(|k| state.q[first + k][0] -= by[k]);
         }
     }
+
+    /// The transpose of the part of [`TimedLoadRates::add`] by right-hand sides, from the derivatives `right` of the misfit
+    /// by them. Adds the derivatives by the unknowns at the start to `q0`.
+    pub fn transpose_right<R: Rod<f64>>(
+        &mut self,
+        step: &Linearization<'_, f64, R>,
+        right: &[[f64; 1]],
+        q0: &mut [[f64; 1]],
+    ) {
+        for TimedParameter { rates, sum, .. } in &mut self.0 {
+            let means = rates.means(step);
+            means.for_each_right(step, |_| 0.0, |unknown, rate| *sum += right[unknown][0] * rate);
+        }
+        let start = step.coefficients(step.parameter).start;
+        for moment in step.timed_moments {
+            let first = 2 * moment.edge;
+            let d = components(|k| match step.free.contains(&(first + k)) {
+                true => right[first + k][0],
+                false => 0.0,
+            });
+            let by = tangent_product(moment, &step.before.q, d);
+            (0..4).for_each(|k| q0[first + k][0] -= start * by[k]);
+        }
+    }
+
+    /// The transpose of the part of [`TimedLoadRates::add`] by forces at fixed unknowns, from the derivatives `direct` of the
+    /// misfit by them.
+    pub fn transpose_direct<R: Rod<f64>>(
+        &mut self,
+        step: &Linearization<'_, f64, R>,
+        direct: &[f64],
+    ) {
+        for TimedParameter { rates, sum, .. } in &mut self.0 {
+            rates.means(step).for_each_direct(step, |i, rate| *sum += direct[i] * rate);
+        }
+    }
+}
+
+/// The product of the second derivatives of the potential of a moment at the unknowns `q`, N/m, with the vector `d`.
+fn tangent_product(moment: &EdgeMoment<f64>, q: &[f64], d: [f64; 4]) -> [f64; 4] {
+    let dual = EdgeMoment { edge: moment.edge, moment: Dual64::from(moment.moment) };
+    gradient_moving(&dual, q, |i| d[i - 2 * moment.edge]).map(|by| by.eps)
 }

@@ -51,14 +51,16 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         for by in [&mut state.q, &mut state.v, &mut state.acceleration] {
             step.prescribed.fill(by, [0.0]);
         }
+        timed_loads.transpose_end(step, state);
         // State at the end, solution, right-hand side: the three stages of a step, transposed.
         self.end_transposed(state, slopes, room);
         self.solve_transposed(room)?;
-        timed_loads.transpose(step, &room.right);
+        timed_loads.transpose_right(step, &room.right, &mut state.q);
         self.right_transposed(state, slopes, room);
         // `d` is the derivative of the misfit by the forces at fixed unknowns, to be carried to
         // laws, loads and frames.
         let d = std::mem::take(&mut room.direct).into_flattened();
+        timed_loads.transpose_direct(step, &d);
         self.forces_transposed(&d, state, slopes, room);
         let by_place = self.drag_transposed(&d, state, slopes);
         let [q, v] = [&mut state.q, &mut state.v].map(|list| list.as_flattened_mut());

@@ -94,6 +94,8 @@ pub struct StepWorkspace<R: Rod<f64>, const G: usize> {
     pub drag: DragWorkspace,
     /// Derivatives of the drag at the end; of rods with drag and a history.
     pub dragged: Vec<[f64; G]>,
+    /// Right-hand sides by loads in time; empty without any.
+    pub timed: Vec<[f64; G]>,
 }
 
 impl<R: Rod<f64>, const G: usize> StepWorkspace<R, G> {
@@ -112,6 +114,7 @@ impl<R: Rod<f64>, const G: usize> StepWorkspace<R, G> {
             history: HistoryWorkspace::default(),
             drag: DragWorkspace::default(),
             dragged: Vec::new(),
+            timed: Vec::new(),
         }
     }
 }

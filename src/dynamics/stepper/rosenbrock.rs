@@ -116,6 +116,8 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
         work.gradients += STAGES - 1;
         // Matrix M (1 + a c) + a^2 K at the start of the step.
         rod.tangent(&state.q, &state.frames, *derivatives, &mut self.gradient, &mut self.tangent);
+        let start = step.time - step.h;
+        step.system.timed_loads.add_tangent(start, &state.q, &mut self.tangent);
         self.factors.factor_sum(mass, damped, &self.tangent, D::from(a * a), free.clone())?;
         // Stages: place from the earlier increments, forces there, increments of this stage.
         for stage in 0..STAGES {
@@ -123,7 +125,7 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
             if stage > 0 {
                 rod.gradient(&self.q, &state.frames, *derivatives, &mut self.gradient);
             }
-            self.add_timed_loads(stage, step);
+            self.add_timed_loads(stage, step, &state.q);
             self.solve(stage, step, damped);
         }
         // End of the step: the scheme is stiffly accurate, so that the last row of places is its
@@ -136,15 +138,16 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
     }
 
     /// Subtracts the loads in time of a stage from the gradient: their forces at the time of the stage, and the part by their
-    /// rate at the start of the step that a Rosenbrock scheme has for equations that depend on time.
-    fn add_timed_loads(&mut self, stage: usize, step: &Step<'_, D, R>) {
+    /// rate at the start of the step, at the unknowns `q0`, that a Rosenbrock scheme has for equations that depend on time.
+    fn add_timed_loads(&mut self, stage: usize, step: &Step<'_, D, R>, q0: &[D]) {
         let loads = &step.system.timed_loads;
         if loads.is_empty() {
             return;
         }
         let start = step.time - step.h;
         let lead = [start, LEAD[stage] * step.h];
-        loads.set_with_rate(start + TIME[stage] * step.h, lead, &mut self.timed);
+        let t = start + TIME[stage] * step.h;
+        loads.set_with_rate(t, lead, [&self.q, q0], &mut self.timed);
         for UnknownForce { unknown, force } in &self.timed {
             self.gradient[*unknown] -= *force;
         }

@@ -79,7 +79,8 @@ impl<D: Scalar> Splitting<D> {
         let Composition { kicks, drifts } = self.composition;
         self.timed_work = 0.0;
         let mut timed = TimedKicks::new(step);
-        self.kick(kicks[0], step, state, timed.next(kicks[0], 0.0, step));
+        let forces = timed.next(kicks[0], 0.0, step, &state.q);
+        self.kick(kicks[0], step, state, forces);
         // Fractions of the step of the drifts so far: the time at which loads act.
         let mut drifted = 0.0;
         for (kick, drift) in kicks[1..].iter().zip(*drifts) {
@@ -95,7 +96,8 @@ impl<D: Scalar> Splitting<D> {
             } else {
                 step.system.rod.moved_gradient(q, frames, step.system.derivatives, unbalanced);
                 work.gradients += 1;
-                self.kick(*kick, step, state, timed.next(*kick, drifted, step));
+                let forces = timed.next(*kick, drifted, step, &state.q);
+                self.kick(*kick, step, state, forces);
             }
         }
     }
@@ -174,9 +176,15 @@ impl<D: Scalar> TimedKicks<D> {
         Self { start: step.time - step.h, forces: Vec::new() }
     }
 
-    /// The forces of a kick of this weight, after drifts over the fraction `drifted` of the step; empty without loads in
-    /// time.
-    fn next<R>(&mut self, weight: f64, drifted: f64, step: &Step<'_, D, R>) -> &[UnknownForce<D>] {
+    /// The forces of a kick of this weight at the unknowns `q`, after drifts over the fraction `drifted` of the step; empty
+    /// without loads in time.
+    fn next<R>(
+        &mut self,
+        weight: f64,
+        drifted: f64,
+        step: &Step<'_, D, R>,
+        q: &[D],
+    ) -> &[UnknownForce<D>] {
         let loads = &step.system.timed_loads;
         if loads.is_empty() || weight == 0.0 {
             return &[];
@@ -184,9 +192,9 @@ impl<D: Scalar> TimedKicks<D> {
         // Kicks of Verlet are at both ends, and each has the impulse of the half next to it.
         let at = |part: f64| D::from(self.start + part * step.h);
         match (drifted, weight) {
-            (0.0, 0.5) => loads.set_mean(at(0.0), at(0.5), &mut self.forces),
-            (1.0, 0.5) => loads.set_mean(at(0.5), at(1.0), &mut self.forces),
-            _ => loads.set_at(at(drifted), &mut self.forces),
+            (0.0, 0.5) => loads.set_mean_at([at(0.0), at(0.5)], q, &mut self.forces),
+            (1.0, 0.5) => loads.set_mean_at([at(0.5), at(1.0)], q, &mut self.forces),
+            _ => loads.set_at(at(drifted), q, &mut self.forces),
         }
         &self.forces
     }

@@ -69,7 +69,7 @@ pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
     let free = system.free.clone();
     // Accelerations by the forces, of free unknowns only.
     let mut a: Vec<D> = now.unbalanced.iter().map(|n| -*n).collect();
-    add_timed_now(system, now.time, 1.0, &mut a);
+    add_timed_now(system, now.time, &now.q, &mut a);
     system.prescribed.fill(&mut a, D::from(0.0));
     newton.factors.solve(&mut a);
     a[..free.start].fill(D::from(0.0));
@@ -93,7 +93,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             state.unbalanced[i] = -(system.rod.mass()[i] * a[i]);
         }
         // The forces of a state do not include loads in time.
-        add_timed_now(system, state.time, 1.0, &mut state.unbalanced);
+        add_timed_now(system, state.time, &state.q, &mut state.unbalanced);
         if self.scheme == Scheme::GeneralisedAlpha {
             state.acceleration = a;
         }

@@ -10,6 +10,7 @@ use crate::dynamics::coefficients::END;
 use crate::dynamics::linearization::StageForces;
 use crate::dynamics::step::Step;
 use crate::dynamics::stepper::newton::Newton;
+use crate::dynamics::stepper::newton::timed_forces::add_moments;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::Tangent;
 use crate::rod::{Rod, State};
@@ -53,11 +54,19 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             match with_tangent {
                 true => {
                     rod.tangent(q, &state.frames, step.system.derivatives, gradient, tangent);
+                    if k < coefficients.stages.len() {
+                        add_moments(&self.timed_moments, q, gradient, Some(&mut *tangent));
+                    }
                     // By the chain rule: a stage moves by its place for a unit displacement of
                     // the end.
                     self.tangent.add_scaled(tangent, stage.weight * stage.place);
                 }
-                false => rod.gradient(q, &state.frames, step.system.derivatives, gradient),
+                false => {
+                    rod.gradient(q, &state.frames, step.system.derivatives, gradient);
+                    if k < coefficients.stages.len() {
+                        add_moments(&self.timed_moments, q, gradient, None::<&mut R::Tangent>);
+                    }
+                }
             }
             for (sum, gradient) in self.gradient.iter_mut().zip(gradient) {
                 *sum += *gradient * stage.weight;

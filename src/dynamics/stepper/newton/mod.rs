@@ -40,7 +40,7 @@ use crate::error::Error;
 use crate::numerics::scalar::{Nestable, is_finite};
 use crate::numerics::simd::with_simd;
 use crate::numerics::tangent::{Factors, Tangent};
-use crate::rod::{FactorsOf, Rod, State, UnknownForce, Viscosity};
+use crate::rod::{EdgeMoment, FactorsOf, Rod, State, UnknownForce, Viscosity};
 use crate::scene::{Scheme, StepTolerance};
 use convergence::{Convergence, NextIteration, TangentOrigin, sizes};
 use drag_forces::DragForces;
@@ -121,6 +121,8 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
     drag_forces: Option<DragForces<D, R::Tangent>>,
     /// Mean forces of loads in time over the current step; empty without any.
     timed_forces: Vec<UnknownForce<D>>,
+    /// Mean moments of loads in time over the current step; empty without any.
+    timed_moments: Vec<EdgeMoment<D>>,
     /// The numbers of the current step.
     coefficients: StepCoefficients<D>,
     /// Elastic gradient less the loads, N.
@@ -195,6 +197,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             slip_state,
             drag_forces: None,
             timed_forces: Vec::new(),
+            timed_moments: Vec::new(),
             coefficients,
             gradient: vec![D::from(0.0); n],
             factors: tangent.new_factors(),
@@ -252,6 +255,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             parameter: self.parameter,
             damping: &system.damping,
             drag: system.drag.as_ref(),
+            timed_moments: &self.timed_moments,
             before,
             after,
             gradient: &self.gradient,
@@ -327,8 +331,9 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         self.coefficients =
             StepCoefficients::new(self.scheme, self.parameter, knows_acceleration, step.h);
         if !step.system.timed_loads.is_empty() {
-            let [from, to] = self.coefficients.load_interval(before.time);
-            step.system.timed_loads.set_mean(from, to, &mut self.timed_forces);
+            let interval = self.coefficients.load_interval(before.time);
+            let (forces, moments) = (&mut self.timed_forces, &mut self.timed_moments);
+            step.system.timed_loads.set_mean(interval, forces, moments);
         }
         self.set_viscous(step, before);
         if let (Some(drag), Some(drag_forces)) = (&step.system.drag, &mut self.drag_forces) {
@@ -375,6 +380,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
                 false => rod.gradient(q, frames, derivatives, gradient),
             }
         }
+        self.add_timed_moments(state, with_tangent);
         self.add_rotational_inertia(step, before, state, with_tangent);
         self.drag(step, [before, state], with_tangent);
         work.tangents += usize::from(with_tangent);
@@ -509,6 +515,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         let Self { gradient, tangent, end, .. } = self;
         let (q, derivatives) = (&state.q, step.system.derivatives);
         rod.measured_tangent(q, &before.frames, derivatives, gradient, tangent, end);
+        self.add_timed_moments(state, true);
         self.add_rotational_inertia(step, before, state, true);
         self.drag(step, [before, state], true);
         work.tangents += 1;
@@ -612,7 +619,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
                 coefficients.residuals(mass, [q1, q0, v0, n1, n0], |i| a0[i], correction);
             }
         }
-        self.add_timed_forces(step);
+        self.add_timed_forces(step, before);
         self.add_products_of_inertia(step, before, now);
         step.system.prescribed.fill(&mut self.correction, D::from(0.0));
     }
@@ -683,6 +690,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             work.gradients += usize::from(!self.keeps_next);
         } else if self.coefficients.averages() {
             state.unbalanced.fill(D::from(0.0));
+        } else {
+            self.leave_timed_moments_out(state);
         }
         // Reference frames follow accepted unknowns, so that their twist is continuous beyond
         // half a turn.

@@ -90,7 +90,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         state.acceleration.clear();
         state.acceleration.resize(state.q.len(), D::from(0.0));
         // Accelerations of free unknowns by all forces, loads in time included.
-        add_timed_now(system, state.time, 1.0, &mut state.acceleration);
+        add_timed_now(system, state.time, &state.q, &mut state.acceleration);
         for i in system.free.clone() {
             state.acceleration[i] =
                 (state.acceleration[i] - state.unbalanced[i]) / system.rod.mass()[i];

@@ -1,19 +1,23 @@
 //! Loads in time in the equations of a step and in the accelerations at its start.
 //!
-//! A step has the mean forces (N) over its interval, the same at its start and its end, times the factors of both in the
-//! residual. So a jump of a signal within the step enters by its exact impulse, and every scheme keeps its order. The
-//! forces of the states before and after are those without loads in time.
+//! A step has the mean forces (N) and moments (N m) over its interval, the same at its start and its end. So a jump of a
+//! signal within the step enters by its exact impulse, and every scheme keeps its order. Forces enter the residual with
+//! the factors of both ends. Moments are added to gradient and tangent at the end, or at the stages of an averaging scheme,
+//! and to the residual with their forces at the start. The forces of the states before and after are those without loads
+//! in time.
 
 use crate::dynamics::step::{Step, System};
 use crate::dynamics::stepper::newton::Newton;
 use crate::numerics::scalar::Nestable;
-use crate::rod::{Rod, UnknownForce};
+use crate::numerics::tangent::Tangent;
+use crate::rod::{EdgeMoment, Rod, State, UnknownForce, work_of};
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// Adds the mean forces of loads in time to minus the residual, kg m, of free unknowns.
+    /// Adds the mean forces of loads in time to minus the residual, kg m, of free unknowns, and those of their moments at
+    /// the start.
     #[inline(always)]
-    pub(super) fn add_timed_forces(&mut self, step: &Step<'_, D, R>) {
-        if self.timed_forces.is_empty() {
+    pub(super) fn add_timed_forces(&mut self, step: &Step<'_, D, R>, before: &State<D, R::Frames>) {
+        if step.system.timed_loads.is_empty() {
             return;
         }
         let factor = self.coefficients.load_factor();
@@ -22,33 +26,79 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
                 self.correction[*unknown] += factor * *force;
             }
         }
+        if self.coefficients.averages() {
+            return;
+        }
+        for moment in &self.timed_moments {
+            let forces = moment.forces(&before.q);
+            for (k, force) in forces.into_iter().enumerate() {
+                let unknown = 2 * moment.edge + k;
+                if step.system.free.contains(&unknown) {
+                    self.correction[unknown] += self.coefficients.start * force;
+                }
+            }
+        }
     }
-}
 
-impl<D: Nestable, R: Rod<D>> Newton<D, R> {
+    /// Adds the mean moments of loads in time at the iterate `state` to the gradient of the solver and, if `with_tangent`,
+    /// to its tangent. Averaging schemes have them at their stages.
+    #[inline(always)]
+    pub(super) fn add_timed_moments(&mut self, state: &State<D, R::Frames>, with_tangent: bool) {
+        if self.timed_moments.is_empty() || self.coefficients.averages() {
+            return;
+        }
+        let Self { timed_moments, gradient, tangent, .. } = self;
+        add_moments(timed_moments, &state.q, gradient, with_tangent.then_some(tangent));
+    }
+
+    /// Removes the mean moments of loads in time from the forces of `state` at the end of a step.
+    pub(super) fn leave_timed_moments_out(&self, state: &mut State<D, R::Frames>) {
+        let State { q, unbalanced, .. } = state;
+        for moment in &self.timed_moments {
+            for (k, force) in moment.forces(q).into_iter().enumerate() {
+                unbalanced[2 * moment.edge + k] += force;
+            }
+        }
+    }
+
     /// The work, J, of the loads in time in the equations of the last step, on the change of the unknowns from `before` to
     /// `now`. Those of generalised-alpha belong to a later interval than the step.
-    pub fn timed_work(&self, [before, now]: [&[D]; 2]) -> f64 {
-        let work = |own: &UnknownForce<D>| {
-            own.force.value() * (now[own.unknown].value() - before[own.unknown].value())
-        };
-        self.timed_forces.iter().map(work).sum()
+    pub fn timed_work(&self, states: [&[D]; 2]) -> f64 {
+        work_of(&self.timed_forces, &self.timed_moments, states)
     }
 }
 
-/// Adds the forces of loads in time at the time `t`, s, times `sign`, to `forces`, N.
+/// Adds the gradients, N, of the potentials of `moments` at the unknowns `q` to `gradient` and, if one is given, their
+/// second derivatives, N/m, to `tangent`.
+pub(super) fn add_moments<D: Nestable, T: Tangent<D>>(
+    moments: &[EdgeMoment<D>],
+    q: &[D],
+    gradient: &mut [D],
+    mut tangent: Option<&mut T>,
+) {
+    for moment in moments {
+        for (k, force) in moment.forces(q).into_iter().enumerate() {
+            gradient[2 * moment.edge + k] -= force;
+        }
+        if let Some(tangent) = &mut tangent {
+            moment.add_tangent(q, *tangent);
+        }
+    }
+}
+
+/// Adds the forces of loads in time at the time `t`, s, and the unknowns `q` to `forces`, N.
 pub(super) fn add_timed_now<D: Nestable, R: Rod<D>>(
     system: &System<D, R>,
     t: f64,
-    sign: f64,
+    q: &[D],
     forces: &mut [D],
 ) {
     if system.timed_loads.is_empty() {
         return;
     }
     let mut timed = Vec::new();
-    system.timed_loads.set_at(D::from(t), &mut timed);
+    system.timed_loads.set_at(D::from(t), q, &mut timed);
     for UnknownForce { unknown, force } in timed {
-        forces[unknown] += force * sign;
+        forces[unknown] += force;
     }
 }
