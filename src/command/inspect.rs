@@ -1,14 +1,15 @@
 //! `rodfit inspect`: describes a file of recorded markers before it is used in a fit.
 //!
-//! The format is recognized (plain table, or a motion-capture or tracking program); `--fps` and `--scale` give a
-//! frame rate and a scale that the file lacks. Output is a description (JSON if requested, and text): frames, clock,
+//! The format is recognized (plain table, or a motion-capture or tracking program); `--fps`, `--scale` and
+//! `--columns` give a frame rate, a scale and names of columns that the file lacks. Output is a description (JSON if requested, and text): frames, clock,
 //! markers with range, noise and gaps, likely problems, and the `[[observation]]` table for a fit file. A file that
 //! cannot be read is an error.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption};
 use rodfit::Error;
-use rodfit::fit::{Inspection, Recording};
+use rodfit::fit::{ColumnRules, Inspection, Recording};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// Options of `rodfit inspect`.
@@ -22,7 +23,7 @@ pub struct InspectOptions {
     json: JsonOption,
 }
 
-/// Frame rate and scale of a recording whose file lacks them.
+/// Frame rate, scale and columns of a recording whose file lacks them.
 #[derive(clap::Args)]
 pub struct RecordingUnits {
     /// Frames per second, if the file does not contain them.
@@ -31,12 +32,24 @@ pub struct RecordingUnits {
     /// Meters per pixel, or per unit that the file does not name.
     #[arg(long, value_name = "M")]
     pub scale: Option<f64>,
+    /// Columns of a table by name or number, as in a fit file: '{ t = 1, x = "NAME_x" }'.
+    #[arg(long, value_name = "COLUMNS", value_parser = columns)]
+    pub columns: Option<ColumnRules>,
+}
+
+/// The columns of a table from the text of an inline table of TOML. The error is a message.
+fn columns(text: &str) -> Result<ColumnRules, String> {
+    let read = toml::from_str::<BTreeMap<String, ColumnRules>>(&format!("columns = {text}"));
+    let columns = read.map_err(|error| error.message().to_string())?.remove("columns");
+    columns.ok_or_else(|| "found no columns, allowed: columns as { t = 1, x = 2 }".into())
 }
 
 impl RecordingUnits {
-    /// The keys of a recording with the given frame rate, Hz, and scale, m per unit; all other keys are at their defaults.
+    /// The keys of a recording with the given frame rate, Hz, scale, m per unit, and columns; all other keys are at their
+    /// defaults.
     pub fn recording(&self) -> Recording {
-        Recording { fps: self.fps, scale: self.scale, ..Recording::default() }
+        let columns = self.columns.clone();
+        Recording { fps: self.fps, scale: self.scale, columns, ..Recording::default() }
     }
 }
 

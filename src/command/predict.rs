@@ -131,10 +131,11 @@ fn experiment_name(files: &[PathBuf], k: usize) -> String {
 }
 
 /// The keys (TOML) of the measurement in a file. If recordings prescribe the ends of the rod: its free markers; `--marker`,
-/// `--time-zero`, `--fps` and `--scale` are rejected. If the scene has no time: a shape at rest. Else the motion of
+/// `--time-zero`, `--fps`, `--scale` and `--columns` are rejected. If the scene has no time: a shape at rest. Else the motion of
 /// `--point`, with keys as [`Inspection`] determines them where the options give none. `--sigma` is a key in all cases.
 fn measurement_keys(file: &Path, options: &PredictOptions, scene: &Scene) -> Result<Table, Error> {
-    let RecordingUnits { fps, scale } = options.units;
+    let RecordingUnits { fps, scale, .. } = options.units;
+    let columns = &options.units.columns;
     let mut keys = Table::new();
     let add_number = |keys: &mut Table, key: &str, number: Option<f64>| {
         keys.extend(number.map(|number| (key.to_string(), Value::Float(number))));
@@ -147,6 +148,7 @@ fn measurement_keys(file: &Path, options: &PredictOptions, scene: &Scene) -> Res
             ("--time-zero", options.time_zero.is_some()),
             ("--fps", fps.is_some()),
             ("--scale", scale.is_some()),
+            ("--columns", columns.is_some()),
         ];
         if let Some((option, _)) = excluded.iter().find(|(_, is_given)| *is_given) {
             let found = "with a scene that has [supports.path]";
@@ -156,6 +158,11 @@ fn measurement_keys(file: &Path, options: &PredictOptions, scene: &Scene) -> Res
         return Ok(keys);
     }
     keys.insert("file".into(), Value::String(file.display().to_string()));
+    if let Some(columns) = columns {
+        let written = Value::try_from(columns)
+            .map_err(|error| Error::Parse { file: None, message: error.to_string() })?;
+        keys.insert("columns".into(), written);
+    }
     if scene.time.is_none() {
         add_number(&mut keys, "scale", scale);
         return Ok(keys);

@@ -12,7 +12,7 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::shape::RestShape;
 use crate::fit::observation_form::Sigma;
-use marker_files::{Recording, Vertical};
+use marker_files::{ColumnRules, Recording, Vertical};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -23,6 +23,8 @@ use std::path::{Path, PathBuf};
 pub(crate) struct ShapeForm {
     /// CSV file with the arc length `s` or the node, and x, y, z.
     file: Option<PathBuf>,
+    /// Columns of the file by name or number, where the header has other names or is missing.
+    columns: Option<ColumnRules>,
     /// Name of the rod in a structure.
     rod: Option<String>,
     /// Arc lengths of the points of a planned shape, m, instead of a file.
@@ -49,10 +51,11 @@ impl ShapeForm {
     /// The measurement of the table: the points of the file, whose path is relative to `folder`, or planned points at the arc
     /// lengths `at`. An error, with the `key` of the table in the fit file, for both, neither, or keys of files in a plan.
     pub fn read(self, folder: &Path, key: &str) -> Result<Measurement, Error> {
-        let Self { sigma, loss, held_out, scale, origin, y, .. } = self;
+        let Self { columns, sigma, loss, held_out, scale, origin, y, .. } = self;
         let rod = self.rod;
-        let (sigma, columns) = sigma.map_or((None, None), Sigma::parts);
-        let recording = Recording { scale, origin, y, sigma: columns, ..Recording::default() };
+        let (sigma, sigma_columns) = sigma.map_or((None, None), Sigma::parts);
+        let recording =
+            Recording { columns, scale, origin, y, sigma: sigma_columns, ..Recording::default() };
         // A shape has a file or planned arc lengths, not both.
         let read = match &self.file {
             Some(file) if self.at.is_empty() => {

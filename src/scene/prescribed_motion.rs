@@ -12,6 +12,7 @@ use crate::scene::number::{Quantity, is_default};
 use crate::scene::support::{End, Support};
 use crate::scene::table::table;
 use crate::scene::track::Track;
+use marker_files::ColumnRules;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -46,6 +47,9 @@ table! {
         /// starts at rest, m/s^2.
         #[serde(default, skip_serializing_if = "is_default")]
         pub file: PathBuf,
+        /// Columns of the recording by name or number, where the header has other names or is missing.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub columns: Option<ColumnRules>,
         /// Time on the recording's own clock, in its unit, at which the simulation starts; default 0.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub time_zero: Option<f64>,
@@ -93,6 +97,7 @@ impl<D: Scalar> Motion<D> {
             ramp: self.ramp.map(convert),
             frequency: self.frequency.map(convert),
             file: self.file.clone(),
+            columns: self.columns.clone(),
             time_zero: self.time_zero,
             track: self.track.clone(),
         }
@@ -142,7 +147,7 @@ impl Motion {
             None if is_default(&self.file) => return Ok(()),
             None => {
                 let file = marker_files::file::at(folder, &self.file);
-                Track::read_one(&file, self.time_zero)?.into()
+                Track::read_point(&file, self.time_zero, self.columns.as_ref())?.into()
             }
         };
         let unguarded = (!track.is_examined()).then(|| Track::clone(&track).guarded(&[0]));
@@ -156,7 +161,7 @@ impl Motion {
         self.ramp.is_none() && self.frequency.is_none() && self.track.is_none()
     }
 
-    /// Rejects ramp beside frequency, a start time that is not finite or without a file, and motions that the `support` does
+    /// Rejects ramp beside frequency, a start time that is not finite, one or columns without a file, and motions that the `support` does
     /// not allow. Clamped ends may have any motion, pinned ones no rotation, recorded ones a constant twist only, free ones
     /// and rollers none. `key` is that of the motion, for the error.
     pub(super) fn check(&self, key: &str, support: Support) -> Result<(), Error> {
@@ -171,6 +176,9 @@ impl Motion {
             if is_default(&self.file) {
                 return invalid("time_zero", &time_zero, "with the file of a recording only");
             }
+        }
+        if let Some(columns) = self.columns.as_ref().filter(|_| is_default(&self.file)) {
+            return invalid("columns", columns, "with the file of a recording only");
         }
         if self.ramp.is_some() && self.frequency.is_some() {
             return invalid("frequency", &"both ramp and frequency", "one of the two");

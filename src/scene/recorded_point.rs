@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::scene::fault::Fault;
 use crate::scene::track::{CLOCK_TOLERANCE, PathPoint, TIME_ZERO_REMEDY, Track, check_clock};
 use marker_files::table::{TIMES, Table};
-use marker_files::{Format, Recording};
+use marker_files::{ColumnRules, Format, Recording};
 use std::path::Path;
 
 /// Standard gravity, m/s^2.
@@ -31,14 +31,27 @@ impl Track {
     /// # Errors
     /// Those of [`read`](Self::read), and files with more than one point.
     pub fn read_one(path: &Path, time_zero: Option<f64>) -> Result<Self, Error> {
-        let (format, bytes) = marker_files::open(path, None)?;
+        Self::read_point(path, time_zero, None)
+    }
+
+    /// Reads the motion of one point as [`read_one`](Self::read_one), with the columns that `rules` state, if any.
+    ///
+    /// # Errors
+    /// Those of [`read_one`](Self::read_one), and columns that the file does not have.
+    pub fn read_point(
+        path: &Path,
+        time_zero: Option<f64>,
+        rules: Option<&ColumnRules>,
+    ) -> Result<Self, Error> {
+        let stated = rules.map(|_| Format::Csv);
+        let (format, bytes) = marker_files::open(path, stated)?;
         if format == Format::Csv {
-            let table = Table::of(path, &bytes)?;
+            let table = Table::of_columns(path, &bytes, rules)?;
             if ["ax", "ay", "az"].iter().any(|name| table.find(name).is_some()) {
                 return Ok(integrated(&table, time_zero)?);
             }
         }
-        let recording = Recording { time_zero, ..Recording::default() };
+        let recording = Recording { time_zero, columns: rules.cloned(), ..Recording::default() };
         let track = Self::read_as(path, &recording, &[])?;
         match track.markers() {
             [_] => Ok(track),

@@ -1,6 +1,7 @@
 //! Variants of tables and of programs' files are read as the same motion; unsupported files are described in the error.
 
 use rodfit::Observation;
+use rodfit::fit::{ColumnRule, ColumnRules, ColumnSource, ColumnWithUnit};
 use rodfit::fit::{Format, Inspection, Recording, Sample};
 use rodfit::scene::Track;
 
@@ -213,6 +214,25 @@ fn trc_files_are_read_in_their_dialects() {
             }
         }
     }
+}
+
+#[test]
+fn columns_of_a_file_without_header_are_inspected_as_they_are_read() {
+    let rule = |(name, column, unit): (&str, usize, &str)| {
+        let (column, unit) = (ColumnSource::Number(column), unit.to_string());
+        (name.to_string(), ColumnRule::WithUnit(ColumnWithUnit { column, unit }))
+    };
+    let rules = [("t", 1, "ms"), ("x", 3, "mm"), ("y", 2, "mm")].map(rule);
+    let columns = Some(ColumnRules(rules.into_iter().collect()));
+    let recording = Recording { columns, ..plain() };
+    let row =
+        |_: usize, [t, x, y]: [f64; 3]| format!("{:.3} {:.6}  {:.6}", 1e3 * t, 1e3 * y, 1e3 * x);
+    is_the_tip(&lines(row), &recording);
+    let (inspection, samples) = inspected(&lines(row), &recording);
+    assert_eq!(samples.len(), FRAMES);
+    let observation = &inspection.observation;
+    assert!(observation.contains("x = { column = 3, unit = \"mm\" }"), "{observation}");
+    assert!(!observation.contains("rejects these keys"), "{observation}");
 }
 
 /// A file with this text, in a folder that lasts as long.

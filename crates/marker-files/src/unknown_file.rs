@@ -15,9 +15,12 @@ use std::path::Path;
 const EXAMINED: usize = 4096;
 
 /// First bytes of binary files, with their descriptions.
-const BINARY: [(&[u8], &str); 15] = [
-    (b"PK\x03\x04", "a zip archive, such as a spreadsheet (.xlsx, .ods) or a Capture file (.cap)"),
-    (b"\x89HDF\r\n\x1a\n", "an HDF5 file (.h5, .mat, .slp)"),
+const BINARY: [(&[u8], &str); 19] = [
+    (
+        b"PK\x03\x04",
+        "a zip archive, such as a spreadsheet (.xlsx, .ods; save it as CSV) or a Capture file (.cap)",
+    ),
+    (b"\x89HDF\r\n\x1a\n", "an HDF5 file (.h5, .mat, .slp); DeepLabCut and SLEAP also write CSV"),
     (b"MATLAB 5.0", "a MATLAB file (.mat)"),
     (b"\xd0\xcf\x11\xe0", "an old Office file (.xls)"),
     (b"\x1f\x8b", "a gzip archive"),
@@ -27,6 +30,10 @@ const BINARY: [(&[u8], &str); 15] = [
     (b"\x89PNG", "a PNG image"),
     (b"\xff\xd8\xff", "a JPEG image"),
     (b"\x93NUMPY", "a NumPy array (.npy)"),
+    (b"\x1aE\xdf\xa3", "a video (.mkv, .webm)"),
+    (b"Kaydara FBX", "an animation (.fbx)"),
+    (b"TDSm", "a LabVIEW file (.tdms)"),
+    (b"HIERARCHY", "a skeleton with its motion (.bvh)"),
     (b"RIFF", "a video or sound (.avi, .wav)"),
     (b"PAR1", "a Parquet file"),
     (b"\xff\xfe", "UTF-16 text"),
@@ -154,6 +161,9 @@ mod tests {
             (b"\x02P\x0f\0\x01\0", "a C3D file"),
             (b"\xff\xfet\0,\0x\0", "UTF-16 text"),
             (b"\0\0\0\x18ftypmp42", "a video"),
+            (b"\x1aE\xdf\xa3\x01", "a video"),
+            (b"TDSm\x0e", "a LabVIEW file"),
+            (b"HIERARCHY\nROOT Hips\n", "a skeleton"),
             (b"t\0x", "a binary file"),
         ] {
             let error = check_text(Path::new("a.c3d"), bytes).unwrap_err().to_string();

@@ -62,7 +62,8 @@ fn recorded_cable(
     let recording = Recording { marker: None, likelihood: None, time_zero, ..inspection.recording };
     // All markers are read; the scene gets only those keys that the file itself does not determine.
     let track = Track::read_as(file, &recording, &[])?;
-    let mut keys = String::new();
+    let columns = recording.columns.as_ref().map(|columns| format!("\ncolumns = {columns}"));
+    let mut keys = columns.unwrap_or_default();
     let zero = recording.time_zero.filter(|zero| *zero != 0.0);
     let down = recording.y.map(|_| "\"down\"".to_string());
     let [fps, scale, zero] =

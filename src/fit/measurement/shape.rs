@@ -128,7 +128,8 @@ impl RestShape {
     /// unknown, a value that is not finite, no row, or with fewer than [`LEAST_OF_A_LINE`] points of a centerline.
     fn read_file(path: &Path, recording: &Recording) -> Result<Self, marker_files::Error> {
         // Columns are checked before the rows, so that a wrong header has one error.
-        let table = Table::read(path)?;
+        let bytes = marker_files::file::data(path)?;
+        let table = Table::of_columns(path, &bytes, recording.columns.as_ref())?;
         let known = ["s", "node", "x", "y", "z"];
         recording.check_columns(&table, &known)?;
         let column = PointColumn::find(&table)?;
