@@ -3,7 +3,7 @@
 
 use rodfit::accuracy::Aim;
 use rodfit::campaign::{Admission, Collected, Outcome, Plan, Shard, Status, Store};
-use rodfit::fit::{ColumnRule, ColumnRules, ColumnSource};
+use rodfit::fit::{ColumnKey, ColumnRule, ColumnRules};
 use rodfit::fit::{FitFile, Format, Inspection, Recording, RestShape};
 use rodfit::problem::ParameterList;
 use rodfit::scene::{Shape, Track};
@@ -277,7 +277,7 @@ fn scene(text: &str, folder: &Path) -> bool {
 /// A table without a header: a clock and two coordinates.
 fn by_columns() -> Recording {
     let rule = |(name, number): (&str, usize)| {
-        (name.to_string(), ColumnRule::Column(ColumnSource::Number(number)))
+        (name.to_string(), ColumnRule::Column(ColumnKey::Number(number)))
     };
     let rules = ColumnRules([("t", 1), ("x", 2), ("y", 3)].into_iter().map(rule).collect());
     Recording { columns: Some(rules), ..Recording::default() }

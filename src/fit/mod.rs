@@ -49,7 +49,7 @@ pub use field::{Field, FieldEstimate, FieldFit, FieldReport, SingleEstimate};
 pub use file::FitFile;
 pub use known::{Correlation, Known};
 pub use marker_files::{Axes, AxisColumnNames, Dropped, Format, Recording, SigmaColumns, Vertical};
-pub use marker_files::{ColumnRule, ColumnRules, ColumnSource, ColumnWithUnit};
+pub use marker_files::{ColumnKey, ColumnRule, ColumnRules, ColumnWithUnit};
 pub use measurement::dataset::{Abscissa, Dataset, Header};
 pub use measurement::experiment::Experiment;
 pub use measurement::frequencies::{Frequencies, Frequency, ModeFrequencies};

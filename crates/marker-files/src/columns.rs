@@ -8,7 +8,7 @@
 //! the line of units or of the header. Columns that the file does not have, a name that two columns have, and two units
 //! of one column are errors as messages.
 
-use crate::separator::{Record, is_number_or_blank};
+use crate::separator::{TextRecord, is_number_or_blank};
 use crate::units::{LENGTHS, TIMES, plain_unit, split_unit, suffix_unit};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -30,7 +30,7 @@ pub struct ColumnRules(pub BTreeMap<String, ColumnRule>);
 )]
 pub enum ColumnRule {
     /// Column with the unit of the header.
-    Column(ColumnSource),
+    Column(ColumnKey),
     /// Column with a stated unit.
     WithUnit(ColumnWithUnit),
 }
@@ -39,7 +39,7 @@ pub enum ColumnRule {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "expected the number of a column, counted from 1, or its name")]
-pub enum ColumnSource {
+pub enum ColumnKey {
     /// Number of the column, counted from 1.
     Number(usize),
     /// Name of the column in the header, ignoring case, with or without its unit.
@@ -52,7 +52,7 @@ pub enum ColumnSource {
 #[serde(deny_unknown_fields)]
 pub struct ColumnWithUnit {
     /// Number of the column, counted from 1, or its name.
-    pub column: ColumnSource,
+    pub column: ColumnKey,
     /// Unit of the column: s, ms, us, ns of a time; m, cm, mm, um, px of a coordinate.
     pub unit: String,
 }
@@ -62,8 +62,8 @@ impl fmt::Display for ColumnRules {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let rule = |(name, rule): (&String, &ColumnRule)| {
             let column = match rule.source() {
-                ColumnSource::Number(number) => number.to_string(),
-                ColumnSource::Name(name) => quoted(name),
+                ColumnKey::Number(number) => number.to_string(),
+                ColumnKey::Name(name) => quoted(name),
             };
             match rule.unit() {
                 None => format!("{} = {column}", key(name)),
@@ -97,7 +97,7 @@ fn quoted(text: &str) -> String {
 
 impl ColumnRule {
     /// The column without its unit.
-    fn source(&self) -> &ColumnSource {
+    fn source(&self) -> &ColumnKey {
         match self {
             Self::Column(source) => source,
             Self::WithUnit(own) => &own.column,
@@ -115,6 +115,27 @@ impl ColumnRule {
 
 /// Brackets around units.
 const BRACKETS: [char; 4] = ['[', ']', '(', ')'];
+
+/// Error of rules that a table does not satisfy.
+pub(crate) struct RuleError {
+    /// Line in the file, counted from 1.
+    pub line: u64,
+    /// Found and allowed content.
+    pub message: String,
+}
+
+impl RuleError {
+    /// The error at a line, counted from 1, with the found and the allowed content as message.
+    fn new(line: u64, message: impl Into<String>) -> Self {
+        Self { line, message: message.into() }
+    }
+}
+
+/// Names, and indices counted from 0, of the columns that rules state.
+struct StatedColumns<'a> {
+    names: Vec<&'a str>,
+    numbers: Vec<usize>,
+}
 
 /// Columns of a table that rules have found, in the order of the file, and its first row.
 pub(crate) struct FoundColumns {
@@ -135,24 +156,24 @@ pub(crate) struct FoundColumn {
 impl ColumnRules {
     /// Whether records are a table by these rules: the columns are there, and the rows have equally many fields, with
     /// numbers or blanks in these columns.
-    pub(crate) fn fit(&self, records: &[Record]) -> bool {
+    pub(crate) fn fit(&self, records: &[TextRecord]) -> bool {
         let Ok(FoundColumns { columns, first_row }) = self.find(records) else { return false };
         let rows = &records[first_row..];
         let width = rows.first().map_or(0, |row| row.fields.len());
-        let is_row = |row: &Record| {
+        let is_row = |row: &TextRecord| {
             row.fields.len() == width
                 && columns.iter().all(|own| is_number_or_blank(row.field(own.index)))
         };
         !rows.is_empty() && rows.iter().all(is_row) && columns.iter().all(|own| own.index < width)
     }
 
-    /// The columns of a table of `records`, and its first row. The error is the line and the message.
-    pub(crate) fn find(&self, records: &[Record]) -> Result<FoundColumns, (u64, String)> {
-        let (names, numbers) = self.names_and_numbers()?;
+    /// The columns of a table of `records`, and its first row.
+    pub(crate) fn find(&self, records: &[TextRecord]) -> Result<FoundColumns, RuleError> {
+        let StatedColumns { names, numbers } = self.names_and_numbers()?;
         let is_value = |field: &str| !field.is_empty() && is_number_or_blank(field);
         let (header, mut first_row) = match names.is_empty() {
             false => {
-                let has_all = |record: &Record| {
+                let has_all = |record: &TextRecord| {
                     names.iter().all(|name| record.fields.iter().any(|f| is_called(f, name)))
                 };
                 let Some(header) = records.iter().position(has_all) else {
@@ -164,17 +185,20 @@ impl ColumnRules {
                          columns from 1. The first line has {found}",
                         names.join(", ")
                     );
-                    return Err((records.first().map_or(1, |record| record.line), message));
+                    return Err(RuleError::new(
+                        records.first().map_or(1, |record| record.line),
+                        message,
+                    ));
                 };
                 (Some(header), header + 1)
             }
             true => {
                 let has_value =
-                    |record: &Record| numbers.iter().any(|i| is_value(record.field(*i)));
+                    |record: &TextRecord| numbers.iter().any(|i| is_value(record.field(*i)));
                 let Some(first) = records.iter().position(has_value) else {
                     let message =
                         "found no number in the stated columns, allowed: at least one row";
-                    return Err((1, message.into()));
+                    return Err(RuleError::new(1, message));
                 };
                 (first.checked_sub(1), first)
             }
@@ -183,7 +207,7 @@ impl ColumnRules {
         // A line of units stands between the names and the rows.
         let indices =
             self.indices(header.map(names_of), names_of(first_row.min(records.len() - 1)))?;
-        let are_units = |record: &Record| indices.iter().all(|i| is_unit(record.field(*i)));
+        let are_units = |record: &TextRecord| indices.iter().all(|i| is_unit(record.field(*i)));
         let (mut header, mut units) = (header, None);
         if names.is_empty() && header.is_some_and(|k| are_units(&records[k])) {
             units = header;
@@ -206,7 +230,7 @@ impl ColumnRules {
                         "found the unit {found} in the file and {stated} in columns.{name}, allowed: one unit. \
                          Remove unit"
                     );
-                    return Err((line, message));
+                    return Err(RuleError::new(line, message));
                 }
                 (Some(stated), _) => Some(stated),
                 (None, Some((_, found))) => Some(found),
@@ -221,42 +245,46 @@ impl ColumnRules {
                 "found columns.{a} and columns.{b} as the same column {}, allowed: each column once",
                 pair[0].index + 1
             );
-            return Err((1, message));
+            return Err(RuleError::new(1, message));
         }
         Ok(FoundColumns { columns, first_row })
     }
 
     /// The stated names, and the indices of the stated numbers. An error without any rule, and for the number 0.
-    fn names_and_numbers(&self) -> Result<(Vec<&str>, Vec<usize>), (u64, String)> {
+    fn names_and_numbers(&self) -> Result<StatedColumns<'_>, RuleError> {
         if self.0.is_empty() {
-            return Err((1, "found columns = {}, allowed: at least one column".into()));
+            return Err(RuleError::new(1, "found columns = {}, allowed: at least one column"));
         }
         let (mut names, mut numbers) = (Vec::new(), Vec::new());
         for (key, rule) in &self.0 {
             match rule.source() {
-                ColumnSource::Name(name) => names.push(&name[..]),
-                ColumnSource::Number(0) => {
+                ColumnKey::Name(name) => names.push(&name[..]),
+                ColumnKey::Number(0) => {
                     let message = format!("found columns.{key} = 0, allowed: a number from 1");
-                    return Err((1, message));
+                    return Err(RuleError::new(1, message));
                 }
-                ColumnSource::Number(number) => numbers.push(number - 1),
+                ColumnKey::Number(number) => numbers.push(number - 1),
             }
         }
-        Ok((names, numbers))
+        Ok(StatedColumns { names, numbers })
     }
 
     /// The indices of the columns by the names of the `header` and the number of fields of a `row`.
-    fn indices(&self, header: Option<&Record>, row: &Record) -> Result<Vec<usize>, (u64, String)> {
+    fn indices(
+        &self,
+        header: Option<&TextRecord>,
+        row: &TextRecord,
+    ) -> Result<Vec<usize>, RuleError> {
         let index = |(key, rule): (&String, &ColumnRule)| match rule.source() {
-            ColumnSource::Number(number) if *number <= row.fields.len() => Ok(number - 1),
-            ColumnSource::Number(number) => {
+            ColumnKey::Number(number) if *number <= row.fields.len() => Ok(number - 1),
+            ColumnKey::Number(number) => {
                 let width = row.fields.len();
                 let message = format!(
                     "found columns.{key} = {number}, allowed: a column of the file, 1 to {width}"
                 );
-                Err((row.line, message))
+                Err(RuleError::new(row.line, message))
             }
-            ColumnSource::Name(name) => {
+            ColumnKey::Name(name) => {
                 let fields = header.iter().flat_map(|record| record.fields.iter().enumerate());
                 let found: Vec<usize> =
                     fields.filter(|(_, f)| is_called(f, name)).map(|(k, _)| k).collect();
@@ -271,7 +299,7 @@ impl ColumnRules {
                              has, or the number of a column",
                             numbers.join(", ")
                         );
-                        Err((line, message))
+                        Err(RuleError::new(line, message))
                     }
                 }
             }

@@ -109,7 +109,7 @@ impl Format {
             "" | "#multi:" | "multi:" if below == "t" => Self::Tracker,
             // The export of a single track of Tracker has only the name of the track in its first line.
             _ if alone
-                && below == "t"
+                && (below == "t" || below.starts_with("t ") && !below.contains(['(', '[']))
                 && !begins.starts_with('#')
                 && !begins.starts_with("sep=") =>
             {
@@ -144,6 +144,8 @@ mod tests {
             (",mass_A,,mass_B\nt,x,y,x,y\n", Format::Tracker),
             ("#multi:\tmass_A\t\nt\tx\ty\n", Format::Tracker),
             ("mass_A,,\nt,x,y\n0,1,2\n", Format::Tracker),
+            ("mass_A\nt x y\n0 1 2\n", Format::Tracker),
+            ("t x y\n0 1 2\n", Format::Csv),
             ("sep=,\nt,x,y\n0,1,2\n", Format::Csv),
             ("Positions\nversion=1\n\nendheader\ntime\ta_X\ta_Y\n", Format::Sto),
             ("PathFileType\t4\t(X/Y/Z)\ttip.trc\n", Format::Trc),

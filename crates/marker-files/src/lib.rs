@@ -62,7 +62,7 @@ mod units;
 mod unknown_file;
 
 pub use axes::Axes;
-pub use columns::{ColumnRule, ColumnRules, ColumnSource, ColumnWithUnit};
+pub use columns::{ColumnKey, ColumnRule, ColumnRules, ColumnWithUnit};
 pub use error::Error;
 pub use format::Format;
 pub use marker_file::{Clock, FrameReading, LengthUnit, MarkerData, MarkerFile, is_same_name};

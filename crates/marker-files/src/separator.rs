@@ -4,7 +4,7 @@
 //! file form a table: a header, and rows with as many fields, which are numbers. Numbers may have decimal commas, except
 //! where a comma separates the columns and the number is not quoted. A first line `sep=;`, as Excel writes it, states
 //! the separator. Without a separator of this kind it is the first comma, semicolon or tab of the header. Lines that
-//! start with `#` are comments. Output: [`Record`]s with their lines.
+//! start with `#` are comments. Output: [`TextRecord`]s with their lines.
 
 use crate::error::Error;
 use csv::{ReaderBuilder, StringRecord, Trim};
@@ -32,13 +32,13 @@ const SEPARATORS: [Separator; 4] = [
 ];
 
 /// A line of a table, split into fields without spaces around them.
-pub(crate) struct Record {
+pub(crate) struct TextRecord {
     /// Line in the file, counted from 1.
     pub line: u64,
     pub fields: StringRecord,
 }
 
-impl Record {
+impl TextRecord {
     /// The field in a column counted from 0; empty beyond the last one.
     pub fn field(&self, column: usize) -> &str {
         self.fields.get(column).unwrap_or("")
@@ -81,7 +81,7 @@ impl Separator {
     /// The separator with which the first lines of a file are a table: their records `fit`. Without one, the first comma,
     /// semicolon or tab of the header, or white space if the header has none of them but the rows have as many words as it
     /// has.
-    pub fn detect(path: &Path, bytes: &[u8], fit: impl Fn(&[Record], Self) -> bool) -> Self {
+    pub fn detect(path: &Path, bytes: &[u8], fit: impl Fn(&[TextRecord], Self) -> bool) -> Self {
         let ends = bytes.iter().enumerate().filter(|(_, b)| **b == b'\n');
         let end = ends.map(|(k, _)| k + 1).nth(SAMPLE_LINES - 1).unwrap_or(bytes.len());
         let sample = &bytes[..end];
@@ -112,7 +112,7 @@ impl Separator {
     ///
     /// # Errors
     /// Fields that are not UTF-8 text.
-    pub fn records(self, path: &Path, bytes: &[u8]) -> Result<Vec<Record>, Error> {
+    pub fn records(self, path: &Path, bytes: &[u8]) -> Result<Vec<TextRecord>, Error> {
         let (delimiter, bytes) = match self {
             Self::Character(own) => (own, Cow::Borrowed(bytes)),
             Self::Whitespace => (b'\t', Cow::Owned(with_tabs(bytes))),
@@ -132,7 +132,7 @@ impl Separator {
             let line = line + skipped_lines(&bytes[from.min(bytes.len())..]);
             // Lines of separators only are blank, as spreadsheet programs write them below a table.
             if !fields.iter().all(str::is_empty) || fields.len() == 1 {
-                records.push(Record { line, fields: fields.clone() });
+                records.push(TextRecord { line, fields: fields.clone() });
             }
         }
         Ok(records)
@@ -149,13 +149,13 @@ fn skipped_lines(bytes: &[u8]) -> u64 {
 /// Whether the first record is a header of two columns or more, and all others have as many fields, which are numbers or
 /// blank. A first column without a name may have any content; a name may be missing above the first column of white
 /// space, tabs or semicolons.
-pub(crate) fn is_table(records: &[Record], separator: Separator) -> bool {
+pub(crate) fn is_table(records: &[TextRecord], separator: Separator) -> bool {
     let Some((header, rows)) = records.split_first() else { return false };
     let width = header.fields.len();
     let numbered = separator != Separator::Character(b',') && has_row_names(header, rows);
     let first = usize::from(numbered || header.field(0).is_empty());
     let width = width + usize::from(numbered);
-    let is_row = |row: &Record| {
+    let is_row = |row: &TextRecord| {
         row.fields.len() >= width
             && row.fields.iter().skip(width).all(str::is_empty)
             && (first..width).all(|i| is_number_or_blank(row.field(i)))
@@ -164,10 +164,10 @@ pub(crate) fn is_table(records: &[Record], separator: Separator) -> bool {
 }
 
 /// Whether all rows have one field more than the header, and begin with numbers that count from 0 or 1, as R writes them.
-pub(crate) fn has_row_names(header: &Record, rows: &[Record]) -> bool {
+pub(crate) fn has_row_names(header: &TextRecord, rows: &[TextRecord]) -> bool {
     let first = rows.first().map_or("", |row| row.field(0));
     let Some(from) = ["0", "1"].iter().position(|own| *own == first) else { return false };
-    let counts = |(k, row): (usize, &Record)| {
+    let counts = |(k, row): (usize, &TextRecord)| {
         row.fields.len() == header.fields.len() + 1 && row.field(0).parse() == Ok(k + from)
     };
     rows.iter().enumerate().all(counts)

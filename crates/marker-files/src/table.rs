@@ -1,18 +1,18 @@
 //! Reader of tables of numbers with a header of names and units, as `t[ms],x[mm]`, or with the key `columns`.
 //!
-//! Input are the bytes of a file. Columns are separated by commas, semicolons, tabs or spaces
-//! ([`separator`](crate::separator)). Lines that start with `#` are comments. Every field is a finite number, blank or
-//! NaN; blank and NaN are missing values (`None`). Decimal commas are read where they cannot be separators. Units stand
-//! in brackets, or at the end of a name, as `t_ms,x_mm`. Output: [`Table`] with names (in lower case) and units of the
-//! columns, and the rows with their lines; values are not converted. Blank columns without a name, and columns that
-//! number the rows, are left out. Other texts, rows with another number of fields than the header, commas and points that
-//! may separate thousands ([`decimals`](crate::decimals)), and files that are no table are errors with the line.
+//! Input are the bytes of a file. Columns are separated by commas, semicolons, tabs or spaces. Lines that start with `#`
+//! are comments. Every field is a finite number, blank or NaN; blank and NaN are missing values (`None`). Decimal commas
+//! are read where they cannot be separators. Units stand in brackets, or at the end of a name, as `t_ms,x_mm`. Output:
+//! [`Table`] with names (in lower case) and units of the columns, and the rows with their lines; values are not
+//! converted. Blank columns without a name, and columns that number the rows, are left out. Other texts, rows with
+//! another number of fields than the header, commas and points that may separate thousands, and files that are no table
+//! are errors with the line.
 
-use crate::columns::{ColumnRules, FoundColumns};
+use crate::columns::{ColumnRules, FoundColumns, RuleError};
 use crate::decimals::Decimals;
 use crate::error::Error;
 use crate::printable::{column_name, token};
-use crate::separator::{Record, Separator, has_row_names, is_table, stated_separator};
+use crate::separator::{Separator, TextRecord, has_row_names, is_table, stated_separator};
 use crate::units::suffix_unit;
 use crate::unknown_file::{check_text, describe_table};
 use std::path::{Path, PathBuf};
@@ -98,11 +98,11 @@ impl Table {
     /// The table of the columns that `rules` state.
     fn by_rules(
         path: &Path,
-        records: &[Record],
+        records: &[TextRecord],
         separator: Separator,
         rules: &ColumnRules,
     ) -> Result<Self, Error> {
-        let refused = |(line, message)| Error::data(path, line, message);
+        let refused = |error: RuleError| Error::data(path, error.line, error.message);
         let FoundColumns { columns: found, first_row } = rules.find(records).map_err(refused)?;
         let rows = &records[first_row.min(records.len())..];
         // A name may stand above a column that the rows do not have.
@@ -117,7 +117,7 @@ impl Table {
     }
 
     /// The table of all columns below a header. Names become lower case.
-    fn by_header(path: &Path, records: &[Record], separator: Separator) -> Result<Self, Error> {
+    fn by_header(path: &Path, records: &[TextRecord], separator: Separator) -> Result<Self, Error> {
         let header = records.first();
         let rows = records.get(1..).unwrap_or_default();
         let mut names: Vec<&str> = header.iter().flat_map(|h| h.fields.iter()).collect();
@@ -194,14 +194,14 @@ impl Table {
 /// Another number of fields, other texts, and numbers that leave open whether a comma is a decimal one.
 fn values(
     path: &Path,
-    records: &[Record],
+    records: &[TextRecord],
     fields: &[(usize, String)],
     width: usize,
     separator: Separator,
 ) -> Result<Vec<TableRow>, Error> {
     let mut decimals = Decimals::default();
     let mut rows = Vec::with_capacity(records.len());
-    for Record { line, fields: record } in records {
+    for TextRecord { line, fields: record } in records {
         let more = record.iter().skip(width).any(|field| !field.is_empty());
         if record.len() < width || more {
             let is_doubled = separator == Separator::Character(b',') && more;

@@ -5,7 +5,7 @@ use marker_files::{Error, Format, Recording, Vertical, open, parse, read, read_s
 use std::path::PathBuf;
 
 /// Name of the file, format that is to be recognized, and content.
-const EXPORTS: [(&str, Format, &str); 9] = [
+const EXPORTS: [(&str, Format, &str); 10] = [
     ("table.csv", Format::Csv, "t[ms],xtip[mm],ytip[mm]\n0,0,5\n10,1,5\n20,2,5\n"),
     ("comma.csv", Format::Csv, "t;tip_x[cm];tip_y[cm]\n0;0;0,5\n0,01;0,1;0,5\n0,02;0,2;0,5\n"),
     (
@@ -13,6 +13,11 @@ const EXPORTS: [(&str, Format, &str); 9] = [
         Format::Trc,
         "PathFileType\t4\t(X/Y/Z)\ttake.trc\nDataRate\tUnits\n100\tmm\nFrame#\tTime\ttip\t\t\n\t\tX1\tY1\tZ1\n\
          1\t0.00\t0\t5\t0\n2\t0.01\t1\t5\t0\n3\t0.02\t2\t5\t0\n",
+    ),
+    (
+        "track.txt",
+        Format::Tracker,
+        "\ntip\nt x y v\n0,00  0,000 0,005 1\n0,01  0,001 0,005 1\n0,02 0,002 0,005 1\n",
     ),
     // Body and point kinematics, coordinates of joints, vectors of the newer tables, and spaces between the columns.
     (

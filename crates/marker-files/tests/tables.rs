@@ -1,7 +1,7 @@
 //! Tables of one motion (0, 1 and 2 mm along x, 5 mm along y, in steps of 10 ms) in the dialects of programs, and tables that
 //! leave open what they mean.
 
-use marker_files::{ColumnRule, ColumnRules, ColumnSource, ColumnWithUnit, Recording, load, read};
+use marker_files::{ColumnKey, ColumnRule, ColumnRules, ColumnWithUnit, Recording, load, read};
 use std::path::PathBuf;
 
 /// Writes a file into a temporary folder and returns its path.
@@ -38,8 +38,8 @@ fn error(text: &str, recording: &Recording) -> String {
 fn columns(rules: &[(&str, &str, Option<&str>)]) -> Recording {
     let rule = |(key, column, unit): &(&str, &str, Option<&str>)| {
         let source = match column.parse() {
-            Ok(number) => ColumnSource::Number(number),
-            Err(_) => ColumnSource::Name(column.to_string()),
+            Ok(number) => ColumnKey::Number(number),
+            Err(_) => ColumnKey::Name(column.to_string()),
         };
         let rule = match unit {
             None => ColumnRule::Column(source),
@@ -123,7 +123,7 @@ fn markers_are_selected_by_columns_in_the_order_of_the_file() {
     let folder = tempfile::tempdir().unwrap();
     let rules = [("t", "1", None), ("xTip", "4", None), ("yTip", "5", None), ("xA", "2", None)];
     let mut recording = columns(&rules);
-    let own = ColumnRule::Column(ColumnSource::Number(3));
+    let own = ColumnRule::Column(ColumnKey::Number(3));
     recording.columns.as_mut().unwrap().0.insert("yA".into(), own);
     let path = written(&folder, "0 1 2 3 4\n1 5 6 7 8\n");
     let file = load(&path, &recording).unwrap();

@@ -16,7 +16,7 @@ use crate::signatures::{C3D_BLOCK as BLOCK, C3D_MARK as MARK};
 use std::path::Path;
 
 /// The data of a file: counts, formats and place of the frames.
-struct Layout {
+struct DataLayout {
     points: usize,
     /// Number of the first frame in the recording.
     first: f64,
@@ -67,7 +67,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
             refused(format!("found POINT:UNITS `{stated}`, allowed: um, mm, cm or m"))
         })?,
     };
-    let Layout { points, first, frames: count, rate, .. } = layout;
+    let DataLayout { points, first, frames: count, rate, .. } = layout;
     // More than 255 names are in parameters LABELS2, LABELS3 and so on.
     let more =
         (2..=points / 255 + 1).flat_map(|k| parameters.texts("POINT", &format!("LABELS{k}")));
@@ -104,7 +104,12 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
 }
 
 /// The position of a point in a frame, both counted from 0; all `None` where it was not detected. `None` beyond the bytes.
-fn position(bytes: &[u8], layout: &Layout, frame: usize, point: usize) -> Option<[Option<f64>; 3]> {
+fn position(
+    bytes: &[u8],
+    layout: &DataLayout,
+    frame: usize,
+    point: usize,
+) -> Option<[Option<f64>; 3]> {
     let at = layout.start + frame * layout.size;
     let (values, residual) = match layout.scale {
         None => {
@@ -124,7 +129,7 @@ fn position(bytes: &[u8], layout: &Layout, frame: usize, point: usize) -> Option
 
 /// The layout of the frames by header and parameters; `None` for a file without a whole header, an error as a message for a
 /// content that contradicts itself.
-fn layout(bytes: &[u8], parameters: &Parameters) -> Option<Result<Layout, String>> {
+fn layout(bytes: &[u8], parameters: &Parameters) -> Option<Result<DataLayout, String>> {
     let [points, analog, from, to] = [2, 4, 6, 8].map(|at| word(bytes, at));
     let (points, analog, from, to) = (points?, analog?, from?, to?);
     let [scale, block, rate] = [float(bytes, 12)?, f32::from(word(bytes, 16)?), float(bytes, 20)?];
@@ -181,7 +186,7 @@ fn layout(bytes: &[u8], parameters: &Parameters) -> Option<Result<Layout, String
                 "found {available} frames of {count}, allowed: a file that is not cut off"
             ));
         }
-        Ok(Layout {
+        Ok(DataLayout {
             points: points as usize,
             first: first as f64,
             frames: count as usize,

@@ -22,7 +22,7 @@ pub(super) fn float(bytes: &[u8], at: usize) -> Option<f32> {
 }
 
 /// The values of a parameter.
-struct Parameter<'a> {
+struct StoredParameter<'a> {
     /// Type of the values: -1 for characters, else their size in bytes.
     kind: i8,
     /// Number of characters of a text, 1 for numbers.
@@ -33,7 +33,7 @@ struct Parameter<'a> {
 /// The parameters of a file by the number of the group and the name.
 pub(super) struct Parameters<'a> {
     groups: HashMap<String, u8>,
-    parameters: HashMap<(u8, String), Parameter<'a>>,
+    parameters: HashMap<(u8, String), StoredParameter<'a>>,
 }
 
 impl<'a> Parameters<'a> {
@@ -57,7 +57,8 @@ impl<'a> Parameters<'a> {
             match group < 0 {
                 true => drop(groups.insert(name, group.unsigned_abs())),
                 false => {
-                    if let Some(parameter) = Parameter::read(bytes.get(content..).ok_or_else(cut)?)
+                    if let Some(parameter) =
+                        StoredParameter::read(bytes.get(content..).ok_or_else(cut)?)
                     {
                         parameters.insert((group.unsigned_abs(), name), parameter);
                     }
@@ -72,13 +73,13 @@ impl<'a> Parameters<'a> {
     }
 
     /// The parameter of a group.
-    fn get(&self, group: &str, name: &str) -> Option<&Parameter<'a>> {
+    fn get(&self, group: &str, name: &str) -> Option<&StoredParameter<'a>> {
         self.parameters.get(&(*self.groups.get(group)?, name.into()))
     }
 
     /// The first number of a parameter; integers are without sign.
     pub fn number(&self, group: &str, name: &str) -> Option<f64> {
-        let Parameter { kind, values, .. } = self.get(group, name)?;
+        let StoredParameter { kind, values, .. } = self.get(group, name)?;
         match kind {
             4 => float(values, 0).map(f64::from),
             2 => word(values, 0).map(f64::from),
@@ -89,14 +90,14 @@ impl<'a> Parameters<'a> {
 
     /// A number of two integers, the lower one first, of a parameter.
     pub fn long(&self, group: &str, name: &str) -> Option<u64> {
-        let Parameter { kind: 2, values, .. } = self.get(group, name)? else { return None };
+        let StoredParameter { kind: 2, values, .. } = self.get(group, name)? else { return None };
         let high = word(values, 2).unwrap_or(0);
         Some(u64::from(word(values, 0)?) + (u64::from(high) << 16))
     }
 
     /// The texts of a parameter, without spaces and zeros around them; empty without it.
     pub fn texts(&self, group: &str, name: &str) -> Vec<String> {
-        let Some(Parameter { kind: -1, length, values }) = self.get(group, name) else {
+        let Some(StoredParameter { kind: -1, length, values }) = self.get(group, name) else {
             return Vec::new();
         };
         let text = |bytes: &[u8]| {
@@ -107,7 +108,7 @@ impl<'a> Parameters<'a> {
     }
 }
 
-impl<'a> Parameter<'a> {
+impl<'a> StoredParameter<'a> {
     /// The parameter at the beginning of bytes; `None` for an unknown type, or if it does not end.
     fn read(bytes: &'a [u8]) -> Option<Self> {
         let &[kind, dimensions, ..] = bytes else { return None };

@@ -3,22 +3,36 @@
 //!
 //! The first line has the names of the tracks, each above the first of its columns, and a single one in the first
 //! column. The second has the names of the columns, beginning with `t`. The columns of a track may be in several
-//! groups; columns other than x, y and z are skipped. A file without `t`, and a track without x or y, are errors.
+//! groups; columns other than x, y and z are skipped. Columns are separated by tabs, commas, semicolons or spaces. A file without `t`, and a track without x or y, are errors.
 
 use crate::error::Error;
 use crate::format::Format;
 use crate::marker_file::{
     Clock, ColumnKind, ColumnLayout, FieldLine, FieldLines, LengthUnit, MarkerFile,
 };
+use crate::separator::with_tabs;
+use std::borrow::Cow;
 use std::path::Path;
+
+/// The bytes of a file with tabs for the spaces between its columns. The first line, a name, stays.
+fn spaced(bytes: &[u8]) -> Vec<u8> {
+    let start = bytes.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(0);
+    let end = bytes[start..].iter().position(|b| *b == b'\n').map_or(bytes.len(), |k| start + k);
+    [&bytes[..end], &with_tabs(&bytes[end..])[..]].concat()
+}
 
 /// Reads the bytes of a file of Tracker into frames by time, s, and tracks as markers, in the unit of the calibration;
 /// `path` is for messages. Columns other than x, y and z are skipped. An error without `t` and without x and y.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     // The first line may be a single name without a separator: the second one shows it.
     let text = bytes.split(|b| *b == b'\n').filter(|line| !line.trim_ascii().is_empty()).nth(1);
-    let delimiter = text.unwrap_or_default().iter().find(|b| b",;\t".contains(b)).unwrap_or(&b'\t');
-    let lines = FieldLines::new(path, Format::Tracker, bytes, *delimiter)?;
+    let text = text.unwrap_or_default();
+    let delimiter = text.iter().find(|b| b",;\t".contains(b)).copied();
+    let content = match delimiter {
+        None if text.contains(&b' ') => spaced(bytes).into(),
+        _ => Cow::Borrowed(bytes),
+    };
+    let lines = FieldLines::new(path, Format::Tracker, &content, delimiter.unwrap_or(b'\t'))?;
     let [called, names, rows @ ..] = &lines.list[..] else {
         return lines.rejected(
             1,
