@@ -321,6 +321,22 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         solved
     }
 
+    /// Repeats the last step of `plain`, a simulation of the same rod in plain numbers that [keeps
+    /// tangents](Self::keep_tangent), with derivatives: one linear solution with its factors. Returns false, and changes
+    /// nothing, for schemes without Newton's method and averaging ones.
+    pub(crate) fn repeat_step<P: Rod<f64>>(&mut self, plain: &Simulation<f64, P>) -> bool {
+        let Some(solver) = plain.newton().filter(|newton| !newton.averages()) else { return false };
+        let Stepper::Newton(newton) = &mut self.stepper else { return false };
+        std::mem::swap(&mut self.state, &mut self.previous);
+        let (before, state, work) = (&self.previous, &mut self.state, &mut self.work);
+        let time = plain.state.time;
+        let step = Step { system: &self.system, time, h: time - before.time };
+        newton.repeat(&step, before, state, solver, &plain.state.q, work);
+        self.stepper.finish(&step, before, state, work);
+        state.time = time;
+        true
+    }
+
     /// The error at `time` of the first user-defined energy whose value or gradient is not finite in the current
     /// state; `None` if all are finite.
     pub(crate) fn non_finite_energy(&self, time: f64) -> Option<Error> {

@@ -180,7 +180,21 @@ impl StepControl {
     /// Rounding errors of coordinates in the smallest step give the energy that counts as zero. No energy is computed
     /// for scenes without limits.
     pub fn new<R: Rod<f64>>(scene: &Scene, simulation: &Simulation<f64, R>) -> Self {
-        let limits = Limits::of(scene);
+        Self::within(Limits::of(scene), scene, simulation)
+    }
+
+    /// The control of a run of the scene whose supports do work, although the scene has no motion of them: energies are not
+    /// limited, only rotations of edges.
+    pub fn without_limits<R: Rod<f64>>(scene: &Scene, simulation: &Simulation<f64, R>) -> Self {
+        Self::within(None, scene, simulation)
+    }
+
+    /// The control with these limits, as [`new`](Self::new).
+    fn within<R: Rod<f64>>(
+        limits: Option<Limits>,
+        scene: &Scene,
+        simulation: &Simulation<f64, R>,
+    ) -> Self {
         let (start, kinetic, still) = match limits {
             Some(_) => {
                 let energies = simulation.energies();

@@ -143,6 +143,7 @@ pub fn at_end<D: Scalar>(
     }
     if let Some(own) = own {
         (own.factor, own.time) = (factors.own_factor, factors.time);
+        own.rate = factors.past[0];
         for (to, (strain, rate)) in own.past.iter_mut().zip(starts) {
             *to = past(strain, rate);
         }

@@ -182,7 +182,13 @@ pub trait Over<D> {
 
 /// A user-defined energy behind a pointer, in every scalar of rods.
 pub trait AnyEnergy:
-    Over<f64> + Over<Dual64> + Over<HyperDual64> + Over<DualSVec64<2>> + Send + Sync
+    Over<f64>
+    + Over<Dual64>
+    + Over<HyperDual64>
+    + Over<DualSVec64<2>>
+    + Over<DualSVec64<8>>
+    + Send
+    + Sync
 {
     /// The number of neighboring nodes of one element, 1 to 3.
     fn nodes(&self) -> usize;
@@ -212,6 +218,10 @@ impl ForEachScalar for dyn AnyEnergy {
     }
     /// The energy over dual numbers with two first derivatives.
     fn pair(&self) -> &Self::Instance<DualSVec64<2>> {
+        self
+    }
+    /// The energy over dual numbers with eight first derivatives.
+    fn eight(&self) -> &Self::Instance<DualSVec64<8>> {
         self
     }
 }

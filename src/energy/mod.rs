@@ -19,6 +19,7 @@ pub mod bend_twist;
 pub(crate) mod by_unknowns;
 pub mod dead_load;
 pub mod dead_moment;
+pub(crate) mod edge_tie;
 pub mod frame;
 pub(crate) mod hyperelastic_stretch;
 pub(crate) mod joint;

@@ -166,21 +166,29 @@ impl TryFrom<toml::Value> for SceneForm {
 }
 
 impl SceneForm {
-    /// The structure, if the scene is one: it has `[[rods]]`. `file` is the fit file in `folder`.
-    fn structure(&self, folder: &Path, file: &Path) -> Result<Option<StructureScene>, Error> {
+    /// The structure, if the scene is one: it has `[[rods]]`. `file` is the fit file in `folder`. With `is_replaced` its
+    /// recording is not read, as another one follows.
+    fn structure(
+        &self,
+        folder: &Path,
+        file: &Path,
+        is_replaced: bool,
+    ) -> Result<Option<StructureScene>, Error> {
+        let read = |text: &str, path: &Path| match is_replaced {
+            true => StructureScene::read_without_recording(text, path),
+            false => StructureScene::read(text, path),
+        };
         match self {
             Self::File(scene) => {
                 let path = marker_files::file::at(folder, scene);
                 match marker_files::file::text(&path) {
-                    Ok(text) if StructureScene::is_text_of(&text) => {
-                        Ok(Some(StructureScene::read(&text, &path)?))
-                    }
+                    Ok(text) if StructureScene::is_text_of(&text) => Ok(Some(read(&text, &path)?)),
                     // A file that cannot be read is reported by the reader of scenes.
                     _ => Ok(None),
                 }
             }
             Self::Inline(scene) if scene.contains_key("rods") => {
-                Ok(Some(StructureScene::read(&scene.to_string(), file)?))
+                Ok(Some(read(&scene.to_string(), file)?))
             }
             Self::Inline(_) => Ok(None),
         }
@@ -238,11 +246,10 @@ impl ExperimentForm {
     fn read(self, file: &Path, check_scene: &SceneCheck) -> Result<Experiment, Error> {
         // All paths in a fit file are relative to its folder.
         let folder = file.parent().unwrap_or(Path::new(""));
-        if let Some(structure) = self.scene.structure(folder, file)? {
-            let allowed = "no such key for a structure, whose ends follow no recording";
-            ensure(self.path.is_none(), "path", "a recording that drives the ends", allowed)?;
-            // All stages of a fit take problems of one rod: this one has the time, camera and scales of the
-            // structure.
+        if let Some(mut structure) = self.scene.structure(folder, file, self.path.is_some())? {
+            if let Some(path) = &self.path {
+                structure.follow(marker_files::file::at(folder, path))?;
+            }
             let problem = representative_problem(structure)?;
             check_scene(problem.scene())?;
             let experiment = Experiment::new(self.name.clone().unwrap_or_default(), &problem);

@@ -175,4 +175,8 @@ nestable! {
         let [a, b] = x.eps.unwrap_generic(Const::<2>, Const::<1>).data.0[0];
         [x.re, a, b]
     };
+    DualSVec64<8>: eight, OutOfLine<Self>, |x| {
+        let [a, b, c, d, e, f, g, h] = x.eps.unwrap_generic(Const::<8>, Const::<1>).data.0[0];
+        [x.re, a, b, c, d, e, f, g, h]
+    };
 }

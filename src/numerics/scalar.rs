@@ -293,6 +293,8 @@ pub trait ForEachScalar {
     fn hyper_dual(&self) -> &Self::Instance<HyperDual64>;
     /// The instance over dual numbers with two first derivatives.
     fn pair(&self) -> &Self::Instance<DualSVec64<2>>;
+    /// The instance over dual numbers with eight first derivatives.
+    fn eight(&self) -> &Self::Instance<DualSVec64<8>>;
 }
 
 /// Whether the values of all numbers are finite; derivatives are not tested. True for an empty list. Tests whether their

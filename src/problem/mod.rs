@@ -44,7 +44,7 @@ pub(crate) use axes::DirectorRotation;
 pub(crate) use layout::{behind_walls, check_edges, check_on_mesh, correction};
 pub use model::Model;
 pub(crate) use model_with_setup::ModelWithSetup;
-pub(crate) use own::NodeTie;
+pub(crate) use own::{NodeTie, PointTie, point_ties};
 pub use parameters::{ListedParameter, ParameterList};
 pub use planar::PlanarModel;
 pub(crate) use plausibility::Purpose;

@@ -1,13 +1,14 @@
 //! Placement of user-defined energies, and of springs to fixed points, on the rod of a model.
 //!
 //! [`attached_energies`] evaluates the places of a scene's energies on the rod at rest: elements, weights and rest
-//! shapes, with the values of their parameters over any number type. Energies without code are left out. [`ties`]
-//! makes springs of the energy `k |x - x0|^2/2` (J) between nodes and points of the world (m). Both return an
-//! `Extra`, the user-defined part of a rod, which the setup gives to it. [`find_nonplanar`] returns the key of the
-//! first energy that does not keep a given plane at given parameter values, or `None`, for the choice of the model.
+//! shapes, with the values of their parameters over any number type. Energies without code are left out. [`ties`] makes
+//! springs of the energy `k |x - x0|^2/2` (J) between nodes and points of the world (m); [`point_ties`] those of points of edges. Both return an `Extra`, the
+//! user-defined part of a rod, which the setup gives to it. [`find_nonplanar`] returns the key of the first energy that
+//! does not keep a given plane at given parameter values, or `None`, for the choice of the model.
 
-use crate::energy::adapter::Chart;
+use crate::energy::adapter::{Adapter, Chart};
 use crate::energy::attach;
+use crate::energy::edge_tie::EdgeTie;
 use crate::energy::frame::EdgeFrame;
 use crate::energy::place::{Spot, numbers, spots};
 use crate::energy::tie::Tie;
@@ -34,6 +35,41 @@ pub(crate) struct NodeTie<D> {
     pub point: [f64; 3],
     /// Stiffness, N/m.
     pub stiffness: D,
+}
+
+/// Spring between a point on the straight line from a node to the next one and a fixed point of the world.
+#[derive(Clone, Debug)]
+pub(crate) struct PointTie {
+    /// Index of the first node.
+    pub node: usize,
+    /// Weight of the next node.
+    pub weight: f64,
+    /// Point in the world, m.
+    pub point: [f64; 3],
+}
+
+/// Springs of this stiffness, N/m, between points of a rod and fixed points, as the part `Extra` of the rod.
+pub(crate) fn point_ties<D: Nestable>(
+    chart: &Chart<D>,
+    stiffness: D,
+    ties: &[PointTie],
+) -> Extra<D> {
+    let tie = |PointTie { node, weight, point }: &PointTie| Placed {
+        name: "tie".into(),
+        energy: Arc::new(Adapter(EdgeTie { weight: *weight, point: *point })),
+        chart: chart.clone(),
+        values: vec![stiffness],
+        spots: vec![Spot {
+            first: *node,
+            weight: None,
+            numbers: numbers(
+                [D::from(0.0); 2],
+                &[point.map(D::from); 2],
+                &[[[D::from(0.0); 3]; 3]],
+            ),
+        }],
+    };
+    Extra::new(ties.iter().map(tie).collect())
 }
 
 /// User-defined energies of a scene as the part `Extra` of its rod. Each has its elements with weights and rest shapes, and

@@ -312,6 +312,11 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     /// curvatures and the twist in space). [`set_viscous`](Rod::set_viscous) expects this order.
     fn strains(&self, q: &[D], frames: &Self::Frames, strains: &mut Vec<D>);
 
+    /// Whether joints between rods have a viscous moment of their own. False for one rod.
+    fn has_viscous_joints(&self) -> bool {
+        false
+    }
+
     /// A copy whose elements act as dashpots: zero natural strains, no loads, moments and user-defined energies. The
     /// stiffnesses stay; strains stand for strain rates.
     fn dashpots(&self) -> Self;

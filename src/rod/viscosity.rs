@@ -32,6 +32,8 @@ pub struct OwnViscosity<D> {
     pub factor: [D; 3],
     /// The time of each kind, s.
     pub time: [D; 3],
+    /// Factor of a strain in its rate, 1/s.
+    pub rate: D,
     /// The past rate of each strain, 1/s.
     pub past: Vec<D>,
 }
@@ -45,7 +47,12 @@ impl<D: Scalar> Viscosity<D> {
         Self {
             factor: D::from(1.0),
             shift: past.clone(),
-            own: apart.then_some(OwnViscosity { factor: [zero; 3], time: [zero; 3], past }),
+            own: apart.then_some(OwnViscosity {
+                factor: [zero; 3],
+                time: [zero; 3],
+                rate: zero,
+                past,
+            }),
         }
     }
 
@@ -72,6 +79,7 @@ impl<D: Scalar> Viscosity<D> {
         }
         if let Some(own) = &mut self.own {
             (own.factor, own.time) = ([D::from(0.0); 3], damping.additional_times());
+            own.rate = D::from(0.0);
             own.past.iter_mut().zip(strain_rate).for_each(|(past, rate)| *past = -*rate);
         }
     }

@@ -26,6 +26,13 @@ pub enum PerAxis<D = f64> {
     Three([D; 3]),
 }
 
+impl<D: From<f64>> Default for PerAxis<D> {
+    /// One number, zero.
+    fn default() -> Self {
+        Self::One(D::from(0.0))
+    }
+}
+
 impl<D: Copy> PerAxis<D> {
     /// The numbers of three axes; one number is repeated three times.
     pub fn all(&self) -> [D; 3] {

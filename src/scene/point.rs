@@ -240,7 +240,7 @@ impl<D: Scalar> Stencil<D> {
 
     /// The two nodes next to the arc length `s`, m, with linear weights (lever rule). Beyond an end they extrapolate from the
     /// outermost two.
-    fn lever(arc_length: &[D], s: D) -> Self {
+    pub(crate) fn lever(arc_length: &[D], s: D) -> Self {
         let right = arc_length.partition_point(|a| a.value() < s.value());
         let right = right.clamp(1, arc_length.len() - 1);
         let [a, b] = [right - 1, right].map(|i| arc_length[i]);

@@ -17,9 +17,10 @@ use crate::scene::number::{Candidates, NumberVisitor, Quantity, SceneNumber, is_
 use crate::scene::per_axis::PerAxis;
 use crate::scene::point::Point;
 use crate::scene::rod::{CURVATURE_FACTOR, Dimension, one};
-use crate::scene::scheme::SchemeParameter;
+use crate::scene::scheme::{Scheme, SchemeParameter};
 use crate::scene::section::Section;
 use crate::scene::shape::Shape;
+use crate::scene::structure_recording::{StructureRecording, check_supports};
 use crate::scene::support::Support;
 use crate::scene::table::{NumberTree, TABLE, TableKind, table};
 use crate::scene::taper::Taper;
@@ -51,6 +52,9 @@ table! {
         /// Supports of the ends of rods.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         pub supports: Vec<StructureSupport>,
+        /// Recorded markers, which recorded supports follow and fits observe.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub recording: Option<StructureRecording>,
         /// Gravity, forces and damping.
         #[serde(default)]
         pub loads: StructureLoads<D> = TABLE,
@@ -238,9 +242,12 @@ table! {
             connects: Vec<JointEnd<D>> = TABLE,
             /// Angle over moment, rad/(N m): one number, or in space those of rotations about both directors and the tangent of the end.
             rotation: PerAxis<D> = Quantity::positive("rad/(N m)").searched(Candidates::Here),
-            /// Angle of the end relative to the first one without moment, rad, counterclockwise; 0 is that of the rest shapes. In a plane only.
+            /// Rotation of the end relative to the first one without moment, rad; 0 is that of the rest shapes. In a plane an angle, counterclockwise; in space a rotation vector along both directors and the tangent of the end.
             #[serde(default, skip_serializing_if = "is_default")]
-            rest: D = Quantity::ANGLE,
+            rest: PerAxis<D> = Quantity::ANGLE,
+            /// Time of the viscous moment (Kelvin-Voigt), s: moment over stiffness and rate of rotation.
+            #[serde(default, skip_serializing_if = "is_default")]
+            damping: D = Quantity::positive("s").searched(Candidates::Decades(1e-4, 1.0, 1.0)).vanishing(),
         },
     }
 }
@@ -305,8 +312,27 @@ impl RodEnd {
 pub struct StructureSupport {
     /// The end of a rod.
     pub of: SupportedEnd,
-    /// Kind of the support: `clamped`, `pinned` or `free`.
+    /// Kind of the support: `clamped`, `pinned`, `recorded` or `free`.
     pub kind: Support,
+    /// Names of the two markers that a recorded end follows, from the end inwards.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub markers: Vec<String>,
+    /// Number of edges between both markers of a recorded end; nodes between them stay on the chord.
+    #[serde(default = "one_edge", skip_serializing_if = "is_one_edge")]
+    pub edges: usize,
+    /// Whether a recorded end rotates freely about the rod. Otherwise it follows the twist-free (parallel-transported) frame.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub free_twist: bool,
+}
+
+/// The default number of edges between both markers of a recorded end.
+fn one_edge() -> usize {
+    1
+}
+
+/// Whether a number of edges is the default, which is not written to files.
+fn is_one_edge(edges: &usize) -> bool {
+    *edges == one_edge()
 }
 
 /// An end of a rod, `{ rod = "a", at = "start" }`.
@@ -325,7 +351,7 @@ pub struct SupportedEnd {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct StructureStart {
-    /// `rest` or `equilibrium`.
+    /// `rest`, `equilibrium`, or `recorded`: position and velocity from the first two frames of `[recording]`.
     #[serde(default)]
     pub state: InitialState,
 }
@@ -436,10 +462,16 @@ impl StructureScene {
             }
         }
         let state = self.initial.state;
-        let known = matches!(state, InitialState::Rest | InitialState::Equilibrium);
-        let allowed = "\"rest\" or \"equilibrium\", for a structure";
-        ensure(known, "initial.state", format!("{state:?}").to_lowercase(), allowed)?;
-        // Assemblies of rods have no springs of internal friction.
+        let allowed = "\"rest\", \"equilibrium\" or \"recorded\", for a structure";
+        let is_known = state != InitialState::Shape;
+        ensure(is_known, "initial.state", format!("{state:?}").to_lowercase(), allowed)?;
+        let has_recording = state != InitialState::Recorded || self.recording.is_some();
+        let allowed = "with a table [recording] only";
+        ensure(has_recording, "initial.state", "\"recorded\"", allowed)?;
+        check_supports(self.recording.as_ref(), &self.supports, |name| {
+            let rod = self.rods.iter().find(|rod| rod.name == name)?;
+            Some(rod.segments)
+        })?;
         let friction = self.loads.damping.friction.is_some();
         ensure(!friction, "loads.damping.friction", "a table", "no such key for a structure")?;
         if let Some(time) = &self.time {
@@ -448,8 +480,28 @@ impl StructureScene {
             ensure(time.step.is_some(), "time.step", "no such key", allowed)?;
             let (step, allowed) = (time.step_size(), format!("up to time.end, {} s", time.end));
             ensure(step <= time.end, "time.step", step, allowed)?;
+            self.check_scheme(time)?;
         }
         Ok(())
+    }
+}
+
+impl StructureScene {
+    /// Rejects joints with damping and recorded supports for schemes other than Newmark-beta and generalized-alpha.
+    fn check_scheme(&self, time: &Time) -> Result<(), Error> {
+        if matches!(time.scheme, Scheme::NewmarkBeta | Scheme::GeneralisedAlpha) {
+            return Ok(());
+        }
+        let found = format!("\"{}\"", time.scheme.name());
+        let is_damped = |joint: &StructureJoint| match joint {
+            StructureJoint::Spring { damping, .. } => *damping != 0.0,
+            _ => false,
+        };
+        let allowed = "\"newmark-beta\" or \"generalised-alpha\", with damping of joints";
+        ensure(!self.joints.iter().any(is_damped), "time.scheme", &found, allowed)?;
+        let is_recorded = self.supports.iter().any(|own| own.kind == Support::Recorded);
+        let allowed = "\"newmark-beta\" or \"generalised-alpha\", with recorded supports";
+        ensure(!is_recorded, "time.scheme", &found, allowed)
     }
 }
 

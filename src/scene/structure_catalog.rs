@@ -1,9 +1,9 @@
 //! A structure for the catalog of parameters, which contains every kind of number of a structure.
 //!
-//! Input is a scene of one rod, whose shape, section, material, taper, curvature, damping and time are taken over.
-//! Output is a [`StructureScene`] with one rod, material, body, spring joint and point force each. All have the name
-//! `ANY_NAME` (`*`), so that paths are general: `rods.*.section.radius`. The module `parameter` visits the numbers of
-//! these structures for their units and limits; they are neither validated nor simulated.
+//! Input is a scene of one rod, whose shape, section, material, taper, curvature, damping and time are taken over. Output
+//! is a [`StructureScene`] with one rod, material and point force, and two bodies and spring joints, with one number and three. All have the name `ANY_NAME`
+//! (`*`), so that paths are general: `rods.*.section.radius`. The module `parameter` visits the numbers of these
+//! structures for their units and limits; they are neither validated nor simulated.
 
 use crate::scene::mass::PointMass;
 use crate::scene::per_axis::PerAxis;
@@ -43,6 +43,7 @@ pub(crate) fn catalog_structure(scene: &Scene) -> StructureScene {
         bending_law: scene.material.bending_law,
     };
     let end = JointEnd { rod: None, at: None, body: Some(name()), offset: Some([0.0; 3]) };
+    let forms = [PerAxis::One(1.0), PerAxis::Three([1.0; 3])];
     let force = StructureForce {
         rod: Some(name()),
         node: Some(Point::ArcLength(1.0)),
@@ -53,19 +54,26 @@ pub(crate) fn catalog_structure(scene: &Scene) -> StructureScene {
         dimension: Dimension::default(),
         rods: vec![rod],
         materials: vec![material],
-        bodies: vec![RigidBody {
-            name: name(),
-            mass: 1.0,
-            inertia: PerAxis::One(1.0),
-            orientation: Some([0.0; 3]),
-            position: [0.0; 3],
-        }],
-        joints: vec![StructureJoint::Spring {
-            connects: vec![end],
-            rotation: PerAxis::One(1.0),
-            rest: 0.0,
-        }],
+        // Numbers for one axis and for three.
+        bodies: forms
+            .map(|inertia| RigidBody {
+                name: name(),
+                mass: 1.0,
+                inertia,
+                orientation: Some([0.0; 3]),
+                position: [0.0; 3],
+            })
+            .into(),
+        joints: forms
+            .map(|numbers| StructureJoint::Spring {
+                connects: vec![end.clone()],
+                rotation: numbers,
+                rest: numbers,
+                damping: 0.0,
+            })
+            .into(),
         supports: Vec::new(),
+        recording: None,
         loads: StructureLoads {
             gravity: [0.0; 3],
             damping: scene.loads.damping.clone(),

@@ -13,7 +13,7 @@ use crate::scene::{Shape, StructureScene};
 use std::path::{Path, PathBuf};
 
 /// Required keys of every table of a structure.
-const REQUIRED: [Rule; 9] = [
+const REQUIRED: [Rule; 10] = [
     always("rods[]", |_| &["name", "segments", "shape", "section", "material"]),
     if_there("rods[].shape", shape_keys),
     if_there("rods[].section", section_keys),
@@ -24,6 +24,7 @@ const REQUIRED: [Rule; 9] = [
         _ => &["kind", "connects"],
     }),
     if_there("supports[]", |_| &["of", "kind"]),
+    if_there("recording", |_| &["file"]),
     if_there("time", |_| &["end", "step"]),
     if_there("loads.point[]", |_| &["force"]),
 ];
@@ -58,8 +59,8 @@ impl StructureScene {
         Self::read(text, &folder.as_ref().join("scene"))
     }
 
-    /// Paths of the files of the structure: first its own, if it has one, then those of polylines, below its folder. They
-    /// need not exist.
+    /// Paths of the files of the structure: first its own, if it has one, then those of polylines and of the recording, below its
+    /// folder. They need not exist.
     pub fn files(&self) -> Vec<PathBuf> {
         let folder = self.path.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
         let shapes = self.rods.iter().filter_map(|rod| match &rod.shape {
@@ -68,12 +69,24 @@ impl StructureScene {
             }
             _ => None,
         });
-        self.path.iter().cloned().chain(shapes).collect()
+        let recordings = self.recording.iter().filter(|own| !own.file.as_os_str().is_empty());
+        let recordings = recordings.map(|own| marker_files::file::at(folder, &own.file));
+        self.path.iter().cloned().chain(shapes).chain(recordings).collect()
     }
 
     /// Reads and validates the text of the file of a structure with this path, and reads the polylines that it names. Errors
     /// have the path; a text that cannot be parsed lists missing keys, a likely mistake, or line and token.
     pub(crate) fn read(text: &str, path: &Path) -> Result<Self, Error> {
+        let mut scene = Self::read_without_recording(text, path)?;
+        let folder = path.parent().map(PathBuf::from).unwrap_or_default();
+        if let Some(recording) = &mut scene.recording {
+            recording.read(&folder, &scene.supports).map_err(|error| error.in_file(Some(path)))?;
+        }
+        Ok(scene)
+    }
+
+    /// [`read`](Self::read), without the recording, whose file is to be replaced.
+    pub(crate) fn read_without_recording(text: &str, path: &Path) -> Result<Self, Error> {
         let mut scene: Self = parse(text, &REQUIRED)
             .map_err(|error| explained(error, text, &STRUCTURE).in_file(Some(path)))?;
         scene.path = Some(path.into());
@@ -83,5 +96,20 @@ impl StructureScene {
             rod.shape.read(&folder, false).map_err(|error| error.in_file(Some(path)))?;
         }
         Ok(scene)
+    }
+
+    /// Replaces the file of `[recording]`, and reads it if the scene comes from a file.
+    ///
+    /// # Errors
+    /// A structure without `[recording]`, a file that cannot be read, and markers that it does not have.
+    pub fn follow(&mut self, file: impl AsRef<Path>) -> Result<(), Error> {
+        let file = file.as_ref();
+        let Some(recording) = &mut self.recording else {
+            let allowed = "[recording] in the structure, whose file the recording replaces";
+            return Err(Error::invalid("recording", "no such table", allowed));
+        };
+        recording.file = std::path::absolute(file).map_err(|source| Error::io(file, source))?;
+        recording.track = None;
+        recording.read(Path::new(""), &self.supports)
     }
 }

@@ -35,7 +35,7 @@ pub(crate) use lowest_eigenvalues::PencilMode;
 pub(crate) use pencil::{OutOfPlaneTangent, Pencil, spatial_motion};
 pub(crate) use reaction::MotionResistances;
 pub use reaction::{Reaction, Reactions};
-pub(crate) use recorded_start::RecordedStart;
+pub(crate) use recorded_start::{AXIAL_FACTOR, RecordedStart, marker_spring};
 pub(crate) use shear_deflection::{free_part, internal_forces};
 pub(crate) use stability::{MAX_UNCERTAIN, Stability, UNCERTAIN_LEVELS, linear_combination};
 

@@ -43,7 +43,7 @@ const SECTIONS: usize = 26;
 /// Factor on the axial stiffness while the rod relaxes. The spring stiffness lies between the axial and the bending
 /// stiffness; the factor increases both distances. Much more would buckle a rod that is longer than the recorded one in one
 /// of many ways.
-const AXIAL_FACTOR: f64 = 30.0;
+pub(crate) const AXIAL_FACTOR: f64 = 30.0;
 /// Factor on the stiffness of the springs of markers on held nodes, whose positions are prescribed later.
 const HELD_FACTOR: f64 = 1e3;
 /// Factor on the negligible stiffness in the springs on angles: large enough for a regular matrix, without effect on
@@ -133,7 +133,7 @@ impl<M: Model> Discretized<'_, M> {
         let is_held = |node: usize| nodes.contains(&node) && self.is_held(node, &prescribed);
         let time = track.times()[frame];
         // The geometric mean of axial and bending stiffness, with the axial factor.
-        let stiffness = spring(setup, segments) * AXIAL_FACTOR.sqrt();
+        let stiffness = marker_spring(setup, segments);
         let tie = |(node, marker): (&usize, &crate::scene::track::Marker)| {
             let stiffness = stiffness * if is_held(*node) { HELD_FACTOR } else { 1.0 };
             NodeTie { node: *node, point: marker.at(time), stiffness }
@@ -275,6 +275,12 @@ impl<M: Model> Discretized<'_, M> {
         }
         Ok(())
     }
+}
+
+/// Stiffness of the springs of markers on a rod with so many `segments` and [`AXIAL_FACTOR`] times its axial stiffness, N/m:
+/// the geometric mean of axial and bending stiffness of an edge.
+pub(crate) fn marker_spring<D: Nestable, M: Model>(setup: &Setup<D, M>, segments: usize) -> D {
+    spring(setup, segments) * AXIAL_FACTOR.sqrt()
 }
 
 /// The geometric mean of axial and bending stiffness of an edge, `E sqrt(A I)/l^2`, N/m, of a rod with so many

@@ -11,7 +11,8 @@
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::problem::{
-    Model, PlanarModel, Setup, SpatialModel, check_edges, check_on_mesh, correction, nodal_loads,
+    Model, PlanarModel, PointTie, Setup, SpatialModel, check_edges, check_on_mesh, correction,
+    nodal_loads, point_ties,
 };
 use crate::rod::assembly::carrying::MemberRod;
 use crate::rod::assembly::{AssemblyFrames, AssemblyLayout, JoinedRods, Member};
@@ -21,6 +22,7 @@ use crate::scene::mesh::Mesh;
 use crate::scene::rod::Dimension;
 use crate::scene::structure::StructureScene;
 use crate::scene::{Plane, Point, PointForce, Scene, Support};
+use crate::statics::{AXIAL_FACTOR, marker_spring};
 use crate::structure::held_nodes::{HeldNodes, planar_held_nodes, spatial_held_nodes};
 use crate::structure::inertia::BodiesAtRest;
 use crate::structure::placement::{
@@ -28,6 +30,9 @@ use crate::structure::placement::{
 };
 use crate::structure::plan::{EndHold, StructurePlan};
 use crate::structure::spatial_inertia::SpatialBodiesAtRest;
+
+/// Springs of points of each rod to recorded markers.
+pub(super) struct MarkerTies(pub Vec<Vec<PointTie>>);
 
 /// Models of the rods of a structure.
 #[derive(Clone, Debug)]
@@ -193,8 +198,16 @@ impl Blueprint {
         &self,
         scene: &StructureScene<D>,
     ) -> Result<AssemblyAtRest<D>, Error> {
-        // Scenes of single rods without derivatives, whose numbers are then replaced by those of
-        // the structure.
+        self.build_tied(scene, None)
+    }
+
+    /// [`build`](Self::build), with springs of points of the rods to fixed points if `ties` are given. The axial stiffness of
+    /// all rods is then increased, so that the springs do not stretch them.
+    pub fn build_tied<D: Nestable>(
+        &self,
+        scene: &StructureScene<D>,
+        ties: Option<&MarkerTies>,
+    ) -> Result<AssemblyAtRest<D>, Error> {
         let parts = self.parts.iter().enumerate();
         let scenes: Vec<Scene<D>> = parts
             .map(|(i, part)| {
@@ -205,7 +218,7 @@ impl Blueprint {
         let meshes = placed_meshes(&self.plan, scene, &scenes)?;
         match &self.models {
             RodModels::Plane { plane, rods } => {
-                let rods = self.rods::<D, PlanarLayout, _>(scene, rods, scenes, meshes)?;
+                let rods = self.rods::<D, PlanarLayout, _>(scene, rods, scenes, meshes, ties)?;
                 let BodiesAtRest { bodies, centers, z } =
                     BodiesAtRest::new(&self.plan, plane, scene, &rods)?;
                 let held = |i: usize, own: &_| planar_held_nodes(&self.plan, i, own, &centers);
@@ -215,7 +228,7 @@ impl Blueprint {
                 Ok(AssemblyAtRest { assembly: Assembly::Plane(rods), q, frames, meshes })
             }
             RodModels::Space(models) => {
-                let rods = self.rods::<D, Space, _>(scene, models, scenes, meshes)?;
+                let rods = self.rods::<D, Space, _>(scene, models, scenes, meshes, ties)?;
                 let at_rest = SpatialBodiesAtRest::new(&self.plan, scene, &rods)?;
                 let held = |i: usize, own: &_| spatial_held_nodes(&self.plan, i, own, &at_rest);
                 let (members, q, rods, meshes) = joined(rods, at_rest.z.clone(), held);
@@ -233,14 +246,19 @@ impl Blueprint {
         models: &[M],
         scenes: Vec<Scene<D>>,
         meshes: Vec<Mesh<D>>,
+        ties: Option<&MarkerTies>,
     ) -> Result<Vec<PlacedRod<D, L>>, Error> {
         let parts = scenes.into_iter().zip(meshes).zip(models).enumerate();
-        parts.map(|(i, ((own, mesh), model))| self.rod(scene, i, model, own, mesh)).collect()
+        let own_ties = |i: usize| ties.map(|ties| &ties.0[i][..]);
+        parts
+            .map(|(i, ((own, mesh), model))| self.rod(scene, i, model, own, mesh, own_ties(i)))
+            .collect()
     }
 
     /// Rod number `i` with its unknowns and frames at rest and its mesh. It has its point masses and weights, and the forces
     /// of `loads.point` of the structure on this rod, by default at its tip. The outer node of a clamped end, behind a wall
-    /// or joint, loses its mass and weight. An error for a force outside the rod, or on such a node by its index.
+    /// or joint, loses its mass and weight. With `ties` it has springs to markers and a
+    /// larger axial stiffness. An error for a force outside the rod, or on such a node by its index.
     fn rod<D: Nestable, L: AssemblyLayout, M: Model<Rod<D> = L::Rod<D>>>(
         &self,
         structure: &StructureScene<D>,
@@ -248,6 +266,7 @@ impl Blueprint {
         model: &M,
         scene: Scene<D>,
         mesh: Mesh<D>,
+        ties: Option<&[PointTie]>,
     ) -> Result<PlacedRod<D, L>, Error> {
         let name = &structure.rods[i].name;
         let rest = model.at_rest(&scene, &mesh);
@@ -297,6 +316,11 @@ impl Blueprint {
                 }
                 rod.add_force(nodal.node, model.components(nodal.force));
             }
+        }
+        if let Some(ties) = ties {
+            let stiffness = marker_spring(&setup, setup.mesh.nodes.len() - 1);
+            rod.stiffen_edges(|_| AXIAL_FACTOR);
+            rod.set_own(point_ties(&model.chart(&setup.scene, &setup.rest), stiffness, ties));
         }
         Ok(PlacedRod { rod, q, frames, mesh: setup.mesh })
     }

@@ -15,6 +15,9 @@ use crate::rod::Rod;
 use crate::scene::number::Quantity;
 use crate::scene::{Scene, StructureScene};
 use crate::structure::blueprint::{AssemblyAtRest, Blueprint};
+use crate::structure::recorded_ends::RecordedEnds;
+use crate::structure::recorded_start::RelaxedFrame;
+use std::sync::{Arc, OnceLock};
 
 /// A structure: its scene and its assembly.
 ///
@@ -57,6 +60,9 @@ pub struct Structure {
     pub(super) scene: StructureScene,
     pub(super) blueprint: Blueprint,
     pub(super) at_rest: AssemblyAtRest<f64>,
+    pub(super) recorded: RecordedEnds,
+    /// Relaxed shapes of the first two frames of the recording, once they are computed.
+    pub(super) start: Arc<OnceLock<[RelaxedFrame; 2]>>,
     pub(super) derivatives: Derivatives,
 }
 
@@ -72,7 +78,10 @@ impl Structure {
         let in_file = |error: Error| error.in_file(file.as_deref());
         let blueprint = Blueprint::new(&scene).map_err(in_file)?;
         let at_rest = blueprint.build(&scene).map_err(in_file)?;
-        Ok(Self { scene, blueprint, at_rest, derivatives: Derivatives::Hand })
+        let Blueprint { plan, models, .. } = &blueprint;
+        let recorded = RecordedEnds::new(&scene, plan, models, &at_rest).map_err(in_file)?;
+        let (derivatives, start) = (Derivatives::Hand, Arc::default());
+        Ok(Self { scene, blueprint, at_rest, recorded, start, derivatives })
     }
 
     /// The structure whose simulations compute gradients and Hessians of energies by hand-derived formulas or dual numbers.
@@ -114,10 +123,12 @@ impl Structure {
         self.at_rest.meshes.iter().map(|mesh| mesh.nodes.len() - 1).sum()
     }
 
-    /// Number of unknowns that move: all coordinates of rods, bodies and springs but those of carried and fixed nodes and of
-    /// gaps.
+    /// Number of unknowns that move: all coordinates of rods, bodies and springs but those of carried, fixed and recorded
+    /// nodes and of gaps.
     pub fn dof(&self) -> usize {
-        self.at_rest.q.len() - self.at_rest.assembly.tied().count()
+        self.at_rest.q.len()
+            - self.at_rest.assembly.tied().count()
+            - self.recorded.prescribed.iter().count()
     }
 
     /// The scenes of the single rods, in the order of `[[rods]]`, in plain numbers.
@@ -165,6 +176,7 @@ impl Structure {
         let assembly = &self.at_rest.assembly;
         let mut stiffness: Vec<f64> = assembly.mass().iter().map(|mass| mass * squared).collect();
         assembly.tied().for_each(|i| stiffness[i] = 0.0);
+        self.recorded.prescribed.fill(&mut stiffness, 0.0);
         if assembly.is_spatial() {
             // Angles of edges: the same part of the torsional stiffness of the whole, divided among the edges.
             for (range, scene) in assembly.rod_ranges().into_iter().zip(self.parts()) {

@@ -11,7 +11,6 @@
 use crate::code::Code;
 use crate::energy::Derivatives;
 use crate::error::Error;
-use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::rod::assembly::AssemblyFrames;
 use crate::rod::{Energies, Rod};
 use crate::scene::{Scene, Support};
@@ -51,6 +50,10 @@ pub struct StructureEquilibrium {
     /// Largest unbalanced force, N.
     pub residual: f64,
 }
+
+/// Largest displacement of a recorded end per stage of an equilibrium, as a fraction of the length of the structure. Newton's
+/// method converges from one stage to the next.
+const LARGEST_SHIFT: f64 = 0.02;
 
 /// Whether a count is left out of the JSON.
 fn is_zero(count: &usize) -> bool {
@@ -110,8 +113,8 @@ impl Structure {
     }
 
     /// Unknowns and frames of the equilibrium, by a descent from the rest shape, with the number of iterations and the
-    /// largest unbalanced force. Springs of the negligible stiffness hold the angles of rods that spin freely. Hand-derived
-    /// derivatives are taken.
+    /// largest unbalanced force. Springs of the negligible stiffness hold the angles of rods that spin freely. Recorded
+    /// ends are at their markers at t = 0. Hand-derived derivatives are taken.
     pub(super) fn equilibrium_state(&self) -> Result<EquilibriumState<AssemblyFrames<f64>>, Error> {
         let negligible = self.negligible_stiffness();
         // Weak springs hold the spins of rods.
@@ -121,17 +124,37 @@ impl Structure {
             let angles = ranges[k].clone().skip(3).step_by(4);
             angles.for_each(|i| springs[i] = negligible[i]);
         }
-        let settings = DescentSettings {
+        let settings = || DescentSettings {
             free: 0..self.at_rest.q.len(),
-            prescribed: PrescribedDofs::default(),
+            prescribed: self.recorded.prescribed.clone(),
             length: self.length(),
-            negligible,
-            springs,
+            negligible: negligible.clone(),
+            springs: springs.clone(),
             edges: None,
             derivatives: Derivatives::Hand,
         };
-        let frames = self.at_rest.frames.clone();
-        Descent::new(&self.at_rest.assembly, settings, self.at_rest.q.clone()).descend(frames)
+        let (assembly, mut q) = (&self.at_rest.assembly, self.at_rest.q.clone());
+        let mut frames = self.at_rest.frames.clone();
+        // Recorded ends move from rest to their markers in stages.
+        let mut target = q.clone();
+        self.recorded.place(0.0, &mut target, &frames);
+        let ways: Vec<f64> = target.iter().zip(&q).map(|(to, from)| to - from).collect();
+        let largest = ways.iter().fold(0.0, |most: f64, way| most.max(way.abs()));
+        let stages = (largest / (LARGEST_SHIFT * self.length())).ceil().max(1.0);
+        let mut iterations = 0;
+        for stage in 1..stages as usize {
+            let part = stage as f64 / stages;
+            for i in self.recorded.prescribed.iter() {
+                q[i] = self.at_rest.q[i] + part * ways[i];
+            }
+            let found = Descent::new(assembly, settings(), q).descend(frames)?;
+            (q, frames) = (found.q, found.frames);
+            iterations += found.newton_iterations;
+        }
+        self.recorded.place(0.0, &mut q, &frames);
+        let mut found = Descent::new(assembly, settings(), q).descend(frames)?;
+        found.newton_iterations += iterations;
+        Ok(found)
     }
 
     /// The state at rest, without the deformation by loads, as an equilibrium with zero iterations and zero residual.
@@ -157,6 +180,8 @@ impl Structure {
         assembly.tangent(q, &state.frames, Derivatives::Hand, &mut gradient, &mut tangent);
         // Tied unknowns follow others, and must not count as motions of their own.
         assembly.tied().for_each(|i| mass[i] = 0.0);
+        self.recorded.prescribed.fill(&mut mass, 0.0);
+        self.recorded.prescribed.uncouple(&mut tangent);
         Pencil { tangent, mass, free: 0..q.len() }
     }
 }

@@ -58,7 +58,7 @@ fn held_nodes<D: Nestable, L: AssemblyLayout>(
             false => components,
         };
         match hold {
-            EndHold::Free => {}
+            EndHold::Free | EndHold::Recorded(_) => {}
             EndHold::Wall { .. } => {
                 let at =
                     |node: usize| FixedNode { node, width: width(node), position: own.node(node) };

@@ -164,15 +164,18 @@ fn joint_spring<D: Nestable>(
     length: f64,
 ) -> JointSpring<D> {
     let own = &plan.springs[spring];
-    let (compliance, rest_angle) = match &scene.joints[own.joint] {
-        StructureJoint::Spring { rotation, rest, .. } => (rotation.all()[0], *rest),
-        _ => (D::from(1.0), D::from(0.0)),
+    let (compliance, rest_angle, damping) = match &scene.joints[own.joint] {
+        StructureJoint::Spring { rotation, rest, damping, .. } => {
+            (rotation.all()[0], rest.all()[0], *damping)
+        }
+        _ => (D::from(1.0), D::from(0.0), D::from(0.0)),
     };
     JointSpring {
         body: own.body,
         rotation: Rotation { coordinate: own.coordinate, length, inertia },
         stiffness: compliance.recip(),
         rest_angle,
+        damping,
     }
 }
 

@@ -1,13 +1,12 @@
 //! Discrete choices of a structure, which have no derivatives: supports of rod ends, coordinates of bodies, places
 //! of rods.
 //!
-//! Input: a validated scene, in a plane or in space. A [`StructurePlan`] states for every end of a rod whether it
-//! is free, at a wall, or on a body, with the direction (clamped), without (pinned), or through a spring. A joint
-//! without a body of `[[bodies]]` gets a body of its own, which does not rotate if its ends are pinned. Coordinates
-//! of bodies and springs are numbered for a small envelope of the tangent (reverse Cuthill-McKee). Each rod is
-//! placed by its origin, or by the first joint to a placed rod or a body with an offset; the first rod is at zero
-//! without an origin. Errors: roller or recorded supports, ends held twice, joints with two bodies or fewer than
-//! two entries, springs whose body is not the first entry, rods that nothing places, and unconnected parts. The
+//! Input: a validated scene, in a plane or in space. A [`StructurePlan`] states for every end of a rod whether it is free, at a
+//! wall, or on a body, with the direction (clamped), without (pinned), or through a spring. A joint without a body of
+//! `[[bodies]]` gets a body of its own, which does not rotate if its ends are pinned. Coordinates of bodies and springs are
+//! numbered for a small envelope of the tangent (reverse Cuthill-McKee). Each rod is placed by its origin, or by the first joint
+//! to a placed rod or a body with an offset; the first rod is at zero without an origin. Errors: roller supports,
+//! ends held twice, joints with two bodies or fewer than two entries, rods that nothing places, and unconnected parts. The
 //! construction of the assembly follows the plan.
 
 use crate::error::{Error, ensure};
@@ -24,14 +23,16 @@ pub(super) enum EndHold {
     Wall { pinned: bool },
     /// A body, with the direction or without, or with an elastic moment.
     Body { body: usize, spring: Option<usize>, pinned: bool },
+    /// Recorded markers, by the index of the support.
+    Recorded(usize),
 }
 
 impl EndHold {
     /// The support of the end in the scene of the rod alone: free, pinned at a hinge, or clamped at a wall, a rigid joint or
-    /// a spring.
+    /// a spring. A recorded end is free there, as its motion is prescribed in the assembly.
     pub fn support(self) -> Support {
         match self {
-            Self::Free => Support::Free,
+            Self::Free | Self::Recorded(_) => Support::Free,
             Self::Wall { pinned: true } | Self::Body { pinned: true, .. } => Support::Pinned,
             Self::Wall { .. } | Self::Body { .. } => Support::Clamped,
         }
@@ -116,8 +117,8 @@ fn joint_point(
 }
 
 impl StructurePlan {
-    /// The choices for a validated scene, in a plane or in space, from supports, then joints in order. Errors: rollers and
-    /// recorded supports, an end in two joints or supports, a joint with fewer than two entries or with two bodies. Rods and
+    /// The choices for a validated scene, in a plane or in space, from supports, then joints in order. Errors: rollers,
+    /// an end in two joints or supports, a joint with fewer than two entries or with two bodies. Rods and
     /// bodies that nothing connects, and a rod that nothing places, are errors too.
     pub fn new(scene: &StructureScene, in_space: bool) -> Result<Self, Error> {
         let mut plan = Self {
@@ -138,9 +139,11 @@ impl StructurePlan {
                 Support::Clamped => EndHold::Wall { pinned: false },
                 Support::Pinned => EndHold::Wall { pinned: true },
                 Support::Free => EndHold::Free,
-                Support::Roller | Support::Recorded => {
+                Support::Recorded => EndHold::Recorded(i),
+                Support::Roller => {
                     let found = format!("\"{:?}\"", support.kind).to_lowercase();
-                    let allowed = "\"clamped\", \"pinned\" or \"free\", in a structure";
+                    let allowed =
+                        "\"clamped\", \"pinned\", \"recorded\" or \"free\", in a structure";
                     return Err(Error::invalid(key, found, allowed));
                 }
             };
@@ -264,8 +267,34 @@ impl StructurePlan {
         }
     }
 
+    /// The end of a placed rod in another joint with the body of `points`. Rods in joints with a body without an offset end
+    /// at the same point.
+    fn at_body(
+        &self,
+        scene: &StructureScene,
+        points: &[JointPoint],
+        placed: &[bool],
+    ) -> Option<JointPoint> {
+        let body = points.iter().find_map(|point| match point {
+            JointPoint::Body(body, _) => Some(*body),
+            JointPoint::Rod(..) => None,
+        })?;
+        self.joints.iter().zip(&scene.joints).find_map(|(others, joint)| {
+            let has_body = others.iter().any(|point| match point {
+                JointPoint::Body(other, number) => {
+                    *other == body && joint.connects()[*number].offset.is_none()
+                }
+                JointPoint::Rod(..) => false,
+            });
+            let is_placed =
+                |point: &&JointPoint| matches!(point, JointPoint::Rod(rod, _) if placed[*rod]);
+            others.iter().find(is_placed).copied().filter(|_| has_body)
+        })
+    }
+
     /// Appends a placement for each rod: rods with an `origin` first, and the first rod, at zero without one. Others follow
-    /// one by one, by the first joint that connects them to a placed rod or to a body with an offset. An error for a rod that
+    /// one by one, by the first joint that connects them to a placed rod or to a body with an offset. Joints of a body without offsets
+    /// are at one point. An error for a rod that
     /// no joint places.
     fn place_rods(&mut self, scene: &StructureScene) -> Result<(), Error> {
         let mut placed = vec![false; scene.rods.len()];
@@ -284,10 +313,11 @@ impl StructurePlan {
             let next = self.joints.iter().enumerate().find_map(|(joint, points)| {
                 let gives_offset =
                     |number: usize| scene.joints[joint].connects()[number].offset.is_some();
-                let at = *points.iter().find(|point| match point {
+                let known = points.iter().find(|point| match point {
                     JointPoint::Rod(rod, _) => placed[*rod],
                     JointPoint::Body(_, number) => gives_offset(*number),
-                })?;
+                });
+                let at = known.copied().or_else(|| self.at_body(scene, points, &placed))?;
                 points.iter().find_map(|point| match *point {
                     JointPoint::Rod(rod, end) if !placed[rod] => {
                         Some(Placement::Joint { rod, end, joint, at })

@@ -1,14 +1,14 @@
 //! Masses, centers and moments of inertia of the bodies of a structure in space, with those of the nodes and edges
 //! that they carry.
 //!
-//! A body has its own mass, and that of nodes of the rod ends on it. For a clamped end it is the mass of the inner
-//! node, which is without the part behind the joint. Half of the rotational inertia of the outer edge about itself
-//! is added. For a hinged end it is the mass of the outer node. Its axes are the principal ones of the sum. The
-//! mass of a sprung clamp counts at the joint, with its moment of inertia about it. An elastic joint is a
-//! rotational spring, or a hinge: a stiff spring ([`HINGE_STIFFNESS`] times the stiffness of the rod's joint beside
-//! it) across its axis. [`SpatialBodiesAtRest`] has bodies with loads, springs, centers, m, coordinates at rest, m
-//! (zero for rotations), and the references of the rotations. Errors: a body without three moments of inertia, a
-//! rotating joint without inertia, a hinge without axis, a spring with a rest angle or too stiff for its rod.
+//! A body has its own mass, and that of nodes of the rod ends on it. For a clamped end it is the mass of the inner node,
+//! which is without the part behind the joint. Half of the rotational inertia of the outer edge about itself is added. For a
+//! hinged end it is the mass of the outer node. Its axes are the principal ones of the sum. The mass of a sprung clamp counts
+//! at the joint, with its moment of inertia about it. An elastic joint is a rotational spring, or a hinge: a stiff spring
+//! ([`HINGE_STIFFNESS`] times the stiffness of the rod's joint beside it) across its axis. [`SpatialBodiesAtRest`] has bodies
+//! with loads, springs, centers, m, coordinates at rest, m (zero for rotations), and the references of the rotations. Errors: a
+//! body without three moments of inertia, a rotating joint without inertia, a hinge without axis, a spring with one
+//! rest angle or too stiff for its rod.
 
 use crate::error::{Error, ensure};
 use crate::numerics::rotation::{
@@ -141,7 +141,7 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
     ///
     /// # Errors
     /// [`Error::Invalid`] for a body without three moments of inertia, a rotating joint without inertia, or a hinge without
-    /// axis. Also for a spring with a rest angle, or one that is too stiff for its rod ([`LEAST_COMPLIANCE`]).
+    /// axis. Also for a spring with one rest angle, or one that is too stiff for its rod ([`LEAST_COMPLIANCE`]).
     pub fn new(
         plan: &StructurePlan,
         scene: &StructureScene<D>,
@@ -226,8 +226,8 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
 
     /// The elastic joint number `spring` of a plan at an end of a rod, with a rotation of its own for the sprung clamp. A
     /// spring joint has the reciprocals of its compliances in the axes of the clamp. A hinge is free about its axis, and
-    /// resists across it with [`HINGE_STIFFNESS`] times the largest stiffness of the joint of the rod beside it. Errors: a
-    /// rest angle other than zero, a compliance below [`LEAST_COMPLIANCE`] over that stiffness, a hinge without axis, no
+    /// resists across it with [`HINGE_STIFFNESS`] times the largest stiffness of the joint of the rod beside it. Its rest
+    /// rotation is that of the rest shapes and then the rotation vector `rest`. Errors: one rest angle other than zero, a compliance below [`LEAST_COMPLIANCE`] over that stiffness, a hinge without axis, no
     /// inertia.
     fn spring(
         &mut self,
@@ -252,7 +252,8 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
         let body = &self.bodies.bodies[own.body];
         let body_axes =
             body.rotation.map_or_else(identity, |turn| self.references[turn.reference].axes);
-        let rest = product(&transpose(&body_axes), &axes);
+        let mut rest = product(&transpose(&body_axes), &axes);
+        let mut damping = zero;
         let joints = &rod.rod.joint;
         let beside = if end == 0 { joints.first() } else { joints.last() };
         let stiffest = beside.map_or(0.0, |joint| {
@@ -261,9 +262,15 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
         });
         let key = |name: &str| format!("joints[{}].{name}", own.joint);
         let stiffness = match &scene.joints[own.joint] {
-            StructureJoint::Spring { rotation, rest, .. } => {
-                let allowed = "0 in space, where it is an angle about no axis";
-                ensure(rest.value() == 0.0, key("rest"), rest.value(), allowed)?;
+            StructureJoint::Spring { rotation, rest: turn, damping: time, .. } => {
+                damping = *time;
+                match turn {
+                    PerAxis::Three(turn) => rest = product(&rest, &exponential(*turn)),
+                    PerAxis::One(angle) => {
+                        let allowed = "a list of three numbers in space, a rotation vector, rad";
+                        ensure(angle.value() == 0.0, key("rest"), angle.value(), allowed)?;
+                    }
+                }
                 let least = LEAST_COMPLIANCE / stiffest;
                 let compliance = rotation.all();
                 for c in compliance {
@@ -285,8 +292,8 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
                 return Err(Error::invalid(key("axis"), "no direction", allowed));
             }
         };
-        let law = ElasticJoint { rest, stiffness };
-        Ok(SpatialSpring { body: own.body, rotation, law })
+        let law = ElasticJoint { rest, natural: [zero; 3], stiffness };
+        Ok(SpatialSpring { body: own.body, rotation, law, damping })
     }
 }
 

@@ -143,7 +143,8 @@ impl Structure {
         let parts = self.parts().next();
         // Damping and scheme of the structure are in the scene of each rod: the first one serves.
         let control = match parts {
-            Some(scene) => StepControl::new(scene, &simulation),
+            Some(scene) if self.recorded.is_empty() => StepControl::new(scene, &simulation),
+            Some(scene) => StepControl::without_limits(scene, &simulation),
             None => return Err(Error::invalid("rods", "an empty list", "at least one rod")),
         };
         Ok(StructureMotion { structure: self, simulation, control, taken: Vec::new() })
@@ -187,10 +188,19 @@ impl Structure {
         if assembly.is_spatial() {
             check_scheme(time).map_err(|error| error.in_file(self.scene.path.as_deref()))?;
         }
-        if self.scene.initial.state == InitialState::Equilibrium {
-            (q, frames) = self.differentiated_equilibrium(&assembly, &frames)?;
+        let mut start = None;
+        match self.scene.initial.state {
+            InitialState::Equilibrium => {
+                (q, frames) = self.differentiated_equilibrium(&assembly, &frames)?;
+            }
+            InitialState::Recorded => {
+                let found = self.recorded_start(scene)?;
+                (q, frames) = (found.q, found.frames);
+                start = Some((found.change, found.interval));
+            }
+            _ => self.check_recorded_rest()?,
         }
-        // Steps take derivatives by increments of rotations in the axes of the bodies.
+        self.recorded.place(0.0, &mut q, &frames);
         let (n, assembly) = (q.len(), assembly.by_increments());
         let parameter = scene.time.as_ref().map_or(D::from(0.5), Time::parameter);
         let settings = StepperSettings {
@@ -200,7 +210,30 @@ impl Structure {
             length: self.length(),
         };
         let (damping, derivatives) = (scene.loads.damping.clone(), self.derivatives);
-        Ok(Simulation::new(assembly, q, frames, 0..n, damping, settings, derivatives))
+        let mut simulation =
+            Simulation::new(assembly, q, frames, 0..n, damping, settings, derivatives);
+        if !self.recorded.is_empty() {
+            simulation.move_supports(self.recorded.motion(), self.recorded.prescribed.clone());
+        }
+        if let Some((change, interval)) = start {
+            simulation.begin_changing(&change, interval)?;
+        }
+        Ok(simulation)
+    }
+
+    /// Rejects a structure that starts at rest in its rest shape with recorded ends away from their markers at t = 0.
+    fn check_recorded_rest(&self) -> Result<(), Error> {
+        let (rest, mut q) = (&self.at_rest.q, self.at_rest.q.clone());
+        self.recorded.place(0.0, &mut q, &self.at_rest.frames);
+        let away = rest.iter().zip(&q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let allowed = "initial.state = \"recorded\" or \"equilibrium\": recorded ends are away from their markers at rest";
+        ensure(
+            away <= AT_MARKERS * self.length(),
+            "initial.state",
+            format!("\"rest\" with markers {away:e} m away"),
+            allowed,
+        )
+        .map_err(|error| error.in_file(self.scene.path.as_deref()))
     }
 
     /// Unknowns and frames of the equilibrium of an `assembly`, with the derivatives that its numbers carry. From the
@@ -222,6 +255,8 @@ impl Structure {
         // From the equilibrium on, every Newton iteration completes one more order of derivatives.
         for _ in 0..D::ORDER {
             assembly.tangent(&q, &frames, Derivatives::Hand, &mut change, &mut tangent);
+            self.recorded.prescribed.uncouple(&mut tangent);
+            self.recorded.prescribed.fill(&mut change, D::from(0.0));
             factors.factor(&tangent, 0..q.len()).map_err(|_| Error::SingularEquilibrium)?;
             factors.solve(&mut change);
             q.iter_mut().zip(&change).for_each(|(q, change)| *q -= *change);
@@ -233,6 +268,10 @@ impl Structure {
         Ok((q, frames))
     }
 }
+
+/// Distance of recorded ends from their markers at t = 0, over the length of the structure, up to which the rest shape is the
+/// initial state.
+const AT_MARKERS: f64 = 1e-6;
 
 /// Rejects every scheme but Newmark-beta and generalized-alpha, with the key `time.scheme`. It is called for structures in
 /// space.
@@ -302,13 +341,12 @@ impl StructureReport {
 
     /// Sets the status, `completed` or the text of the error in `outcome`. Replaces the warnings by that of the energy, if
     /// its change relative to the largest kinetic energy exceeds the limit for the scene of the first rod. None with damping,
-    /// and without kinetic energy.
+    /// recorded ends, and without kinetic energy.
     pub fn finish(&mut self, structure: &Structure, outcome: &Result<(), Error>) {
         let [change, kinetic] = self.energy_change();
         let warning =
             structure.parts().next().and_then(|scene| energy_warning(scene, change / kinetic));
-        // Without motion the ratio is 0/0, which would count as a warning.
-        let warning = warning.filter(|_| kinetic > 0.0);
+        let warning = warning.filter(|_| kinetic > 0.0 && structure.recorded.is_empty());
         self.warnings = warning.iter().map(|(code, words)| code.behind(words)).collect();
         self.status = match outcome {
             Ok(()) => "completed".into(),

@@ -38,7 +38,7 @@ fn seeded(seed: u64) -> Structure {
             parts.push(match (numbers.next() * 3.0) as usize {
                 0 => joint("rigid", &ends, ""),
                 1 => joint("ball", &ends, ""),
-                _ => joint("spring", &ends, "rotation = 20.0\nrest = 0.1"),
+                _ => joint("spring", &ends, "rotation = 20.0\nrest = 0.1\ndamping = 2e-3"),
             });
         }
     }

@@ -7,6 +7,7 @@ mod fits;
 mod frames;
 mod joints;
 mod motion;
+mod recorded;
 mod scenes;
 mod space;
 mod spatial_motion;

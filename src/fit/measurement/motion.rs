@@ -20,7 +20,7 @@ use crate::scene::marker::{MarkerStencil, is_beside};
 use crate::scene::mesh::Mesh;
 use crate::scene::track::Marker;
 use crate::scene::validate::positive;
-use crate::scene::{Point, StructurePoint};
+use crate::scene::{Point, StructurePoint, StructureScene, Track};
 use crate::structure::StructureNodes;
 use marker_files::{MarkerTrajectory, Recording, is_finite};
 use serde::{Deserialize, Serialize};
@@ -127,6 +127,9 @@ impl Observation {
         every: usize,
         glitches: Glitches,
     ) -> Result<Vec<Self>, Error> {
+        if let Some(structure) = &problem.scene().structure {
+            return Self::of_structure_markers(problem, structure, every, glitches);
+        }
         let Some(path) = &problem.scene().supports.path else {
             let allowed = "only with a scene that has [supports.path]";
             return Err(Error::invalid("markers", "\"free\"", allowed));
@@ -138,26 +141,63 @@ impl Observation {
         let supports = &problem.scene().supports;
         // Held markers prescribe the motion: compared with it, they would have no residuals.
         let markers = path.free_markers([supports.start, supports.end]);
-        let free = markers.into_iter().map(|j| (nodes[j], &track.markers()[j]));
-        let observation = |(node, marker): (usize, &Marker)| {
-            // From the third frame on: the first two give the places and velocities at t = 0.
-            let frames = (2..track.times().len()).step_by(every);
-            let kept = frames.filter(|k| {
-                track.times()[*k] <= end
-                    && !(glitches == Glitches::Mask && track.is_spoiled(marker, *k))
-            });
-            // Frames without a position of the marker have no sample.
-            let sample = |k: usize| {
-                let position = marker.seen[k]?.map(Some);
-                Some(Sample { time: track.times()[k], position })
-            };
-            let samples = kept.filter_map(sample).collect();
-            let mut observation = Self::new(samples).at(Point::Node(node));
-            observation.marker = Some(marker.name.clone());
-            observation
+        let observation = |j: usize| {
+            let marker = Self::of_marker(track, &track.markers()[j], end, every, glitches);
+            marker.at(Point::Node(nodes[j]))
         };
-        let free: Vec<Self> = free.map(observation).filter(|o| o.values() > 0).collect();
+        let free = markers.into_iter().map(observation);
+        let free: Vec<Self> = free.filter(|o| o.values() > 0).collect();
         ensure(!free.is_empty(), "markers", "no free marker with positions", "one at least")?;
+        Ok(free)
+    }
+
+    /// Every `every`-th frame of a marker of a track up to the time `end`, s, from the third frame on: the first two give
+    /// the places and velocities at t = 0. Spoiled frames are left out if `glitches` requests it.
+    fn of_marker(
+        track: &Track,
+        marker: &Marker,
+        end: f64,
+        every: usize,
+        glitches: Glitches,
+    ) -> Self {
+        let frames = (2..track.times().len()).step_by(every);
+        let kept = frames.filter(|k| {
+            track.times()[*k] <= end
+                && !(glitches == Glitches::Mask && track.is_spoiled(marker, *k))
+        });
+        // Frames without a position of the marker have no sample.
+        let sample = |k: usize| {
+            let position = marker.seen[k]?.map(Some);
+            Some(Sample { time: track.times()[k], position })
+        };
+        let mut observation = Self::new(kept.filter_map(sample).collect());
+        observation.marker = Some(marker.name.clone());
+        observation
+    }
+
+    /// The observed markers of the recording of a `structure`, as [`of_free_markers`](Self::of_free_markers).
+    fn of_structure_markers(
+        problem: &Problem,
+        structure: &StructureScene,
+        every: usize,
+        glitches: Glitches,
+    ) -> Result<Vec<Self>, Error> {
+        let Some(recording) = &structure.recording else {
+            let allowed = "only with a structure that has [recording]";
+            return Err(Error::invalid("markers", "\"free\"", allowed));
+        };
+        ensure(every > 0, "every", 0, "1 or more frames")?;
+        let (track, end) = (recording.track()?, problem.time()?.end * (1.0 + 1e-9));
+        let mut free = Vec::new();
+        for (name, place) in &recording.markers {
+            let j = recording.marker(&format!("recording.markers.{name}"), name)?;
+            let marker = &track.markers()[j];
+            let observation = Self::of_marker(track, marker, end, every, glitches);
+            if observation.values() > 0 {
+                free.push(observation.of_structure(place.clone()));
+            }
+        }
+        ensure(!free.is_empty(), "markers", "no observed marker with positions", "one at least")?;
         Ok(free)
     }
 

@@ -102,7 +102,10 @@ fn free_length_ratio(problem: &Problem) -> f64 {
 fn coarse(experiment: &Experiment, unknowns: &[&Unknown], step: f64) -> Result<Problem, Error> {
     let problem = &experiment.problem;
     let mut scene = problem.scene().clone();
-    // Only shapes with a formula, as arcs and helices, have elements that are corrected for curvature.
+    // Steps of a structure that follows a recording are already as large as the motion allows.
+    if scene.structure.as_ref().is_some_and(|structure| structure.recording.is_some()) {
+        return Ok(problem.clone());
+    }
     let has_formula = scene.rod.shape.turning().is_some();
     let largest_turn = match has_formula && scene.discretization() != Discretization::Paper {
         true => COARSE_CORRECTED_TURN,

@@ -278,6 +278,11 @@ impl Search<'_> {
     }
 }
 
+/// Whether the scene is a structure with a recording.
+fn follows_recording(problem: &Problem) -> bool {
+    problem.scene().structure.as_ref().is_some_and(|structure| structure.recording.is_some())
+}
+
 impl Unknown {
     /// Whether the unknown's parameter is Young's modulus, which determines the period of the motion and is scanned over
     /// decades.
@@ -312,6 +317,9 @@ impl Unknown {
             (_, None) if self.parameter.is_of_structure() && !self.is_stiffness() => {
                 self.parameter.of(problem.scene()).into_iter().collect()
             }
+            // A start for a structure that follows a recording is not scanned: its motion depends little on the period, and
+            // it may have several moduli.
+            (_, Some(value)) if follows_recording(problem) => vec![value],
             (Candidates::Here, _) => {
                 self.start.or(self.parameter.of(problem.scene())).into_iter().collect()
             }

@@ -12,7 +12,7 @@
 use crate::error::{Error, ensure};
 use crate::problem::Problem;
 use crate::scene::rod::Dimension;
-use crate::scene::{Initial, Scene, Shape, StructureScene, Time};
+use crate::scene::{Initial, InitialState, Scene, Shape, StructureScene, Time};
 use crate::structure::Structure;
 
 /// Acceleration that orients the plane of the representative rod, m/s^2. It has no other effect.
@@ -27,20 +27,21 @@ const FEWEST_EDGES: f64 = 6.0;
 pub(crate) fn representative_problem(scene: StructureScene) -> Result<Problem, Error> {
     let structure = Structure::new(scene)?;
     let scene = structure.scene();
-    let Some([direction, across]) = structure.plane_axes() else {
-        let allowed = "a structure in a plane: those in space are simulated, not fitted";
-        let error = Error::invalid("scene", "a structure in space", allowed);
-        return Err(error.in_file(scene.path.as_deref()));
-    };
+    let axes = structure.plane_axes();
+    let [direction, across] = axes.unwrap_or([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
     let shape = Shape::Straight { length: structure.length(), direction };
     let first = &scene.rods[0];
     let material = scene.material_of(first)?;
     let mut rod = Scene::new(structure.segments(), shape, first.section.clone(), material);
-    rod.rod.dimension = Dimension::Planar;
-    // The plane of a planar rod is that of its direction and gravity.
+    rod.rod.dimension = if axes.is_some() { Dimension::Planar } else { Dimension::Spatial };
     rod.loads.gravity = across.map(|x| -ORIENTING_GRAVITY * x);
     rod.loads.damping = scene.loads.damping.clone();
-    rod.initial = Initial { state: scene.initial.state, ..Initial::default() };
+    // A recorded start of the structure needs the recording of a rod; any start but rest is the same here.
+    let state = match scene.initial.state {
+        InitialState::Recorded => InitialState::Equilibrium,
+        state => state,
+    };
+    rod.initial = Initial { state, ..Initial::default() };
     rod.time.clone_from(&scene.time);
     rod.camera = scene.camera;
     rod.path.clone_from(&scene.path);

@@ -1,8 +1,9 @@
 //! Motions and equilibria of the nodes of a structure with their derivatives by parameters, as records for measurements.
 //!
 //! Input: a problem with its structure, ascending indices of tracked nodes, a number of steps, and parameters. The motion is
-//! first simulated in plain numbers, where a step that fails is halved. It is then repeated in dual numbers with the steps
-//! taken, two parameters (`LANES`) per run, on several threads. Output of [`simulated_motion`]: a [`Trajectory`] at the start
+//! first simulated in plain numbers, where a step that fails is halved. It is then repeated with the steps taken in plain and
+//! in dual numbers side by side, up to `LANES` parameters per run, on several threads. Each step in dual numbers is one linear
+//! solution with the factors of the plain one. Output of [`simulated_motion`]: a [`Trajectory`] at the start
 //! and at the end of every step of the scene. It has positions, m, and velocities, m/s, of the tracked nodes, and their
 //! derivatives by each parameter. [`equilibrium`] is the same at rest: one time, zero velocities. Failed steps or equilibria
 //! and an interruption are errors. Both are used by experiments of structures; [`repeated_motion`] and [`motion_at_rest`]
@@ -20,17 +21,16 @@ use num_dual::DualSVec64;
 use rayon::prelude::*;
 
 /// Parameters of one run in dual numbers.
-const LANES: usize = 2;
+const LANES: usize = 8;
 /// Dual number with a derivative by each parameter of a run.
-type PairDual = DualSVec64<LANES>;
+type LanesDual = DualSVec64<LANES>;
 
 /// Derivatives of the motions of all tracked nodes at all times, by some parameters.
 type MotionRates = Vec<Vec<NodeMotion<f64>>>;
 
 /// The number of a path with the seeded derivatives of `parameters`.
-fn seeded(parameters: &[Parameter], path: &str, value: f64) -> PairDual {
-    let mut number = PairDual::from(value);
-    // All other numbers of the structure are constants in this run.
+fn seeded(parameters: &[Parameter], path: &str, value: f64) -> LanesDual {
+    let mut number = LanesDual::from(value);
     if let Some(k) = parameters.iter().position(|parameter| parameter.path() == path) {
         number = number.derivative(k);
     }
@@ -38,15 +38,15 @@ fn seeded(parameters: &[Parameter], path: &str, value: f64) -> PairDual {
 }
 
 /// The derivative by parameter `k` of motions in dual numbers.
-fn rates_by(motion: &NodeMotion<PairDual>, k: usize) -> NodeMotion<f64> {
-    let rate = |x: PairDual| x.eps.0.map_or(0.0, |eps| eps[k]);
+fn rates_by(motion: &NodeMotion<LanesDual>, k: usize) -> NodeMotion<f64> {
+    let rate = |x: LanesDual| x.eps.0.map_or(0.0, |eps| eps[k]);
     [0, 1].map(|part| [0, 1, 2].map(|c| rate(motion[part][c])))
 }
 
 /// Derivatives by all `parameters`, of which `run` computes those by up to [`LANES`] at once.
 fn rates(
     parameters: &[Parameter],
-    run: impl Fn(&[Parameter]) -> Result<Vec<NodeMotion<PairDual>>, Error> + Sync,
+    run: impl Fn(&[Parameter]) -> Result<Vec<NodeMotion<LanesDual>>, Error> + Sync,
 ) -> Result<MotionRates, Error> {
     let of_pair = |pair: &[Parameter]| {
         let motions = run(pair)?;
@@ -54,7 +54,9 @@ fn rates(
         Ok((0..pair.len()).map(by).collect::<MotionRates>())
     };
     // All results are collected before the first error is returned, so that it does not depend on threads.
-    let all: Vec<Result<MotionRates, Error>> = parameters.par_chunks(LANES).map(of_pair).collect();
+    // Runs of about equally many parameters.
+    let size = parameters.len().div_ceil(parameters.len().div_ceil(LANES).max(1)).max(1);
+    let all: Vec<Result<MotionRates, Error>> = parameters.par_chunks(size).map(of_pair).collect();
     Ok(all.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 
@@ -68,13 +70,19 @@ pub(crate) fn repeated_motion<D: Nestable>(
     seed: impl FnMut(&str, f64, Quantity) -> D,
 ) -> Result<Vec<NodeMotion<D>>, Error> {
     let mut simulation = structure.simulation_over(seed)?;
+    let mut plain = structure.simulation_over(|_, value, _| value)?;
+    plain.keep_tangent();
     let mut motions = Vec::with_capacity(times.len() * tracked.len());
     let mut ends = taken.iter();
     for (k, time) in times.iter().enumerate() {
         // The record has the start, and then the ends of the steps of the scene.
         if k > 0 {
             for end in ends.by_ref() {
-                simulation.step_to(*end)?;
+                plain.step_to(*end)?;
+                // Without Newton's method, the step itself is repeated.
+                if D::ORDER == 0 || !simulation.repeat_step(&plain) {
+                    simulation.step_to(*end)?;
+                }
                 if end >= time {
                     break;
                 }

@@ -17,10 +17,10 @@
 //! Masses, kg (inertia over `length^2` for a rotation), are constant and diagonal.
 
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::rod::Energies;
 use crate::rod::assembly::attachment::Attachment;
-use crate::rod::assembly::carrying::{CarriedMotion, CarryingBodies};
+use crate::rod::assembly::carrying::{CarriedMotion, CarryingBodies, is_viscous};
 use crate::rod::assembly::frames::AssemblyFrames;
+use crate::rod::{Energies, Viscosity};
 
 /// Largest number of coordinates on which the position of a carried node depends.
 const MOST: usize = 4;
@@ -72,6 +72,8 @@ pub struct JointSpring<D> {
     pub stiffness: D,
     /// Rotation of the clamp relative to the body without moment, rad.
     pub rest_angle: D,
+    /// Time of the viscous moment, s.
+    pub damping: D,
 }
 
 /// All bodies and springs of an assembly.
@@ -331,6 +333,27 @@ impl<D: Nestable> CarryingBodies<D, [D; 2]> for Bodies<D> {
         bodies.springs.iter_mut().for_each(|spring| spring.stiffness = D::from(0.0));
         bodies
     }
+
+    /// Whether a spring has a viscous moment.
+    fn has_viscous_springs(&self) -> bool {
+        self.springs.iter().any(|spring| is_viscous(spring.damping))
+    }
+
+    /// Appends the rotation of each spring from its rest, rad.
+    fn add_spring_strains(&self, z: &[D], _: &AssemblyFrames<D>, strains: &mut Vec<D>) {
+        strains.extend(self.springs.iter().map(|spring| self.spring_angle(z, spring)));
+    }
+
+    /// Overwrites stiffnesses and rest angles: the moment `k (a + time (rate a - past))` of the elastic angle `a` is that
+    /// of another elastic spring.
+    fn set_viscous_springs(&mut self, elastic: &Self, viscosity: &Viscosity<D>, first: usize) {
+        let Some(own) = &viscosity.own else { return };
+        for (i, (to, from)) in self.springs.iter_mut().zip(&elastic.springs).enumerate() {
+            let factor = from.damping * own.rate + 1.0;
+            to.stiffness = from.stiffness * factor;
+            to.rest_angle = from.rest_angle + from.damping * own.past[first + i] / factor;
+        }
+    }
 }
 
 #[cfg(test)]
@@ -354,6 +377,7 @@ mod tests {
             rotation: rotation(0, 0.1),
             stiffness: x(1.7),
             rest_angle: x(0.2),
+            damping: x(0.0),
         };
         let node = CarriedNode {
             node: 4,

@@ -92,6 +92,11 @@ pub trait CarriedMotion<D> {
     fn add_curvature(&self, force: &[D], add: impl FnMut(usize, usize, D));
 }
 
+/// Whether a viscous time, s, has a value or derivatives other than zero.
+pub(super) fn is_viscous<D: Nestable>(time: D) -> bool {
+    !time.is_identically_zero()
+}
+
 /// All bodies and springs of an assembly. Coordinates are counted from the first one of all bodies; `z` are those of all.
 pub trait CarryingBodies<D: Nestable, P>: Clone + Debug + Send + Sync {
     /// The unknowns of a carried node.
@@ -167,4 +172,15 @@ pub trait CarryingBodies<D: Nestable, P>: Clone + Debug + Send + Sync {
 
     /// A copy whose loads and spring stiffnesses are zero.
     fn passive(&self) -> Self;
+
+    /// Whether a spring has a viscous moment.
+    fn has_viscous_springs(&self) -> bool;
+
+    /// Appends the rotations of all springs from their rest, rad, at the coordinates `z`: one each in a plane, three in
+    /// space.
+    fn add_spring_strains(&self, z: &[D], frames: &AssemblyFrames<D>, strains: &mut Vec<D>);
+
+    /// Overwrites the laws of all springs with those of `elastic` plus their viscous moments. The strains of the springs
+    /// begin at index `first` of the viscosity, which has none without a viscous spring.
+    fn set_viscous_springs(&mut self, elastic: &Self, viscosity: &Viscosity<D>, first: usize);
 }

@@ -66,6 +66,11 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         &self.bodies
     }
 
+    /// Whether a joint spring has a viscous moment.
+    pub fn has_viscous_springs(&self) -> bool {
+        self.bodies.has_viscous_springs()
+    }
+
     /// Range of the coordinates of bodies in the unknowns.
     pub fn body_coordinates(&self) -> Range<usize> {
         self.first..self.mass.len()
@@ -326,7 +331,8 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         sums
     }
 
-    /// Overwrites `strains` with those of all rods, one rod after the other, each first its edges, then its joints.
+    /// Overwrites `strains` with those of all rods, one rod after the other, each first its edges, then its joints. The
+    /// rotations of joint springs follow, rad.
     pub fn strains(&self, q: &[D], frames: &AssemblyFrames<D>, strains: &mut Vec<D>) {
         strains.clear();
         self.for_each_placed(q, frames, |member, own_frames, room| {
@@ -334,6 +340,7 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
             member.rod.strains(q, own_frames, elements);
             strains.extend_from_slice(elements);
         });
+        self.bodies.add_spring_strains(&q[self.first..], frames, strains);
     }
 
     /// A copy without loads, natural strains and stiffness of joint springs, whose elements act as dashpots: strains
@@ -357,13 +364,14 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
     }
 
     /// Overwrites the laws of all rods with those of `elastic` under the viscous stress, as stiffnesses and natural
-    /// strains. The `viscosity` has the strains of all rods in order.
+    /// strains. The `viscosity` has the strains of all rods in order, then those of joint springs.
     pub fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
         let mut first = 0;
         for (to, from) in self.members.iter_mut().zip(&elastic.members) {
             to.rod.set_viscous_part(&from.rod, viscosity, first);
             first += from.rod.strain_count();
         }
+        self.bodies.set_viscous_springs(&elastic.bodies, viscosity, first);
     }
 
     /// Overwrites the laws of all rods with those of `dashpots`: every stiffness times its factor, the shifts as

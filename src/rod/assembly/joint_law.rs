@@ -1,16 +1,17 @@
 //! Elastic joints between a body and a clamp in space: rotational springs and hinges, with energy and derivatives.
 //!
-//! With the rotation `Q` of the clamp in the axes of the body, and `Q0` at rest, the relative rotation is `W = Q0' Q`
-//! in the axes of the clamp. A spring has the energy `sum k_c xi_c^2/2`, J, of the rotation vector `xi = log W`, rad,
-//! with `k_c` about both directors and the tangent of the clamp, N m/rad; `W` must be below half a turn. A hinge with
-//! the axis `n` has `k (1 - n.W n)`: it turns freely about its axis, and resists other rotations with the stiffness
-//! `k`. Output: energy, and first and second derivatives, N m, by rotations of the body (entries 0 to 2) and of the
-//! clamp (3 to 5), each in its own axes, in dual numbers.
+//! With the rotation `Q` of the clamp in the axes of the body, and `Q0` at rest, the relative rotation is `W = Q0' Q` in the
+//! axes of the clamp. A spring has the energy `sum k_c (xi_c - n_c)^2/2`, J, of the rotation vector `xi = log W`, rad. Its
+//! stiffnesses `k_c` are about both directors and the tangent of the clamp, N m/rad. The natural rotation `n` is zero of an
+//! elastic spring. `W` must be below half a turn. A hinge with the axis `n` has `k (1 - n.W n)`: it turns freely about its
+//! axis, and resists other rotations with the stiffness `k`. Output: energy, and first and second derivatives, N m, by
+//! rotations of the body (entries 0 to 2) and of the clamp (3 to 5), each in its own axes.
 
 use crate::energy::Local;
 use crate::numerics::out_of_line::OutOfLine;
 use crate::numerics::rotation::{
-    Matrix3, exponential, logarithm, product, times, transpose, transposed_times,
+    Matrix3, exponential, inverse, logarithm, product, tangent_map, times, transpose,
+    transposed_times,
 };
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, dot};
@@ -31,6 +32,8 @@ pub enum JointStiffness<D> {
 pub struct ElasticJoint<D> {
     /// Rotation of the clamp in the axes of the body at rest.
     pub rest: Matrix3<D>,
+    /// Rotation vector from rest without moment, rad: zero of an elastic spring, that of a viscous step.
+    pub natural: Vector<D>,
     /// Its resistance.
     pub stiffness: JointStiffness<D>,
 }
@@ -40,6 +43,7 @@ impl<D: Scalar> ElasticJoint<D> {
     fn map<E: Scalar>(&self, convert: impl Fn(D) -> E + Copy) -> ElasticJoint<E> {
         ElasticJoint {
             rest: self.rest.map(|row| row.map(convert)),
+            natural: self.natural.map(convert),
             stiffness: match self.stiffness {
                 JointStiffness::Spring(k) => JointStiffness::Spring(k.map(convert)),
                 JointStiffness::Hinge(axis, k) => {
@@ -49,13 +53,20 @@ impl<D: Scalar> ElasticJoint<D> {
         }
     }
 
+    /// The rotation vector from rest, rad, in the axes of the clamp, at the rotation `relative` of the clamp in the axes of
+    /// the body. It needs a rotation below half a turn.
+    pub fn rotation(&self, relative: &Matrix3<D>) -> Vector<D> {
+        logarithm(&product(&transpose(&self.rest), relative))
+    }
+
     /// Energy, J, at the rotation `relative` of the clamp in the axes of the body: of a spring by the rotation vector,
     /// of a hinge `k |W n - n|^2/2`. A spring needs relative rotations below half a turn.
     pub fn energy(&self, relative: &Matrix3<D>) -> D {
         let turned = product(&transpose(&self.rest), relative);
         match self.stiffness {
             JointStiffness::Spring([k1, k2, k3]) => {
-                let [a, b, c] = logarithm(&turned);
+                let ([a, b, c], [a0, b0, c0]) = (logarithm(&turned), self.natural);
+                let (a, b, c) = (a - a0, b - b0, c - c0);
                 (k1 * a * a + k2 * b * b + k3 * c * c) * 0.5
             }
             // Half the square of the change of the axis, without cancellation.
@@ -70,39 +81,76 @@ impl<D: Scalar> ElasticJoint<D> {
     /// Energy, J, after further rotations from `relative`: of the body by the rotation vector `turns[0..3]`, of the
     /// clamp by `turns[3..6]`, rad, each in its own axes.
     fn turned_energy(&self, relative: &Matrix3<D>, turns: &[D; 6]) -> D {
-        let [a, b, c, d, e, f] = *turns;
-        let clamp = product(relative, &exponential([d, e, f]));
-        let back = exponential([a, b, c]);
-        // In the turned axes of the body: `exp(body)' Q exp(clamp)` with the rotation `Q` of the clamp.
-        let columns = transpose(&clamp).map(|column| transposed_times(&back, column));
-        self.energy(&transpose(&columns))
+        self.energy(&turned_relative(relative, turns))
+    }
+
+    /// First derivatives of the energy of a spring of this `stiffness`, N m, at the rotation `relative`: by rotations of the
+    /// body, then of the clamp, each in its own axes.
+    fn moments(&self, stiffness: Vector<D>, relative: &Matrix3<D>) -> [D; 6] {
+        let xi = self.rotation(relative);
+        let moment = [0, 1, 2].map(|c| stiffness[c] * (xi[c] - self.natural[c]));
+        let [d, e, f] = transposed_times(&inverse(&tangent_map(xi)), moment);
+        let [a, b, c] = times(relative, [d, e, f]);
+        [-a, -b, -c, d, e, f]
     }
 }
 
+/// The rotation `relative` of a clamp in the axes of its body after further rotations: of the body by the rotation vector
+/// `turns[0..3]`, of the clamp by `turns[3..6]`, rad, each in its own axes.
+fn turned_relative<D: Scalar>(relative: &Matrix3<D>, turns: &[D; 6]) -> Matrix3<D> {
+    let [a, b, c, d, e, f] = *turns;
+    let clamp = product(relative, &exponential([d, e, f]));
+    let back = exponential([a, b, c]);
+    let columns = transpose(&clamp).map(|column| transposed_times(&back, column));
+    transpose(&columns)
+}
+
 impl<D: Nestable> ElasticJoint<D> {
-    /// First derivatives of the energy, N m, at the rotation `relative`, by dual numbers: three by rotations of the
-    /// body, three by those of the clamp, each in its own axes.
+    /// First derivatives of the energy, N m, at the rotation `relative`: three by rotations of the body, three by those of
+    /// the clamp, each in its own axes. Those of a spring follow from `d xi = T^-1 d phi` with the tangent map `T` at the
+    /// rotation vector; those of a hinge are computed in dual numbers.
     pub fn gradient(&self, relative: &Matrix3<D>) -> [D; 6] {
-        // Numbers with six derivatives are long: inlined formulas would enlarge the program.
-        let over = |x: D| OutOfLine(DualSVec::<D, 6>::from_re(x));
-        let (law, relative) = (self.map(over), relative.map(|row| row.map(over)));
-        let energy = |turns: SVector<DualSVec<D, 6>, 6>| {
-            law.turned_energy(&relative, &turns.data.0[0].map(OutOfLine)).0
-        };
-        num_dual::gradient(energy, &SVector::from([D::from(0.0); 6])).1.data.0[0]
+        match self.stiffness {
+            JointStiffness::Spring(stiffness) => self.moments(stiffness, relative),
+            JointStiffness::Hinge(..) => {
+                let over = |x: D| OutOfLine(DualSVec::<D, 6>::from_re(x));
+                let (law, relative) = (self.map(over), relative.map(|row| row.map(over)));
+                let energy = |turns: SVector<DualSVec<D, 6>, 6>| {
+                    law.turned_energy(&relative, &turns.data.0[0].map(OutOfLine)).0
+                };
+                num_dual::gradient(energy, &SVector::from([D::from(0.0); 6])).1.data.0[0]
+            }
+        }
     }
 
     /// Energy, J, first and second derivatives, N m, at the rotation `relative`, by dual numbers. Entries 0 to 2 are by
-    /// rotations of the body, 3 to 5 by those of the clamp, each in its own axes.
+    /// rotations of the body, 3 to 5 by those of the clamp, each in its own axes. Second derivatives of a spring are the
+    /// symmetric part of the derivatives of its moments.
     pub fn tangent(&self, relative: &Matrix3<D>) -> Local<D, 6> {
-        let over = |x: D| OutOfLine(Dual2SVec::<D, 6>::from_re(x));
-        let (law, relative) = (self.map(over), relative.map(|row| row.map(over)));
-        let energy = |turns: SVector<Dual2SVec<D, 6>, 6>| {
-            law.turned_energy(&relative, &turns.data.0[0].map(OutOfLine)).0
-        };
         let at = SVector::from([D::from(0.0); 6]);
-        let (energy, gradient, hessian) = num_dual::hessian(energy, &at);
-        Local { energy, gradient: gradient.data.0[0], hessian: hessian.data.0 }
+        let JointStiffness::Spring(stiffness) = self.stiffness else {
+            let over = |x: D| OutOfLine(Dual2SVec::<D, 6>::from_re(x));
+            let (law, relative) = (self.map(over), relative.map(|row| row.map(over)));
+            let energy = |turns: SVector<Dual2SVec<D, 6>, 6>| {
+                law.turned_energy(&relative, &turns.data.0[0].map(OutOfLine)).0
+            };
+            let (energy, gradient, hessian) = num_dual::hessian(energy, &at);
+            return Local { energy, gradient: gradient.data.0[0], hessian: hessian.data.0 };
+        };
+        let over = |x: D| OutOfLine(DualSVec::<D, 6>::from_re(x));
+        let (law, turned) = (self.map(over), relative.map(|row| row.map(over)));
+        let moments = |turns: SVector<DualSVec<D, 6>, 6>| {
+            let turned = turned_relative(&turned, &turns.data.0[0].map(OutOfLine));
+            SVector::from(law.moments(stiffness.map(over), &turned).map(|moment| moment.0))
+        };
+        let (moments, slopes) = num_dual::jacobian(moments, &at);
+        let mut hessian = [[D::from(0.0); 6]; 6];
+        for i in 0..6 {
+            for j in 0..6 {
+                hessian[i][j] = (slopes[(i, j)] + slopes[(j, i)]) * 0.5;
+            }
+        }
+        Local { energy: self.energy(relative), gradient: moments.data.0[0], hessian }
     }
 }
 
@@ -118,7 +166,7 @@ mod tests {
         let axis = [0.6, 0.0, 0.8];
         for stiffness in [JointStiffness::Spring([1.0, 2.0, 0.5]), JointStiffness::Hinge(axis, 3.0)]
         {
-            let law = ElasticJoint { rest, stiffness };
+            let law = ElasticJoint { rest, natural: [0.0, 0.1, -0.2], stiffness };
             for turn in [[0.0; 3], [0.02, -0.03, 0.01], [0.5, 0.4, -0.3]] {
                 let relative = product(&rest, &exponential(turn));
                 let found = law.tangent(&relative);
@@ -133,6 +181,7 @@ mod tests {
                 for i in 0..6 {
                     let slope = (at(i, 1.0, i, 0.0) - at(i, -1.0, i, 0.0)) / (2.0 * h);
                     assert!((slope - found.gradient[i]).abs() < 1e-7, "{turn:?} {i}");
+                    // The moments of a spring by the same formula, those of a hinge in other dual numbers.
                     assert!((alone[i] - found.gradient[i]).abs() < 1e-15);
                     for j in 0..6 {
                         let second =

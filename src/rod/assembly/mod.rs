@@ -317,9 +317,15 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         of_either!(self, rods => rods.energies(q, frames))
     }
 
-    /// Overwrites `strains` with those of all rods, one rod after the other, each first its edges, then its joints.
+    /// Overwrites `strains` with those of all rods, one rod after the other, each first its edges, then its joints. The
+    /// rotations of joint springs follow, rad.
     fn strains(&self, q: &[D], frames: &AssemblyFrames<D>, strains: &mut Vec<D>) {
         of_either!(self, rods => rods.strains(q, frames, strains));
+    }
+
+    /// Whether a joint spring has a viscous moment.
+    fn has_viscous_joints(&self) -> bool {
+        of_either!(self, rods => rods.has_viscous_springs())
     }
 
     /// A copy without loads, natural strains and stiffness of joint springs, whose elements act as dashpots: strains

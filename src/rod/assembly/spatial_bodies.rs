@@ -14,14 +14,14 @@ use crate::numerics::rotation::{
 use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::Tangent;
 use crate::numerics::vector::{Vector, cross, dot};
-use crate::rod::Energies;
 use crate::rod::assembly::attachment::Attachment;
-use crate::rod::assembly::carrying::CarryingBodies;
+use crate::rod::assembly::carrying::{CarryingBodies, is_viscous};
 use crate::rod::assembly::conversion::{convert_gradient, convert_tangent};
 use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::joint_law::{ElasticJoint, JointStiffness};
 use crate::rod::assembly::spatial_motion::{SpatialCarried, SpatialRotation, arm_curvature};
 use crate::rod::assembly::tangent::BorderedTangent;
+use crate::rod::{Energies, Viscosity};
 use std::borrow::Cow;
 
 /// A rigid body in space, or the common point of a ball joint.
@@ -48,6 +48,8 @@ pub struct SpatialSpring<D> {
     pub rotation: SpatialRotation<D>,
     /// Its law.
     pub law: ElasticJoint<D>,
+    /// Time of the viscous moment, s.
+    pub damping: D,
 }
 
 /// All bodies and elastic joints of an assembly in space.
@@ -355,5 +357,34 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
             spring.law.stiffness = JointStiffness::Spring([zero; 3]);
         }
         bodies
+    }
+
+    /// Whether a joint has a viscous moment.
+    fn has_viscous_springs(&self) -> bool {
+        self.springs.iter().any(|spring| is_viscous(spring.damping))
+    }
+
+    /// Appends the rotation vector of each joint from its rest, rad, in the axes of the clamp; zeros for a hinge.
+    fn add_spring_strains(&self, z: &[D], frames: &AssemblyFrames<D>, strains: &mut Vec<D>) {
+        for spring in &self.springs {
+            strains.extend(match spring.law.stiffness {
+                JointStiffness::Spring(_) => spring.law.rotation(&self.relative(z, frames, spring)),
+                JointStiffness::Hinge(..) => [D::from(0.0); 3],
+            });
+        }
+    }
+
+    /// Overwrites stiffnesses and natural rotations: the moment `k (xi + time (rate xi - past))` of the elastic rotation
+    /// `xi` is that of another elastic spring. Hinges do not change.
+    fn set_viscous_springs(&mut self, elastic: &Self, viscosity: &Viscosity<D>, first: usize) {
+        let Some(own) = &viscosity.own else { return };
+        for (i, (to, from)) in self.springs.iter_mut().zip(&elastic.springs).enumerate() {
+            if let JointStiffness::Spring(stiffness) = from.law.stiffness {
+                let factor = from.damping * own.rate + 1.0;
+                to.law.stiffness = JointStiffness::Spring(stiffness.map(|k| k * factor));
+                let past = &own.past[first + 3 * i..][..3];
+                to.law.natural = [0, 1, 2].map(|c| from.damping * past[c] / factor);
+            }
+        }
     }
 }

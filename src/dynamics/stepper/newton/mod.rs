@@ -22,6 +22,7 @@ mod convergence;
 mod drag_forces;
 mod predictor;
 mod relinearize;
+mod repeat;
 mod rotating_bodies;
 mod rounding;
 mod slip_state;
@@ -161,7 +162,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         let StepperSettings { scheme, parameter, tolerance, length } = settings;
         let coefficients = StepCoefficients::new(scheme, parameter, false, 1.0);
         let (rod, averages) = (&system.rod, coefficients.averages());
-        let is_viscous = system.damping.is_viscous();
+        let has_viscous_joints = rod.has_viscous_joints();
+        let is_viscous = system.damping.is_viscous() || has_viscous_joints;
         let slides = rod.sliding_strains() > 0;
         // Stresses with a history need the strains of the first state; all rates and spring stretches begin at zero.
         if is_viscous || slides {
@@ -192,7 +194,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             viscous,
             viscosity: Viscosity::none(
                 state.internal.strain.len(),
-                system.damping.has_additional_times(),
+                system.damping.has_additional_times() || has_viscous_joints,
             ),
             slip_state,
             drag_forces: None,

@@ -199,7 +199,9 @@ impl StructureEffect {
                 // A spring turns the further entries against the first, which a body must be.
                 connects.sort_by_key(|end| end.body.is_none());
                 let rotation = PerAxis::One(TRACE * self.size);
-                structure.joints[joint] = StructureJoint::Spring { connects, rotation, rest: 0.0 };
+                let rest = PerAxis::One(0.0);
+                structure.joints[joint] =
+                    StructureJoint::Spring { connects, rotation, rest, damping: 0.0 };
             }
         }
         if let Some((stub, edges)) = stub_edges {
@@ -258,7 +260,8 @@ fn soften_support(
     structure.joints.push(StructureJoint::Spring {
         connects,
         rotation: PerAxis::One(compliance),
-        rest: 0.0,
+        rest: PerAxis::One(0.0),
+        damping: 0.0,
     });
     structure.supports[support].of = SupportedEnd { rod: name, at: clamped };
     Some(())

@@ -1,0 +1,36 @@
+//! A spring between a point of an edge and a fixed point of the world.
+//!
+//! With the positions `x0` and `x1` of the nodes of the edge and the weight `w`, the energy is `k |x0 + w (x1 - x0) - p|^2/2`,
+//! J, with the stiffness `k`, N/m, and the fixed point `p`, m. Derivatives are those of dual numbers. Shapes through recorded
+//! markers between nodes relax with these springs.
+
+use crate::energy::own::OwnEnergy;
+use crate::energy::place::{Directors, Place};
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{Vector, components, dot};
+use crate::scene::number::Quantity;
+
+/// The spring of a point of an edge.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EdgeTie {
+    /// Weight of the second node.
+    pub weight: f64,
+    /// Fixed point, m.
+    pub point: [f64; 3],
+}
+
+impl OwnEnergy<2, 1> for EdgeTie {
+    const PARAMETERS: [(&'static str, Quantity); 1] = [("stiffness", Quantity::positive("N/m"))];
+
+    /// Half the stiffness times the squared distance of both points, J.
+    fn energy<D: Scalar>(
+        &self,
+        _: &Place<D>,
+        [stiffness]: &[D; 1],
+        [a, b]: &[Vector<D>; 2],
+        _: &[Directors<D>],
+    ) -> D {
+        let way = components(|c| a[c] * (1.0 - self.weight) + b[c] * self.weight - self.point[c]);
+        *stiffness * dot(way, way) * 0.5
+    }
+}

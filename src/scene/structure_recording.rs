@@ -1,0 +1,179 @@
+//! `[recording]` of a structure: the recorded markers that drive recorded supports and that fits observe.
+//!
+//! The table names a file, its format, and the points of observed markers. The markers of recorded supports are named by the
+//! supports. [`StructureRecording::read`] reads the positions of both as one [`Track`]: markers of supports first, then
+//! observed ones. Defects of the markers that drive supports are found, and corrected as the settings request.
+
+use crate::error::{Error, ensure};
+use crate::scene::faults::{LostFrames, SwappedLabels};
+use crate::scene::number::is_default;
+use crate::scene::structure::StructureSupport;
+use crate::scene::structure_point::StructurePoint;
+use crate::scene::support::Support;
+use crate::scene::track::{Marker, Track};
+use marker_files::{Axes, Format, Recording, Vertical, is_same_name};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// `[recording]`: recorded markers of a structure. Recorded supports follow some of them, the others are observed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct StructureRecording {
+    /// Recording: a CSV file with a clock `t` and columns `xA, yA, zA` for every marker `A`, or a file of another
+    /// [program](Format), relative to the scene file.
+    pub file: PathBuf,
+    /// Points of the observed markers, by their names.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub markers: BTreeMap<String, StructurePoint>,
+    /// Program that wrote the file; default: determined from the first bytes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub format: Option<Format>,
+    /// Confidence below which positions are treated as missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub likelihood: Option<f64>,
+    /// Axes of the file that are the world's x, y and z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axes: Option<Axes>,
+    /// Frames per second, Hz, for files with frame numbers only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fps: Option<f64>,
+    /// Meters per pixel, or per unit that the file does not name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale: Option<f64>,
+    /// Direction of the file's y axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y: Option<Vertical>,
+    /// Time on the file's own clock, in its unit, at which the motion starts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_zero: Option<f64>,
+    /// Treatment of lost frames.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub lost_frames: LostFrames,
+    /// Treatment of exchanged labels of neighboring markers.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub swapped_labels: SwappedLabels,
+    /// The recording, once it is read.
+    #[serde(skip)]
+    pub track: Option<Arc<Track>>,
+}
+
+impl StructureRecording {
+    /// A recording of a file, which is not read yet, without observed markers.
+    pub fn new(file: impl Into<PathBuf>) -> Self {
+        Self {
+            file: file.into(),
+            markers: BTreeMap::new(),
+            format: None,
+            likelihood: None,
+            axes: None,
+            fps: None,
+            scale: None,
+            y: None,
+            time_zero: None,
+            lost_frames: LostFrames::Keep,
+            swapped_labels: SwappedLabels::Keep,
+            track: None,
+        }
+    }
+
+    /// A recording that is given as a track instead of a file.
+    pub fn of(track: Track) -> Self {
+        Self { track: Some(track.into()), ..Self::new("") }
+    }
+
+    /// Reads the markers of recorded `supports` and the observed ones from the file in `folder`, unless there is a track.
+    /// Defects of the markers of supports are found and treated as the settings request.
+    ///
+    /// # Errors
+    /// A file that cannot be read, and markers that it does not have.
+    pub(crate) fn read(
+        &mut self,
+        folder: &Path,
+        supports: &[StructureSupport],
+    ) -> Result<(), Error> {
+        let mut names: Vec<String> = Vec::new();
+        let driving = supports.iter().flat_map(|support| &support.markers);
+        for name in driving.chain(self.markers.keys()) {
+            if !names.iter().any(|known| is_same_name(known, name)) {
+                names.push(name.clone());
+            }
+        }
+        let track = match self.track.take() {
+            Some(track) => track,
+            None => {
+                let file = marker_files::file::at(folder, &self.file);
+                Arc::new(Track::read_as(&file, &self.settings(), &names)?)
+            }
+        };
+        self.track = Some(track.clone());
+        if !track.is_examined() {
+            let is_driving = |marker: &Marker| {
+                let mut names = supports.iter().flat_map(|support| &support.markers);
+                names.any(|name| is_same_name(name, &marker.name))
+            };
+            let markers = track.markers().iter().enumerate();
+            let held: Vec<usize> =
+                markers.filter(|(_, marker)| is_driving(marker)).map(|(j, _)| j).collect();
+            let examined = track.examined(&held, self.lost_frames, self.swapped_labels);
+            self.track = Some(examined.guarded(&held).into());
+        }
+        Ok(())
+    }
+
+    /// Settings of the file for the reader `marker_files`.
+    fn settings(&self) -> Recording {
+        let Self { format, likelihood, axes, fps, scale, y, time_zero, .. } = *self;
+        Recording { format, likelihood, axes, fps, scale, y, time_zero, ..Recording::default() }
+    }
+
+    /// The track of the recording.
+    ///
+    /// # Errors
+    /// A recording that has not been read.
+    pub(crate) fn track(&self) -> Result<&Arc<Track>, Error> {
+        self.track.as_ref().ok_or_else(|| {
+            let found = format!("{}, which has not been read", self.file.display());
+            Error::invalid("recording.file", found, "the recording of a loaded structure")
+        })
+    }
+
+    /// Index of the marker `name` in the track. An error with `key` for a name that the track does not have.
+    pub(crate) fn marker(&self, key: &str, name: &str) -> Result<usize, Error> {
+        let markers = self.track()?.markers();
+        markers.iter().position(|marker| is_same_name(&marker.name, name)).ok_or_else(|| {
+            let names: Vec<&str> = markers.iter().map(|marker| &marker.name[..]).collect();
+            Error::invalid(key, format!("\"{name}\""), format!("one of {}", names.join(", ")))
+        })
+    }
+}
+
+/// Rejects recorded supports without a recording or without two markers, and markers of other supports. `segments` returns
+/// the number of edges of a rod by its name, of which the markers must leave at least two.
+pub(super) fn check_supports(
+    recording: Option<&StructureRecording>,
+    supports: &[StructureSupport],
+    segments: impl Fn(&str) -> Option<usize>,
+) -> Result<(), Error> {
+    for (i, support) in supports.iter().enumerate() {
+        let key = |own: &str| format!("supports[{i}].{own}");
+        let StructureSupport { markers, edges, free_twist, .. } = support;
+        if support.kind != Support::Recorded {
+            let allowed = "with kind = \"recorded\" only";
+            ensure(markers.is_empty(), key("markers"), format!("{markers:?}"), allowed)?;
+            ensure(*edges == 1, key("edges"), edges, allowed)?;
+            ensure(!free_twist, key("free_twist"), true, allowed)?;
+            continue;
+        }
+        let allowed = "a table [recording] with the file of a recording";
+        ensure(recording.is_some(), "recording", "no such table", allowed)?;
+        let allowed = "the names of two markers, from the end of the rod inwards";
+        ensure(markers.len() == 2, key("markers"), format!("{markers:?}"), allowed)?;
+        let most = segments(&support.of.rod).map_or(1, |count| count.saturating_sub(3).max(1));
+        let allowed = format!("1 .. {most} edges between both markers");
+        ensure((1..=most).contains(edges), key("edges"), edges, allowed)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,105 @@
+//! Motion of the ends of rods that follow recorded markers: prescribed unknowns and their positions at a time.
+//!
+//! A recorded end holds the nodes at its two markers and those between them, which stay on the chord. In space it also holds
+//! the angles of the edges between, relative to the parallel-transported frame, unless the end rotates freely. Positions
+//! follow from the recording alone and have no derivatives by numbers of the scene. [`RecordedEnds`] has the parts for a
+//! [`BoundaryMotion`] over any number type, and the [`PrescribedDofs`] of steps, equilibria and modes.
+
+use crate::error::Error;
+use crate::numerics::prescribed_dofs::PrescribedDofs;
+use crate::numerics::scalar::Nestable;
+use crate::problem::boundary::{BoundaryMotion, RecordedPart};
+use crate::problem::{PlanarModel, SpatialModel};
+use crate::rod::Assembly;
+use crate::rod::assembly::AssemblyFrames;
+use crate::scene::StructureScene;
+use crate::scene::path::RecordedNode;
+use crate::scene::prescribed_motion::MotionTime;
+use crate::structure::blueprint::{AssemblyAtRest, RodModels};
+use crate::structure::plan::{EndHold, StructurePlan};
+
+/// The recorded ends of a structure.
+#[derive(Clone, Debug, Default)]
+pub(super) struct RecordedEnds {
+    /// Nodes, counted over the unknowns of all rods, with their markers.
+    parts: Vec<RecordedPart>,
+    /// Prescribed unknowns.
+    pub prescribed: PrescribedDofs,
+    /// Whether the structure is in space.
+    is_spatial: bool,
+}
+
+impl RecordedEnds {
+    /// The recorded ends of a plan, on the meshes of the assembly at rest. An error for a marker that the recording does not
+    /// have.
+    pub fn new(
+        scene: &StructureScene,
+        plan: &StructurePlan,
+        models: &RodModels,
+        at_rest: &AssemblyAtRest<f64>,
+    ) -> Result<Self, Error> {
+        let (stride, axes) = match models {
+            RodModels::Plane { plane, .. } => {
+                let normal = plane.x.cross(&plane.y);
+                (2, [plane.x.into(), plane.y.into(), normal.into()])
+            }
+            RodModels::Space(_) => (4, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+        };
+        let (mut parts, mut prescribed) = (Vec::new(), Vec::new());
+        let ranges = at_rest.assembly.rod_ranges();
+        for (rod, ends) in plan.ends.iter().enumerate() {
+            let (first, last) = (ranges[rod].start / stride, at_rest.meshes[rod].nodes.len() - 1);
+            for (end, hold) in ends.iter().enumerate() {
+                let (EndHold::Recorded(i), Some(recording)) = (*hold, &scene.recording) else {
+                    continue;
+                };
+                let support = &scene.supports[i];
+                let marker = |k: usize| {
+                    recording.marker(&format!("supports[{i}].markers"), &support.markers[k])
+                };
+                let markers = [marker(0)?, marker(1)?];
+                // On another mesh the held length stays about the same, and at least one edge is held.
+                let ratio = last as f64 / scene.rods[rod].segments as f64;
+                let edges = ((support.edges as f64 * ratio).round() as usize).clamp(1, last - 1);
+                let place = |k: usize| if end == 0 { k } else { last - k };
+                let node = |k: usize| RecordedNode {
+                    node: first + place(k),
+                    markers,
+                    part: k as f64 / edges as f64,
+                };
+                let nodes: Vec<RecordedNode> = (0..=edges).map(node).collect();
+                let components = stride.min(3);
+                for held in &nodes {
+                    prescribed.extend(stride * held.node..stride * held.node + components);
+                }
+                if stride == 4 && !support.free_twist {
+                    // The angle of an edge is that of its first node.
+                    let edge = |k: usize| first + if end == 0 { k } else { last - 1 - k };
+                    prescribed.extend((0..edges).map(|k| 4 * edge(k) + 3));
+                }
+                parts.push(RecordedPart { track: recording.track()?.clone(), nodes, axes });
+            }
+        }
+        let prescribed = PrescribedDofs::new(prescribed);
+        Ok(Self { parts, prescribed, is_spatial: stride == 4 })
+    }
+
+    /// Whether no end follows a recording.
+    pub fn is_empty(&self) -> bool {
+        self.parts.is_empty()
+    }
+
+    /// The motion of the recorded nodes over a number type.
+    pub fn motion<D: Nestable>(&self) -> BoundaryMotion<D> {
+        match self.is_spatial {
+            true => BoundaryMotion::new::<SpatialModel>(Vec::new(), self.parts.clone()),
+            false => BoundaryMotion::new::<PlanarModel>(Vec::new(), self.parts.clone()),
+        }
+    }
+
+    /// Overwrites the positions of recorded nodes in `q` by those at a time, s.
+    pub fn place<D: Nestable>(&self, time: f64, q: &mut [D], frames: &AssemblyFrames<D>) {
+        let at = MotionTime::Time(time);
+        self.motion::<D>().advance::<Assembly<D>>(at, at, q, frames);
+    }
+}

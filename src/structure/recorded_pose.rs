@@ -1,0 +1,284 @@
+//! Pose of a structure in space through recorded markers, from which its relaxation starts.
+//!
+//! Nodes of each rod are interpolated linearly by arc length between its markers: those of a recorded end, observed ones, and
+//! joints at which a marker of any rod is. A body turns by the rotation that best fits the directions of its rods (Kabsch 1976,
+//! doi:10.1107/S0567739476001873). A sprung clamp turns with its body, and then to the direction of its edge. Directors are
+//! transported in parallel along each rod from a body; the rotation that is missing at a second body is divided evenly among
+//! the edges. The pose is the start of a descent: it satisfies neither equilibrium nor lengths.
+
+use crate::energy::frame::{EdgeFrame, Frames};
+use crate::error::Error;
+use crate::numerics::rotation::{Matrix3, exponential, identity, product, times};
+use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
+use crate::rod::Assembly;
+use crate::rod::assembly::{AssemblyFrames, SpatialBodies};
+use crate::scene::Support;
+use crate::structure::definition::Structure;
+use crate::structure::placement::{end_nodes, end_point};
+use crate::structure::plan::EndHold;
+use crate::structure::recorded_start::MarkerPlace;
+use crate::structure::spatial_inertia::rest_axes;
+use nalgebra::Matrix3 as Dense3;
+
+/// Distance of a marker from a joint at rest, over the length of the longest rod, up to which it is at the joint.
+const AT_JOINT: f64 = 1e-3;
+
+/// Arc length and recorded position of a point of a rod, m.
+type Knot = (f64, Vector<f64>);
+
+/// The position at arc length `s` on straight lines through the `knots`, which are at least two in ascending order.
+fn between(knots: &[Knot], s: f64) -> Vector<f64> {
+    let k = knots[1..knots.len() - 1].partition_point(|(at, _)| *at < s);
+    let ((s0, x0), (s1, x1)) = (knots[k], knots[k + 1]);
+    add(x0, scale(sub(x1, x0), (s - s0) / (s1 - s0)))
+}
+
+/// The smallest rotation from the unit vector `from` to the unit vector `to`.
+fn smallest_rotation(from: Vector<f64>, to: Vector<f64>) -> Matrix3<f64> {
+    let axis = cross(from, to);
+    let (sine, cosine) = (dot(axis, axis).sqrt(), dot(from, to));
+    match sine > 1e-12 {
+        true => {
+            let angle = sine.atan2(cosine);
+            exponential(scale(axis, angle / sine))
+        }
+        false => identity(),
+    }
+}
+
+/// The rotation that best maps the first vector of each pair to the second, in the sense of least squares.
+fn best_rotation(pairs: &[[Vector<f64>; 2]]) -> Matrix3<f64> {
+    let mut sum = Dense3::<f64>::zeros();
+    for [from, to] in pairs {
+        sum += nalgebra::Vector3::from(*to) * nalgebra::Vector3::from(*from).transpose();
+    }
+    let svd = sum.svd(true, true);
+    let (Some(u), Some(v)) = (svd.u, svd.v_t) else { return identity() };
+    let mut signs = Dense3::<f64>::identity();
+    // A proper rotation: the direction of the least singular value may have to be reversed.
+    signs[(2, 2)] = (u * v).determinant().signum();
+    let rotation = u * signs * v;
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| rotation[(i, j)]))
+}
+
+/// Bodies with the recorded position of their joint.
+struct PosedBodies {
+    /// Recorded position of the joint of each body, m; none without a marker there.
+    joints: Vec<Option<Vector<f64>>>,
+    /// Rotation of each body from rest.
+    turns: Vec<Matrix3<f64>>,
+}
+
+impl Structure {
+    /// Unknowns and frames of the assembly at the marker positions `at`, m, of all `places`. An error for a structure in a
+    /// plane, and for a rod with fewer than two markers and joints with markers.
+    pub(super) fn pose_at(
+        &self,
+        places: &[MarkerPlace],
+        at: impl Fn(&MarkerPlace) -> Vector<f64>,
+    ) -> Result<(Vec<f64>, AssemblyFrames<f64>), Error> {
+        let Assembly::Space(rods) = &self.at_rest.assembly else {
+            let allowed = "\"rest\" or \"equilibrium\", for a structure in a plane";
+            return Err(Error::invalid("initial.state", "\"recorded\"", allowed));
+        };
+        let (mut q, mut frames) = (self.at_rest.q.clone(), self.at_rest.frames.clone());
+        let (bodies, first) = (rods.bodies(), rods.body_coordinates().start);
+        let ranges = self.at_rest.assembly.rod_ranges();
+        let mut posed = PosedBodies {
+            joints: self.joints_at(places, &at),
+            turns: vec![identity(); bodies.bodies.len()],
+        };
+        for (r, range) in ranges.iter().enumerate() {
+            let knots = self.knots(r, places, &at, &posed.joints)?;
+            for (i, s) in self.at_rest.meshes[r].arc_length.iter().enumerate() {
+                q[range.start + 4 * i..][..3].copy_from_slice(&between(&knots, *s));
+            }
+        }
+        let tangents: Vec<Vec<Vector<f64>>> = ranges
+            .iter()
+            .map(|range| {
+                let node = |i: usize| [q[4 * i], q[4 * i + 1], q[4 * i + 2]];
+                let nodes = range.start / 4..range.end.div_ceil(4) - 1;
+                nodes.map(|i| unit(sub(node(i + 1), node(i)))).collect()
+            })
+            .collect();
+        for b in 0..bodies.bodies.len() {
+            self.turn_body(b, bodies, &tangents, &mut posed, &mut q[first..], &mut frames);
+        }
+        for (r, range) in ranges.iter().enumerate() {
+            self.turn_rod(r, bodies, &tangents[r], &posed, &mut q[range.clone()], &mut frames);
+        }
+        Ok((q, frames))
+    }
+
+    /// The recorded position of the joint of each body, m, by the markers that are there at rest.
+    fn joints_at(
+        &self,
+        places: &[MarkerPlace],
+        at: impl Fn(&MarkerPlace) -> Vector<f64>,
+    ) -> Vec<Option<Vector<f64>>> {
+        let plan = &self.blueprint.plan;
+        let longest = self.at_rest.meshes.iter().map(|mesh| mesh.length).fold(0.0, f64::max);
+        let mut joints = vec![None; plan.bodies.len()];
+        for (r, ends) in plan.ends.iter().enumerate() {
+            for (end, hold) in ends.iter().enumerate() {
+                let EndHold::Body { body, .. } = *hold else { continue };
+                let joint = end_point(&self.at_rest.meshes[r].nodes, end, hold.support());
+                let near = places.iter().find(|place| {
+                    let apart = sub(place.rest, joint);
+                    dot(apart, apart).sqrt() <= AT_JOINT * longest
+                });
+                if let Some(place) = near {
+                    joints[body] = Some(at(place));
+                }
+            }
+        }
+        joints
+    }
+
+    /// The arc lengths and recorded positions of the markers of rod `r` and of its joints, in ascending order.
+    fn knots(
+        &self,
+        r: usize,
+        places: &[MarkerPlace],
+        at: impl Fn(&MarkerPlace) -> Vector<f64>,
+        joints: &[Option<Vector<f64>>],
+    ) -> Result<Vec<Knot>, Error> {
+        let mesh = &self.at_rest.meshes[r];
+        let own = places.iter().filter(|place| place.rod == r);
+        let mut knots: Vec<Knot> = own.map(|place| (place.arc_length, at(place))).collect();
+        for (end, hold) in self.blueprint.plan.ends[r].iter().enumerate() {
+            if let EndHold::Body { body, .. } = *hold
+                && let Some(joint) = joints[body]
+            {
+                knots.push((if end == 0 { 0.0 } else { mesh.length }, joint));
+            }
+        }
+        knots.sort_by(|a, b| a.0.total_cmp(&b.0));
+        knots.dedup_by(|a, b| (a.0 - b.0).abs() <= AT_JOINT * mesh.length);
+        if knots.len() < 2 {
+            let name = &self.scene.rods[r].name;
+            let found = format!("{} marker on the rod {name}", knots.len());
+            let allowed = "two markers on every rod, or at its joints, to start from a recording";
+            return Err(Error::invalid("recording.markers", found, allowed));
+        }
+        Ok(knots)
+    }
+
+    /// Sets center and rotation of body `b` in the coordinates `z` and `frames`, from the tangents of all rods.
+    fn turn_body(
+        &self,
+        b: usize,
+        bodies: &SpatialBodies<f64>,
+        tangents: &[Vec<Vector<f64>>],
+        posed: &mut PosedBodies,
+        z: &mut [f64],
+        frames: &mut AssemblyFrames<f64>,
+    ) {
+        let (mut pairs, mut arm) = (Vec::new(), None);
+        for (r, ends) in self.blueprint.plan.ends.iter().enumerate() {
+            for (end, hold) in ends.iter().enumerate() {
+                let EndHold::Body { body, .. } = *hold else { continue };
+                if body != b {
+                    continue;
+                }
+                let nodes = &self.at_rest.meshes[r].nodes;
+                let [outer, inner] = end_nodes(nodes.len(), end).map(|i| nodes[i]);
+                let edge = if end == 0 { 0 } else { nodes.len() - 2 };
+                let sign = if end == 0 { 1.0 } else { -1.0 };
+                pairs.push([unit(sub(inner, outer)), scale(tangents[r][edge], sign)]);
+                arm = Some(end_point(nodes, end, hold.support()));
+            }
+        }
+        let body = &bodies.bodies[b];
+        if let Some(turn) = &body.rotation {
+            posed.turns[b] = best_rotation(&pairs);
+            let axes = &mut frames.rotations[turn.reference].axes;
+            *axes = product(&posed.turns[b], axes);
+        }
+        if let (Some(joint), Some(rest)) = (posed.joints[b], arm) {
+            let center = [0, 1, 2].map(|c| z[body.coordinate + c]);
+            let center = add(joint, times(&posed.turns[b], sub(center, rest)));
+            z[body.coordinate..][..3].copy_from_slice(&center);
+        }
+    }
+
+    /// Sets frames and angles of rod `r` with these `tangents`, and the rotations of its sprung clamps, in `frames`.
+    fn turn_rod(
+        &self,
+        r: usize,
+        bodies: &SpatialBodies<f64>,
+        tangents: &[Vector<f64>],
+        posed: &PosedBodies,
+        q: &mut [f64],
+        frames: &mut AssemblyFrames<f64>,
+    ) {
+        let (rest, last) = (&self.at_rest.frames, tangents.len() - 1);
+        let mut directors = [None; 2];
+        for (end, hold) in self.blueprint.plan.ends[r].iter().enumerate() {
+            let EndHold::Body { body, spring, .. } = *hold else { continue };
+            if hold.support() != Support::Clamped {
+                continue;
+            }
+            let edge = if end == 0 { 0 } else { last };
+            let frame = &rest.rods[r].edges[edge];
+            let mut turn = posed.turns[body];
+            if let Some(spring) = spring {
+                let swing = smallest_rotation(times(&turn, frame.tangent), tangents[edge]);
+                turn = product(&swing, &turn);
+                let rotation = &bodies.springs[spring].rotation;
+                let axes = rest_axes(Some(rotation), &rest.rotations);
+                frames.rotations[rotation.reference].axes = product(&turn, &axes);
+            }
+            let moved = EdgeFrame {
+                tangent: times(&turn, frame.tangent),
+                director: times(&turn, frame.director),
+            };
+            directors[end] = Some(moved.transported(tangents[edge]).director);
+        }
+        let backward = |director: Vector<f64>| {
+            let mut frame = EdgeFrame { tangent: tangents[last], director };
+            for tangent in tangents.iter().rev() {
+                frame = frame.transported(*tangent);
+            }
+            frame.director
+        };
+        let free = || {
+            let frame = &rest.rods[r].edges[0];
+            let swing = smallest_rotation(frame.tangent, tangents[0]);
+            times(&swing, frame.director)
+        };
+        let director = directors[0].or(directors[1].map(backward)).unwrap_or_else(free);
+        let own = Frames::bishop(tangents, director);
+        // The rotation that is missing at a second body.
+        let missing = directors[1].filter(|_| directors[0].is_some()).map_or(0.0, |to| {
+            let EdgeFrame { tangent, director } = own.edges[last];
+            dot(tangent, cross(director, to)).atan2(dot(director, to))
+        });
+        for j in 0..=last {
+            q[4 * j + 3] = missing * j as f64 / last.max(1) as f64;
+        }
+        frames.rods[r] = own;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::rotation::column;
+
+    /// A rotation is recovered from three rotated vectors, and from two.
+    #[test]
+    fn best_rotation_of_rotated_vectors_is_their_rotation() {
+        let turn = exponential([0.3, -1.2, 0.7]);
+        let vectors = [[1.0, 0.0, 0.0], [-0.6, 0.8, 0.0], [0.0, 0.6, 0.8]];
+        for count in [2, 3] {
+            let pairs: Vec<_> = vectors[..count].iter().map(|v| [*v, times(&turn, *v)]).collect();
+            let found = best_rotation(&pairs);
+            for i in 0..3 {
+                let (a, b) = (column(&found, i), column(&turn, i));
+                assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-12), "{count}");
+            }
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! Initial state of a structure in space from the first two frames of its recording.
+//!
+//! In each frame the structure is in equilibrium under its weight with stiff springs between its markers and their recorded
+//! positions, and with recorded ends at theirs. The axial stiffness of the rods is increased, so that errors of positions do
+//! not stretch them. The descent to the first equilibrium starts from the [pose](Structure::pose_at) through the markers, the
+//! second one from the first. The velocity follows from the change between both. Derivatives by numbers of the scene are those
+//! of the implicit function theorem. Relaxed shapes in plain numbers are computed once per structure.
+
+use crate::energy::Derivatives;
+use crate::error::Error;
+use crate::numerics::prescribed_dofs::PrescribedDofs;
+use crate::numerics::scalar::Nestable;
+use crate::numerics::tangent::{Factors, Tangent};
+use crate::numerics::vector::Vector;
+use crate::problem::PointTie;
+use crate::rod::Rod;
+use crate::rod::assembly::AssemblyFrames;
+use crate::scene::structure_point::{PointOfRod, StructurePoint};
+use crate::scene::{Stencil, StructureRecording, StructureScene};
+use crate::statics::{Descent, DescentSettings, EquilibriumState};
+use crate::structure::blueprint::{AssemblyAtRest, MarkerTies};
+use crate::structure::definition::Structure;
+use crate::structure::plan::EndHold;
+
+/// A marker on a rod: where it is at rest.
+#[derive(Clone, Debug)]
+pub(super) struct MarkerPlace {
+    /// Index of the rod.
+    pub rod: usize,
+    /// Arc length from the start of the rod, m.
+    pub arc_length: f64,
+    /// Position at rest, m.
+    pub rest: Vector<f64>,
+    /// Index in the track.
+    pub marker: usize,
+    /// Whether a recorded end holds it.
+    pub is_held: bool,
+}
+
+/// Unknowns and frames of the relaxed structure in a frame of the recording.
+#[derive(Clone, Debug)]
+pub(super) struct RelaxedFrame {
+    q: Vec<f64>,
+    frames: AssemblyFrames<f64>,
+}
+
+/// The initial state of a recorded motion.
+pub(super) struct RecordedStart<D> {
+    /// Unknowns in the first frame, m (rad for angles).
+    pub q: Vec<D>,
+    /// Frames there.
+    pub frames: AssemblyFrames<D>,
+    /// Change of the unknowns until the second frame.
+    pub change: Vec<D>,
+    /// Time between both frames, s.
+    pub interval: f64,
+}
+
+impl Structure {
+    /// The state in the first frame of the recording over the number type of `scene`, and the change until the second.
+    ///
+    /// # Errors
+    /// A structure in a plane, too few markers on a rod, and no equilibrium.
+    pub(super) fn recorded_start<D: Nestable>(
+        &self,
+        scene: &StructureScene<D>,
+    ) -> Result<RecordedStart<D>, Error> {
+        let in_file = |error: Error| error.in_file(self.scene.path.as_deref());
+        let recording = self.scene.recording.as_ref().ok_or_else(|| {
+            in_file(Error::invalid("recording", "no such table", "a recording to start from"))
+        })?;
+        let places = self.marker_places(recording).map_err(in_file)?;
+        if self.start.get().is_none() {
+            let found = self.relaxed_frames(recording, &places).map_err(in_file)?;
+            // Another thread may have stored the same result.
+            let _ = self.start.set(found);
+        }
+        let Some(found) = self.start.get() else { return Err(Error::SingularEquilibrium) };
+        let over = |k: usize| self.relaxed_over(scene, recording, &places, k, &found[k]);
+        let (q, next) = (over(0)?, over(1)?);
+        let change = q.iter().zip(&next).map(|(q0, q1)| *q1 - *q0).collect();
+        let times = recording.track()?.times();
+        let frames = found[0].frames.map(D::from);
+        Ok(RecordedStart { q, frames, change, interval: times[1] - times[0] })
+    }
+
+    /// The markers of recorded ends and the observed ones on rods, at rest.
+    fn marker_places(&self, recording: &StructureRecording) -> Result<Vec<MarkerPlace>, Error> {
+        let mut places = Vec::new();
+        for (rod, ends) in self.blueprint.plan.ends.iter().enumerate() {
+            let mesh = &self.at_rest.meshes[rod];
+            for (end, hold) in ends.iter().enumerate() {
+                let EndHold::Recorded(i) = *hold else { continue };
+                let support = &self.scene.supports[i];
+                let last = mesh.nodes.len() - 1;
+                for (k, name) in support.markers.iter().enumerate() {
+                    let node = if end == 0 { k * support.edges } else { last - k * support.edges };
+                    places.push(MarkerPlace {
+                        rod,
+                        arc_length: mesh.arc_length[node],
+                        rest: mesh.nodes[node],
+                        marker: recording.marker(&format!("supports[{i}].markers"), name)?,
+                        is_held: true,
+                    });
+                }
+            }
+        }
+        for (name, point) in &recording.markers {
+            let key = format!("recording.markers.{name}");
+            let marker = recording.marker(&key, name)?;
+            let StructurePoint::Rod(PointOfRod { rod, at }) = point else {
+                return Err(Error::invalid(key, "a point of a body", "a point of a rod"));
+            };
+            let rod = self.scene.rod(&format!("{key}.rod"), rod)?;
+            let mesh = &self.at_rest.meshes[rod];
+            let point = at.point();
+            let stencil = point.stencil(mesh).map_err(|error| {
+                let place = format!("of the rod {}", self.scene.rods[rod].name);
+                error.at_key(format!("{key}.at"), &place)
+            })?;
+            let arc_length = point.place(mesh)?;
+            let rest = stencil.place(|node| mesh.nodes[node]);
+            places.push(MarkerPlace { rod, arc_length, rest, marker, is_held: false });
+        }
+        Ok(places)
+    }
+
+    /// The springs to the markers in a frame, and the assembly with them over the number type of `scene`.
+    fn sprung<D: Nestable>(
+        &self,
+        scene: &StructureScene<D>,
+        recording: &StructureRecording,
+        places: &[MarkerPlace],
+        frame: usize,
+    ) -> Result<AssemblyAtRest<D>, Error> {
+        let track = recording.track()?;
+        let time = track.times()[frame];
+        let mut ties: Vec<Vec<PointTie>> = vec![Vec::new(); self.scene.rods.len()];
+        for place in places.iter().filter(|place| !place.is_held) {
+            // On a straight line between two nodes.
+            let mesh = &self.at_rest.meshes[place.rod];
+            let stencil = Stencil::lever(&mesh.arc_length, place.arc_length);
+            let last = mesh.nodes.len() - 2;
+            let first = stencil.nodes.iter().map(|(node, _)| *node).min().unwrap_or(0).min(last);
+            let weight = stencil.nodes.iter().find(|(node, _)| *node == first + 1);
+            let weight = weight.map_or(0.0, |(_, weight)| *weight);
+            let point = track.markers()[place.marker].at(time);
+            ties[place.rod].push(PointTie { node: first, weight, point });
+        }
+        self.blueprint.build_tied(scene, Some(&MarkerTies(ties)))
+    }
+
+    /// The relaxed structure in the first two frames.
+    fn relaxed_frames(
+        &self,
+        recording: &StructureRecording,
+        places: &[MarkerPlace],
+    ) -> Result<[RelaxedFrame; 2], Error> {
+        let track = recording.track()?;
+        if track.times().len() < 2 {
+            return Err(Error::invalid("recording.file", "one frame", "two frames or more"));
+        }
+        let position = |frame: usize| {
+            let time = track.times()[frame];
+            move |place: &MarkerPlace| track.markers()[place.marker].at(time)
+        };
+        let (mut q, frames) = self.pose_at(places, position(0))?;
+        self.recorded.place(track.times()[0], &mut q, &frames);
+        let first = self.relax(recording, places, 0, q, frames)?;
+        // The second frame starts from the first one, displaced by the motion of the markers.
+        let mut q = first.q.clone();
+        let [before, after] =
+            [self.pose_at(places, position(0))?.0, self.pose_at(places, position(1))?.0];
+        for range in self.at_rest.assembly.rod_ranges() {
+            for i in range.clone().filter(|i| i % 4 != 3) {
+                q[i] += after[i] - before[i];
+            }
+        }
+        self.recorded.place(track.times()[1], &mut q, &first.frames);
+        let second = self.relax(recording, places, 1, q, first.frames.clone())?;
+        Ok([first, second])
+    }
+
+    /// The equilibrium of the sprung structure in a frame, by a descent from `q` and `frames`. Recorded ends stay.
+    fn relax(
+        &self,
+        recording: &StructureRecording,
+        places: &[MarkerPlace],
+        frame: usize,
+        q: Vec<f64>,
+        frames: AssemblyFrames<f64>,
+    ) -> Result<RelaxedFrame, Error> {
+        let assembly = self.sprung(&self.scene, recording, places, frame)?.assembly;
+        let negligible = self.negligible_stiffness();
+        let settings = DescentSettings {
+            free: 0..q.len(),
+            prescribed: self.positions_prescribed(),
+            length: self.length(),
+            springs: self.weak_angle_springs(&negligible),
+            negligible,
+            edges: None,
+            derivatives: Derivatives::Hand,
+        };
+        let EquilibriumState { q, frames, .. } =
+            Descent::new(&assembly, settings, q).descend(frames)?;
+        Ok(RelaxedFrame { q, frames })
+    }
+
+    /// The relaxed unknowns in a frame over the number type of `scene`, with their derivatives by its numbers. Forces of the
+    /// weak springs on angles stay balanced, so that values do not change.
+    fn relaxed_over<D: Nestable>(
+        &self,
+        scene: &StructureScene<D>,
+        recording: &StructureRecording,
+        places: &[MarkerPlace],
+        frame: usize,
+        found: &RelaxedFrame,
+    ) -> Result<Vec<D>, Error> {
+        let mut q: Vec<D> = found.q.iter().map(|x| D::from(*x)).collect();
+        if D::ORDER == 0 {
+            return Ok(q);
+        }
+        let frames = found.frames.map(D::from);
+        let plain = self.sprung(&self.scene, recording, places, frame)?.assembly;
+        let assembly = self.sprung(scene, recording, places, frame)?.assembly;
+        let n = q.len();
+        let (mut held, mut tangent) = (vec![0.0; n], plain.zero_tangent());
+        plain.tangent(&found.q, &found.frames, Derivatives::Hand, &mut held, &mut tangent);
+        let prescribed = self.positions_prescribed();
+        prescribed.uncouple(&mut tangent);
+        let springs = self.weak_angle_springs(&self.negligible_stiffness());
+        let mut factors = tangent.new_factors();
+        factors
+            .factor_sum(&springs, 1.0, &tangent, 1.0, 0..n)
+            .map_err(|_| Error::SingularEquilibrium)?;
+        let mut change = vec![D::from(0.0); n];
+        for _ in 0..D::ORDER {
+            assembly.gradient(&q, &frames, Derivatives::Hand, &mut change);
+            for i in 0..n {
+                change[i] += (q[i] - found.q[i]) * springs[i] - held[i];
+            }
+            prescribed.fill(&mut change, D::from(0.0));
+            factors.solve(&mut change);
+            for i in 0..n {
+                q[i] -= change[i];
+            }
+        }
+        Ok(q)
+    }
+
+    /// Stiffness of weak springs on the angles of edges, N m: nothing else holds the spin of a straight round rod.
+    fn weak_angle_springs(&self, negligible: &[f64]) -> Vec<f64> {
+        let first = self.at_rest.assembly.body_coordinates().start;
+        let of =
+            |i: usize| if i % 4 == 3 && i < first { ANGLE_SPRING * negligible[i] } else { 0.0 };
+        (0..negligible.len()).map(of).collect()
+    }
+
+    /// The prescribed positions of recorded ends, without the angles of their edges, which relax.
+    fn positions_prescribed(&self) -> PrescribedDofs {
+        let positions = self.recorded.prescribed.iter().filter(|i| i % 4 != 3);
+        PrescribedDofs::new(positions.collect())
+    }
+}
+
+/// Factor on the negligible stiffness in the springs on angles: large enough for a regular matrix, without effect on the shape.
+const ANGLE_SPRING: f64 = 10.0;
