@@ -16,7 +16,7 @@ use crate::scene::number::Quantity;
 use crate::scene::{Scene, StructureScene};
 use crate::structure::blueprint::{AssemblyAtRest, Blueprint};
 use crate::structure::recorded_ends::RecordedEnds;
-use crate::structure::recorded_start::RelaxedFrame;
+use crate::structure::recorded_start::RelaxedFrames;
 use std::sync::{Arc, OnceLock};
 
 /// A structure: its scene and its assembly.
@@ -62,7 +62,7 @@ pub struct Structure {
     pub(super) at_rest: AssemblyAtRest<f64>,
     pub(super) recorded: RecordedEnds,
     /// Relaxed shapes of the first two frames of the recording, once they are computed.
-    pub(super) start: Arc<OnceLock<[RelaxedFrame; 2]>>,
+    pub(super) start: Arc<OnceLock<RelaxedFrames>>,
     pub(super) derivatives: Derivatives,
 }
 

@@ -3,24 +3,27 @@
 //! In each frame the structure is in equilibrium under its weight with stiff springs between its markers and their recorded
 //! positions, and with recorded ends at theirs. The axial stiffness of the rods is increased, so that errors of positions do
 //! not stretch them. The descent to the first equilibrium starts from the [pose](Structure::pose_at) through the markers, the
-//! second one from the first. The velocity follows from the change between both. Derivatives by numbers of the scene are those
+//! second one from the first. Angles of both are then measured from the frames of the pose, which do not depend on numbers of
+//! the scene. The velocity follows from the change between both. Derivatives by numbers of the scene are those
 //! of the implicit function theorem. Relaxed shapes in plain numbers are computed once per structure.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
+use crate::numerics::rotation::{logarithm, product, transpose};
 use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::{Factors, Tangent};
 use crate::numerics::vector::Vector;
 use crate::problem::PointTie;
-use crate::rod::Rod;
 use crate::rod::assembly::AssemblyFrames;
+use crate::rod::{Assembly, ReferenceFrames, Rod};
 use crate::scene::structure_point::{PointOfRod, StructurePoint};
 use crate::scene::{Stencil, StructureRecording, StructureScene};
 use crate::statics::{Descent, DescentSettings, EquilibriumState};
 use crate::structure::blueprint::{AssemblyAtRest, MarkerTies};
 use crate::structure::definition::Structure;
 use crate::structure::plan::EndHold;
+use std::f64::consts::TAU;
 
 /// A marker on a rod: where it is at rest.
 #[derive(Clone, Debug)]
@@ -37,11 +40,13 @@ pub(super) struct MarkerPlace {
     pub is_held: bool,
 }
 
-/// Unknowns and frames of the relaxed structure in a frame of the recording.
+/// The relaxed structure in the first two frames of the recording.
 #[derive(Clone, Debug)]
-pub(super) struct RelaxedFrame {
-    q: Vec<f64>,
-    frames: AssemblyFrames<f64>,
+pub(super) struct RelaxedFrames {
+    /// Frames of the pose through the markers of the first frame, from which all angles are measured.
+    pose: AssemblyFrames<f64>,
+    /// Unknowns in both frames.
+    q: [Vec<f64>; 2],
 }
 
 /// The initial state of a recorded motion.
@@ -58,12 +63,14 @@ pub(super) struct RecordedStart<D> {
 
 impl Structure {
     /// The state in the first frame of the recording over the number type of `scene`, and the change until the second.
+    /// `assembly` is that of the scene.
     ///
     /// # Errors
     /// A structure in a plane, too few markers on a rod, and no equilibrium.
     pub(super) fn recorded_start<D: Nestable>(
         &self,
         scene: &StructureScene<D>,
+        assembly: &Assembly<D>,
     ) -> Result<RecordedStart<D>, Error> {
         let in_file = |error: Error| error.in_file(self.scene.path.as_deref());
         let recording = self.scene.recording.as_ref().ok_or_else(|| {
@@ -76,11 +83,13 @@ impl Structure {
             let _ = self.start.set(found);
         }
         let Some(found) = self.start.get() else { return Err(Error::SingularEquilibrium) };
-        let over = |k: usize| self.relaxed_over(scene, recording, &places, k, &found[k]);
+        let over = |k: usize| self.relaxed_over(scene, recording, &places, k, found);
         let (q, next) = (over(0)?, over(1)?);
-        let change = q.iter().zip(&next).map(|(q0, q1)| *q1 - *q0).collect();
+        let pose = found.pose.map(D::from);
+        let mut frames = pose.clone();
+        assembly.move_frames(&mut frames, &q);
+        let change = change_between(assembly, [&pose, &frames], [&q, &next]);
         let times = recording.track()?.times();
-        let frames = found[0].frames.map(D::from);
         Ok(RecordedStart { q, frames, change, interval: times[1] - times[0] })
     }
 
@@ -155,7 +164,7 @@ impl Structure {
         &self,
         recording: &StructureRecording,
         places: &[MarkerPlace],
-    ) -> Result<[RelaxedFrame; 2], Error> {
+    ) -> Result<RelaxedFrames, Error> {
         let track = recording.track()?;
         if track.times().len() < 2 {
             return Err(Error::invalid("recording.file", "one frame", "two frames or more"));
@@ -164,13 +173,13 @@ impl Structure {
             let time = track.times()[frame];
             move |place: &MarkerPlace| track.markers()[place.marker].at(time)
         };
-        let (mut q, frames) = self.pose_at(places, position(0))?;
-        self.recorded.place(track.times()[0], &mut q, &frames);
-        let first = self.relax(recording, places, 0, q, frames)?;
+        let (mut q, pose) = self.pose_at(places, position(0))?;
+        let before = q.clone();
+        self.recorded.place(track.times()[0], &mut q, &pose);
+        let first = self.relax(recording, places, 0, q, pose.clone())?;
         // The second frame starts from the first one, displaced by the motion of the markers.
         let mut q = first.q.clone();
-        let [before, after] =
-            [self.pose_at(places, position(0))?.0, self.pose_at(places, position(1))?.0];
+        let after = self.pose_at(places, position(1))?.0;
         for range in self.at_rest.assembly.rod_ranges() {
             for i in range.clone().filter(|i| i % 4 != 3) {
                 q[i] += after[i] - before[i];
@@ -178,7 +187,9 @@ impl Structure {
         }
         self.recorded.place(track.times()[1], &mut q, &first.frames);
         let second = self.relax(recording, places, 1, q, first.frames.clone())?;
-        Ok([first, second])
+        let assembly = &self.at_rest.assembly;
+        let q = [first, second].map(|found| measured_from(assembly, &found.frames, &pose, found.q));
+        Ok(RelaxedFrames { pose, q })
     }
 
     /// The equilibrium of the sprung structure in a frame, by a descent from `q` and `frames`. Recorded ends stay.
@@ -189,7 +200,7 @@ impl Structure {
         frame: usize,
         q: Vec<f64>,
         frames: AssemblyFrames<f64>,
-    ) -> Result<RelaxedFrame, Error> {
+    ) -> Result<EquilibriumState<AssemblyFrames<f64>>, Error> {
         let assembly = self.sprung(&self.scene, recording, places, frame)?.assembly;
         let negligible = self.negligible_stiffness();
         let settings = DescentSettings {
@@ -201,9 +212,7 @@ impl Structure {
             edges: None,
             derivatives: Derivatives::Hand,
         };
-        let EquilibriumState { q, frames, .. } =
-            Descent::new(&assembly, settings, q).descend(frames)?;
-        Ok(RelaxedFrame { q, frames })
+        Descent::new(&assembly, settings, q).descend(frames)
     }
 
     /// The relaxed unknowns in a frame over the number type of `scene`, with their derivatives by its numbers. Forces of the
@@ -214,18 +223,19 @@ impl Structure {
         recording: &StructureRecording,
         places: &[MarkerPlace],
         frame: usize,
-        found: &RelaxedFrame,
+        relaxed: &RelaxedFrames,
     ) -> Result<Vec<D>, Error> {
-        let mut q: Vec<D> = found.q.iter().map(|x| D::from(*x)).collect();
+        let found = &relaxed.q[frame];
+        let mut q: Vec<D> = found.iter().map(|x| D::from(*x)).collect();
         if D::ORDER == 0 {
             return Ok(q);
         }
-        let frames = found.frames.map(D::from);
+        let frames = relaxed.pose.map(D::from);
         let plain = self.sprung(&self.scene, recording, places, frame)?.assembly;
         let assembly = self.sprung(scene, recording, places, frame)?.assembly;
         let n = q.len();
         let (mut held, mut tangent) = (vec![0.0; n], plain.zero_tangent());
-        plain.tangent(&found.q, &found.frames, Derivatives::Hand, &mut held, &mut tangent);
+        plain.tangent(found, &relaxed.pose, Derivatives::Hand, &mut held, &mut tangent);
         let prescribed = self.positions_prescribed();
         prescribed.uncouple(&mut tangent);
         let springs = self.weak_angle_springs(&self.negligible_stiffness());
@@ -237,7 +247,7 @@ impl Structure {
         for _ in 0..D::ORDER {
             assembly.gradient(&q, &frames, Derivatives::Hand, &mut change);
             for i in 0..n {
-                change[i] += (q[i] - found.q[i]) * springs[i] - held[i];
+                change[i] += (q[i] - found[i]) * springs[i] - held[i];
             }
             prescribed.fill(&mut change, D::from(0.0));
             factors.solve(&mut change);
@@ -261,6 +271,51 @@ impl Structure {
         let positions = self.recorded.prescribed.iter().filter(|i| i % 4 != 3);
         PrescribedDofs::new(positions.collect())
     }
+}
+
+/// The unknowns `q`, whose angles and rotations are measured from the frames `from`, as measured from the frames `to`.
+fn measured_from<D: Nestable>(
+    assembly: &Assembly<D>,
+    from: &AssemblyFrames<D>,
+    to: &AssemblyFrames<D>,
+    mut q: Vec<D>,
+) -> Vec<D> {
+    let Assembly::Space(rods) = assembly else { return q };
+    assembly.place_carried(&mut q, from);
+    for (k, range) in assembly.rod_ranges().into_iter().enumerate() {
+        let own = &mut q[range.clone()];
+        let before: Vec<D> = own.to_vec();
+        from.rods[k].convert_angles(own, &to.rods[k]);
+        // Of angles that differ by whole turns, that nearest to the angle before.
+        for i in (3..own.len()).step_by(4) {
+            let turns = ((own[i] - before[i]).value() / TAU).round();
+            own[i] -= turns * TAU;
+        }
+    }
+    let first = rods.body_coordinates().start;
+    let z = q[first..].to_vec();
+    for (rotation, axes) in rods.bodies().rotations_with_axes(&z, from) {
+        let reference = &to.rotations[rotation.reference];
+        let turn = logarithm(&product(&transpose(&reference.axes), &axes));
+        for c in 0..3 {
+            q[first + rotation.coordinate + c] =
+                reference.coordinates[c] + turn[c] * rotation.length;
+        }
+    }
+    q
+}
+
+/// The change of all unknowns from `q` to `next`, both measured from the frames `pose`, as measured from the `frames` at `q`:
+/// those of rotations are increments times their scales.
+fn change_between<D: Nestable>(
+    assembly: &Assembly<D>,
+    [pose, frames]: [&AssemblyFrames<D>; 2],
+    [q, next]: [&[D]; 2],
+) -> Vec<D> {
+    let next = measured_from(assembly, pose, frames, next.to_vec());
+    let mut start = q.to_vec();
+    assembly.place_carried(&mut start, frames);
+    next.iter().zip(&start).map(|(q1, q0)| *q1 - *q0).collect()
 }
 
 /// Factor on the negligible stiffness in the springs on angles: large enough for a regular matrix, without effect on the shape.

@@ -194,7 +194,7 @@ impl Structure {
                 (q, frames) = self.differentiated_equilibrium(&assembly, &frames)?;
             }
             InitialState::Recorded => {
-                let found = self.recorded_start(scene)?;
+                let found = self.recorded_start(scene, &assembly)?;
                 (q, frames) = (found.q, found.frames);
                 start = Some((found.change, found.interval));
             }

@@ -104,7 +104,9 @@ fn apart(edges: usize, out: f64) -> f64 {
     let mut largest = 0.0_f64;
     for k in 1..=(END / FRAME).round() as usize {
         let time = FRAME * k as f64;
-        motion.step_to(time).unwrap();
+        for part in [0.75, 0.5, 0.25, 0.0] {
+            motion.step_to(time - part * FRAME).unwrap();
+        }
         for (s, place) in &places {
             let (a, _) = single.at(Point::ArcLength(*s), time).unwrap();
             let way = sub(a, motion.position(place).unwrap());
