@@ -14,7 +14,7 @@ use rodfit::numerics::vector::add;
 use rodfit::scene::structure::{RodEnd, StructureSupport, SupportedEnd};
 use rodfit::scene::structure_point::{ArcLengthOfRod, RodPoint, StructurePoint};
 use rodfit::scene::{InitialState, StructureRecording, Support, Track};
-use rodfit::{Error, Fit, Observation, Parameter, Structure, StructureScene};
+use rodfit::{Error, Fit, Observation, Parameter, Structure, StructureScene, Unknown};
 
 /// Identified numbers with their values in the data and in the scene of the fit.
 const NUMBERS: [(&str, f64, f64); 4] = [
@@ -166,9 +166,11 @@ fn main() -> Result<(), Error> {
     }
     let experiment = Experiment::of_structure("", scene(|number| number.2)?)?;
     let experiment = observations()?.into_iter().fold(experiment, Experiment::observe);
-    let names = NUMBERS.iter().map(|number| number.0.parse::<Parameter>());
-    let names = names.collect::<Result<Vec<_>, _>>()?;
-    let fit = names.into_iter().fold(Fit::of([experiment]), Fit::identify).analyse(Analysis {
+    let unknown = |number: &(&str, f64, f64)| {
+        Ok(Unknown::new(number.0.parse::<Parameter>()?).start(number.2))
+    };
+    let unknowns = NUMBERS.iter().map(unknown).collect::<Result<Vec<_>, Error>>()?;
+    let fit = unknowns.into_iter().fold(Fit::of([experiment]), Fit::identify).analyse(Analysis {
         discretization_error: Refinement::None,
         sensitivity_analysis: Some(false),
         ..Analysis::default()

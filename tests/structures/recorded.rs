@@ -10,7 +10,7 @@ use rodfit::scene::{
     Dimension, InitialState, Material, Recorded, Scheme, Section, Shape, StructureRecording,
     Support, Time, Track,
 };
-use rodfit::{Fit, Observation, Parameter, Point, Scene, Structure, StructureScene};
+use rodfit::{Fit, Observation, Parameter, Point, Scene, Structure, StructureScene, Unknown};
 
 /// Length of the cable, m.
 const LENGTH: f64 = 0.4;
@@ -270,8 +270,10 @@ fn fit(scene: StructureScene, seen: &[Vec<Vector<f64>>]) -> Fit {
         let observation = Observation::new(frames.map(sample).collect()).of_structure(place);
         experiment = experiment.observe(observation.sigma(1e-3));
     }
-    let names = NAMES.iter().map(|name| name.parse::<Parameter>().unwrap());
-    names.fold(Fit::of([experiment]), Fit::identify).analyse(Analysis {
+    let unknown =
+        |(name, start): (&&str, f64)| Unknown::new(name.parse::<Parameter>().unwrap()).start(start);
+    let unknowns = NAMES.iter().zip(START).map(unknown);
+    unknowns.fold(Fit::of([experiment]), Fit::identify).analyse(Analysis {
         discretization_error: Refinement::None,
         sensitivity_analysis: Some(false),
         ..Analysis::default()
