@@ -196,7 +196,7 @@ impl Model for PlanarModel {
         };
         let gravity = self.projected(scene.loads.gravity);
         let InertiaAndWeight { mass, load } = line.inertia_and_weight(scene, &profile, gravity);
-        let (stretch, nonlinear) = line.stretch(scene.material.stretch_law, &profile, &clamps);
+        let (stretch, nonlinear) = line.stretch(&scene.material, &profile, &clamps);
         PlanarRod {
             stretch,
             nonlinear,

@@ -16,7 +16,7 @@ use crate::problem::soft_clamp::SoftClamps;
 use crate::problem::tributary::TributaryLengths;
 use crate::rod::NonlinearParts;
 use crate::scene::mesh::Mesh;
-use crate::scene::{Scene, StretchLaw};
+use crate::scene::{Material, Scene};
 
 /// Nodes, edges and tributary lengths of a rod at rest, with `N` coordinates per node.
 #[derive(Clone, Debug)]
@@ -68,7 +68,7 @@ impl<D: Scalar, const N: usize> RestLine<D, N> {
     /// chord that is shorter than its arc is softer by their ratio.
     pub fn stretch(
         &self,
-        law: StretchLaw,
+        material: &Material<D>,
         profile: &SectionProfile<D>,
         clamps: &SoftClamps<D>,
     ) -> (Vec<Stretch<D, N>>, NonlinearParts<D>) {
@@ -80,7 +80,10 @@ impl<D: Scalar, const N: usize> RestLine<D, N> {
             Stretch { stiffness, rest_length: *l, natural_strain: D::from(0.0) }
         });
         let stretch: Vec<_> = stretch.collect();
-        let parts = stretch.iter().filter_map(|edge| NonlinearPart::new(law, edge.stiffness));
+        let (law, ratio) = (material.stretch_law, material.mooney_rivlin_ratio);
+        let ratio = ratio.unwrap_or(D::from(0.0));
+        let parts =
+            stretch.iter().filter_map(|edge| NonlinearPart::new(law, edge.stiffness, ratio));
         let edges = parts.collect();
         (stretch, NonlinearParts { edges })
     }

@@ -167,7 +167,7 @@ impl Model for SpatialModel {
         let joint = joint.collect();
         let gravity = self.components(scene.loads.gravity);
         let InertiaAndWeight { mass, load } = line.inertia_and_weight(scene, &profile, gravity);
-        let (stretch, nonlinear) = line.stretch(scene.material.stretch_law, &profile, &clamps);
+        let (stretch, nonlinear) = line.stretch(&scene.material, &profile, &clamps);
         SpatialRod {
             stretch,
             nonlinear,

@@ -499,7 +499,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<
             edge.stiffness *= factor(j);
         }
         for (j, part) in self.nonlinear.edges.iter_mut().enumerate() {
-            part.modulus *= factor(j);
+            *part = part.scaled(factor(j));
         }
     }
 

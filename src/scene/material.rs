@@ -2,7 +2,7 @@
 //! search ranges of fits, and validation.
 //!
 //! Spatial scenes need Poisson's ratio, in (-1, 0.5], or the shear modulus; both together are rejected. A neo-Hookean
-//! stretch is that of an incompressible material: ratios below 0.495 are rejected beside it.
+//! or Mooney-Rivlin stretch is that of an incompressible material: ratios below 0.495 are rejected beside it.
 
 use crate::error::Error;
 use crate::scene::number::{Candidates, Quantity};
@@ -23,6 +23,9 @@ pub enum StretchLaw {
     Linear,
     /// An incompressible neo-Hookean material in uniaxial stretch: with the stretch ratio s, the force is EA/3 (s - 1/s^2).
     NeoHookean,
+    /// An incompressible Mooney-Rivlin material in uniaxial stretch: with the stretch ratio s and `mooney_rivlin_ratio` r,
+    /// the force is EA/3 (1 - r + r/s) (s - 1/s^2).
+    MooneyRivlin,
 }
 
 impl StretchLaw {
@@ -57,12 +60,23 @@ table! {
         /// Shear modulus G, Pa; instead of Poisson's ratio.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub shear_modulus: Option<D> = Quantity::positive("Pa").searched(Candidates::OfYoungsModulus(0.01, 3.0)),
-        /// The law of the stretch: `linear`, or `neo-hookean` for rubber under large stretches.
+        /// The law of the stretch: `linear`, or `neo-hookean` or `mooney-rivlin` for rubber under large stretches.
         #[serde(default, skip_serializing_if = "StretchLaw::is_linear")]
         pub stretch_law: StretchLaw,
+        /// C2/(C1 + C2) of a Mooney-Rivlin stretch: 0 is neo-Hookean.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub mooney_rivlin_ratio: Option<D> = Quantity::signed("").within(0.0, 1.0),
         /// The law of the bending; linear by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub bending_law: Option<BendingLaw<D>> = TABLE,
+    }
+}
+
+impl BendingLaw {
+    /// Whether the moment is linear in the curvature: a coefficient of zero.
+    pub(crate) fn is_linear(&self) -> bool {
+        let Self::Cubic { coefficient } = self;
+        *coefficient == 0.0
     }
 }
 
@@ -75,12 +89,14 @@ impl Material {
             poisson_ratio: None,
             shear_modulus: None,
             stretch_law: StretchLaw::Linear,
+            mooney_rivlin_ratio: None,
             bending_law: None,
         }
     }
 
     /// Rejects constants that are not finite or not positive, Poisson's ratio outside (-1, 0.5], and Poisson's ratio beside
-    /// the shear modulus. A ratio below 0.495 is rejected beside a neo-Hookean stretch, which is incompressible.
+    /// the shear modulus. A ratio below 0.495 is rejected beside a neo-Hookean or Mooney-Rivlin stretch, which is incompressible. A
+    /// Mooney-Rivlin stretch needs its ratio, in [0, 1], and others reject it.
     pub(super) fn check(&self) -> Result<(), Error> {
         if let Some(nu) = self.poisson_ratio {
             if !(nu > -1.0 && nu <= 0.5) {
@@ -91,11 +107,32 @@ impl Material {
                 return Err(Error::invalid("material.shear_modulus", found, "one of the two"));
             }
             // Rounded ratios of files are those of incompressible materials, too.
-            if self.stretch_law == StretchLaw::NeoHookean && nu < 0.495 {
-                let allowed = "0.5 with stretch_law \"neo-hookean\", which is incompressible; or shear_modulus";
+            if self.stretch_law != StretchLaw::Linear && nu < 0.495 {
+                let name = if self.stretch_law == StretchLaw::NeoHookean {
+                    "neo-hookean"
+                } else {
+                    "mooney-rivlin"
+                };
+                let allowed = format!(
+                    "0.5 with stretch_law {name:?}, which is incompressible; or shear_modulus"
+                );
                 return Err(Error::invalid("material.poisson_ratio", nu, allowed));
             }
         }
-        self.check_numbers("material", TABLE)
+        let key = "material.mooney_rivlin_ratio";
+        match (self.stretch_law, self.mooney_rivlin_ratio) {
+            (StretchLaw::MooneyRivlin, None) => {
+                let allowed = "C2/(C1 + C2), 0 to 1, with stretch_law \"mooney-rivlin\"";
+                Err(Error::invalid(key, "no such key", allowed))
+            }
+            (StretchLaw::MooneyRivlin, Some(ratio)) if !(0.0..=1.0).contains(&ratio) => {
+                Err(Error::invalid(key, ratio, "0 to 1"))
+            }
+            (StretchLaw::Linear | StretchLaw::NeoHookean, Some(ratio)) => {
+                let allowed = "no such key without stretch_law \"mooney-rivlin\"";
+                Err(Error::invalid(key, ratio, allowed))
+            }
+            _ => self.check_numbers("material", TABLE),
+        }
     }
 }

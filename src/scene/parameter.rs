@@ -570,6 +570,7 @@ fn catalog_scenes() -> [Scene; 6] {
         let material = Material {
             poisson_ratio: Some(0.3),
             shear_modulus: Some(1.0),
+            mooney_rivlin_ratio: Some(0.2),
             bending_law: Some(BendingLaw::Cubic { coefficient: 1.0 }),
             ..Material::new(1.0, 1.0)
         };

@@ -126,6 +126,9 @@ table! {
         /// The law of the stretch.
         #[serde(default, skip_serializing_if = "is_default")]
         pub stretch_law: StretchLaw,
+        /// C2/(C1 + C2) of a Mooney-Rivlin stretch.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub mooney_rivlin_ratio: Option<D> = Quantity::signed("").within(0.0, 1.0),
         /// The law of the bending; linear by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub bending_law: Option<BendingLaw<D>> = TABLE,
@@ -141,6 +144,7 @@ impl<D: Copy> NamedMaterial<D> {
             poisson_ratio: self.poisson_ratio,
             shear_modulus: self.shear_modulus,
             stretch_law: self.stretch_law,
+            mooney_rivlin_ratio: self.mooney_rivlin_ratio,
             bending_law: self.bending_law,
         }
     }

@@ -40,6 +40,7 @@ pub(crate) fn catalog_structure(scene: &Scene) -> StructureScene {
         poisson_ratio: Some(0.3),
         shear_modulus: Some(1.0),
         stretch_law: Default::default(),
+        mooney_rivlin_ratio: scene.material.mooney_rivlin_ratio,
         bending_law: scene.material.bending_law,
     };
     let end = JointEnd { rod: None, at: None, body: Some(name()), offset: Some([0.0; 3]) };

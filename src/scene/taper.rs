@@ -144,6 +144,7 @@ impl<D: Scalar> Taper<D> {
             poisson_ratio: material.poisson_ratio,
             shear_modulus: material.shear_modulus.map(|g| times(g, &self.shear_modulus)),
             stretch_law: material.stretch_law,
+            mooney_rivlin_ratio: material.mooney_rivlin_ratio,
             bending_law: material.bending_law,
         };
         (section, material)

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rodfit::fit::Sample;
 use rodfit::scene::{
     BendingLaw, Clamp, Dimension, End, Handedness, Maxwell, Motion, Scene, Scheme, Section, Shape,
-    Support, Time,
+    StretchLaw, Support, Time,
 };
 use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 
@@ -130,6 +130,23 @@ fn exact_data_give_the_prony_series() {
     unknowns.extend(starts.map(|(name, value)| Unknown::new(parameter(name)).start(value)));
     // The values with which the data are simulated, without noise.
     found(&fit(&scene, &data, &unknowns), &truths, 1e-6);
+}
+
+/// Modulus and ratio of a Mooney-Rivlin stretch, from a rubber band that falls into its support.
+#[test]
+fn exact_data_give_the_mooney_rivlin_ratio() {
+    let mut scene = small(0.5);
+    scene.rod.shape = Shape::Straight { length: 0.5, direction: [0.0, -1.0, 0.0] };
+    scene.loads.point = at_tip([0.0, -10.0, 0.0]);
+    scene.material.youngs_modulus = 5e5;
+    scene.material.stretch_law = StretchLaw::MooneyRivlin;
+    scene.material.mooney_rivlin_ratio = Some(0.3);
+    let data = observe(&scene, 100);
+    scene.material.mooney_rivlin_ratio = Some(0.1);
+    let ratio: Parameter = "material.mooney_rivlin_ratio".parse().unwrap();
+    let truths = [(Parameter::YoungsModulus, 5e5), (ratio, 0.3)];
+    // The values with which the data are simulated, without noise.
+    found(&fit(&scene, &data, &truths.map(|(p, _)| p)), &truths, 1e-6);
 }
 
 /// Modulus and coefficient of the cubic law of bending, from a motion of large curvature.

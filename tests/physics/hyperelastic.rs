@@ -60,6 +60,45 @@ fn force_against_stretch_is_that_of_an_incompressible_neo_hookean_bar() {
     assert!(neo_hookean > linear + 0.02, "{neo_hookean} {linear}");
 }
 
+/// `E A/3 (1 - r + r/lambda) (lambda - 1/lambda^2)` with the ratio `r = C2/(C1 + C2)`.
+#[test]
+fn force_against_stretch_is_that_of_an_incompressible_mooney_rivlin_bar() {
+    let area = PI * RADIUS * RADIUS;
+    for (force, ratio) in [(-1.0, 0.3), (-1e-6, 0.3), (0.5, 0.0), (5.0, 0.3), (2.0, 1.0)] {
+        let mut scene = rubber(10);
+        (scene.material.stretch_law, scene.material.mooney_rivlin_ratio) =
+            (StretchLaw::MooneyRivlin, Some(ratio));
+        // Short enough that no force here makes it buckle.
+        scene.rod.shape = Shape::Straight { length: 0.01, direction: [1.0, 0.0, 0.0] };
+        scene.loads.point = at_tip([force, 0.0, 0.0]);
+        let problem = scene.problem().unwrap();
+        let nodes: Vec<usize> = (0..problem.nodes()).collect();
+        let run = rodfit::Trajectory::at_rest(&problem, &nodes, &[]).unwrap();
+        let rod = planar(&problem).rod();
+        for j in 2..nodes.len() - 1 {
+            let [before, after] = [j, j + 1].map(|i| run.node(i, 0)[0]);
+            let stretch = (after - before) / rod.stretch[j].rest_length;
+            let exact = MODULUS * area / 3.0
+                * (1.0 - ratio + ratio / stretch)
+                * (stretch - 1.0 / (stretch * stretch));
+            let scale = force.abs().max(0.1 * MODULUS * area);
+            assert!((exact - force).abs() < 1e-12 * scale, "{force}: {exact} at {stretch}");
+        }
+    }
+    let refused = |law, ratio| {
+        let mut scene = rubber(4);
+        (scene.material.stretch_law, scene.material.mooney_rivlin_ratio) = (law, ratio);
+        scene.problem().unwrap_err().to_string()
+    };
+    for message in [
+        refused(StretchLaw::MooneyRivlin, None),
+        refused(StretchLaw::MooneyRivlin, Some(1.5)),
+        refused(StretchLaw::NeoHookean, Some(0.2)),
+    ] {
+        assert!(message.contains("material.mooney_rivlin_ratio"), "{message}");
+    }
+}
+
 /// A rod that is released from its equilibrium under a force that stretches it by a third.
 fn released(scheme: Scheme, end: f64, step: f64) -> Scene {
     let mut scene = rubber(6);

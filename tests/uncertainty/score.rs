@@ -1,7 +1,9 @@
 //! Score tests of omitted effects: false-alarm rate, power and ranks; undetected biases equal those of fits.
 
 use rodfit::fit::{Analysis, FitFile, ScoreTest};
-use rodfit::scene::{Along, Compliance, Drag, Friction, PointMass, Scene, Shape};
+use rodfit::scene::{
+    Along, BendingLaw, Compliance, Drag, Friction, Maxwell, PointMass, Scene, Shape,
+};
 use rodfit::{FitReport, Parameter, Point};
 
 use crate::common::coarse;
@@ -90,6 +92,37 @@ fn missing_friction_is_found_with_its_yield_curvature() {
     let test = report.score_tests.iter().find(|t| t.source == "loads.damping.friction.stiffness");
     let test = test.unwrap_or_else(|| panic!("{report}"));
     assert!(test.is_significant() && test.effect.contains("yield curvature"), "{report}");
+}
+
+/// A bending moment that is not linear in the curvature, and a second relaxation time beside a list of one branch, are found
+/// by their own tests. A model with the effect, and one with a single table, have no such test.
+#[test]
+fn missing_parts_of_the_material_law_are_found() {
+    let law = "material.bending_law.coefficient";
+    let mut truth = scene();
+    truth.material.bending_law = Some(BendingLaw::Cubic { coefficient: 5e-3 });
+    let of = |report: &FitReport, source: &str| {
+        report.score_tests.iter().find(|test| test.source == source).cloned()
+    };
+    let test = of(&fit_of(&truth, &scene(), 1), law).unwrap();
+    println!("{test}");
+    assert!(test.is_significant(), "{test}");
+    assert!(of(&fit_of(&truth, &truth, 1), law).is_none());
+
+    let branch = "loads.damping.maxwell.1.stiffness";
+    let (fast, slow) =
+        (Maxwell { stiffness: 0.1, time: 0.03 }, Maxwell { stiffness: 0.1, time: 0.3 });
+    let with = |maxwell| {
+        let mut scene = scene();
+        scene.loads.damping.maxwell = maxwell;
+        scene
+    };
+    let truth = with(vec![fast, slow].into());
+    let test = of(&fit_of(&truth, &with(vec![fast].into()), 1), branch).unwrap();
+    println!("{test}");
+    assert!(test.is_significant(), "{test}");
+    assert!(of(&fit_of(&truth, &truth, 1), branch).is_none());
+    assert!(of(&fit_of(&truth, &with(fast.into()), 1), branch).is_none());
 }
 
 /// Plausible sizes of the fit file scale the undetected biases; unknown effects are rejected by name.

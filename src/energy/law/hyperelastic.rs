@@ -10,7 +10,15 @@
 //! x = -s^2 (3 + 2 s)/(3 lambda^2)    dx/ds = -2/3 s (3 + 3 s + s^2)/lambda^3    integral = -s^3/(3 lambda)
 //! ```
 //!
-//! with the stretch ratio `lambda = 1 + s`. [`NonlinearPart`] returns the part beyond the linear law only: energy over the rest length,
+//! with the stretch ratio `lambda = 1 + s`. An incompressible Mooney-Rivlin rod has `N = 2 A (C1 + C2/lambda) (lambda -
+//! 1/lambda^2)` with `EA = 6 A (C1 + C2)`. Beside the neo-Hookean `x` with `C = EA` it has `C2/(C1 + C2) EA y(s)`:
+//!
+//! ```text
+//! y = -s^2 (3 + 3 s + s^2)/(3 lambda^3)    dy/ds = -s (6 + 6 s + 4 s^2 + s^3)/(3 lambda^4)
+//! integral = -s^3 (2 + s)/(6 lambda^2)
+//! ```
+//!
+//! [`NonlinearPart`] returns the part beyond the linear law only: energy over the rest length,
 //! force, and its derivative by the strain, N. [`NonlinearPart::new`] is None for the linear law. A new law is a variant of
 //! [`StretchLaw`] and its formulas here.
 
@@ -22,57 +30,102 @@ use crate::scene::StretchLaw;
 pub struct NonlinearPart<D> {
     /// The law; a linear one has no part beyond.
     law: StretchLaw,
-    /// The modulus C, N: EA of a neo-Hookean rod.
+    /// The modulus C of `x`, N: EA.
     pub modulus: D,
+    /// The modulus of `y`, N: EA C2/(C1 + C2) of a Mooney-Rivlin rod, else zero.
+    pub second_modulus: D,
 }
 
 /// The shape of a law beyond the linear one at a strain, for a modulus of one.
 struct ForceShape<D> {
-    /// `x` and `dx/ds`.
+    /// `x` and `dx/ds`, or `y` and `dy/ds`.
     force: D,
     slope: D,
 }
 
 impl<D: Scalar> NonlinearPart<D> {
     /// The part of a law beyond the linear one, with the axial stiffness EA at no strain, N, as its modulus; `None` for
-    /// the linear law.
-    pub fn new(law: StretchLaw, stiffness: D) -> Option<Self> {
-        match law {
-            StretchLaw::Linear => None,
-            StretchLaw::NeoHookean => Some(Self { law, modulus: stiffness }),
+    /// the linear law. The `ratio` C2/(C1 + C2) is that of a Mooney-Rivlin rod; others ignore it.
+    pub fn new(law: StretchLaw, stiffness: D, ratio: D) -> Option<Self> {
+        let second_modulus = match law {
+            StretchLaw::Linear => return None,
+            StretchLaw::NeoHookean => stiffness.like(0.0),
+            StretchLaw::MooneyRivlin => stiffness * ratio,
+        };
+        Some(Self { law, modulus: stiffness, second_modulus })
+    }
+
+    /// The part with its moduli converted to another number type.
+    pub fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> NonlinearPart<E> {
+        NonlinearPart {
+            law: self.law,
+            modulus: convert(self.modulus),
+            second_modulus: convert(self.second_modulus),
         }
     }
 
-    /// The part with its modulus converted to another number type.
-    pub fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> NonlinearPart<E> {
-        NonlinearPart { law: self.law, modulus: convert(self.modulus) }
+    /// The part with both moduli times a factor.
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
+        let (modulus, second_modulus) = (self.modulus * factor, self.second_modulus * factor);
+        Self { modulus, second_modulus, ..*self }
     }
 
     /// The energy over the rest length, N, at the strain `s`: the integral of the force.
     pub fn energy(&self, s: D) -> D {
-        let integral = match self.law {
+        let stretch = s + 1.0;
+        let first = match self.law {
             StretchLaw::Linear => s.like(0.0),
-            StretchLaw::NeoHookean => -(s * s * s) / ((s + 1.0) * 3.0),
+            StretchLaw::NeoHookean | StretchLaw::MooneyRivlin => -(s * s * s) / (stretch * 3.0),
         };
-        self.modulus * integral
+        let energy = self.modulus * first;
+        match self.law {
+            StretchLaw::MooneyRivlin => {
+                let second = s * s * s * (s + 2.0) / (stretch * stretch * 6.0);
+                energy - self.second_modulus * second
+            }
+            _ => energy,
+        }
     }
 
-    /// The force beyond the linear law, `C x(s)`, N, at the strain `s`.
+    /// The force beyond the linear law, `C x(s)` plus the second modulus times `y(s)`, N, at the strain `s`.
     #[inline(always)]
     pub fn force(&self, s: D) -> D {
-        self.modulus * self.force_shape(s)
+        self.response(s)[1]
     }
 
-    /// The derivative `x(s)` of the force by the modulus, dimensionless, at the strain `s`.
+    /// The derivatives `x(s)` and `y(s)` of the force by both moduli, dimensionless, at the strain `s`.
     #[inline(always)]
-    pub(crate) fn force_shape(&self, s: D) -> D {
-        self.shape(s).force
+    pub(crate) fn force_shapes(&self, s: D) -> [D; 2] {
+        let second = self.second_shape(s).map_or(s.like(0.0), |shape| shape.force);
+        [self.shape(s).force, second]
     }
 
     /// The derivative of the force by the strain `s`, and the force, N.
     pub fn response(&self, s: D) -> [D; 2] {
         let ForceShape { force, slope } = self.shape(s);
-        [self.modulus * slope, self.modulus * force]
+        let [slope, force] = [self.modulus * slope, self.modulus * force];
+        match self.second_shape(s) {
+            None => [slope, force],
+            Some(second) => [
+                slope + self.second_modulus * second.slope,
+                force + self.second_modulus * second.force,
+            ],
+        }
+    }
+
+    /// `y` and `dy/ds` of a Mooney-Rivlin law at the strain `s`; `None` for others.
+    #[inline(always)]
+    fn second_shape(&self, s: D) -> Option<ForceShape<D>> {
+        if self.law != StretchLaw::MooneyRivlin {
+            return None;
+        }
+        let inverse = (s + 1.0).recip();
+        let cube = inverse * inverse * inverse;
+        let sum = s * (s * (s + 4.0) + 6.0) + 6.0;
+        Some(ForceShape {
+            force: -(s * s * (s * s + s * 3.0 + 3.0) * cube) * (1.0 / 3.0),
+            slope: -(s * sum * (cube * inverse)) * (1.0 / 3.0),
+        })
     }
 
     /// `x` and `dx/ds` at the strain `s`, by the formulas of the header; zeros of a linear law.
@@ -80,7 +133,7 @@ impl<D: Scalar> NonlinearPart<D> {
     fn shape(&self, s: D) -> ForceShape<D> {
         match self.law {
             StretchLaw::Linear => ForceShape { force: s.like(0.0), slope: s.like(0.0) },
-            StretchLaw::NeoHookean => {
+            StretchLaw::NeoHookean | StretchLaw::MooneyRivlin => {
                 // Products instead of a difference of nearly equal numbers, so that small strains
                 // lose no digits.
                 let inverse = (s + 1.0).recip();
@@ -100,8 +153,8 @@ mod tests {
     use crate::energy::{Element, HyperelasticStretch, Stretch, dual_tangent};
     use num_dual::Dual2_64;
 
-    fn edge<const M: usize>() -> HyperelasticStretch<f64, M> {
-        let nonlinear = NonlinearPart::new(StretchLaw::NeoHookean, 7.0);
+    fn edge<const M: usize>(law: StretchLaw) -> HyperelasticStretch<f64, M> {
+        let nonlinear = NonlinearPart::new(law, 7.0, 0.3);
         let linear = Stretch { stiffness: 7.0, rest_length: 0.9, natural_strain: 0.0 };
         HyperelasticStretch { linear, nonlinear }
     }
@@ -109,7 +162,7 @@ mod tests {
     /// Energy, force and stiffness of the whole law are those of `E A/6 (lambda^2 + 2/lambda - 3)`.
     #[test]
     fn neo_hookean_law_is_that_of_the_literature() {
-        let nonlinear = NonlinearPart::new(StretchLaw::NeoHookean, 7.0).unwrap();
+        let nonlinear = NonlinearPart::new(StretchLaw::NeoHookean, 7.0, 0.3).unwrap();
         for s in [-0.6, -0.01, 1e-9, 0.0, 0.02, 1.5] {
             let stretch = Dual2_64::from(s).derivative() + 1.0;
             let exact = (stretch * stretch + stretch.recip() * 2.0 - 3.0) * (7.0 / 6.0);
@@ -127,11 +180,37 @@ mod tests {
         assert!((nonlinear.force(1e-9) / exact - 1.0).abs() < 1e-15, "{:e}", nonlinear.force(1e-9));
     }
 
+    /// Energy, force and stiffness are those of `C1 (lambda^2 + 2/lambda - 3) + C2 (1/lambda^2 + 2 lambda - 3)`.
+    #[test]
+    fn mooney_rivlin_law_is_that_of_the_literature() {
+        let part = NonlinearPart::new(StretchLaw::MooneyRivlin, 7.0, 0.3).unwrap();
+        let [c1, c2] = [0.7, 0.3].map(|share| share * 7.0 / 6.0);
+        for s in [-0.6, -0.01, 1e-9, 0.0, 0.02, 1.5] {
+            let stretch = Dual2_64::from(s).derivative() + 1.0;
+            let first = stretch * stretch + stretch.recip() * 2.0 - 3.0;
+            let second = stretch.recip() * stretch.recip() + stretch * 2.0 - 3.0;
+            let exact = first * c1 + second * c2;
+            let [slope, force] = part.response(s);
+            let energy = 3.5 * s * s + part.energy(s);
+            assert!((energy - exact.re).abs() < 1e-14, "{s} {energy} {exact:?}");
+            assert!((7.0 * s + force - exact.v1).abs() < 1e-12, "{s} {force} {exact:?}");
+            assert!((7.0 + slope - exact.v2).abs() < 1e-11, "{s} {slope} {exact:?}");
+            let [x, y] = part.force_shapes(s);
+            assert!((part.modulus * x + part.second_modulus * y - force).abs() < 1e-15);
+        }
+    }
+
     /// Gradient and Hessian of an edge by hand are those of its energy by num-dual, in the plane and in space.
     #[test]
     fn edge_has_the_derivatives_of_dual_numbers() {
+        for law in [StretchLaw::NeoHookean, StretchLaw::MooneyRivlin] {
+            check_edge(law);
+        }
+    }
+
+    fn check_edge(law: StretchLaw) {
         for q in [[0.0, 0.1, -0.2, 0.9, 0.4, 0.3], [0.2, 0.0, 0.0, 0.5, -0.3, 0.2]] {
-            let (hand, dual) = (edge::<3>().tangent(&q), dual_tangent(&edge::<3>(), &q));
+            let (hand, dual) = (edge::<3>(law).tangent(&q), dual_tangent(&edge::<3>(law), &q));
             assert!((hand.energy - dual.energy).abs() < 1e-14);
             for r in 0..6 {
                 assert!((hand.gradient[r] - dual.gradient[r]).abs() < 1e-13, "{hand:?} {dual:?}");
@@ -141,7 +220,8 @@ mod tests {
                 }
             }
             let plane = [q[0], q[1], q[3], q[4]];
-            let (hand, dual) = (edge::<2>().tangent(&plane), dual_tangent(&edge::<2>(), &plane));
+            let (hand, dual) =
+                (edge::<2>(law).tangent(&plane), dual_tangent(&edge::<2>(law), &plane));
             for r in 0..4 {
                 for c in 0..4 {
                     let [hand, dual] = [&hand, &dual].map(|local| local.hessian[r][c]);

@@ -71,6 +71,8 @@ pub struct LawSlopes {
     pub offset: [f64; 3],
     /// By the modulus of the part beyond a linear law.
     pub modulus: f64,
+    /// By its second modulus.
+    pub second_modulus: f64,
 }
 
 impl LawSlopes {

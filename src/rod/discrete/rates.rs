@@ -311,7 +311,10 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         // Friction springs are present in all dual rods or in none.
         let own = all(duals.each_ref().map(|rod| Some(&*rod.sliders.as_ref()?.sliders)));
         *sliders = own.map(SliderRates::from_duals);
-        *elastic = !bending.is_empty()
+        // The second modulus of a stretch law may change alone.
+        let has_second = nonlinear.iter().flatten().any(|part| part.second_modulus.eps != 0.0);
+        *elastic = has_second
+            || !bending.is_empty()
             || stretch.iter().any(|law| !law.is_zero())
             || joint.iter().any(|law| !law.is_zero());
     }

@@ -6,7 +6,7 @@
 //! the forward rates of one parameter is the derivative of the misfit along that parameter.
 
 use crate::energy::Law;
-use crate::energy::law::{LawSlopes, Symmetric};
+use crate::energy::law::{LawSlopes, NonlinearPart, Symmetric};
 use crate::numerics::lanes::Lanes;
 use crate::rod::discrete::DiscreteRod;
 use crate::rod::discrete::rates::{RateLayout, Rates};
@@ -85,7 +85,9 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
         for (i, (nonlinear, strain)) in self.nonlinear.edges.iter().zip(strained.now).enumerate() {
             let strain = *strain;
             // At fixed unknowns the strain depends on the rest length.
-            to.stretch[i].modulus += w[i] * nonlinear.force_shape(strain);
+            let [first, second] = nonlinear.force_shapes(strain);
+            to.stretch[i].modulus += w[i] * first;
+            to.stretch[i].second_modulus += w[i] * second;
             to.rest[i] -= w[i] * nonlinear.response(strain)[0] * (1.0 + strain);
         }
     }
@@ -112,7 +114,10 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
         let load = rates.load.iter().enumerate();
         let load = load.flat_map(|(i, load)| load.iter().zip(&laws.load[L::STRIDE * i..]));
         let nonlinear = rates.nonlinear.iter().zip(&laws.stretch);
-        let nonlinear: f64 = nonlinear.map(|([rate], by)| rate.modulus.eps * by.modulus).sum();
+        let along = |([rate], by): (&[NonlinearPart<Dual64>; 1], &LawSlopes)| {
+            rate.modulus.eps * by.modulus + rate.second_modulus.eps * by.second_modulus
+        };
+        let nonlinear: f64 = nonlinear.map(along).sum();
         let all = stretch.chain(rest.chain(load).map(|(Lanes([rate]), to)| rate * to));
         all.sum::<f64>()
             + nonlinear

@@ -1,6 +1,6 @@
 //! Effects that a scene may omit: terms of size zero, and numbers that may have errors.
 //!
-//! [`OMITTED_EFFECTS`] is the table of the 20 effects that score tests examine (those of structures are in
+//! [`OMITTED_EFFECTS`] is the table of the 22 effects that score tests examine (those of structures are in
 //! `structure_effects`). Each effect is a number of the scene, or of the scene with a term added. The term has no
 //! effect, or a small one ([`TRACE`]) where scenes do not allow zero. Kelvin-Voigt damping has half of its plausible
 //! size instead. Residuals are differentiated by the number like by any parameter. Its plausible size, in the unit of
@@ -12,7 +12,10 @@
 use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
 use crate::problem::Problem;
 use crate::scene::along::Along;
-use crate::scene::{Drag, Friction, Parameter, Point, PointMass, Scene, Section, Shape, Support};
+use crate::scene::{
+    BendingLaw, Drag, Friction, Maxwell, MaxwellBranches, Parameter, Point, PointMass, Scene,
+    Section, Shape, Support,
+};
 
 /// Size of an added term where scenes do not allow zero: mass over that of the rod, or stiffness over that of the rod.
 const TRACE: f64 = 1e-9;
@@ -40,6 +43,12 @@ const GRIP_PARTS: usize = 4;
 const FRICTION_STIFFNESS: f64 = 0.01;
 /// Yield curvature of internal friction over the largest observed curvature: below 1, so that the motion yields.
 const YIELD_CURVATURE: f64 = 0.1;
+/// Plausible stiffness of a second Maxwell branch over that of the rod.
+const BRANCH_STIFFNESS: f64 = 0.02;
+/// Relaxation time of a second Maxwell branch over that of the first: the next decade.
+const RELAXATION_TIMES: f64 = 10.0;
+/// Plausible part of the bending moment beyond the linear law at the largest observed curvature.
+const NONLINEAR_MOMENT: f64 = 0.02;
 
 /// An effect that a scene may omit.
 #[derive(Clone, Copy)]
@@ -94,11 +103,13 @@ const A_LONGER_RECORD: &str = "record until the motion has decayed";
 const FRICTION: &str = "loads.damping.friction.stiffness";
 /// Path of the stiffness factor of the first part of the rod.
 const GRIP_STIFFNESS: &str = "rod.taper.youngs_modulus.0";
+/// Path of the stiffness of a second Maxwell branch.
+const SECOND_BRANCH: &str = "loads.damping.maxwell.1.stiffness";
 /// Path of the first attached mass.
 const TIP_MASS: &str = "rod.mass.0.mass";
 
 /// All omitted effects that a fit tests, in the order of the tests.
-pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 20] = [
+pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 22] = [
     OmittedEffect {
         path: "supports.start_compliance.rotation",
         name: "compliant clamp",
@@ -260,6 +271,36 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 20] = [
             }
         },
         plausible: |s| s.frequency.and(s.curvature).map(|_| FRICTION_STIFFNESS),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: SECOND_BRANCH,
+        name: "second relaxation time",
+        test: "record faster and slower motions",
+        // A single table has other parameter names than a list, so that only lists get another branch.
+        add: |scene, _| {
+            if let MaxwellBranches::Series(branches) = &mut scene.loads.damping.maxwell
+                && let [first] = branches[..]
+            {
+                let time = RELAXATION_TIMES * first.time;
+                branches.push(Maxwell { stiffness: 0.0, time });
+            }
+        },
+        plausible: |_| Some(BRANCH_STIFFNESS),
+        absent: Some(0.0),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "material.bending_law.coefficient",
+        name: "nonlinear bending",
+        test: "record another amplitude",
+        add: |scene, sizes| {
+            if scene.material.bending_law.is_none() && sizes.curvature.is_some() {
+                scene.material.bending_law = Some(BendingLaw::Cubic { coefficient: 0.0 });
+            }
+        },
+        plausible: |s| s.frequency.and(s.curvature).map(|k| NONLINEAR_MOMENT / (k * k)),
+        absent: Some(0.0),
         ..EVERY_SCENE
     },
     OmittedEffect {
