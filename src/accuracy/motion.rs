@@ -1,16 +1,26 @@
-//! Search for mesh, step and scheme of a motion by trial runs, each with a finer mesh or smaller steps than the one
-//! before.
+//! Search for mesh, step and scheme of a motion by trial runs.
 //!
-//! Input: the scene, whose given mesh or step is kept, and a first step in s. The
-//! [differences](crate::accuracy::difference) between successive runs estimate the errors of mesh and step; the part
-//! with the larger error is refined next. A failed run is followed by one with smaller steps. The target error is a
-//! fraction of the requested one, given by `tuning`. The search ends where an extrapolation from the last run reaches
-//! it, where given numerics prevent further runs, at a limit of work, or after more than [`MAX_FAILURES`] failed
-//! runs. Output: the numerics with the least work whose extrapolated error is the target, or the most accurate within
-//! the allowed work. Their estimated error over the length is `None` unless all open parts were estimated. The reason
-//! is added if the requested error is not reached, and the basis for the check of the run. Neither part is refined
-//! far without the other: large steps damp the modes that finer edges would add, and a coarse mesh lacks the modes
-//! that smaller steps would reveal.
+//! Input: the scene, whose given mesh or step is kept, the scene with the first mesh, and a first step in s. The
+//! first run has half of a given mesh or step. Each further run usually has a finer mesh or smaller steps. The
+//! [differences](crate::accuracy::difference) between successive runs estimate the errors of mesh and step. The part
+//! with the larger error is refined next. A failed run is followed by one with smaller steps, unless the step is
+//! given; repeated failures also add edges, unless the mesh is given.
+//!
+//! If scheme and mesh are open and generalised-alpha needs much smaller steps, `rodas4` is tried on a mesh coarser by
+//! [`LARGE_RATIO`]. If its step error reaches the target with less work, the search goes on from that run.
+//!
+//! The target error is a fraction of the requested one, given by `tuning`. The search ends where an extrapolation
+//! from the last run reaches it, or where given numerics make further runs impossible or useless. It also ends at a
+//! limit of work, or after more than [`MAX_FAILURES`] failed runs.
+//!
+//! Output: the numerics with the least work whose extrapolated error is the target, else the most accurate ones
+//! within the allowed work. The step may then be reduced: to a stable one of an explicit scheme, or for moved
+//! supports. The estimated error, over the length, is `None` unless every part that the scene leaves open was
+//! estimated. The reason is added if the error is above the requested one or unknown. The basis for the check of the
+//! run is added, unless no run succeeded; the numerics are then those of the last attempt.
+//!
+//! Neither part is refined far without the other. Large steps damp the modes that finer edges would add, and a coarse
+//! mesh lacks the modes that smaller steps would reveal.
 
 use crate::accuracy::aim::allowed_edges;
 use crate::accuracy::basis::{Basis, ChosenMotion};

@@ -1,11 +1,14 @@
 //! The collection of a campaign's results: at most one for each task, from the files that all processes wrote.
 //!
-//! Input is a plan, whose folder has the files. Two results of one task must agree, else collection is an error: to the last
-//! byte if both come from one platform. On two platforms they must agree in the exit code, and in all values and standard
-//! errors to within a relative `PLATFORM_DIFFERENCE`. Of two such results the first in alphabetical order is kept. Results of
-//! unplanned tasks are ignored, and damaged lines are listed. Output: [`Collected`], the input of the status, the CSV table and
-//! the comparison page. `Collected::write_lines` writes a line of JSON per task with a result, sorted by id. `missing` lists
-//! tasks without one.
+//! Input is a plan, whose folder has the files. Two results of one task must agree, else collection is an error. If
+//! both come from one platform, their JSON must be equal byte by byte. On two platforms they must have the same exit
+//! code and the same parameters. Values and standard errors must then agree to within a relative
+//! `PLATFORM_DIFFERENCE`. Of two such results the one whose JSON text is first in alphabetical order is kept. So the
+//! choice does not depend on the order of the files. Results of unplanned tasks are ignored. Damaged lines are
+//! ignored and listed.
+//!
+//! Output: [`Collected`], the input of the status, the CSV table and the comparison page. `Collected::write_lines`
+//! writes a line of JSON per task with a result, sorted by id. `missing` lists tasks without one.
 
 use crate::campaign::plan::{CampaignTask, Plan};
 use crate::campaign::store::{DamagedLine, Store, StoredRecord};

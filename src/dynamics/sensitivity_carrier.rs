@@ -1,11 +1,17 @@
 //! Derivatives of a run: computed by the thread that makes the steps, or by another one to which the steps are sent.
 //!
-//! [`SensitivityCarrier`] gives the main loop of a run the same three operations for both: make a step of the
-//! simulation to a time (s), undo it, and advance the derivatives over an accepted one. On the same thread, steps of
-//! Newmark-beta and generalised-alpha can be linearized again by a second simulation. Other steps of Newton's method
-//! are linearized at their solution. Explicit and linearly implicit schemes make the step in dual numbers, and the
-//! plain state is taken from it. For the other thread, advancing sends the states of the step. Errors are those of
-//! steps and linear systems.
+//! [`SensitivityCarrier`] gives the main loop of a run the same three operations for both. They make a step of the
+//! simulation to a time (s), undo it, and advance the derivatives over an accepted one.
+//!
+//! On the same thread the way depends on the scheme. Steps of Newmark-beta and generalised-alpha are linearized again
+//! by a second simulation, from the states before and after the step. The other thread does the same, so that both
+//! results are bitwise equal. Other steps of Newton's method are linearized at their solution, with the tangents of
+//! their stages. Explicit and linearly implicit schemes make the step in dual numbers, and the plain state is taken
+//! from it.
+//!
+//! Only Newmark-beta and generalised-alpha may use the other thread. Advancing then sends the state at the end of the
+//! step, in batches, and waits while too many batches wait. Errors are those of steps and linear systems, and
+//! [`Error::Interrupted`] if the other thread has ended; its own error has the reason.
 
 use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::sensitivity_pipeline::StepProducer;

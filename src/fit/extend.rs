@@ -1,14 +1,19 @@
 //! Extension of a fit by effects that its model omits, and the choice among extended fits (`rodfit fit --extend`).
 //!
 //! Input: a fit and its report with score tests (Rao's test of each omitted effect). [`FitFile::extensions`] returns
-//! copies of the fit, each with one significant effect added as a further unknown, in the order of the tests, at most
-//! [`MOST_TERMS`]. Friction, mass damping or drag is followed by internal damping, which has a similar effect and
-//! needs no test of its own. Effects that are unknowns already or that no scene can have are skipped. After these are
-//! solved, [`FitReport::improves_on`] accepts one that converged, has no worse grade, and passes the likelihood-ratio
-//! test: twice the log-likelihood rises by more than [`SIGNIFICANT_RISE`] (not required if the first fit did not
-//! converge). [`FitReport::among_alternatives`] adds a warning and lowers the grade where another extension has a
-//! similar likelihood (within [`DISCRIMINATING_RISE`]) and a value outside a 95 % interval.
-//! [`FitReport::not_extended`] adds a warning that no extension was accepted.
+//! copies of the fit, each with one significant effect added as a further unknown, in the order of the tests. After
+//! friction, mass damping or drag comes a copy with internal damping, which has a similar effect and needs no test of
+//! its own. All copies together are at most [`MOST_TERMS`]. Effects that are unknowns already, or that no scene can
+//! have, are skipped.
+//!
+//! The caller solves the copies. [`FitReport::improves_on`] accepts one that converged without interruption, has no
+//! worse grade than the first fit, and passes the likelihood-ratio test. Twice its log-likelihood must be higher by
+//! more than [`SIGNIFICANT_RISE`]; this is not required if the first fit did not converge.
+//!
+//! [`FitReport::among_alternatives`] compares the best extended fit with the others. Another one is an alternative if
+//! twice its log-likelihood is lower by at most [`DISCRIMINATING_RISE`]. If one of its values is outside the best
+//! fit's 95 % interval of that parameter, a warning is added. The grade becomes correlated-or-missing, unless it is
+//! worse already. [`FitReport::not_extended`] adds a warning that no extension was accepted.
 
 use crate::code::Code;
 use crate::error::Error;

@@ -37,10 +37,11 @@
 //! trapezoidal rule for unequal edges, the shift from one joint to the other is
 //! `(a^2/8 - b^2/12)/b` instead of `l/24`.
 //!
-//! Curved rods have this correction, since their `f'(0)` is proportional to the curvature: the error of
-//! the helix is six times smaller. Joints of straight rods keep their lengths, unless `corrected-statics` is
-//! requested: the correction would improve the sag and degrade the frequencies. The errors are, in units of
-//! `(l/L)^2` for small deflections (error of the sag under its weight, and of squared frequencies):
+//! Curved rods have this correction, since their `f'(0)` is proportional to the curvature: the error of the helix is
+//! six times smaller. Joints of straight rods keep their lengths, unless `corrected-statics` is requested: the
+//! correction would improve the sag and degrade the frequencies. The table has their errors in units of `(l/L)^2`,
+//! for small deflections of a straight cantilever. They are those of the sag of the tip under the rod's weight, and
+//! of the squared frequencies of five modes:
 //!
 //! | | sag | mode 1 | 2 | 3 | 4 | 5 |
 //! |---|---|---|---|---|---|---|
@@ -48,18 +49,22 @@
 //! | with it | 0 | -0.77 | -5.3 | -13 | -23 | -37 |
 //! | and tip masses of 5/12, 13/12 | -0.33 | 0.14 | -2.2 | -7.7 | -16 | -29 |
 //!
-//! The frequencies' own error, `-(l^2/6) int y'^2/int y^2`, is that of lumped masses everywhere
-//! along the rod: no diagonal mass removes it, and the error at the wall compensates a part. The
-//! first swing of the paper's cantilever at 50 segments is off by 1.9e-4 of its length without the
-//! correction, by 9e-5 with it, and by 1.3e-4 with the tip masses, which have wrong moments of the
-//! weight. Curvature beyond that at rest is measured as `2 tan(phi/2)`, stiffer than `phi` by
-//! `phi^2/3`: this error of the element is the rest of the error of the swing.
+//! The last row is an alternative that the program does not use. In it the last node and the one before have 5/12 and
+//! 13/12 of the mass of an edge, instead of 1/2 and 1.
 //!
-//! **Stretching next to a wall.** A wall in the middle of edge 0 also holds the half of the edge that belongs
-//! to the rod. So edge 1 gets the axial compliance of the rod between the wall and node 2, one and a half
-//! edges. Without this correction the rod is short by half an edge, a first-order error; with it the stretch
-//! by a force at the tip is exact, and that by the weight of second order. In
-//! curved rods node 2 gets half of that length's mass and weight besides.
+//! The frequencies' own error, `-(l^2/6) int y'^2/int y^2`, is that of lumped masses everywhere along the rod. No
+//! diagonal mass removes it, and the error at the wall compensates a part. The first swing of the paper's cantilever
+//! at 50 segments is off by 1.9e-4 of its length without the correction, and by 9e-5 with it. With the tip masses,
+//! which have wrong moments of the weight, it is off by 1.3e-4. Curvature beyond that at rest is measured as `2
+//! tan(phi/2)`, stiffer than `phi` by `phi^2/3`. This error of the element is the rest of the error of the swing.
+//!
+//! **Masses next to a wall.** Where joints at walls are corrected, masses are too. The mass and weight of a quarter
+//! of an edge move from node 1 to node 2. So the first moment of the half edge between wall and node 1 is right.
+//!
+//! **Stretching next to a wall.** A wall in the middle of edge 0 also holds the half of the edge that belongs to the
+//! rod. So edge 1 gets the axial compliance of the rod between the wall and node 2, one and a half edges. Without
+//! this correction the rod is short by half an edge, a first-order error. With it the stretch by a force at the tip
+//! is exact, and that by the weight of second order.
 
 use crate::energy::adapter::Chart;
 use crate::energy::law::{Sliders, Springs};

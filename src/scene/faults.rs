@@ -1,11 +1,23 @@
 //! Detection and correction of defects in recordings of markers: lost frames, exchanged labels of neighbors, and
-//! jumps of single markers. All defects are reported; lost frames and exchanged labels are corrected on request.
+//! jumps of single markers.
 //!
-//! Lost frames are detected by least squares. Positions around a gap (`BESIDE` frames on each side) follow a cubic of
-//! time, for most markers. The fit with the gap must be much better than without it (`BETTER`). Labels are exchanged
-//! if the outer of two neighbors has the smaller median distance from the marker before them (`FARTHER`). A glitch is
-//! a second difference above `JUMP` that the neighbors do not have. `Track::examined` returns the recording with its
-//! [`Fault`]s; recorded ends and observations of fits use it.
+//! Input of `Track::examined`: the recording, with its markers in order along the rod, and the held markers, whose
+//! motion determines gaps. Two options correct lost frames (later times are increased) and exchanged labels
+//! (positions are exchanged). Output: a copy of the recording, corrected as requested, with all its [`Fault`]s. Jumps
+//! of single markers are never corrected; the frames around them are unusable (`SPOILED`).
+//!
+//! Lost frames are detected by least squares. A cubic of time is fitted to the positions of the held markers in
+//! `BESIDE` frames on each side of a gap. Without the gap, the sum of squared residuals must be at least `BETTER`
+//! times that with it, and their RMS above `RESOLUTION` (m). Each marker is then fitted alone: more markers must jump
+//! there than move smoothly, and at least `FEWEST_JUMPING`.
+//!
+//! Labels of two neighbors are exchanged where the inner one is farther from the marker before both than the outer
+//! one. The ratio of these median distances must exceed `FARTHER`. The first two are compared by their distances from
+//! the third marker.
+//!
+//! A glitch is a second difference of the positions of a marker longer than `JUMP` (m), away from gaps. Those of both
+//! neighbors must be below `QUIET_NEIGHBOR` of that. Recorded ends, observations of fits and the inspection of files
+//! use this module.
 
 use crate::numerics::vector::{Vector, components, dot, sub};
 use crate::scene::fault::{Fault, JUMP};

@@ -1,12 +1,9 @@
 //! Derivatives of stresses that depend on earlier strains: Kelvin-Voigt damping, relaxation and internal friction.
 //!
-//! The stress at the end of a step, or at the start of the next, is `K s`. The effective strain of a [`HistoryForm`] is
-//! `s = f1 s1 + f0 s0 + fr r0`, plus `fz z0` of every Maxwell branch. `s1` is the strain at the end of the step, `s0`
-//! the strain at its start. `r0` is the mean strain rate over the step before, `z0` the stretch of the Maxwell spring.
-//! Stretching, bending and
-//! twisting may have further terms by damping times of their own. Forward, derivatives of strains, rates and stretches
-//! become those of the stresses (N or N m), and advance to the end of the step. Transposed, derivatives of a misfit by
-//! the forces become those by strains, rates, stretches, laws and damping numbers; friction is left out there.
+//! A stress (N or N m) is `K (s - natural)`, with the elastic stiffness `K` and the natural strain of an element. The
+//! effective strain `s` contains the damping:
+//!
+//!
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step_map::StepMap;

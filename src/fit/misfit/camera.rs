@@ -1,10 +1,6 @@
-//! The camera model: recorded position of a point from its position, and time of the motion from the time of the recording.
+//! The camera model: the recorded position of a point, and the time of the motion at a time of the recording.
 //!
-//! `recorded = wall + shift + scale * rotation(x - wall)` and `time of the motion = time of the recording - offset`, at least
-//! zero. The wall is the clamp of the rod, or the start of a structure's first rod. Shift (m), scale (ratio of recorded to
-//! true lengths), rotation in the plane (rad) and offset (s) are parameters of the scene. [`View`] evaluates both over scalars
-//! with derivatives; at a time of zero that by the offset is zero. Every simulated position passes through it before it is
-//! compared with a recording or a shape; gauges and frequencies do not.
+//!
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};

@@ -1,13 +1,17 @@
-//! The journal of a search: a record, shared by its threads, of evaluated points, the best point, the last scan and the
-//! minima.
+//! The journal of a search: a record, shared by its threads, of evaluated points, the best point, the last scan and
+//! the minima.
 //!
 //! Each evaluated point enters with its stage, residuals and work. The journal stores sums of squares by measurement
-//! ([`Squares`]), so that [`Journal::history`] returns all misfits in units of the final sigmas, though sigmas change during
-//! a search. Its values are in the parameters' units, its costs in full simulations. The best point, returned after an
-//! interruption, is that of the latest stage, in it of the most residuals, and of these the one of the lowest cost. It is None
-//! before the first point and after a change of the sigmas (`reweight`). A scan replaces the last one. `move_minimum` replaces
-//! the minima within [`SAME`] of a point by another. The convergence history, the scan and the local minima of the fit report
-//! come from here.
+//! ([`Squares`]), because sigmas change during a search. So [`Journal::history`] returns all misfits in units of the
+//! final sigmas. Its values are in the parameters' units, its costs in full simulations.
+//!
+//! The best point is returned after an interruption. It is of the latest stage, within that stage one with the most
+//! residuals, and of these the one of the lowest cost. There is none before the first point and after a change of the
+//! sigmas (`reweight`).
+//!
+//! A scan replaces the last one. `move_minimum` removes all minima within [`SAME`] of a point and adds another one.
+//! Their distance is the largest difference of any unknown, on its scale (logarithm of a positive parameter). The
+//! convergence history, the scan and the local minima of the fit report come from here.
 
 use crate::fit::search::grid::{Landscape, ScanGrid};
 use crate::fit::search::local_minima::{LocalMinima, SAME, distance, local_minima};

@@ -3,17 +3,7 @@
 //! The uncertainty budget and the sensitivities to +1 % are one computation. It is the derivative of a refit, by the
 //! implicit function theorem with the Gauss-Newton Hessian,
 //!
-//! ```text
-//! dp/dk = -(J'WJ)^-1 J'W dr/dk
-//! ```
 //!
-//! at the optimum, with the weights, mesh and step of the fit. A coarse mesh is not accurate enough: where a long record
-//! determines the phase of a vibration, the errors of coarse derivatives are as large as the sensitivities themselves.
-//! [`InputSensitivities`] has the response of each unknown, on its scale (logarithm of a positive parameter), to one
-//! standard uncertainty of the known inputs, and to +1 % of the others. It is none for unidentified unknowns. The latter are
-//! computed on request, or else where their cost is at most [`MAX_RELATIVE_COST`] of the search ([`are_unstated_wanted`]).
-//! They are added to the estimates with a standard error, in their units, the largest first. Those up to [`NEGLIGIBLE`] of 1
-//! % of a positive estimate, or of the size of another one, are left out.
 
 use crate::error::Error;
 use crate::fit::known::Known;
