@@ -127,6 +127,9 @@ fn errors_name_line_and_allowed_values() {
         }
     }
     for (text, line, words) in [
+        ("PointVelocity\nendheader\ntime\ta_X\ta_Y\n0\t1\t2\n", 1, "found velocities"),
+        ("Speeds\nendheader\ntime\ta_tx\ta_ty\n0\t1\t2\n", 1, "found velocities"),
+        ("Accelerations\nendheader\ntime\ta_X\ta_Y\n0\t1\t2\n", 1, "found accelerations"),
         (
             "Velocities\nendheader\ntime\ta_X\ta_Y\n0\t1\t2\n",
             1,

@@ -114,9 +114,10 @@ fn value<'a>(header: &'a [FieldLine], key: &str) -> Option<(u64, &'a str)> {
 /// Rejects files of velocities or accelerations, by the title, and data that are neither numbers nor vectors of three.
 fn check_content(lines: &FieldLines, header: &[FieldLine]) -> Result<(), Error> {
     let title = header.first().map_or(String::new(), |line| line.field(0).to_lowercase());
-    if let Some(found) =
-        ["velocities", "accelerations"].iter().find(|own| title.contains(&own[..8]))
-    {
+    // Analyses write `Velocities`, `PointVelocity`, `Speeds` and the like, with the names of the positions.
+    let derivatives =
+        [("velocit", "velocities"), ("speeds", "velocities"), ("accelerat", "accelerations")];
+    if let Some((_, found)) = derivatives.iter().find(|(word, _)| title.contains(word)) {
         return lines.rejected(1, found, "positions");
     }
     match value(header, "DataType") {
