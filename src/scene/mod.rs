@@ -57,6 +57,7 @@ mod structure_catalog;
 mod structure_file;
 pub mod structure_point;
 pub mod structure_recording;
+mod structure_support;
 pub mod support;
 pub mod supports;
 mod table;

@@ -20,7 +20,8 @@ use crate::scene::rod::{CURVATURE_FACTOR, Dimension, one};
 use crate::scene::scheme::{Scheme, SchemeParameter};
 use crate::scene::section::Section;
 use crate::scene::shape::Shape;
-use crate::scene::structure_recording::{StructureRecording, check_supports};
+use crate::scene::structure_recording::StructureRecording;
+use crate::scene::structure_support::check_supports;
 use crate::scene::support::Support;
 use crate::scene::table::{NumberTree, TABLE, TableKind, table};
 use crate::scene::taper::Taper;
@@ -28,6 +29,8 @@ use crate::scene::time::Time;
 use crate::scene::{InitialState, Scene};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
+
+pub use crate::scene::structure_support::{RodEnd, StructureSupport, SupportedEnd};
 
 /// Coordinates and displacements, m.
 const PLACE: Quantity = Quantity::signed("m");
@@ -290,66 +293,6 @@ table! {
     }
 }
 
-/// An end of a rod.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "lowercase")]
-pub enum RodEnd {
-    /// The end at arc length 0.
-    Start,
-    /// The other end.
-    #[serde(alias = "tip")]
-    End,
-}
-
-impl RodEnd {
-    /// Index of the end: 0 for the start, 1 for the other end.
-    pub fn index(self) -> usize {
-        usize::from(self == Self::End)
-    }
-}
-
-/// `[[supports]]`: the support of an end of a rod.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct StructureSupport {
-    /// The end of a rod.
-    pub of: SupportedEnd,
-    /// Kind of the support: `clamped`, `pinned`, `recorded` or `free`.
-    pub kind: Support,
-    /// Names of the two markers that a recorded end follows, from the end inwards.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub markers: Vec<String>,
-    /// Number of edges between both markers of a recorded end; nodes between them stay on the chord.
-    #[serde(default = "one_edge", skip_serializing_if = "is_one_edge")]
-    pub edges: usize,
-    /// Whether a recorded end rotates freely about the rod. Otherwise it follows the twist-free (parallel-transported) frame.
-    #[serde(default, skip_serializing_if = "is_default")]
-    pub free_twist: bool,
-}
-
-/// The default number of edges between both markers of a recorded end.
-fn one_edge() -> usize {
-    1
-}
-
-/// Whether a number of edges is the default, which is not written to files.
-fn is_one_edge(edges: &usize) -> bool {
-    *edges == one_edge()
-}
-
-/// An end of a rod, `{ rod = "a", at = "start" }`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct SupportedEnd {
-    /// Name of the rod.
-    pub rod: String,
-    /// End of the rod.
-    pub at: RodEnd,
-}
-
 /// `[initial]` of a structure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -472,7 +415,7 @@ impl StructureScene {
         let has_recording = state != InitialState::Recorded || self.recording.is_some();
         let allowed = "with a table [recording] only";
         ensure(has_recording, "initial.state", "\"recorded\"", allowed)?;
-        check_supports(self.recording.as_ref(), &self.supports, |name| {
+        check_supports(self.recording.is_some(), &self.supports, |name| {
             let rod = self.rods.iter().find(|rod| rod.name == name)?;
             Some(rod.segments)
         })?;

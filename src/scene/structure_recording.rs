@@ -4,12 +4,11 @@
 //! supports. [`StructureRecording::read`] reads the positions of both as one [`Track`]: markers of supports first, then
 //! observed ones. Defects of the markers that drive supports are found, and corrected as the settings request.
 
-use crate::error::{Error, ensure};
+use crate::error::Error;
 use crate::scene::faults::{LostFrames, SwappedLabels};
 use crate::scene::number::is_default;
-use crate::scene::structure::StructureSupport;
 use crate::scene::structure_point::StructurePoint;
-use crate::scene::support::Support;
+use crate::scene::structure_support::StructureSupport;
 use crate::scene::track::{Marker, Track};
 use marker_files::{Axes, Format, Recording, Vertical, is_same_name};
 use serde::{Deserialize, Serialize};
@@ -148,32 +147,4 @@ impl StructureRecording {
             Error::invalid(key, format!("\"{name}\""), format!("one of {}", names.join(", ")))
         })
     }
-}
-
-/// Rejects recorded supports without a recording or without two markers, and markers of other supports. `segments` returns
-/// the number of edges of a rod by its name, of which the markers must leave at least two.
-pub(super) fn check_supports(
-    recording: Option<&StructureRecording>,
-    supports: &[StructureSupport],
-    segments: impl Fn(&str) -> Option<usize>,
-) -> Result<(), Error> {
-    for (i, support) in supports.iter().enumerate() {
-        let key = |own: &str| format!("supports[{i}].{own}");
-        let StructureSupport { markers, edges, free_twist, .. } = support;
-        if support.kind != Support::Recorded {
-            let allowed = "with kind = \"recorded\" only";
-            ensure(markers.is_empty(), key("markers"), format!("{markers:?}"), allowed)?;
-            ensure(*edges == 1, key("edges"), edges, allowed)?;
-            ensure(!free_twist, key("free_twist"), true, allowed)?;
-            continue;
-        }
-        let allowed = "a table [recording] with the file of a recording";
-        ensure(recording.is_some(), "recording", "no such table", allowed)?;
-        let allowed = "the names of two markers, from the end of the rod inwards";
-        ensure(markers.len() == 2, key("markers"), format!("{markers:?}"), allowed)?;
-        let most = segments(&support.of.rod).map_or(1, |count| count.saturating_sub(3).max(1));
-        let allowed = format!("1 .. {most} edges between both markers");
-        ensure((1..=most).contains(edges), key("edges"), edges, allowed)?;
-    }
-    Ok(())
 }

@@ -15,8 +15,8 @@ use crate::rod::Rod;
 use crate::scene::number::Quantity;
 use crate::scene::{Scene, StructureScene};
 use crate::structure::blueprint::{AssemblyAtRest, Blueprint};
+use crate::structure::marker_place::RelaxedFrames;
 use crate::structure::recorded_ends::RecordedEnds;
-use crate::structure::recorded_start::RelaxedFrames;
 use std::sync::{Arc, OnceLock};
 
 /// A structure: its scene and its assembly.

@@ -17,6 +17,7 @@ mod definition;
 mod equilibrium;
 mod held_nodes;
 mod inertia;
+mod marker_place;
 mod modes;
 mod momentum;
 mod observed_nodes;

@@ -14,9 +14,9 @@ use crate::rod::Assembly;
 use crate::rod::assembly::{AssemblyFrames, SpatialBodies};
 use crate::scene::Support;
 use crate::structure::definition::Structure;
+use crate::structure::marker_place::MarkerPlace;
 use crate::structure::placement::{end_nodes, end_point};
 use crate::structure::plan::EndHold;
-use crate::structure::recorded_start::MarkerPlace;
 use crate::structure::spatial_inertia::rest_axes;
 use nalgebra::Matrix3 as Dense3;
 

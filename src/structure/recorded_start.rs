@@ -13,7 +13,6 @@ use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::rotation::{logarithm, product, transpose};
 use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::{Factors, Tangent};
-use crate::numerics::vector::Vector;
 use crate::problem::PointTie;
 use crate::rod::assembly::AssemblyFrames;
 use crate::rod::{Assembly, ReferenceFrames, Rod};
@@ -22,35 +21,12 @@ use crate::scene::{Stencil, StructureRecording, StructureScene};
 use crate::statics::{Descent, DescentSettings, EquilibriumState};
 use crate::structure::blueprint::{AssemblyAtRest, MarkerTies};
 use crate::structure::definition::Structure;
+use crate::structure::marker_place::{MarkerPlace, RelaxedFrames};
 use crate::structure::plan::EndHold;
 use std::f64::consts::TAU;
 
-/// A marker on a rod: where it is at rest.
-#[derive(Clone, Debug)]
-pub(super) struct MarkerPlace {
-    /// Index of the rod.
-    pub rod: usize,
-    /// Arc length from the start of the rod, m.
-    pub arc_length: f64,
-    /// Position at rest, m.
-    pub rest: Vector<f64>,
-    /// Index in the track.
-    pub marker: usize,
-    /// Whether a recorded end holds it.
-    pub is_held: bool,
-}
-
-/// The relaxed structure in the first two frames of the recording.
-#[derive(Clone, Debug)]
-pub(super) struct RelaxedFrames {
-    /// Frames of the pose through the markers of the first frame, from which all angles are measured.
-    pose: AssemblyFrames<f64>,
-    /// Unknowns in both frames.
-    q: [Vec<f64>; 2],
-}
-
 /// The initial state of a recorded motion.
-pub(super) struct RecordedStart<D> {
+pub(super) struct StartFromRecording<D> {
     /// Unknowns in the first frame, m (rad for angles).
     pub q: Vec<D>,
     /// Frames there.
@@ -71,7 +47,7 @@ impl Structure {
         &self,
         scene: &StructureScene<D>,
         assembly: &Assembly<D>,
-    ) -> Result<RecordedStart<D>, Error> {
+    ) -> Result<StartFromRecording<D>, Error> {
         let in_file = |error: Error| error.in_file(self.scene.path.as_deref());
         let recording = self.scene.recording.as_ref().ok_or_else(|| {
             in_file(Error::invalid("recording", "no such table", "a recording to start from"))
@@ -90,7 +66,7 @@ impl Structure {
         assembly.move_frames(&mut frames, &q);
         let change = change_between(assembly, [&pose, &frames], [&q, &next]);
         let times = recording.track()?.times();
-        Ok(RecordedStart { q, frames, change, interval: times[1] - times[0] })
+        Ok(StartFromRecording { q, frames, change, interval: times[1] - times[0] })
     }
 
     /// The markers of recorded ends and the observed ones on rods, at rest.

@@ -1,0 +1,30 @@
+//! Places of recorded markers on a structure at rest, and the relaxed structure in the first two frames of a recording.
+//!
+//! These are the data that the recorded start of a structure in space passes between its steps, and stores with the structure.
+
+use crate::numerics::vector::Vector;
+use crate::rod::assembly::AssemblyFrames;
+
+/// A marker on a rod: where it is at rest.
+#[derive(Clone, Debug)]
+pub(super) struct MarkerPlace {
+    /// Index of the rod.
+    pub rod: usize,
+    /// Arc length from the start of the rod, m.
+    pub arc_length: f64,
+    /// Position at rest, m.
+    pub rest: Vector<f64>,
+    /// Index in the track.
+    pub marker: usize,
+    /// Whether a recorded end holds it.
+    pub is_held: bool,
+}
+
+/// The relaxed structure in the first two frames of the recording.
+#[derive(Clone, Debug)]
+pub(super) struct RelaxedFrames {
+    /// Frames of the pose through the markers of the first frame, from which all angles are measured.
+    pub pose: AssemblyFrames<f64>,
+    /// Unknowns in both frames.
+    pub q: [Vec<f64>; 2],
+}
