@@ -17,7 +17,7 @@ use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::Tangent;
 use crate::problem::boundary::BoundaryMotion;
-use crate::rod::{Energies, NodalDrag, Rod, State, TimedLoads, set_real_frames};
+use crate::rod::{Actuators, Energies, NodalDrag, Rod, State, TimedLoads, set_real_frames};
 use crate::scene::Damping;
 use num_dual::Dual64;
 use std::ops::Range;
@@ -53,6 +53,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         let mut state = State::at_rest(q, frames);
         let (prescribed, drag, boundary_motion) = (PrescribedDofs::default(), None, None);
         let timed_loads = TimedLoads::none();
+        let actuators = Actuators::at(Vec::new(), 0.0);
         let system = System {
             rod,
             derivatives,
@@ -61,6 +62,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
             damping,
             drag,
             timed_loads,
+            actuators,
             boundary_motion,
         };
         let mut stepper = Stepper::new(settings, &system, &mut state);
@@ -92,6 +94,16 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     pub(crate) fn load_in_time(&mut self, timed_loads: TimedLoads<D>) {
         self.system.timed_loads = timed_loads;
         self.find_forces();
+    }
+
+    /// Sets the actuators that follow signals; the rod has the values of these signals already.
+    pub(crate) fn follow(&mut self, actuators: Actuators<D>) {
+        self.system.actuators = actuators;
+    }
+
+    /// Whether actuators follow signals, so that the laws of the rod depend on time.
+    pub(crate) fn has_actuators(&self) -> bool {
+        !self.system.actuators.is_empty()
     }
 
     /// Sets the motion of supports, and the unknowns inside the free range that it prescribes. Overwrites the
@@ -203,7 +215,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     /// Whether steps can be [linearized](Self::linearized) from the states before and after them: Newmark-beta and
     /// generalised-alpha, but not the average vector field.
     pub(crate) fn can_linearize_again(&self) -> bool {
-        self.newton().is_some_and(|newton| !newton.averages())
+        !self.has_actuators() && self.newton().is_some_and(|newton| !newton.averages())
     }
 
     /// A copy that [linearizes](Self::linearized) steps of this simulation again: it keeps tangents, and its work
@@ -294,6 +306,57 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     /// [`Error::Newton`], [`Error::SingularTangent`], [`Error::Unstable`], [`Error::Fold`] or [`Error::NotFinite`]; the
     /// state is then the one before the step.
     pub fn step_to(&mut self, time: f64) -> Result<(), Error> {
+        match self.has_actuators() {
+            true => self.actuated_step_to(time),
+            false => self.plain_step_to(time),
+        }
+    }
+
+    /// [`step_to`](Self::step_to) of a rod whose actuators follow signals. Averaging schemes take the means of the signals
+    /// over the step, others the values at its end; the forces at its start are those of the step before. The work of the
+    /// actuators is the change of the energies with the signals at fixed unknowns: exactly with means, else the mean of
+    /// both ends of the step.
+    fn actuated_step_to(&mut self, time: f64) -> Result<(), Error> {
+        let (start, before) = (self.state.time, self.system.actuators.values.clone());
+        let after = self.system.actuators.values_at(time);
+        let averages = self.newton().is_some_and(Newton::averages);
+        let during = match averages {
+            true => self.system.actuators.means(start, time),
+            false => after.clone(),
+        };
+        let energy_at_start = self.elastic_energy();
+        self.system.set_actuation(&during);
+        let mut work = self.elastic_energy() - energy_at_start;
+        if let Err(error) = self.plain_step_to(time) {
+            self.system.set_actuation(&before);
+            return Err(error);
+        }
+        // Change of the energies at the unknowns of the end: from the means, or from the start on.
+        if !averages {
+            self.system.set_actuation(&before);
+        }
+        let energy_before = self.elastic_energy();
+        self.system.set_actuation(&after);
+        work += self.elastic_energy() - energy_before;
+        self.state.wound -= if averages { work } else { 0.5 * work };
+        Ok(())
+    }
+
+    /// The energy of the rod in the present state without its kinetic energy, J.
+    fn elastic_energy(&self) -> f64 {
+        self.system.rod.energies(&self.state.q, &self.state.frames).total()
+    }
+
+    /// Sets the actuators to the values of their signals at the time of the present state.
+    fn set_actuation_now(&mut self) {
+        if self.has_actuators() {
+            let values = self.system.actuators.values_at(self.state.time);
+            self.system.set_actuation(&values);
+        }
+    }
+
+    /// [`step_to`](Self::step_to) of a rod with constant laws.
+    fn plain_step_to(&mut self, time: f64) -> Result<(), Error> {
         std::mem::swap(&mut self.state, &mut self.previous);
         let (before, state, work) = (&self.previous, &mut self.state, &mut self.work);
         let step = Step { system: &self.system, time, h: time - before.time };
@@ -348,6 +411,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     /// Restores the state before the last step; a second call changes nothing. The work count stays.
     pub fn step_back(&mut self) {
         self.state.restore(&self.previous);
+        self.set_actuation_now();
     }
 }
 
@@ -364,6 +428,7 @@ impl<R: Rod<f64>> Simulation<f64, R> {
         set_real_frames(&of.frames, &mut state.frames);
         (state.time, state.wound, self.work) = (of.time, of.wound, dual.work);
         state.exchanged = of.exchanged;
+        self.set_actuation_now();
     }
 
     /// Overwrites the stored state before the last step by the current state, so that [`step_back`](Self::step_back)

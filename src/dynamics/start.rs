@@ -114,6 +114,7 @@ impl<M: Model> Discretized<'_, M> {
         if !timed_loads.is_empty() {
             simulation.load_in_time(timed_loads);
         }
+        simulation.follow(setup.actuators(self.model));
         if let Some(boundary_motion) = boundary_motion {
             simulation.move_supports(boundary_motion, self.prescribed());
         }

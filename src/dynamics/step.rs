@@ -12,7 +12,7 @@ use crate::energy::Derivatives;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Nestable;
 use crate::problem::boundary::BoundaryMotion;
-use crate::rod::{NodalDrag, TimedLoads};
+use crate::rod::{ActuatorEffect, Actuators, Rod, NodalDrag, TimedLoads};
 use crate::scene::{Damping, Scheme, StepTolerance};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -79,6 +79,8 @@ pub(crate) struct System<D, R> {
     pub drag: Option<NodalDrag<D>>,
     /// Forces that depend on time; none for most scenes.
     pub timed_loads: TimedLoads<D>,
+    /// The actuators that follow signals, and the values to which the rod is set.
+    pub actuators: Actuators<D>,
     /// How the supports move, if they do.
     pub boundary_motion: Option<BoundaryMotion<D>>,
 }
@@ -92,6 +94,22 @@ pub(crate) struct Step<'a, D, R> {
     pub time: f64,
     /// The length of the step, s.
     pub h: f64,
+}
+
+impl<D: Nestable, R: Rod<D>> System<D, R> {
+    /// Sets the rod to these values of the signals of its actuators, one for each.
+    pub fn set_actuation(&mut self, values: &[D]) {
+        let Self { rod, actuators, .. } = self;
+        for (k, actuator) in actuators.list.iter().enumerate() {
+            match &actuator.effect {
+                ActuatorEffect::Strains(shifts) => {
+                    rod.shift_natural_strains(shifts, values[k] - actuators.values[k]);
+                }
+                ActuatorEffect::Tensions(energies) => rod.set_tensions(energies, values[k]),
+            }
+        }
+        actuators.values.copy_from_slice(values);
+    }
 }
 
 impl<D: Nestable, R> System<D, R> {

@@ -100,7 +100,7 @@ impl Limits {
         let damped = scene.loads.are_dissipative();
         let traits = time.scheme.traits();
         // Exactly as far as its quadrature is exact, which knows nothing of energies of one's own.
-        let exactly = traits.energy == EnergyConservation::Exact && scene.energies.is_empty();
+        let exactly = traits.energy == EnergyConservation::Exact && !scene.has_own_energies();
         if exactly && !damped {
             return Some(Self {
                 per_step: EXACT_PER_STEP,

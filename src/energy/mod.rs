@@ -28,6 +28,7 @@ pub mod own;
 pub mod place;
 pub mod planar_bend;
 pub mod stretch;
+pub(crate) mod tendon;
 pub(crate) mod tie;
 
 pub use crate::scene::At;

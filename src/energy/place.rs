@@ -45,6 +45,14 @@ impl<'a, D: Scalar> Place<'a, D> {
         (self.numbers)(0)
     }
 
+    /// Number `i` of the list of the place; for built-in energies, whose lists have other numbers.
+    ///
+    /// # Panics
+    /// If the list has no such number.
+    pub(crate) fn number(&self, i: usize) -> D {
+        (self.numbers)(i)
+    }
+
     /// The tributary length of the element, m: halves of the edges next to its only or inner node, or its edge. It is cut
     /// to the part on the rod, beyond the walls, and in the interval. Over an interval these add up to its length.
     pub fn length(&self) -> D {

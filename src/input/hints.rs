@@ -52,6 +52,7 @@ pub(crate) const SCENE: FileKind = FileKind {
         "supports.motion",
         "energy",
         "signals",
+        "actuation",
     ],
 };
 

@@ -112,6 +112,9 @@ pub(crate) fn check_on_mesh(scene: &Scene, mesh: &Mesh) -> Result<StartAndLoads,
     for energy in &scene.energies {
         energy.at().check(&energy.key(), mesh.length)?;
     }
+    for (i, actuator) in scene.actuation.iter().enumerate() {
+        actuator.check_on_rod(&format!("actuation[{i}]"), mesh.length)?;
+    }
     if let Some(path) = &scene.supports.path {
         let ends = [scene.supports.start, scene.supports.end];
         path.check_nodes(ends, mesh.nodes.len() - 1)?;

@@ -14,6 +14,7 @@
 //! `boundary`, `perturbation`. Checks: `parameters`, `planarity`, `natural_turn`. Warnings: `warnings`,
 //! `plausibility`, `strain`. Points and meshes: `points`, `axes`, `remesh`.
 
+mod actuation;
 mod axes;
 pub(crate) mod boundary;
 mod curved_joints;

@@ -12,12 +12,13 @@
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, dot, sub};
-use crate::problem::model::Model;
+use crate::problem::model::{Model, first_director};
 use crate::problem::own::find_nonplanar;
+use crate::scene::actuation::actuated_directions;
 use crate::scene::mesh::Mesh;
 use crate::scene::plane::KeyedVector;
 use crate::scene::prescribed_motion::MotionTime;
-use crate::scene::{Plane, Scene, Track};
+use crate::scene::{ActuatedStrain, Actuation, Plane, Scene, Track};
 use num_dual::Dual64;
 
 /// Largest component of a vector out of its plane, or along its normal, relative to its length.
@@ -58,6 +59,10 @@ impl<D: Scalar> PlanarVectors<D> {
         }
         for (i, load) in scene.loads.line.iter().enumerate() {
             within.push(keyed(&format!("loads.line[{i}].force"), load.force));
+        }
+        if !scene.actuation.is_empty() {
+            let director = first_director(scene, nodes);
+            within.extend(actuated_directions(&scene.actuation, nodes, director));
         }
         // Motions of the ends, also recorded ones at every frame.
         for (i, motion) in scene.supports.motion.iter().enumerate() {
@@ -107,7 +112,14 @@ pub(super) fn rotations_about_rod<D: Scalar>(scene: &Scene<D>) -> Vec<(String, D
     let twists = twists.map(|t| ("rod.natural_twist".into(), t));
     let motions = scene.supports.motion.iter().enumerate();
     let motions = motions.map(|(i, motion)| (format!("supports.motion[{i}].twist"), motion.twist));
-    twists.chain(motions).collect()
+    let actuators = scene.actuation.iter().enumerate();
+    let actuators = actuators.filter_map(|(i, actuator)| match actuator {
+        Actuation::Curvature { component: ActuatedStrain::Twist, gain, .. } => {
+            Some((format!("actuation[{i}].gain"), *gain))
+        }
+        _ => None,
+    });
+    twists.chain(motions).chain(actuators).collect()
 }
 
 /// Key of the first quantity that leaves the plane, or its normal, to first order along the derivatives of the scene; none if

@@ -83,6 +83,7 @@ impl Problem {
             || !scene.supports.motion.is_empty()
             || scene.supports.path.is_some()
             || !scene.energies.is_empty()
+            || !scene.actuation.is_empty()
             || !scene.rod.is_unstressed();
         scene.gravity_left_out && scene.loads.gravity == [0.0; 3] && !driven && !self.is_vertical()
     }

@@ -9,15 +9,19 @@
 //! markers at a time. [`nodal`] and [`nodal_masses`] return loads (world axes) and masses of nodes; a point outside
 //! the rod is an error with its key.
 
+use crate::energy::adapter::Chart;
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::Vector;
+use crate::problem::actuation::{ENERGIES_PER_TENDON, Interval, natural_shifts, tendon};
 use crate::problem::line_loads::line_loads;
 use crate::problem::model::{Model, NodalLoad, NodalMass};
 use crate::problem::own::{self, NodeTie};
-use crate::rod::{AssembledRod, NodalDrag, ReferenceFrames, TimedLoad, TimedLoads, UnknownForce};
+use crate::rod::{
+    Actuator, ActuatorEffect, Actuators, AssembledRod, Extra, NaturalShifts, NodalDrag, ReferenceFrames, Rod, TimedLoad, TimedLoads, UnknownForce,
+};
 use crate::scene::mesh::Mesh;
-use crate::scene::{LineForce, PointForce, PointMass, Scene, Signal, Track};
+use crate::scene::{Actuation, LineForce, PointForce, PointMass, Scene, Signal, Tension, Track};
 
 /// Scene over a number type with its mesh, and its rest shape in the axes of a model.
 #[derive(Clone, Debug)]
@@ -42,21 +46,21 @@ impl<D: Nestable, M: Model> Setup<D, M> {
     /// The rod of the model, to which point masses with their weight, point and line loads, and user-defined energies are
     /// added. Signals have their values at `loads.at_time`. Forces of `initial.point` are not included.
     pub fn rod(&self, model: &M) -> M::Rod<D> {
-        self.rod_under(model, &self.loads())
+        self.rod_under(model, &self.loads(), self.scene.loads.at_time)
     }
 
     /// [`rod`](Self::rod) with the values of signals at a time, s.
     pub fn rod_at(&self, model: &M, time: f64) -> M::Rod<D> {
-        self.rod_under(model, &self.loads_at(Some(time)))
+        self.rod_under(model, &self.loads_at(Some(time)), time)
     }
 
-    /// [`rod`](Self::rod) without the loads that have signals, for simulations.
+    /// [`rod`](Self::rod) without the loads that have signals, and with actuators as at t = 0, for simulations.
     pub fn rod_in_motion(&self, model: &M) -> M::Rod<D> {
-        self.rod_under(model, &self.loads_at(None))
+        self.rod_under(model, &self.loads_at(None), 0.0)
     }
 
-    /// [`rod`](Self::rod) with `loads` in place of point and line loads.
-    fn rod_under(&self, model: &M, loads: &[NodalLoad<D>]) -> M::Rod<D> {
+    /// [`rod`](Self::rod) with `loads` in place of point and line loads, and the actuators as at a time, s.
+    fn rod_under(&self, model: &M, loads: &[NodalLoad<D>], time: f64) -> M::Rod<D> {
         let mut rod = model.rod(&self.scene, &self.rest);
         // Point masses have weight too.
         let gravity = model.components(self.scene.loads.gravity);
@@ -71,7 +75,87 @@ impl<D: Nestable, M: Model> Setup<D, M> {
             let rest = own::RestState { q: &q, frames: frames.edge_frames() };
             rod.set_own(own::attached_energies(&chart, &self.scene, &self.mesh, rest));
         }
+        self.actuate(model, &mut rod, time);
         rod
+    }
+
+    /// The value of the signal of an actuator at a time, s; 1 without a signal.
+    fn actuator_signal(&self, actuator: &Actuation<D>, time: f64) -> D {
+        let signal = actuator.signal().and_then(|name| self.signal(name));
+        signal.map_or(D::from(1.0), |signal| signal.curve().value(D::from(time)))
+    }
+
+    /// Adds the actuators as at a time, s: changes of natural strains, and the energies of tendons after the user-defined
+    /// ones of the rod.
+    fn actuate(&self, model: &M, rod: &mut M::Rod<D>, time: f64) {
+        if self.scene.actuation.is_empty() {
+            return;
+        }
+        let chart = model.chart(&self.scene, &self.rest);
+        let mut tendons = Vec::new();
+        for (i, actuator) in self.scene.actuation.iter().enumerate() {
+            match actuator {
+                Actuation::Curvature { .. } => {
+                    let factor = self.actuator_signal(actuator, time);
+                    if let Some(shifts) = self.natural_shifts(actuator, &chart) {
+                        rod.shift_natural_strains(&shifts, factor);
+                    }
+                }
+                Actuation::Tendon { tension, route } => {
+                    let tension = match tension {
+                        Tension::Constant(tension) => *tension,
+                        Tension::Signal(_) => self.actuator_signal(actuator, time),
+                    };
+                    let name = format!("actuation[{i}]");
+                    tendons.extend(tendon(&name, tension, route, &chart, &self.mesh));
+                }
+            }
+        }
+        if !tendons.is_empty() {
+            rod.add_own(Extra::new(tendons));
+        }
+    }
+
+    /// The changes of natural strains by a curvature actuator at the value 1 of its signal; `None` of a tendon.
+    fn natural_shifts(
+        &self,
+        actuator: &Actuation<D>,
+        chart: &Chart<D>,
+    ) -> Option<NaturalShifts<D>> {
+        let Actuation::Curvature { component, from, to, gain, .. } = actuator else { return None };
+        // Without an end the actuator lasts beyond the last joint.
+        let last = self.mesh.arc_length.len() - 1;
+        let part = Interval { from: *from, to: to.unwrap_or(self.mesh.arc_length[last]) };
+        let across = match chart {
+            Chart::Plane { across, .. } => Some(*across),
+            Chart::Space { .. } => None,
+        };
+        Some(natural_shifts(*component, *gain, part, &self.mesh, across))
+    }
+
+    /// The actuators that follow signals, for a simulation that begins at t = 0.
+    pub fn actuators(&self, model: &M) -> Actuators<D> {
+        let timed = self.scene.actuation.iter().any(|actuator| actuator.signal().is_some());
+        if !timed {
+            return Actuators::at(Vec::new(), 0.0);
+        }
+        let chart = model.chart(&self.scene, &self.rest);
+        let (mut list, mut next_energy) = (Vec::new(), self.scene.energies.len());
+        for actuator in &self.scene.actuation {
+            let effect = match self.natural_shifts(actuator, &chart) {
+                Some(shifts) => ActuatorEffect::Strains(shifts),
+                None => {
+                    next_energy += ENERGIES_PER_TENDON;
+                    ActuatorEffect::Tensions(
+                        (next_energy - ENERGIES_PER_TENDON..next_energy).collect(),
+                    )
+                }
+            };
+            if let Some(signal) = actuator.signal().and_then(|name| self.signal(name)) {
+                list.push(Actuator { signal: signal.curve(), effect });
+            }
+        }
+        Actuators::at(list, 0.0)
     }
 
     /// The rod without weight, loads, point masses and user-defined energies. The axial stiffness of every edge `j` is

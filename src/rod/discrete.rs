@@ -24,7 +24,9 @@ use crate::rod::layout::{
 use crate::rod::moments::Moments;
 use crate::rod::nonlinear::NonlinearParts;
 use crate::rod::sweeps::{EdgeTangent, Elastic, GeometrySweep, Strains, TangentSweep};
-use crate::rod::{AssembledRod, Energies, Extra, InternalVariables, Rod, Viscosity};
+use crate::rod::{
+    AssembledRod, EdgeShift, Energies, Extra, InternalVariables, JointShift, NaturalShifts, Rod, Viscosity,
+};
 use num_dual::Dual64;
 
 /// The elements, masses and loads of a rod whose nodes have `N` coordinates and whose joints have `S` strains.
@@ -105,6 +107,11 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
     ) {
         viscosity.set_laws(&elastic.stretch, &mut self.stretch, first);
         viscosity.set_laws(&elastic.joint, &mut self.joint, first + elastic.stretch.len());
+        // Tensions of tendons and natural curvatures of nonlinear bending may follow signals.
+        self.own.copy_values(&elastic.own);
+        for (own, elastic) in self.bending.iter_mut().zip(&elastic.bending) {
+            own.natural = elastic.natural;
+        }
     }
 
     /// [`set_dashpots`](Rod::set_dashpots) for one rod of an assembly, whose strains begin at index `first` of the
@@ -420,6 +427,29 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.set_viscous_from(elastic, viscosity, 0);
     }
 
+    /// Adds `factor` times the changes to the natural strains of edges and joints, also to those of nonlinear bending.
+    fn shift_natural_strains(&mut self, shifts: &NaturalShifts<D>, factor: D) {
+        for EdgeShift { edge, strain } in &shifts.edges {
+            self.stretch[*edge].natural_strain += *strain * factor;
+        }
+        for JointShift { joint, strains } in &shifts.joints {
+            let law = &mut self.joint[*joint];
+            let mut natural = law.natural();
+            for c in 0..S {
+                natural[c] += strains[c] * factor;
+            }
+            *law = law.with(law.stiffness(), natural);
+            if let Some(bending) = self.bending.get_mut(*joint) {
+                bending.natural = natural;
+            }
+        }
+    }
+
+    /// Sets the first parameter of the energies with the indices `energies`, the tension of tendons, N.
+    fn set_tensions(&mut self, energies: &[usize], tension: D) {
+        self.own.set_first_value(energies, tension);
+    }
+
     /// Overwrites the laws of all elements with those of `dashpots`, every stiffness times its factor and the shifts of
     /// `viscosity` as natural strains.
     fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>) {
@@ -506,5 +536,10 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<
     /// Replaces all user-defined energies by `own`.
     fn set_own(&mut self, own: Extra<D>) {
         self.own = own;
+    }
+
+    /// Adds energies after the user-defined ones.
+    fn add_own(&mut self, own: Extra<D>) {
+        self.own = std::mem::take(&mut self.own).with(own);
     }
 }

@@ -91,6 +91,30 @@ impl<D: Nestable> Extra<D> {
         Self(placed)
     }
 
+    /// The energies of both lists, those of `other` last.
+    pub(crate) fn with(mut self, other: Self) -> Self {
+        self.0.extend(other.0);
+        self
+    }
+
+    /// Sets the first parameter of the energies with the indices `energies`; other indices have no effect.
+    pub(crate) fn set_first_value(&mut self, energies: &[usize], value: D) {
+        for k in energies {
+            if let Some(first) = self.0.get_mut(*k).and_then(|placed| placed.values.first_mut()) {
+                *first = value;
+            }
+        }
+    }
+
+    /// Takes the parameter values of the same energies of another list; a list of another length is left as it is.
+    pub(crate) fn copy_values(&mut self, other: &Self) {
+        if self.0.len() == other.0.len() {
+            for (own, other) in self.0.iter_mut().zip(&other.0) {
+                own.values.copy_from_slice(&other.values);
+            }
+        }
+    }
+
     /// Whether there is no user-defined energy.
     pub(crate) fn is_empty(&self) -> bool {
         self.0.is_empty()

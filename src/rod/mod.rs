@@ -12,6 +12,7 @@
 //! parameters). `sweeps`, `blocks`, `columns` and `edges` are the loops in SIMD lanes. `strain_rates`, here, returns
 //! the rates of strains (1/s) by central differences.
 
+mod actuators;
 pub mod assembly;
 mod blocks;
 mod columns;
@@ -32,6 +33,9 @@ mod timed_loads;
 mod transposed;
 mod viscosity;
 
+pub use actuators::{
+    Actuator, ActuatorEffect, Actuators, EdgeShift, JointShift, NaturalShifts,
+};
 pub use assembly::Assembly;
 pub use discrete::DiscreteRod;
 pub use drag::{DragSlopes, NodalDrag};
@@ -330,6 +334,13 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     /// additional times are added; a nonlinear part of the law stays.
     fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>);
 
+    /// Adds `factor` times the changes `shifts` to the natural strains of edges and joints. The default does nothing.
+    fn shift_natural_strains(&mut self, _shifts: &NaturalShifts<D>, _factor: D) {}
+
+    /// Sets the first parameter of the energies with the indices `energies`, the tension of tendons, N. The default does
+    /// nothing.
+    fn set_tensions(&mut self, _energies: &[usize], _tension: D) {}
+
     /// Overwrites the laws of all elements with those of [dashpots](Rod::dashpots). Every stiffness is multiplied by
     /// the factor of its kind; the shifts of `viscosity` become natural strains.
     fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>);
@@ -376,6 +387,9 @@ pub trait AssembledRod<D: Scalar>: Rod<D> {
 
     /// Replaces all user-defined energies by `own`.
     fn set_own(&mut self, own: Extra<D>);
+
+    /// Adds energies after the user-defined ones.
+    fn add_own(&mut self, own: Extra<D>);
 }
 
 /// The matrix of the second derivatives of the energy of a rod over `D`.

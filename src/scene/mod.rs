@@ -14,6 +14,7 @@
 //! `structure_catalog`, `per_axis` (several rods); `resolution`, `scheme_support`, `required`, `validate`, `nearest`
 //! (choice and checks); `file`, `scene_file`, `structure_file` (reading).
 
+pub mod actuation;
 pub mod along;
 pub mod camera;
 mod drag;
@@ -67,6 +68,7 @@ pub mod tolerance;
 pub mod track;
 pub(crate) mod validate;
 
+pub use actuation::{ActuatedStrain, Actuation, RoutePoint, Tension};
 pub use along::{Along, Linear};
 pub use camera::Camera;
 pub use drag::Drag;
@@ -144,6 +146,9 @@ table! {
         /// Factors of loads as functions of time.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         pub signals: Vec<Signal<D>> = TABLE,
+        /// Actuators in the rod.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub actuation: Vec<Actuation<D>> = TABLE,
         /// Initial state of the rod at t = 0.
         #[serde(default, skip_serializing_if = "Initial::is_rest")]
         pub initial: Initial<D> = TABLE,
@@ -198,6 +203,13 @@ impl<D> Scene<D> {
     }
 }
 
+impl<D> Scene<D> {
+    /// Whether the rod has energies beside those of its elements: user-defined ones or tendons.
+    pub(crate) fn has_own_energies(&self) -> bool {
+        !self.energies.is_empty() || self.actuation.iter().any(Actuation::is_tendon)
+    }
+}
+
 impl<D: Scalar> Scene<D> {
     /// Section and material at a place, a fraction of the rod length, with their numbers times the factors of `rod.taper`
     /// there.
@@ -238,6 +250,7 @@ impl Scene {
             supports: Supports::default(),
             loads: Loads::default(),
             signals: Vec::new(),
+            actuation: Vec::new(),
             initial: Initial::default(),
             time: None,
             camera: Camera::default(),
@@ -378,6 +391,7 @@ impl Scene {
         self.rod.taper.check(&self.rod.section, &self.material)?;
         self.loads.check_numbers("loads", TABLE)?;
         self.check_signals()?;
+        actuation::check_actuation(&self.actuation, &self.signals, self.material.stretch_law)?;
         self.initial.check()?;
         self.camera.check_numbers("camera", TABLE)?;
         own::check(&self.energies)?;

@@ -8,6 +8,7 @@
 
 use crate::error::Error;
 use crate::scene::Scene;
+use crate::scene::actuation::{ActuatedStrain, Actuation, RoutePoint, Tension};
 use crate::scene::along::Along;
 use crate::scene::drag::Drag;
 use crate::scene::initial::Initial;
@@ -601,11 +602,27 @@ fn catalog_scenes() -> [Scene; 6] {
         scene.loads = Loads { damping, drag, point: point.clone(), line, ..Loads::default() };
         scene.rod.natural_bending = vec![[1.0; 2]];
         scene.signals = vec![catalog_signal()];
+        scene.actuation = catalog_actuation();
         scene.initial = Initial { shape: Some(shape), point, ..Initial::default() };
         let scheme = if whole { Scheme::GeneralisedAlpha } else { Scheme::NewmarkBeta };
         scene.time = Some(Time { scheme, ..Time::new(1.0, 1.0) });
         scene
     })
+}
+
+/// Actuators with every number that an actuator may have.
+fn catalog_actuation() -> Vec<Actuation> {
+    let route = vec![RoutePoint { at: 1.0, offset: [1.0; 2] }];
+    vec![
+        Actuation::Curvature {
+            component: ActuatedStrain::D1,
+            from: 1.0,
+            to: Some(1.0),
+            signal: None,
+            gain: 1.0,
+        },
+        Actuation::Tendon { tension: Tension::Constant(1.0), route },
+    ]
 }
 
 /// A signal with every number that a signal may have.

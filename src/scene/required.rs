@@ -9,7 +9,7 @@
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 
 /// Required keys of every table of a scene file.
-pub(crate) const REQUIRED: [Rule; 13] = [
+pub(crate) const REQUIRED: [Rule; 14] = [
     always("rod", |_| &["shape", "section"]),
     always("material", |_| &["density", "youngs_modulus"]),
     if_there("rod.shape", shape_keys),
@@ -20,6 +20,7 @@ pub(crate) const REQUIRED: [Rule; 13] = [
     if_there("loads.point[]", |_| &["node"]),
     if_there("loads.line[]", |_| &["force"]),
     if_there("signals[]", |_| &["name"]),
+    if_there("actuation[]", actuation_keys),
     if_there("initial.point[]", |_| &["node"]),
     if_there("supports.motion[]", |_| &["end"]),
     if_there("supports.path", |_| &["file"]),
@@ -34,6 +35,15 @@ pub(super) fn shape_keys(shape: &toml::Table) -> Keys {
         Some("arc") => &["length", "angle"],
         Some("polyline") if shape.contains_key("points") => &[],
         Some("polyline") => &["file"],
+        _ => &["kind"],
+    }
+}
+
+/// Required keys of an actuator by its `kind`. Only `kind` if that is missing or unknown.
+fn actuation_keys(actuator: &toml::Table) -> Keys {
+    match actuator.get("kind").and_then(toml::Value::as_str) {
+        Some("curvature") => &["component", "gain"],
+        Some("tendon") => &["tension", "route"],
         _ => &["kind"],
     }
 }

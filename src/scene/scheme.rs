@@ -55,6 +55,8 @@ pub struct Traits {
     pub takes_boundary_motion: bool,
     /// Whether it takes signals that are not smooth: with jumps or kinks.
     pub takes_rough_signals: bool,
+    /// Whether it takes actuators that follow signals, which it evaluates at the ends of a step or as means over it.
+    pub takes_timed_actuation: bool,
     /// Largest `h omega` at which a vibration stays bounded, with step h and angular frequency omega; none for
     /// unconditionally stable schemes.
     pub stability_limit: Option<f64>,
@@ -85,6 +87,7 @@ const IMPLICIT: Traits = Traits {
     takes_drag: true,
     takes_boundary_motion: true,
     takes_rough_signals: true,
+    takes_timed_actuation: true,
     stability_limit: None,
     energy: EnergyConservation::Inexact,
     parameter: None,
@@ -117,6 +120,7 @@ const TRAITS: [Traits; 6] = [
         name: "rodas4",
         order: 4,
         takes_rough_signals: false,
+        takes_timed_actuation: false,
         energy: EnergyConservation::Inexact,
         ..ELASTIC
     },
@@ -126,6 +130,7 @@ const TRAITS: [Traits; 6] = [
         name: "pefrl",
         order: 4,
         takes_rough_signals: false,
+        takes_timed_actuation: false,
         stability_limit: Some(2.989),
         ..ELASTIC
     },

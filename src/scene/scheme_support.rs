@@ -54,6 +54,15 @@ impl Scene {
             );
             unsupported.push(UnsupportedTerm { key, found, allowed });
         }
+        let timed = self.actuation.iter().position(|actuator| actuator.signal().is_some());
+        if let (false, Some(i)) = (traits.takes_timed_actuation, timed) {
+            let name = if self.actuation[i].is_tendon() { "tension" } else { "signal" };
+            let key = format!("actuation[{i}].{name}");
+            let found = beside("a signal");
+            let takers = Scheme::names(|traits| traits.takes_timed_actuation);
+            let allowed = format!("a constant; the schemes {takers} take signals");
+            unsupported.push(UnsupportedTerm { key, found, allowed });
+        }
         // Viscosity becomes the first term, which validation reports.
         let time = damping.times().into_iter().find(|(_, time)| *time > 0.0);
         if let Some((key, time)) = time.filter(|_| !traits.takes_viscosity) {

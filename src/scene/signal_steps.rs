@@ -1,22 +1,23 @@
-//! Time steps and warnings of a scene by the motion of its supports and the signals of its loads.
+//! Time steps and warnings of a scene by the motion of its supports and the signals of its loads and actuators.
 //!
 //! A step is compared with ramps, periods and recordings of supports, periods of sine signals and the bandwidth of samples.
-//! Only signals that a load has count. Output: errors and warnings of a step, s, the largest step that resolves all
+//! Only signals that a load or an actuator has count. Output: errors and warnings of a step, s, the largest step that resolves all
 //! motions, and warnings of defects in recordings and samples.
 
 use crate::code::Code;
 use crate::error::Error;
-use crate::scene::Scene;
+use crate::scene::{Actuation, Scene};
 use crate::scene::signal::Signal;
 
 impl Scene {
-    /// The signals that a load has.
+    /// The signals that a load or an actuator has.
     pub(crate) fn used_signals(&self) -> impl Iterator<Item = &Signal> {
         let point = self.loads.point.iter().map(|load| &load.signal);
         let names: Vec<&str> = point
             .chain(self.loads.line.iter().map(|load| &load.signal))
             .flatten()
             .map(|name| &**name)
+            .chain(self.actuation.iter().filter_map(Actuation::signal))
             .collect();
         self.signals.iter().filter(move |signal| names.contains(&&*signal.name))
     }

@@ -157,7 +157,7 @@ impl<M: Model> Discretized<'_, M> {
     /// energies, and with prescribed nodes between the ends.
     pub(crate) fn edge_coordinates(&self) -> Option<EdgeCoordinates> {
         // User-defined energies may depend on the positions of nodes.
-        let suitable = self.scene().energies.is_empty() && self.prescribed().is_empty();
+        let suitable = !self.scene().has_own_energies() && self.prescribed().is_empty();
         EdgeCoordinates::new(M::STRIDE, &self.free(), self.model.dof()).filter(|_| suitable)
     }
 }

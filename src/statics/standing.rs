@@ -49,7 +49,7 @@ impl<M: Model> Discretized<'_, M> {
             && supports.end == Support::Free
             && !supports.move_ends()
             && scene.initial.state != InitialState::Recorded
-            && scene.energies.is_empty();
+            && !scene.has_own_energies();
         if !stands_alone {
             return None;
         }

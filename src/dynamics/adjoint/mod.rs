@@ -105,6 +105,15 @@ impl Problem {
         if !scene.energies.is_empty() {
             return refused("energies", "user-defined energies", "none");
         }
+        for (i, actuator) in scene.actuation.iter().enumerate() {
+            if actuator.is_tendon() {
+                return refused(&format!("actuation[{i}].kind"), "a tendon", "curvature");
+            }
+            if actuator.signal().is_some() {
+                let allowed = "no such key";
+                return refused(&format!("actuation[{i}].signal"), "a signal", allowed);
+            }
+        }
         Ok(())
     }
 }

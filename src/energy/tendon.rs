@@ -1,0 +1,115 @@
+//! Energy of a tendon of given tension: the tension times the length of its route in the rod, J.
+//!
+//! The route has the offsets `r1`, `r2` (m) along the material directors, linear in arc length between its points. An
+//! element covers a part of the rod around an inner node, or a part of one edge. With the mean length `l` of its edges,
+//! the integrated curvatures `k1`, `k2` towards the directors, the integrated twist `t`, and the changes `dr1`, `dr2` of
+//! the offsets over it, its vector in the directors is
+//!
+//! ```text
+//! along  w (l - k1 r1 - k2 r2)     d1  dr1 - w t r2     d2  dr2 + w t r1
+//! ```
+//!
+//! `w` is the covered fraction of the cell of the node, or of the edge. This is the derivative of a point beside the
+//! center line of a Cosserat rod (Rucker and Webster, IEEE Transactions on Robotics 27, 2011, eq. 11), integrated over
+//! the element. Curvatures are those of the bending elements, so that a tendon beside a straight planar rod has exactly
+//! the moment `T r` in every joint. The twist is that of the Cayley vector of the rotation between both edges.
+//! Derivatives are computed in dual numbers by the adapter of user-defined energies.
+
+use crate::energy::own::OwnEnergy;
+use crate::energy::place::{Directors, Place};
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{Vector, add, cross, dot, scale, sub};
+use crate::scene::number::Quantity;
+
+/// The element of a tendon over `N` nodes: around the inner one of three, or along the edge of two.
+pub(crate) struct Tendon<const N: usize>;
+
+/// Numbers of an element of a tendon, in the list of its place: arc length, then these.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RoutePart<D> {
+    /// Fraction of the cell of the node, or of the edge, that it covers.
+    pub weight: D,
+    /// Mean offsets along both directors, m.
+    pub offset: [D; 2],
+    /// Changes of the offsets over the element, m.
+    pub change: [D; 2],
+}
+
+impl<D: Copy> RoutePart<D> {
+    /// The numbers of a place at the arc length `at`, m.
+    pub fn numbers(&self, at: D) -> Vec<D> {
+        let Self { weight, offset: [r1, r2], change: [dr1, dr2] } = *self;
+        vec![at, weight, r1, r2, dr1, dr2]
+    }
+}
+
+/// The quantity of the only parameter, the tension.
+const PARAMETERS: [(&str, Quantity); 1] = [("tension", Quantity::signed("N"))];
+
+/// The length, m, of the part of a route over an element with the mean length `length` of its edges, integrated
+/// curvatures towards both directors and twist.
+fn part_length<D: Scalar>(place: &Place<D>, length: D, curvature: [D; 2], twist: D) -> D {
+    let [weight, r1, r2, dr1, dr2] = [1, 2, 3, 4, 5].map(|i| place.number(i));
+    let along = weight * (length - curvature[0] * r1 - curvature[1] * r2);
+    let first = dr1 - weight * twist * r2;
+    let second = dr2 + weight * twist * r1;
+    (along * along + first * first + second * second).sqrt()
+}
+
+/// The length of the vector from `a` to `b`.
+fn distance<D: Scalar>(a: Vector<D>, b: Vector<D>) -> D {
+    let edge = sub(b, a);
+    dot(edge, edge).sqrt()
+}
+
+impl OwnEnergy<3, 1> for Tendon<3> {
+    const PARAMETERS: [(&'static str, Quantity); 1] = PARAMETERS;
+
+    /// The tension times the length of the route over the cell of the inner node, J.
+    fn energy<D: Scalar>(
+        &self,
+        place: &Place<D>,
+        [tension]: &[D; 1],
+        nodes: &[Vector<D>; 3],
+        edges: &[Directors<D>],
+    ) -> D {
+        let ([t0, a0, b0], [t1, a1, b1]) = (edges[0], edges[1]);
+        let mean = (distance(nodes[0], nodes[1]) + distance(nodes[1], nodes[2])) * 0.5;
+        // Curvature binormal of the joint; the curvature towards d1 turns about d2.
+        let cosine = dot(t0, t1);
+        let binormal = scale(cross(t0, t1), (cosine + 1.0).recip() * 2.0);
+        let towards_first = dot(binormal, add(b0, b1)) * 0.5;
+        let towards_second = -(dot(binormal, add(a0, a1)) * 0.5);
+        // Cayley vector of the rotation from one frame to the other, along the tangent.
+        let trace = cosine + dot(a0, a1) + dot(b0, b1);
+        let axis = add(add(cross(t0, t1), cross(a0, a1)), cross(b0, b1));
+        let twist = dot(axis, t0) * 2.0 / (trace + 1.0);
+        *tension * part_length(place, mean, [towards_first, towards_second], twist)
+    }
+
+    /// True: the model is chosen by the offsets of the route before tendons are attached.
+    fn keeps_plane(&self, _: &[f64; 1], _: [f64; 3], _: [f64; 3]) -> bool {
+        true
+    }
+}
+
+impl OwnEnergy<2, 1> for Tendon<2> {
+    const PARAMETERS: [(&'static str, Quantity); 1] = PARAMETERS;
+
+    /// The tension times the length of the route over the part of an edge, which is straight, J.
+    fn energy<D: Scalar>(
+        &self,
+        place: &Place<D>,
+        [tension]: &[D; 1],
+        nodes: &[Vector<D>; 2],
+        _: &[Directors<D>],
+    ) -> D {
+        let zero = D::from(0.0);
+        *tension * part_length(place, distance(nodes[0], nodes[1]), [zero; 2], zero)
+    }
+
+    /// True: the model is chosen by the offsets of the route before tendons are attached.
+    fn keeps_plane(&self, _: &[f64; 1], _: [f64; 3], _: [f64; 3]) -> bool {
+        true
+    }
+}
