@@ -12,7 +12,7 @@ use crate::energy::Derivatives;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Nestable;
 use crate::problem::boundary::BoundaryMotion;
-use crate::rod::{ActuatorEffect, Actuators, Rod, NodalDrag, TimedLoads};
+use crate::rod::{ActuatorEffect, Actuators, NodalDrag, Rod, TimedLoads};
 use crate::scene::{Damping, Scheme, StepTolerance};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;

@@ -123,10 +123,7 @@ pub(crate) fn tendon<D: Nestable>(
     let end = Interval { from: last.middle(), to: last.to };
     let mut halves = route_parts(route, start, first.length(), 0);
     halves.extend(route_parts(route, end, last.length(), edges - 1));
-    [
-        placed(Arc::new(Adapter(Tendon::<3>)), joints),
-        placed(Arc::new(Adapter(Tendon::<2>)), halves),
-    ]
+    [placed(Arc::new(Adapter(Tendon::<3>)), joints), placed(Arc::new(Adapter(Tendon::<2>)), halves)]
 }
 
 /// The elements of a route within a `cell` of the rod, one for each straight part of the route there. `whole` is the length,

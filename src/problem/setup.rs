@@ -18,7 +18,8 @@ use crate::problem::line_loads::line_loads;
 use crate::problem::model::{Model, NodalLoad, NodalMass};
 use crate::problem::own::{self, NodeTie};
 use crate::rod::{
-    Actuator, ActuatorEffect, Actuators, AssembledRod, Extra, NaturalShifts, NodalDrag, ReferenceFrames, Rod, TimedLoad, TimedLoads, UnknownForce,
+    Actuator, ActuatorEffect, Actuators, AssembledRod, Extra, NaturalShifts, NodalDrag,
+    ReferenceFrames, Rod, TimedLoad, TimedLoads, UnknownForce,
 };
 use crate::scene::mesh::Mesh;
 use crate::scene::{Actuation, LineForce, PointForce, PointMass, Scene, Signal, Tension, Track};

@@ -25,7 +25,8 @@ use crate::rod::moments::Moments;
 use crate::rod::nonlinear::NonlinearParts;
 use crate::rod::sweeps::{EdgeTangent, Elastic, GeometrySweep, Strains, TangentSweep};
 use crate::rod::{
-    AssembledRod, EdgeShift, Energies, Extra, InternalVariables, JointShift, NaturalShifts, Rod, Viscosity,
+    AssembledRod, EdgeShift, Energies, Extra, InternalVariables, JointShift, NaturalShifts, Rod,
+    Viscosity,
 };
 use num_dual::Dual64;
 

@@ -33,9 +33,7 @@ mod timed_loads;
 mod transposed;
 mod viscosity;
 
-pub use actuators::{
-    Actuator, ActuatorEffect, Actuators, EdgeShift, JointShift, NaturalShifts,
-};
+pub use actuators::{Actuator, ActuatorEffect, Actuators, EdgeShift, JointShift, NaturalShifts};
 pub use assembly::Assembly;
 pub use discrete::DiscreteRod;
 pub use drag::{DragSlopes, NodalDrag};

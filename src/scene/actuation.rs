@@ -184,9 +184,7 @@ impl Actuation {
                 Some(to) => ("to", [*from, *to]),
                 None => ("from", [*from, *from]),
             },
-            Self::Tendon { route, .. } => {
-                ("route", [route[0].at, route[route.len() - 1].at])
-            }
+            Self::Tendon { route, .. } => ("route", [route[0].at, route[route.len() - 1].at]),
         };
         let begins_on_rod = first < length;
         if begins_on_rod && last <= length * (1.0 + PLACE_ROUNDING) {

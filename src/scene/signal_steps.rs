@@ -6,8 +6,8 @@
 
 use crate::code::Code;
 use crate::error::Error;
-use crate::scene::{Actuation, Scene};
 use crate::scene::signal::Signal;
+use crate::scene::{Actuation, Scene};
 
 impl Scene {
     /// The signals that a load or an actuator has.

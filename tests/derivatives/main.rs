@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod actuation;
 mod adjoint;
 mod hessian;
 mod hyperelastic;

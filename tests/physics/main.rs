@@ -4,6 +4,7 @@
 mod common;
 
 mod accuracy;
+mod actuation;
 mod corrections;
 mod damping;
 mod drag;

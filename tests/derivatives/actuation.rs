@@ -1,0 +1,133 @@
+//! Derivatives of equilibria and motions by the numbers of actuators: gain, ends, tension, route and signal. They are
+//! compared with runs in dual numbers and differences, and the adjoint with forward derivatives.
+
+use rodfit::scene::*;
+use rodfit::{Parameter, Problem};
+
+use crate::adjoint::{EXACT, worst};
+use crate::common::differences::{at_rest, difference};
+use crate::recorded::check;
+
+/// A curved rod with weight, an actuated curvature and a tendon, both following the sine `s` if `timed`.
+fn scene(planar: bool, scheme: Scheme, timed: bool) -> Scene {
+    let shape = Shape::Arc { length: 0.5, angle: 0.8 };
+    let mut material = Material::new(1200.0, 2e7);
+    material.poisson_ratio = Some(0.35);
+    let mut scene = Scene::new(7, shape, Section::Circle { radius: 0.005 }, material);
+    scene.rod.dimension = if planar { Dimension::Auto } else { Dimension::Spatial };
+    let z = if planar { 0.0 } else { 1.0 };
+    scene.loads.gravity = [0.0, -9.8, 0.5 * z];
+    let sine = |name: &str, gain: f64| Signal {
+        kind: Some(SignalKind::Sine),
+        frequency: Some(30.0),
+        phase: Some(0.7),
+        delay: 3.7e-4,
+        gain,
+        ..Signal::new(name)
+    };
+    let signal = timed.then(|| "s".to_string());
+    let component = if planar { ActuatedStrain::D1 } else { ActuatedStrain::D2 };
+    let part = Actuation::Curvature { component, from: 0.113, to: Some(0.38), signal, gain: 1.7 };
+    let route = vec![
+        RoutePoint { at: 0.02, offset: [0.004, 0.001 * z] },
+        RoutePoint { at: 0.29, offset: [0.003, -0.002 * z] },
+        RoutePoint { at: 0.48, offset: [-0.002, 0.003 * z] },
+    ];
+    let tension = match timed {
+        true => Tension::Signal("pull".into()),
+        false => Tension::Constant(1.3),
+    };
+    scene.actuation = vec![part, Actuation::Tendon { tension, route }];
+    if !planar {
+        let (component, signal) = (ActuatedStrain::Twist, None);
+        scene.actuation.push(Actuation::Curvature {
+            component,
+            from: 0.0,
+            to: None,
+            signal,
+            gain: 2.0,
+        });
+    }
+    if timed {
+        scene.signals = vec![sine("s", 1.3), sine("pull", 1.1)];
+    }
+    let step = if scheme == Scheme::Verlet { 2e-5 } else { 1e-3 };
+    scene.time = Some(Time { scheme, rho_inf: 0.4, ..Time::new(12.0 * step, step) });
+    scene
+}
+
+fn own(problem: &Problem) -> Vec<Parameter> {
+    let is_own = |p: &Parameter| p.path().starts_with("actuation") || p.path().starts_with("sig");
+    let all = Parameter::all(problem.scene()).into_iter().filter(is_own);
+    all.filter(|p| problem.check_parameter(*p).is_ok()).collect()
+}
+
+#[test]
+fn derivatives_of_motions_equal_those_in_dual_numbers_and_differences() {
+    for timed in [false, true] {
+        for scheme in Scheme::all() {
+            if timed && !scheme.traits().takes_timed_actuation {
+                continue;
+            }
+            for planar in [true, false] {
+                let problem = scene(planar, scheme, timed).problem().unwrap();
+                println!("{scheme:?}, planar: {planar}, timed: {timed}");
+                assert_eq!(problem.planar().is_some(), planar, "{:?}", problem.model());
+                assert!(check(&problem, true) >= 8);
+            }
+        }
+    }
+}
+
+#[test]
+fn derivatives_of_equilibria_equal_differences() {
+    for planar in [true, false] {
+        let mut scene = scene(planar, Scheme::NewmarkBeta, false);
+        scene.time = None;
+        let problem = scene.problem().unwrap();
+        let own = own(&problem);
+        assert!(own.len() >= if planar { 10 } else { 14 }, "{own:?}");
+        let run = at_rest(&problem, &own);
+        for (k, parameter) in own.iter().enumerate() {
+            let positions = |problem: &Problem| {
+                let run = at_rest(problem, &[]);
+                (0..problem.nodes()).flat_map(|i| run.node(i, 0)).collect::<Vec<f64>>()
+            };
+            let value = parameter.of(problem.scene()).unwrap();
+            let h = 1e-3 * if value == 0.0 { 1e-3 } else { value.abs() };
+            let numbers = difference(&problem, *parameter, h, positions);
+            let exact: Vec<f64> = (0..problem.nodes())
+                .flat_map(|i| run.at(Point::Node(i), 0.0).unwrap().1[k])
+                .collect();
+            let size = exact.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            let off =
+                exact.iter().zip(&numbers).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+            println!("{parameter}: {size:.1e}, differences {:.1e}", off / size);
+            assert!(off < 1e-6 * size || size < 1e-9, "{parameter}: {off:e} {size:e}");
+        }
+    }
+}
+
+#[test]
+fn adjoint_gradient_by_constant_gains_equals_forward_derivatives() {
+    for scheme in [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha] {
+        for planar in [true, false] {
+            let mut scene = scene(planar, scheme, false);
+            scene.actuation.remove(1);
+            scene.loads.damping.stiffness = 1e-3;
+            let (worst, parameters) = worst(&scene.problem().unwrap(), 3);
+            assert!(parameters.iter().any(|p| p.path() == "actuation.0.gain"));
+            assert!(worst < EXACT, "{worst:e}");
+        }
+    }
+}
+
+/// The adjoint does not take tendons and actuators that follow signals; the error has their key.
+#[test]
+fn adjoint_rejects_tendons_and_signals_of_actuators() {
+    for (timed, key) in [(false, "actuation[1].kind"), (true, "actuation[0].signal")] {
+        let problem = scene(true, Scheme::NewmarkBeta, timed).problem().unwrap();
+        let message = problem.check_reversible().unwrap_err().to_string();
+        assert!(message.contains(key), "{message}");
+    }
+}
