@@ -338,7 +338,12 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         let energy_before = self.elastic_energy();
         self.system.set_actuation(&after);
         work += self.elastic_energy() - energy_before;
-        self.state.wound -= if averages { work } else { 0.5 * work };
+        let work = if averages { work } else { 0.5 * work };
+        self.state.wound -= work;
+        if self.system.timed_loads.is_empty() {
+            self.state.exchanged = self.previous.exchanged;
+        }
+        self.state.exchanged.work += work.abs();
         Ok(())
     }
 
