@@ -26,7 +26,7 @@ const REPEATED_TYPES: &[(&str, &str)] = &[
 /// Names of all files and folders in `src`, without `mod.rs`, `lib.rs` and `main.rs`. A new module is named after its
 /// topic, with a noun of the field, and added here.
 const MODULES: &str = "
-acceleration accuracy adapter adequacy adjoint adjoint_gradient aim along analysis ar1 arrays assembly
+acceleration accuracy actuation actuators adapter adequacy adjoint adjoint_gradient aim along analysis ar1 arrays assembly
 assessment attach attachment autocorrelation averaging axes banded basis bench bend_twist bias bisection
 blocks blueprint bodies bootstrap bordered boundary branch_relaxation budget by_unknowns cable camera campaign
 candidate_designs card carrying changes chart check checkpoints cluster_jackknife coarse code coefficients
@@ -65,7 +65,7 @@ starts state static_mesh statics status step step_control step_map stepper stiff
 structure structure_catalog structure_effects structure_experiment structure_file structure_film
 structure_frequencies structure_motion structure_places structure_point structure_problem structure_run
 structure_shape study style substitution summaries summary support supports sweep sweeps synthetic_data table
-tangent taper target tensions term_bound terminal tested_effects tests text_cell thickness tie time tolerance
+tangent taper target tendon tensions term_bound terminal tested_effects tests text_cell thickness tie time tolerance
 track trajectory transposed trial tributary trigonometry tuning uncertainty undetected_bias unknown
 unstable_state usable_rows validate validation validation_errors vector vibration viscosity warning_list
 warnings weighted_search work workspace writer zero_bound
