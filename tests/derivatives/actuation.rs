@@ -42,7 +42,7 @@ fn scene(planar: bool, scheme: Scheme, timed: bool) -> Scene {
         let (component, signal) = (ActuatedStrain::Twist, None);
         scene.actuation.push(Actuation::Curvature {
             component,
-            from: 0.0,
+            from: 0.013,
             to: None,
             signal,
             gain: 2.0,
@@ -52,7 +52,7 @@ fn scene(planar: bool, scheme: Scheme, timed: bool) -> Scene {
         scene.signals = vec![sine("s", 1.3), sine("pull", 1.1)];
     }
     let step = if scheme == Scheme::Verlet { 2e-5 } else { 1e-3 };
-    scene.time = Some(Time { scheme, rho_inf: 0.4, ..Time::new(12.0 * step, step) });
+    scene.time = Some(Time { scheme, beta: 0.6, rho_inf: 0.4, ..Time::new(12.0 * step, step) });
     scene
 }
 

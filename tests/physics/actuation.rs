@@ -286,7 +286,7 @@ fn takers() -> impl Iterator<Item = Scheme> {
 fn order_of_schemes_with_actuators_is_two() {
     for pulled in [false, true] {
         for scheme in takers() {
-            let base = if scheme == Scheme::Verlet { 2.5e-5 } else { 5e-4 };
+            let base = if scheme == Scheme::Verlet { 2.5e-5 } else { 1.25e-4 };
             let tip = |step: f64| {
                 // From rest a sudden tension would excite vibrations that the steps do not resolve.
                 let mut scene = moved(scheme, step, pulled);
