@@ -86,12 +86,13 @@ pub(super) struct RunObservers<'a, M: Model> {
     pub after_substep: &'a mut SubstepObserver<'a, M>,
 }
 
-/// Simulates a run into `record`, with its derivatives on a second thread where [`ActiveRun::has_room`] permits it. The
-/// run counts as active meanwhile.
+/// Simulates a run into `record` and calls the `observers`. Its derivatives are computed on a second thread under
+/// three conditions: [`ActiveRun::has_room`], at least one parameter, and Newmark-beta or generalised-alpha as
+/// scheme. Else they are computed on this thread. The run counts as active meanwhile.
 ///
 /// # Errors
-/// Those of the scene's step and initial state, of a step that bisection does not save, of a derivative, and
-/// [`Error::Interrupted`]; the record then ends with the last valid step of the scene.
+/// Those of the scene's step and initial state, of a step that bisection does not save, and of a derivative. Also
+/// [`Error::Interrupted`]. The record then ends with the last valid step of the scene.
 pub(super) fn run<M: Model>(
     task: &RunTask<'_, M>,
     record: &mut Record,

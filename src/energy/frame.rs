@@ -1,18 +1,20 @@
-//! Material frames of the edges of a rod in space, and their parallel transport in time (Bergou et al. 2010,
-//! section 4.2).
+//! Material frames of the edges of a rod in space, and their parallel transport in time (Bergou et al. 2010, section
+//! 4.2).
 //!
 //! Every edge keeps a reference: its unit tangent and one director at the last accepted state. At another state the
-//! director is transported in parallel from the old tangent to the new one, and the edge's angle `theta` turns it
-//! into the material director `m1`. Every inner node keeps the reference twist: the angle between the reference
-//! directors of its two edges after transport of one to the other. It is continuous beyond half a turn.
+//! director is transported in parallel from the old tangent to the new one. The edge's angle `theta` then turns it
+//! into the material director `m1`. Every inner node keeps the reference twist, rad. To define it, the director of
+//! the first edge is transported to the tangent of the second. The reference twist is the angle from there to the
+//! director of the second edge. It is continuous beyond half a turn.
 //!
 //! Between two acceptances the energy is a function of the unknowns alone; this module moves the reference
 //! ([`Frames::rebase`]) without changing that energy.
 //!
 //! [`Frames::bishop`] makes frames without twist along given tangents. `transport` moves a vector from one unit
-//! tangent to another; [`transported_twist`] is the angle, rad, between the directors of two edges by transport in
-//! time, the area of a spherical quadrangle. `EdgeFrame::material` returns both directors at a tangent and an
-//! angle.
+//! tangent to another. [`transported_twist`] is an angle, rad, of two edges whose tangents change in time. It is the
+//! turn of the second director against the first by their transport: the area of a spherical quadrangle. The twist at
+//! the new tangents is the reference twist less this angle, plus the difference of both `theta`.
+//! `EdgeFrame::material` returns both material directors at a tangent and an angle.
 
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::numerics::vector::{Vector, add, combine, cross, dot, map_components, scale, sub, unit};

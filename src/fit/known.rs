@@ -52,7 +52,8 @@ impl Known {
         Self { parameter, sigma, experiments: Vec::new(), correlations: Vec::new() }
     }
 
-    /// Adds the name of an experiment with this error. Without any, all experiments with the input share it.
+    /// Adds the name of an experiment to those that share one error of this input. Without any name, all experiments
+    /// whose scene has the input share it. Experiments with independent errors need an input each.
     pub fn of_experiment(mut self, name: impl Into<String>) -> Self {
         self.experiments.push(name.into());
         self

@@ -1,10 +1,14 @@
 //! The main table of a page: estimates with standard errors and quoted intervals; and their parts as text.
 //!
-//! Input are quoted estimates in SI units, with the headings of the table. Values have an SI prefix by their size and
-//! digits by their standard error, which is also shown in per cent of a positive estimate. The quoted interval is the
-//! expanded one if inputs have a stated uncertainty, else the statistical one. Where the data bound the parameter on
-//! one side, a bound (`at least`, `at most`) replaces it without a standard error, and a lower bound also the value.
-//! A parameter without a value is `not identifiable`. Pages of fits, designs and comparisons use it; output is HTML.
+//! Input are quoted estimates in SI units, the headings, and a sentence below the table. Values have an SI prefix by
+//! their size and digits by their standard error. The error is also in per cent of the value, for positive parameters
+//! (identified in their logarithm) and for combinations. The quoted interval is the expanded one if inputs have a
+//! stated uncertainty; a row with the statistical part, without value and unit, follows. Else the quoted interval is
+//! the statistical one.
+//!
+//! Where the data bound the parameter on one side, `at least` or `at most` replaces the interval. The standard error
+//! is then absent. With a lower bound the value is absent too. Without value and lower bound the cell of the value is
+//! `not identifiable`. Pages of fits, designs and comparisons use it; output is HTML.
 
 use crate::fit::{Estimate, QuotedEstimate, QuotedInterval, interval_heading};
 use crate::page::html::{escaped, note};

@@ -81,10 +81,11 @@ pub(crate) fn behind_walls<D>(supports: &Supports<D>, soft: [bool; 2]) -> [f64; 
     [behind(supports.start, soft[0]), behind(supports.end, soft[1])]
 }
 
-/// Corrections of the elements of a scene on its mesh, valid for all values of the `varying` parameters. Arcs replace chords
-/// unless the discretization is `paper`. Joints and masses next to walls are corrected for `corrected-statics`, and for rods
-/// with a curved rest shape ([`CURVED_EXCESS`]) whose curvature factor is not zero. A curvature factor or arc angle that
-/// varies counts as not zero.
+/// Corrections of the elements of a scene on its mesh, valid for all values of the `varying` parameters. `arcs`: arcs
+/// replace chords, unless the discretization is `paper`; without it no other correction has an effect. `behind`: the
+/// fractions of the outermost edges behind walls. `joints`: joints and masses next to walls are corrected. It is set
+/// for `corrected-statics`, and for a curved rest shape ([`CURVED_EXCESS`]) whose curvature factor is not zero. A
+/// curvature factor or arc angle that varies counts as not zero.
 pub(crate) fn correction(scene: &Scene, mesh: &Mesh, varying: &[Parameter]) -> Correction {
     let varies = |place: &str| varying.iter().any(|p| p.path().starts_with(place));
     let edges = mesh.nodes.windows(2).zip(&mesh.arcs);

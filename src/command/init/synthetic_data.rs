@@ -101,9 +101,10 @@ fn refined(scene: &Scene) -> Scene {
     scene
 }
 
-/// The simulated motion of the tip as CSV with noise of 0.5 mm: 100 rows with time, s, every 0.01 s, and two (planar) or
-/// three coordinates, m. Young's modulus is 10 % above that of the template: 1.1e8 Pa, or 1.1e7 Pa in space. A planar rod has
-/// a mass damping of 0.4 1/s.
+/// The simulated motion of the tip as CSV: a header, and 100 rows with time, s, from 0.01 to 1, and coordinates, m.
+/// They are two of a planar rod and three in space, with noise of 0.5 mm from a fixed seed, rounded to 1e-5 m.
+/// Young's modulus is 1.1e8 Pa, or 1.1e7 Pa in space: 2.2 times that of the template. A planar rod has a mass damping
+/// of 0.4 1/s. Mesh and step are [`refined`]. An error if the scene is invalid or its simulation fails.
 fn tip_motion(scene: &Scene, is_spatial: bool) -> Result<String, Error> {
     let mut truth = vec![(Parameter::YoungsModulus, if is_spatial { 1.1e7 } else { 1.1e8 })];
     if !is_spatial {

@@ -26,8 +26,10 @@ impl<'a, D: Scalar, const W: usize> WeightedSum<'a, D, W> {
         self.masses[j] * self.scale + self.matrix.diagonal[j] * self.factor
     }
 
-    /// The first `n` columns from the top and the last `n` from the bottom, by reference, as a source of columns of two
-    /// bands.
+    /// A source of columns of this matrix, `scale diag(masses) + factor matrix`, for an elimination from both ends. The
+    /// first band has the first `n` columns from the top, with the entries below the diagonal. The second has the last
+    /// `n` rows from the bottom, with the entries left of it. Masses and matrix are borrowed; entries are computed when
+    /// they are read.
     #[inline(always)]
     pub fn end_columns(&self, n: usize) -> EndColumns<'a, D, W> {
         let BandMatrix { diagonal, below } = self.matrix;
