@@ -5,7 +5,7 @@
 //! [`TRIAL_TOLERANCE`]), at most [`LARGEST_TOLERANCE`]. It is set only where the program chose the scheme and that
 //! has Newton iterations. Meshes at rest, and the first mesh of a motion, have at most [`MAX_SEGMENTS`] edges, those
 //! of modes [`MAX_SEGMENTS_OF_MODES`]. `allowed_edges` returns the smallest number of edges, at least the given one,
-//! at which every marker of a recorded path is at a node. Without such a path it is the given one. `is_struck`
+//! at which every marker of a recorded path is at a node. Without such a path it is the given one. `begins_with_velocity_jump`
 //! returns whether a motion begins with a jump of velocities: `supports.motion`, or an initial velocity or angular
 //! velocity. The choice of numerics uses them.
 
@@ -59,6 +59,6 @@ pub(super) fn allowed_edges(scene: &Scene, edges: usize) -> usize {
 
 /// Whether the motion begins with a jump of velocities: the scene has a `supports.motion`, or an initial velocity or
 /// angular velocity that is not zero. Recorded ends (`supports.path`) do not count.
-pub(super) fn is_struck(Scene { initial, supports, .. }: &Scene) -> bool {
+pub(super) fn begins_with_velocity_jump(Scene { initial, supports, .. }: &Scene) -> bool {
     !supports.motion.is_empty() || [initial.velocity, initial.angular_velocity] != [[0.0; 3]; 2]
 }

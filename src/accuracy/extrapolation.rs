@@ -6,7 +6,7 @@
 //! several markers, and for `order_of_mesh` also after a jump of velocities. That of the step is the order of the scheme,
 //! or 1 for damped Newmark. Searches for numerics, and discretization errors of fits, use them.
 
-use crate::accuracy::aim::is_struck;
+use crate::accuracy::aim::begins_with_velocity_jump;
 use crate::scene::{Scene, Time};
 
 /// A refinement of mesh or step by a factor `r`, whose error falls with `r^p`; a factor below one is a coarser run.
@@ -38,11 +38,11 @@ pub(crate) fn smooth_mesh_order(scene: &Scene) -> f64 {
 }
 
 /// The theoretical order of the mesh error: one if the scene has a `supports.motion` or an initial velocity
-/// ([`is_struck`]), otherwise that of smooth motions. After such a jump of velocities mode `k` has an amplitude of order
+/// ([`begins_with_velocity_jump`]), otherwise that of smooth motions. After such a jump of velocities mode `k` has an amplitude of order
 /// `k^-3`. Modes above the root of the number of edges have a wrong phase: the sum of their amplitudes decreases with the
 /// edge length.
 pub(super) fn order_of_mesh(scene: &Scene) -> f64 {
-    if is_struck(scene) { 1.0 } else { smooth_mesh_order(scene) }
+    if begins_with_velocity_jump(scene) { 1.0 } else { smooth_mesh_order(scene) }
 }
 
 /// The theoretical order of the step error of the scene's scheme: one for Newmark with numerical damping (`beta` above

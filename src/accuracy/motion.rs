@@ -83,7 +83,7 @@ pub(super) struct MotionSearch<'a> {
     /// Refinement of the mesh since the last difference of the step.
     since_step: f64,
     /// Steps of the last trial run when `rodas4` was tried.
-    tried_at: usize,
+    steps_at_rodas4_trial: usize,
     /// Number of edges, if the scene gives it.
     given_segments: Option<usize>,
     /// Number of steps, if the scene gives the step.
@@ -109,7 +109,7 @@ impl<'a> MotionSearch<'a> {
             trials,
             since_mesh: 1.0,
             since_step: 1.0,
-            tried_at: 0,
+            steps_at_rodas4_trial: 0,
             given_segments,
             given_steps,
         })
@@ -224,8 +224,8 @@ impl<'a> MotionSearch<'a> {
         let can = self.trials.open.scheme
             && self.given_segments.is_none()
             && now.scheme != Scheme::Rodas4
-            && self.scene.is_taken_by(Scheme::Rodas4);
-        let is_time = now.steps >= RETRY_REFINEMENT * self.tried_at;
+            && self.scene.is_supported_by(Scheme::Rodas4);
+        let is_time = now.steps >= RETRY_REFINEMENT * self.steps_at_rodas4_trial;
         if !can || !is_time || self.step.count() < 2 || self.mesh.count() == 0 {
             return Ok(None);
         }
@@ -237,7 +237,7 @@ impl<'a> MotionSearch<'a> {
             return Ok(None);
         }
         // The mesh is coarser by the large ratio: only the error of the step is compared.
-        self.tried_at = now.steps;
+        self.steps_at_rodas4_trial = now.steps;
         let coarse = allowed_edges(
             self.scene,
             (now.segments / LARGE_RATIO).max(self.trials.guess.segments()),

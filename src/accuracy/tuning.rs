@@ -7,7 +7,7 @@
 //! target error over the requested one, growth limits of the work, bounds of orders and their reduction. `MotionSearch` uses
 //! it.
 
-use crate::accuracy::aim::is_struck;
+use crate::accuracy::aim::begins_with_velocity_jump;
 use crate::accuracy::difference::OrderBounds;
 use crate::problem::Problem;
 use crate::scene::{InitialState, Scene};
@@ -76,7 +76,7 @@ pub(super) fn is_limp(scene: &Scene, guess: &Problem) -> bool {
 /// [limp](is_limp). It has many too if the rod starts neither from its rest shape nor from its equilibrium. `guess` is
 /// the problem of the scene with the first trial mesh and step; its length and its model (planar or spatial) are used.
 fn has_many_modes(scene: &Scene, guess: &Problem) -> bool {
-    is_struck(scene)
+    begins_with_velocity_jump(scene)
         || !matches!(scene.initial.state, InitialState::Rest | InitialState::Equilibrium)
         || guess.planar().is_none()
         || is_limp(scene, guess)

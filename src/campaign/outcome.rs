@@ -7,7 +7,7 @@
 //! the process and the load of the machine. `run` stores the outcome.
 
 use crate::campaign::platform::platform;
-use crate::campaign::resolved::{PathName, Resolved};
+use crate::campaign::resolved::{PathName, ResolvedFit};
 use crate::error::Error;
 use serde_json::{Map, Value, json};
 use std::sync::Arc;
@@ -36,7 +36,7 @@ const TIME_KEY: &str = "wall_seconds";
 /// Solves a task. Its outcome has the exit code of `rodfit fit` and the report: 0 for a usable grade, else 3. If the fit was
 /// rejected (2) or failed (3), it has the error message instead. The JSON has the platform, no wall time, and names of keys in
 /// the place of paths. None if `stop` was set before its end.
-pub(crate) fn solve(task: &Resolved, stop: Arc<AtomicBool>) -> Option<Outcome> {
+pub(crate) fn solve(task: &ResolvedFit, stop: Arc<AtomicBool>) -> Option<Outcome> {
     let solved = task.fit(|_| Ok(())).and_then(|file| file.fit().stop_when(stop).solve());
     let (code, key, mut content) = match solved {
         // The values of an interrupted fit depend on the time of the stop.

@@ -11,7 +11,7 @@
 use crate::campaign::changes::{Changes, can_be_planned};
 use crate::campaign::form::{CampaignFile, DistributedBootstrap, MOST_TASKS, extended};
 use crate::campaign::hash::hash;
-use crate::campaign::resolved::{DataHashes, Resolved, folder_of};
+use crate::campaign::resolved::{DataHashes, ResolvedFit, folder_of};
 use crate::campaign::row::CampaignRow;
 use crate::campaign::starts::{bootstrap_seed, start, start_ranges};
 use crate::error::Error;
@@ -254,7 +254,7 @@ fn row_tasks(
         return Err(located(Error::invalid(key, value, allowed)));
     }
     // The id of the row without starts and bootstrap seeds their random numbers.
-    let resolved = Resolved::new(root, &row.fit, &row.changes).map_err(located)?;
+    let resolved = ResolvedFit::new(root, &row.fit, &row.changes).map_err(located)?;
     let base = resolved.id(hashes).map_err(located)?;
     // A fit above a limit is an error of the plan, as another run may admit it; other errors are results.
     let too_large = std::cell::RefCell::new(None);
@@ -295,7 +295,7 @@ fn row_tasks(
         // The row itself has its id already.
         let id = match changes == row.changes {
             true => base.clone(),
-            false => Resolved::new(root, &row.fit, &changes)
+            false => ResolvedFit::new(root, &row.fit, &changes)
                 .and_then(|r| r.id(hashes))
                 .map_err(located)?,
         };
@@ -310,7 +310,7 @@ fn unknown_grid_key(root: &Path, row: &CampaignRow, error: &Error) -> Option<Err
     if row.changes.is_empty() || !matches!(error, Error::Parse { .. }) {
         return None;
     }
-    let without = Resolved::new(root, &row.fit, &Changes::new()).ok()?;
+    let without = ResolvedFit::new(root, &row.fit, &Changes::new()).ok()?;
     let is_valid = without.fit(|_| Ok(())).is_ok();
     let keys: Vec<&str> = row.changes.keys().map(String::as_str).collect();
     let allowed = "keys that the fit file or its scene may have";

@@ -2,7 +2,7 @@
 //! places of their names, and absolute paths of data.
 //!
 //! Input: a fit file and its changes, applied in the order fit file, all scenes, scene of one experiment. From this table come
-//! the fit to solve ([`Resolved::fit`]) and the id of the task ([`Resolved::id`]). The id is the first 128 bits, in
+//! the fit to solve ([`ResolvedFit::fit`]) and the id of the task ([`ResolvedFit::id`]). The id is the first 128 bits, in
 //! hexadecimal, of a hash of the program's version, all keys, and the contents of all data files. Paths do not count, except
 //! for the stems of recordings, which name experiments. Equal inputs have equal ids, wherever the files are. Unreadable files,
 //! and keys or experiments that do not exist, are errors. Plans use the ids, and runs check them before they solve the fit.
@@ -26,7 +26,7 @@ const ID_BYTES: usize = 16;
 const DATA_HASH_BYTES: usize = 32;
 
 /// A fit file after all changes, with its scenes in it and the paths of its data absolute.
-pub(crate) struct Resolved {
+pub(crate) struct ResolvedFit {
     pub file: PathBuf,
     pub table: Table,
 }
@@ -49,7 +49,7 @@ struct FitScene<'a> {
     table: &'a mut Table,
 }
 
-impl Resolved {
+impl ResolvedFit {
     /// The fit file `fit` with changes. Its path and file names in the changes are relative to `root`; those in files are
     /// relative to the folder of their file, and become absolute. Changes apply in the order fit file, all scenes, scene of
     /// one experiment. Errors: unreadable files, keys and experiments that do not exist.

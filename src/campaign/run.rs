@@ -9,7 +9,7 @@
 
 use crate::campaign::outcome::{Outcome, solve};
 use crate::campaign::plan::{CampaignTask, Plan};
-use crate::campaign::resolved::{DataHashes, Resolved};
+use crate::campaign::resolved::{DataHashes, ResolvedFit};
 use crate::campaign::shard::Shard;
 use crate::campaign::store::Store;
 use crate::error::Error;
@@ -105,8 +105,8 @@ impl Plan {
 
     /// The fit of a task with all its files. Error: a file cannot be read, or the hash of all inputs differs from the planned
     /// id.
-    fn resolved(&self, task: &CampaignTask) -> Result<Resolved, Error> {
-        let resolved = Resolved::new(&self.root, &task.fit, &task.changes)?;
+    fn resolved(&self, task: &CampaignTask) -> Result<ResolvedFit, Error> {
+        let resolved = ResolvedFit::new(&self.root, &task.fit, &task.changes)?;
         // Files may have changed since the plan: their result must not be stored under the planned id.
         if resolved.id(&mut DataHashes::new())? != task.id {
             let found = "a fit, a scene or data that changed after the plan was written";

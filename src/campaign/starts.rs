@@ -8,7 +8,7 @@
 //! is reproducible and independent of the other fits and starts.
 
 use crate::campaign::changes::Changes;
-use crate::campaign::resolved::Resolved;
+use crate::campaign::resolved::ResolvedFit;
 use crate::error::Error;
 use crate::scene::Parameter;
 use rand::{RngExt, SeedableRng};
@@ -40,7 +40,7 @@ pub(crate) struct StartRange {
 /// The ranges of all parameters of the fit file that are not `fixed`, in its order: their bounds in the parameter's unit,
 /// log-uniform for positive parameters. Missing, infinite or reversed bounds are errors, and so is a lower bound of 0 or less
 /// for a positive parameter.
-pub(crate) fn start_ranges(fit: &Resolved) -> Result<Vec<StartRange>, Error> {
+pub(crate) fn start_ranges(fit: &ResolvedFit) -> Result<Vec<StartRange>, Error> {
     let parameters = fit.table.get("parameter").and_then(Value::as_array).into_iter().flatten();
     let mut ranges = Vec::new();
     for (index, parameter) in parameters.enumerate().filter(|(_, p)| p.get("fixed").is_none()) {

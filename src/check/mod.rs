@@ -207,11 +207,11 @@ impl CheckReport {
         element: &str,
         dof: impl Fn(usize) -> String,
     ) {
-        // Routes of any size share one comparison: the number of unknowns is not a type there.
+        // DerivativeSources of any size share one comparison: the number of unknowns is not a type there.
         let array = |q: &[f64]| *q.first_chunk::<N>().expect("so many unknowns");
         // One evaluation with bounds of the terms gives the sizes of all derivatives.
         let terms = energy.energy(&Terms::rounded_unknowns(q).map(OutOfLine)).0;
-        let routes = Routes {
+        let routes = DerivativeSources {
             energy: &|q| energy.energy(&array(q)),
             gradient: &|q| energy.gradient(&array(q)).to_vec(),
             hand: GradientAndHessian::new(&energy.gradient(q), &energy.hessian(q)),
@@ -228,12 +228,12 @@ impl CheckReport {
     /// Hessians.
     fn compare_routes(
         &mut self,
-        routes: Routes<'_>,
+        routes: DerivativeSources<'_>,
         q: &[f64],
         element: &str,
         dof: &dyn Fn(usize) -> String,
     ) {
-        let Routes { energy, gradient: by_hand, hand, dual, terms } = routes;
+        let DerivativeSources { energy, gradient: by_hand, hand, dual, terms } = routes;
         // Entry by entry: hand-derived against dual numbers, relative to the sum of absolute
         // terms.
         for i in 0..q.len() {
@@ -381,7 +381,7 @@ impl GradientAndHessian {
 }
 
 /// Energy and its derivatives at a state, from independent formulas.
-struct Routes<'a> {
+struct DerivativeSources<'a> {
     /// Energy of given unknowns.
     energy: &'a dyn Fn(&[f64]) -> f64,
     /// Hand-derived gradient of given unknowns.

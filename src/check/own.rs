@@ -7,7 +7,7 @@
 //! that an energy that keeps a plane has no force along its normal and no moment about the tangents. Both add their errors to
 //! the report of a scene's check.
 
-use crate::check::{CheckReport, GradientAndHessian, Routes, Tolerance};
+use crate::check::{CheckReport, DerivativeSources, GradientAndHessian, Tolerance};
 use crate::energy::adapter::{AnyEnergy, MOST, Over, OwnLocal, Site};
 use crate::energy::own::{By, OwnEnergy};
 use crate::energy::place::{Directors, Place, numbers};
@@ -223,7 +223,7 @@ pub(super) fn compare(report: &mut CheckReport, place: EnergyAt<'_>, q: &[f64]) 
     };
     // The comparison runs in scaled unknowns.
     let x: Vec<f64> = (0..q.len()).map(|i| q[i] / unit(i)).collect();
-    let routes = Routes {
+    let routes = DerivativeSources {
         energy: &|x| over.energy(site, &unscaled(x)),
         gradient: &|x| {
             let mut gradient = [0.0; MOST];

@@ -23,7 +23,7 @@ use crate::problem::{
     AnyProblem, Discretized, ModelWithSetup, PlanarProblem, Problem, SpatialModel,
 };
 use crate::rod::State;
-use crate::rod::{Extra, Placed, PlanarRod, Rod, SpatialRod};
+use crate::rod::{Placed, PlanarRod, Rod, SpatialRod, UserEnergies};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -128,7 +128,7 @@ impl SpatialCounterpart {
 }
 
 /// Each user-defined energy with at most [`ELEMENTS`] of its places, evenly spaced.
-fn selected_spots(own: &Extra<f64>) -> impl Iterator<Item = (&Placed<f64>, &Spot<f64>)> {
+fn selected_spots(own: &UserEnergies<f64>) -> impl Iterator<Item = (&Placed<f64>, &Spot<f64>)> {
     let of = |placed: &'_ Placed<f64>| spaced_indices(placed.spots.len());
     own.placed().iter().flat_map(move |p| of(p).map(move |i| (p, &p.spots[i])))
 }
@@ -207,7 +207,7 @@ fn compare_planar(report: &mut CheckReport, rod: &PlanarRod<f64>, q: &[f64]) {
 /// node `i`, m, the unit of lengths.
 fn compare_own(
     report: &mut CheckReport,
-    own: &Extra<f64>,
+    own: &UserEnergies<f64>,
     q: &[f64],
     frames: &[EdgeFrame<f64>],
     length: impl Fn(usize) -> f64,

@@ -136,7 +136,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     ///
     /// # Errors
     /// [`Error::SingularTangent`].
-    pub(crate) fn begin_changing(&mut self, change: &[D], h: f64) -> Result<(), Error> {
+    pub(crate) fn set_velocity_from_change(&mut self, change: &[D], h: f64) -> Result<(), Error> {
         let half = 0.5 * h;
         for i in self.system.free.clone() {
             self.state.v[i] = change[i] * (1.0 / h);
@@ -149,7 +149,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         }
         self.system.apply_prescribed_velocities(self.state.time, &mut self.state.v);
         self.find_forces();
-        self.stepper.know_acceleration(a, &self.system, &mut self.state);
+        self.stepper.set_initial_acceleration(a, &self.system, &mut self.state);
         Ok(())
     }
 

@@ -123,7 +123,7 @@ impl<M: Model> Discretized<'_, M> {
         }
         // A recorded start has a change over its first interval instead of a velocity.
         if let Some((change, h)) = change {
-            simulation.begin_changing(&change, h)?;
+            simulation.set_velocity_from_change(&change, h)?;
         }
         Ok(simulation)
     }

@@ -196,13 +196,13 @@ impl Trajectory {
         steps: usize,
         mut after: impl FnMut(&dyn Snapshot),
     ) -> Result<(), Error> {
-        self.run_seen(problem, steps, &mut after)
+        self.run_observed(problem, steps, &mut after)
     }
 
     /// The run of [`run`](Self::run), not generic, so that callers do not compile the simulation again. If the
     /// parameters include a Kelvin-Voigt time and the rod is not viscous, the run is made with a trace of viscosity.
     /// Without it, derivatives by a time of zero would be lost.
-    fn run_seen(
+    fn run_observed(
         &mut self,
         problem: &Problem,
         steps: usize,
@@ -211,8 +211,8 @@ impl Trajectory {
         self.check_run(problem, steps)?;
         // A Kelvin-Voigt time of zero has a derivative only beside a trace of viscosity, with which
         // the run is made then.
-        let felt = problem.with_trace_viscosity(&self.parameters)?;
-        let problem = felt.as_ref().unwrap_or(problem);
+        let with_viscosity = problem.with_trace_viscosity(&self.parameters)?;
+        let problem = with_viscosity.as_ref().unwrap_or(problem);
         let (parameters, record) = (&self.parameters[..], &mut self.record);
         match problem.discretized() {
             AnyProblem::Planar(planar) => {

@@ -98,9 +98,9 @@ impl<D: Scalar> JointLaw<D> {
     /// The laws `all` of consecutive nodes as one law in SIMD lanes: lane `k` has the numbers of law `k`. Panics for
     /// fewer laws than lanes.
     #[inline(always)]
-    pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> JointLaw<V> {
+    pub(crate) fn pack_lanes<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> JointLaw<V> {
         JointLaw {
-            stiffness: Stiffness::side_by_side(level, all, |law| &law.stiffness),
+            stiffness: Stiffness::pack_lanes(level, all, |law| &law.stiffness),
             natural: [
                 V::gather(level, |lane| all[lane].natural[0]),
                 V::gather(level, |lane| all[lane].natural[1]),

@@ -120,7 +120,7 @@ fn argument<D: Scalar>(x: D, y: D) -> D {
 impl<D: Scalar> EdgeFrame<D> {
     /// The frames `all` of consecutive edges as one frame in SIMD lanes: lane `k` has the numbers of frame `k`.
     #[inline(always)]
-    pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> EdgeFrame<V> {
+    pub(crate) fn pack_lanes<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> EdgeFrame<V> {
         EdgeFrame {
             tangent: [
                 V::gather(level, |lane| all[lane].tangent[0]),

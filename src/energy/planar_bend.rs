@@ -81,7 +81,7 @@ impl<D: Scalar> PlanarBend<D> {
 
     /// The joints `all` of consecutive nodes as one joint in SIMD lanes: lane `k` has the numbers of joint `k`.
     #[inline(always)]
-    pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> PlanarBend<V> {
+    pub(crate) fn pack_lanes<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> PlanarBend<V> {
         PlanarBend {
             stiffness: V::gather(level, |lane| all[lane].stiffness),
             natural_curvature: V::gather(level, |lane| all[lane].natural_curvature),

@@ -44,7 +44,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     /// The edges `all` as one edge in SIMD lanes: lane `k` has the numbers of edge `k`. Panics for fewer edges than
     /// lanes.
     #[inline(always)]
-    pub(crate) fn side_by_side<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> Stretch<V, M> {
+    pub(crate) fn pack_lanes<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> Stretch<V, M> {
         Stretch {
             stiffness: V::gather(level, |lane| all[lane].stiffness),
             rest_length: V::gather(level, |lane| all[lane].rest_length),

@@ -160,17 +160,18 @@ fn common_values(one: &[CoordinateRecord], other: &[CoordinateRecord]) -> Option
     let pairs = one.iter().filter_map(|a| Some((a, other.iter().find(|b| b.axis == a.axis)?)));
     let (mut most, mut is_duplicate) = (0, false);
     for (a, b) in pairs {
-        let RecordMatch { simultaneous, equal, distinct } = a.compare(b);
-        if simultaneous == 0 {
+        let RecordMatch { common_samples, equal, distinct } = a.compare(b);
+        if common_samples == 0 {
             continue;
         }
         // Few common times, or some different values, are no copy.
         let shorter = a.values.len().min(b.values.len()) as f64;
-        if (equal as f64) < EQUAL * simultaneous as f64 || (simultaneous as f64) < SHARED * shorter
+        if (equal as f64) < EQUAL * common_samples as f64
+            || (common_samples as f64) < SHARED * shorter
         {
             return None;
         }
-        let is_whole = [a.values.len(), b.values.len(), equal] == [simultaneous; 3];
+        let is_whole = [a.values.len(), b.values.len(), equal] == [common_samples; 3];
         let fewest = if is_whole { FEWEST_OF_A_LIST } else { FEWEST };
         most = most.max(equal);
         is_duplicate |= distinct >= fewest;
@@ -181,7 +182,7 @@ fn common_values(one: &[CoordinateRecord], other: &[CoordinateRecord]) -> Option
 /// Counts of common samples of two records.
 struct RecordMatch {
     /// Number of samples at the same time or arc length.
-    simultaneous: usize,
+    common_samples: usize,
     /// Number of these with the same value.
     equal: usize,
     /// Number of distinct values among these.
@@ -207,7 +208,7 @@ impl CoordinateRecord {
         let size = self.values.iter().chain(&other.values).fold(0.0_f64, |m, x| m.max(x.abs()));
         let same_value = (SAME * size).max(self.rounding.max(other.rounding) * (1.0 + 1e-6));
         // Both records ascend: one index per record suffices.
-        let (mut simultaneous, mut same) = (0, Vec::new());
+        let (mut common_samples, mut same) = (0, Vec::new());
         let mut j = 0;
         for (time, value) in self.abscissas.iter().zip(&self.values) {
             let near = same_time.max(SAME * time.abs());
@@ -218,7 +219,7 @@ impl CoordinateRecord {
                 break;
             }
             if (other.abscissas[j] - time).abs() <= near {
-                simultaneous += 1;
+                common_samples += 1;
                 if (other.values[j] - value).abs() <= same_value {
                     same.push(*value);
                 }
@@ -229,7 +230,7 @@ impl CoordinateRecord {
         same.sort_by_cached_key(|x| total_order(*x));
         // A constant coordinate has many equal values, but only one distinct.
         same.dedup_by(|a, b| (*a - *b).abs() <= same_value);
-        RecordMatch { simultaneous, equal, distinct: same.len() }
+        RecordMatch { common_samples, equal, distinct: same.len() }
     }
 }
 

@@ -331,10 +331,10 @@ pub trait PairLevel: Copy {
     const WIDE: bool;
 
     /// `a - x y` of a pair, number by number.
-    fn less_product(self, a: [f64; 2], x: [f64; 2], y: [f64; 2]) -> [f64; 2];
+    fn subtract_product(self, a: [f64; 2], x: [f64; 2], y: [f64; 2]) -> [f64; 2];
 
     /// `a - x y` of two pairs with the same `y`.
-    fn less_products(self, a: [[f64; 2]; 2], x: [[f64; 2]; 2], y: [f64; 2]) -> [[f64; 2]; 2];
+    fn subtract_products(self, a: [[f64; 2]; 2], x: [[f64; 2]; 2], y: [f64; 2]) -> [[f64; 2]; 2];
 }
 
 impl PairLevel for () {
@@ -342,14 +342,14 @@ impl PairLevel for () {
 
     /// `a - x y` of a pair, by scalar instructions.
     #[inline(always)]
-    fn less_product(self, a: [f64; 2], x: [f64; 2], y: [f64; 2]) -> [f64; 2] {
+    fn subtract_product(self, a: [f64; 2], x: [f64; 2], y: [f64; 2]) -> [f64; 2] {
         [a[0] - x[0] * y[0], a[1] - x[1] * y[1]]
     }
 
     /// `a - x y` of two pairs with the same `y`, by scalar instructions.
     #[inline(always)]
-    fn less_products(self, a: [[f64; 2]; 2], x: [[f64; 2]; 2], y: [f64; 2]) -> [[f64; 2]; 2] {
-        [self.less_product(a[0], x[0], y), self.less_product(a[1], x[1], y)]
+    fn subtract_products(self, a: [[f64; 2]; 2], x: [[f64; 2]; 2], y: [f64; 2]) -> [[f64; 2]; 2] {
+        [self.subtract_product(a[0], x[0], y), self.subtract_product(a[1], x[1], y)]
     }
 }
 
@@ -359,14 +359,14 @@ impl PairLevel for pulp::x86::V3 {
 
     /// `a - x y` of a pair, number by number, by instructions that process two numbers each (product, then difference).
     #[inline(always)]
-    fn less_product(self, a: [f64; 2], x: [f64; 2], y: [f64; 2]) -> [f64; 2] {
+    fn subtract_product(self, a: [f64; 2], x: [f64; 2], y: [f64; 2]) -> [f64; 2] {
         let [a, x, y] = [bytemuck::cast(a), bytemuck::cast(x), bytemuck::cast(y)];
         bytemuck::cast(self.sse2._mm_sub_pd(a, self.sse2._mm_mul_pd(x, y)))
     }
 
     /// `a - x y` of two pairs with the same `y`, number by number, by instructions that process four numbers each.
     #[inline(always)]
-    fn less_products(self, a: [[f64; 2]; 2], x: [[f64; 2]; 2], y: [f64; 2]) -> [[f64; 2]; 2] {
+    fn subtract_products(self, a: [[f64; 2]; 2], x: [[f64; 2]; 2], y: [f64; 2]) -> [[f64; 2]; 2] {
         let [a, x, y] = [bytemuck::cast(a), bytemuck::cast(x), bytemuck::cast([y, y])];
         bytemuck::cast(self.avx._mm256_sub_pd(a, self.avx._mm256_mul_pd(x, y)))
     }

@@ -2,7 +2,7 @@
 //!
 //! [`attached_energies`] evaluates the places of a scene's energies on the rod at rest: elements, weights and rest
 //! shapes, with the values of their parameters over any number type. Energies without code are left out. [`ties`] makes
-//! springs of the energy `k |x - x0|^2/2` (J) between nodes and points of the world (m); [`point_ties`] those of points of edges. Both return an `Extra`, the
+//! springs of the energy `k |x - x0|^2/2` (J) between nodes and points of the world (m); [`point_ties`] those of points of edges. Both return an `UserEnergies`, the
 //! user-defined part of a rod, which the setup gives to it. [`find_nonplanar`] returns the key of the first energy that
 //! does not keep a given plane at given parameter values, or `None`, for the choice of the model.
 
@@ -13,7 +13,7 @@ use crate::energy::frame::EdgeFrame;
 use crate::energy::place::{Spot, numbers, spots};
 use crate::energy::tie::Tie;
 use crate::numerics::scalar::Nestable;
-use crate::rod::{Extra, Placed};
+use crate::rod::{Placed, UserEnergies};
 use crate::scene::mesh::Mesh;
 use crate::scene::{Attached, Scene};
 use nalgebra::Vector3;
@@ -48,12 +48,12 @@ pub(crate) struct PointTie {
     pub point: [f64; 3],
 }
 
-/// Springs of this stiffness, N/m, between points of a rod and fixed points, as the part `Extra` of the rod.
+/// Springs of this stiffness, N/m, between points of a rod and fixed points, as the part `UserEnergies` of the rod.
 pub(crate) fn point_ties<D: Nestable>(
     chart: &Chart<D>,
     stiffness: D,
     ties: &[PointTie],
-) -> Extra<D> {
+) -> UserEnergies<D> {
     let tie = |PointTie { node, weight, point }: &PointTie| Placed {
         name: "tie".into(),
         energy: Arc::new(Adapter(EdgeTie { weight: *weight, point: *point })),
@@ -69,10 +69,10 @@ pub(crate) fn point_ties<D: Nestable>(
             ),
         }],
     };
-    Extra::new(ties.iter().map(tie).collect())
+    UserEnergies::new(ties.iter().map(tie).collect())
 }
 
-/// User-defined energies of a scene as the part `Extra` of its rod. Each has its elements with weights and rest shapes, and
+/// User-defined energies of a scene as the part `UserEnergies` of its rod. Each has its elements with weights and rest shapes, and
 /// the values of its parameters. Elements follow from the place of the energy and the `mesh`. Energies without code are left
 /// out.
 pub(crate) fn attached_energies<D: Nestable>(
@@ -80,7 +80,7 @@ pub(crate) fn attached_energies<D: Nestable>(
     scene: &Scene<D>,
     mesh: &Mesh<D>,
     RestState { q, frames }: RestState<D>,
-) -> Extra<D> {
+) -> UserEnergies<D> {
     let placed = |attached: &Attached<D>| {
         let energy = attach::energy(attached)?.clone();
         let nodes = energy.nodes();
@@ -102,12 +102,12 @@ pub(crate) fn attached_energies<D: Nestable>(
             spots: spots(attached.at(), nodes, mesh, rest),
         })
     };
-    Extra::new(scene.energies.iter().filter_map(placed).collect())
+    UserEnergies::new(scene.energies.iter().filter_map(placed).collect())
 }
 
-/// Springs with the energy `k |x - x0|^2/2` between nodes and fixed points, as the part `Extra` of a rod; `k` is a number of
+/// Springs with the energy `k |x - x0|^2/2` between nodes and fixed points, as the part `UserEnergies` of a rod; `k` is a number of
 /// the type `D`.
-pub(crate) fn ties<D: Nestable>(chart: &Chart<D>, ties: &[NodeTie<D>]) -> Extra<D> {
+pub(crate) fn ties<D: Nestable>(chart: &Chart<D>, ties: &[NodeTie<D>]) -> UserEnergies<D> {
     let tie = |NodeTie { node, point, stiffness }: &NodeTie<D>| Placed {
         name: "tie".into(),
         energy: Arc::new(Tie(*point)),
@@ -119,7 +119,7 @@ pub(crate) fn ties<D: Nestable>(chart: &Chart<D>, ties: &[NodeTie<D>]) -> Extra<
             numbers: numbers([D::from(0.0); 2], &[point.map(D::from)], &[]),
         }],
     };
-    Extra::new(ties.iter().map(tie).collect())
+    UserEnergies::new(ties.iter().map(tie).collect())
 }
 
 /// Key of the first energy whose method `keeps_plane` is false for the plane with this normal through this point, m. None if

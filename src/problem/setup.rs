@@ -18,8 +18,8 @@ use crate::problem::line_loads::line_loads;
 use crate::problem::model::{Model, NodalLoad, NodalMass};
 use crate::problem::own::{self, NodeTie};
 use crate::rod::{
-    Actuator, ActuatorEffect, Actuators, AssembledRod, Extra, NaturalShifts, NodalDrag,
-    ReferenceFrames, Rod, TimedLoad, TimedLoads, UnknownForce,
+    Actuator, ActuatorEffect, Actuators, AssembledRod, NaturalShifts, NodalDrag, ReferenceFrames,
+    Rod, TimedLoad, TimedLoads, UnknownForce, UserEnergies,
 };
 use crate::scene::mesh::Mesh;
 use crate::scene::{Actuation, LineForce, PointForce, PointMass, Scene, Signal, Tension, Track};
@@ -113,7 +113,7 @@ impl<D: Nestable, M: Model> Setup<D, M> {
             }
         }
         if !tendons.is_empty() {
-            rod.add_own(Extra::new(tendons));
+            rod.add_own(UserEnergies::new(tendons));
         }
     }
 

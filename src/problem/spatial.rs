@@ -22,7 +22,7 @@ use crate::problem::model::{
 use crate::problem::rest_line::{InertiaAndWeight, RestLine};
 use crate::problem::section_profile::{SectionConstants, SectionProfile};
 use crate::problem::soft_clamp::SoftClamps;
-use crate::rod::{Extra, Moments, SpatialRod};
+use crate::rod::{Moments, SpatialRod, UserEnergies};
 use crate::scene::mesh::Mesh;
 use crate::scene::{End, Scene, Support};
 use nalgebra::Vector3;
@@ -177,7 +177,7 @@ impl Model for SpatialModel {
             load,
             moments: Moments::none(),
             sliders: springs(scene, &line.tributary, |_| D::from(1.0)),
-            own: Extra::default(),
+            own: UserEnergies::default(),
         }
     }
 

@@ -25,8 +25,8 @@ use crate::rod::moments::Moments;
 use crate::rod::nonlinear::NonlinearParts;
 use crate::rod::sweeps::{EdgeTangent, Elastic, GeometrySweep, Strains, TangentSweep};
 use crate::rod::{
-    AssembledRod, EdgeShift, Energies, Extra, InternalVariables, JointShift, NaturalShifts, Rod,
-    Viscosity,
+    AssembledRod, EdgeShift, Energies, InternalVariables, JointShift, NaturalShifts, Rod,
+    UserEnergies, Viscosity,
 };
 use num_dual::Dual64;
 
@@ -50,7 +50,7 @@ pub struct DiscreteRod<D: Scalar, L: Layout<N, S>, const N: usize, const S: usiz
     /// Springs of internal friction beside the joints.
     pub sliders: Option<LayoutSprings<L, D, N, S>>,
     /// User-defined energies.
-    pub own: Extra<D>,
+    pub own: UserEnergies<D>,
 }
 
 /// Whether two bends to opposite sides are together at least half a turn, from the product of their curvatures
@@ -260,7 +260,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
 
     /// Overwrites gradient, N, and tangent, N/m, at `q` and, over plain numbers only, the geometry, in one sweep.
     /// Numbers with derivatives leave `geometry` unchanged.
-    fn measured_tangent(
+    fn tangent_with_geometry(
         &self,
         q: &[D],
         frames: &Self::Frames,
@@ -405,7 +405,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         rod.bending.clear();
         rod.load.iter_mut().for_each(|load| load.force = [zero; N]);
         rod.moments.list.clear();
-        rod.own = Extra::default();
+        rod.own = UserEnergies::default();
         rod
     }
 
@@ -535,12 +535,12 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<
     }
 
     /// Replaces all user-defined energies by `own`.
-    fn set_own(&mut self, own: Extra<D>) {
+    fn set_own(&mut self, own: UserEnergies<D>) {
         self.own = own;
     }
 
     /// Adds energies after the user-defined ones.
-    fn add_own(&mut self, own: Extra<D>) {
+    fn add_own(&mut self, own: UserEnergies<D>) {
         self.own = std::mem::take(&mut self.own).with(own);
     }
 }

@@ -152,7 +152,7 @@ impl NodalDrag<f64> {
     /// Adds the derivatives of the number `d . f`, with [minus the drag](Self::add_forces) `f` at positions `q` and
     /// velocities `v`, by hand-derived formulas. Those by coefficients, fluid velocity and node lengths are added to
     /// `slopes`, those by positions, through the tangents, to `by_q`, those by velocities to `by_v`.
-    pub fn add_slopes_of(
+    pub fn add_transposed_slopes(
         &self,
         [q, v, d]: [&[f64]; 3],
         slopes: &mut DragSlopes,

@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 /// The user-defined energies of a rod; an empty list without any.
 #[derive(Clone, Debug)]
-pub struct Extra<D>(Vec<Placed<D>>);
+pub struct UserEnergies<D>(Vec<Placed<D>>);
 
 /// A user-defined energy with its parameter values and its places on a mesh.
 #[derive(Clone)]
@@ -41,7 +41,7 @@ impl<D> std::fmt::Debug for Placed<D> {
     }
 }
 
-impl<D> Default for Extra<D> {
+impl<D> Default for UserEnergies<D> {
     /// The empty list: no user-defined energies.
     fn default() -> Self {
         Self(Vec::new())
@@ -78,14 +78,14 @@ struct Occurrence<'a, D: Nestable> {
     q: &'a [D],
 }
 
-impl<D> Extra<D> {
+impl<D> UserEnergies<D> {
     /// All user-defined energies with their places on the mesh.
     pub(crate) fn placed(&self) -> &[Placed<D>] {
         &self.0
     }
 }
 
-impl<D: Nestable> Extra<D> {
+impl<D: Nestable> UserEnergies<D> {
     /// User-defined energies with their places on a rod.
     pub(crate) fn new(placed: Vec<Placed<D>>) -> Self {
         Self(placed)

@@ -88,7 +88,7 @@ pub struct FrameRate<const G: usize> {
 }
 
 /// A list of `count` zero derivatives, for the frames of `count` edges that do not change.
-pub fn still_frames(count: usize) -> Vec<FrameRate<1>> {
+pub fn zero_frame_rates(count: usize) -> Vec<FrameRate<1>> {
     vec![FrameRate { tangent: [Lanes::ZERO; 3], turn: Lanes::ZERO }; count]
 }
 

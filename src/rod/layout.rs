@@ -126,7 +126,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
         first: usize,
     ) -> Stretch<V, N> {
         let mut room = None;
-        Stretch::side_by_side(
+        Stretch::pack_lanes(
             level,
             block::<D, V, _>(self.stretch, first, Stretch::none(), &mut room),
         )

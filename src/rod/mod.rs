@@ -37,11 +37,11 @@ pub use actuators::{Actuator, ActuatorEffect, Actuators, EdgeShift, JointShift, 
 pub use assembly::Assembly;
 pub use discrete::DiscreteRod;
 pub use drag::{DragSlopes, NodalDrag};
-pub use extra::Extra;
 pub(crate) use extra::Placed;
+pub use extra::UserEnergies;
 pub use frames::{
     FrameRate, ReferenceFrames, RodGeometry, frame_rates, set_dual_frames, set_real_frames,
-    still_frames,
+    zero_frame_rates,
 };
 pub use layout::Layout;
 pub use moments::Moments;
@@ -51,7 +51,7 @@ pub use sensitive::{ChangedRods, EffectiveStrains, Sensitive};
 pub use spatial::SpatialRod;
 pub use state::{ExchangedEnergy, InternalVariables, State};
 pub use timed_loads::{EdgeMoment, TimedLoad, TimedLoads, UnknownForce, work_of};
-pub use transposed::{Laws, Strained, Transposed, strained};
+pub use transposed::{LawDerivatives, Strained, Transposed, strained};
 pub use viscosity::{OwnViscosity, Viscosity};
 
 #[doc(hidden)]
@@ -205,7 +205,7 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     /// Overwrites gradient and tangent as [`tangent`](Rod::tangent) does, and the geometry at `q` as
     /// [`measure`](Rod::measure) does. [`DiscreteRod`] leaves `geometry` unchanged over numbers that carry
     /// derivatives.
-    fn measured_tangent(
+    fn tangent_with_geometry(
         &self,
         q: &[D],
         frames: &Self::Frames,
@@ -384,10 +384,10 @@ pub trait AssembledRod<D: Scalar>: Rod<D> {
     fn stiffen_edges(&mut self, factor: impl Fn(usize) -> f64);
 
     /// Replaces all user-defined energies by `own`.
-    fn set_own(&mut self, own: Extra<D>);
+    fn set_own(&mut self, own: UserEnergies<D>);
 
     /// Adds energies after the user-defined ones.
-    fn add_own(&mut self, own: Extra<D>);
+    fn add_own(&mut self, own: UserEnergies<D>);
 }
 
 /// The matrix of the second derivatives of the energy of a rod over `D`.

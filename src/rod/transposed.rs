@@ -3,7 +3,7 @@
 //!
 //! The derivatives `d` of the misfit by the forces become those by the stresses through the strains `w = B d`,
 //! `B = ds/dq` ([`strained`]). Parameters change laws and loads only, so that the derivatives by each law and each
-//! load ([`Laws`]) are sufficient for all parameters. Their product with the changes of one rod over dual numbers is
+//! load ([`LawDerivatives`]) are sufficient for all parameters. Their product with the changes of one rod over dual numbers is
 //! the derivative along its parameter.
 
 use crate::energy::law::LawSlopes;
@@ -12,7 +12,7 @@ use crate::rod::{FrameRate, Sensitive};
 
 /// The derivatives of a misfit by the laws and loads of a rod.
 #[derive(Clone, Debug, Default)]
-pub struct Laws {
+pub struct LawDerivatives {
     /// By the law of each edge at fixed unknowns.
     pub stretch: Vec<LawSlopes>,
     /// By the relative change of each rest length, where it changes effective strains.
@@ -27,7 +27,7 @@ pub struct Laws {
     pub moment: Vec<f64>,
 }
 
-impl Laws {
+impl LawDerivatives {
     /// Zeros for a rod with `edges` edges, one joint fewer, `unknowns` unknowns, and possible moments on the first
     /// `moments` edges.
     pub fn new(edges: usize, unknowns: usize, moments: usize) -> Self {
@@ -59,11 +59,11 @@ pub struct Strained<'a> {
 pub trait Transposed: Sensitive {
     /// Zero derivatives for this rod. Those by dead moments have one entry per edge in the plane if `moments` is true
     /// or the rod has moments; else they are empty.
-    fn no_laws(&self, moments: bool) -> Laws;
+    fn zero_law_derivatives(&self, moments: bool) -> LawDerivatives;
 
     /// Multiplies the strains of edges, the first of the list, by their rest lengths, so that their products with
     /// forces are energies. Strains of joints stay.
-    fn by_length(&self, strains: &mut [f64]);
+    fn scale_edges_by_rest_length(&self, strains: &mut [f64]);
 
     /// Overwrites `out` with `K w`: the elastic stiffness of each element times its entries of `w`, N for edges and N
     /// m for joints. `coupled` includes the coupling of bending and twisting in a joint.
@@ -72,20 +72,20 @@ pub trait Transposed: Sensitive {
     /// Adds to `laws` the derivatives of the misfit by stiffness and natural stress of every law, from its derivatives
     /// `w` by the stresses at the effective strains `strained`. If `strained.counted`, those by relative changes of the
     /// rest lengths are added too. Nonlinear edges add those by modulus and rest length at `strained.now`.
-    fn add_to_laws(&self, w: &[f64], strained: Strained<'_>, laws: &mut Laws);
+    fn add_to_laws(&self, w: &[f64], strained: Strained<'_>, laws: &mut LawDerivatives);
 
     /// Adds to `laws.moment` the derivatives of the misfit by a dead moment on each edge at `q`, from those `d` by
     /// the forces. Nothing happens if that list is empty.
-    fn add_to_moments(&self, q: &[f64], d: &[f64], laws: &mut Laws);
+    fn add_to_moments(&self, q: &[f64], d: &[f64], laws: &mut LawDerivatives);
 
     /// The derivative of the misfit along one parameter: the sum of `laws` times the derivatives along it. Those of
     /// stiffnesses, natural stresses, moduli of nonlinear laws, rest lengths and loads are in `rates`, those of the
     /// moments in `dual`.
-    fn along(&self, dual: &Self::Dual, rates: &Self::Rates<1>, laws: &Laws) -> f64;
+    fn along(&self, dual: &Self::Dual, rates: &Self::Rates<1>, laws: &LawDerivatives) -> f64;
 
     /// The part of [`along`](Self::along) by stiffness and natural stress of each joint: one number per joint, from
     /// the first on.
-    fn along_joints(rates: &Self::Rates<1>, laws: &Laws) -> Vec<f64>;
+    fn along_joints(rates: &Self::Rates<1>, laws: &LawDerivatives) -> Vec<f64>;
 }
 
 /// Overwrites `out` with the strains `B change` along a `change` of the unknowns (`B = ds/dq`), edges first, then
@@ -102,5 +102,5 @@ pub fn strained<R: Transposed>(
     let mut strains = vec![Lanes::ZERO; out.len()];
     rod.add_strain_rates(still, geometry, change.as_chunks::<1>().0, &mut strains);
     out.iter_mut().zip(strains).for_each(|(out, strain)| *out = strain.0[0]);
-    rod.by_length(out);
+    rod.scale_edges_by_rest_length(out);
 }

@@ -132,7 +132,7 @@ impl Recorded {
             let held: Vec<usize> =
                 (0..track.markers().len()).filter(|j| !free.contains(j)).collect();
             let examined = track.examined(&held, self.lost_frames, self.swapped_labels);
-            self.track = Some(examined.guarded(&held).into());
+            self.track = Some(examined.with_motion_defects(&held).into());
         }
         Ok(())
     }

@@ -150,7 +150,8 @@ impl Motion {
                 Track::read_point(&file, self.time_zero, self.columns.as_ref())?.into()
             }
         };
-        let unguarded = (!track.is_examined()).then(|| Track::clone(&track).guarded(&[0]));
+        let unguarded =
+            (!track.is_examined()).then(|| Track::clone(&track).with_motion_defects(&[0]));
         self.track = Some(unguarded.map_or(track, Arc::new));
         Ok(())
     }

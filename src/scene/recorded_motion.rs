@@ -4,7 +4,7 @@
 //! the extent and `GAP_TO_NOISE` times the noise. A jump is a displacement of more than `JUMP_TO_STEPS` times those
 //! around it, above noise, resolution and a fraction of the extent. The bandwidth is the frequency below which 99 %
 //! of the variance lie, without the white noise (`noise_scale`, `spectrum`). `detrended` subtracts a quadratic trend.
-//! `Track::guarded` stores the results in the recording; supports check time steps by the bandwidth.
+//! `Track::with_motion_defects` stores the results in the recording; supports check time steps by the bandwidth.
 
 use crate::numerics::noise_scale::{NoEstimate, NoisySeries, quantization_step};
 use crate::numerics::spectrum::{harmonic_variances, intervals};

@@ -12,7 +12,7 @@ use crate::scene::scheme::{Scheme, Traits};
 
 impl Scene {
     /// Whether a scheme supports all terms of the scene: damping, friction, drag and moving supports.
-    pub(crate) fn is_taken_by(&self, scheme: Scheme) -> bool {
+    pub(crate) fn is_supported_by(&self, scheme: Scheme) -> bool {
         self.unsupported_by(scheme).is_empty()
     }
 

@@ -91,7 +91,7 @@ impl SignalSamples {
         }
         // Missing samples and bandwidth as those of a point that moves along an axis.
         let seen = values.iter().map(|x| Some([(*x)?, 0.0, 0.0])).collect();
-        let track = Track::new(times, vec![(String::new(), seen)])?.guarded(&[0]);
+        let track = Track::new(times, vec![(String::new(), seen)])?.with_motion_defects(&[0]);
         // A jump of a signal is no defect: its impulse is exact.
         let is_gap = |fault: &&Fault| matches!(fault, Fault::MissingFrames { .. });
         let faults = track.faults().iter().filter(is_gap).cloned().collect();

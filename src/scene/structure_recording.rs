@@ -117,7 +117,7 @@ impl StructureRecording {
             let held: Vec<usize> =
                 markers.filter(|(_, marker)| is_driving(marker)).map(|(j, _)| j).collect();
             let examined = track.examined(&held, self.lost_frames, self.swapped_labels);
-            self.track = Some(examined.guarded(&held).into());
+            self.track = Some(examined.with_motion_defects(&held).into());
         }
         Ok(())
     }

@@ -181,7 +181,7 @@ impl Track {
     /// The recording marked as examined, with the bandwidth of the markers `driven` (indices), which drive a support. To its
     /// earlier defects their missing frames and jumps are added. Jumps within two frame intervals of lost frames, and those
     /// of a marker with glitches, are left out. Integrated motions are detrended for both.
-    pub(super) fn guarded(self, driven: &[usize]) -> Self {
+    pub(super) fn with_motion_defects(self, driven: &[usize]) -> Self {
         // The drift of an integrated motion is no motion of the marker.
         let detrended = self.is_integrated.then(|| self.detrended());
         let motion = detrended.as_ref().unwrap_or(&self);

@@ -127,7 +127,7 @@ enum DescentStep {
     /// The state changed.
     Moved,
     /// The state did not change, or, without `lambda`, it is an equilibrium.
-    Still,
+    Stationary,
     /// Newton's method did not converge, or not to a minimum.
     Failed,
     /// The start is a saddle: the energy decreases along some motion.
@@ -224,7 +224,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
             };
             match step {
                 // A large lambda prevents any motion. After failures with smaller ones, no motion means equilibrium.
-                DescentStep::Still if lambda == 0.0 || decrease > DECREASE => {
+                DescentStep::Stationary if lambda == 0.0 || decrease > DECREASE => {
                     self.rod.move_frames(&mut frames, &self.q);
                     self.assemble(&frames);
                     return Ok(EquilibriumState {
@@ -234,7 +234,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
                         frames,
                     });
                 }
-                DescentStep::Moved | DescentStep::Still => {
+                DescentStep::Moved | DescentStep::Stationary => {
                     self.rod.move_frames(&mut frames, &self.q);
                     // A good step: lambda decreases, and the descent comes closer to Newton's
                     // method.
@@ -262,7 +262,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
     }
 
     /// Solves one step of the descent with this `lambda`, 1/s^2, from the current state by Newton's method, at most
-    /// [`ITERATIONS`] iterations; overwrites the unknowns. `Still`: the first correction is below [`STEP_TOLERANCE`],
+    /// [`ITERATIONS`] iterations; overwrites the unknowns. `Stationary`: the first correction is below [`STEP_TOLERANCE`],
     /// or without `lambda` corrections or forces are rounding errors. `Moved`: with `lambda`, a correction below
     /// [`INTERMEDIATE_TOLERANCE`], or a stalled one below [`STALLED`], at a minimum of the step. `Saddle`: the matrix
     /// is indefinite at the start. `Failed`: a singular matrix, a correction above [`LARGEST_CORRECTION`], no
@@ -286,7 +286,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
             // below rounding errors are an equilibrium.
             let check_forces = iteration == if downhill { PATIENCE } else { 0 };
             if check_forces && lambda == 0.0 && edges.is_none() && self.is_balanced() {
-                return DescentStep::Still;
+                return DescentStep::Stationary;
             }
             if !factored || iteration == 0 && !downhill {
                 return if factored { DescentStep::Saddle } else { DescentStep::Failed };
@@ -322,7 +322,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
                 return DescentStep::Failed;
             }
             if iteration == 0 && largest < STEP_TOLERANCE {
-                return DescentStep::Still;
+                return DescentStep::Stationary;
             }
             // Corrections that are small and no longer decrease are rounding errors.
             let stalled = largest < STALLED && largest > STALLED_RATIO * previous;
@@ -330,7 +330,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
                 _ if !(stalled || largest < INTERMEDIATE_TOLERANCE) => {}
                 _ if !downhill => return DescentStep::Failed,
                 true => return DescentStep::Moved,
-                false if stalled || largest < STEP_TOLERANCE => return DescentStep::Still,
+                false if stalled || largest < STEP_TOLERANCE => return DescentStep::Stationary,
                 false => {}
             }
             previous = largest;

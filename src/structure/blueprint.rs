@@ -28,7 +28,7 @@ use crate::structure::inertia::BodiesAtRest;
 use crate::structure::placement::{
     PlacedRod, check_joints, common_plane, end_nodes, placed_meshes,
 };
-use crate::structure::plan::{EndHold, StructurePlan};
+use crate::structure::plan::{EndSupport, StructurePlan};
 use crate::structure::spatial_inertia::SpatialBodiesAtRest;
 
 /// Springs of points of each rod to recorded markers.
@@ -148,7 +148,7 @@ fn placed(scene: &StructureScene, in_space: bool) -> Result<PlacedScenes, Error>
     let dimension = if in_space { Dimension::Spatial } else { Dimension::Planar };
     let ends = plan.ends.iter().enumerate();
     let parts: Vec<Scene> = ends
-        .map(|(i, ends)| scene.part(i, ends.map(EndHold::support), dimension))
+        .map(|(i, ends)| scene.part(i, ends.map(EndSupport::support), dimension))
         .collect::<Result<_, _>>()?;
     // Each rod is checked as a scene of its own; its errors get the keys of the structure.
     for (part, rod) in parts.iter().zip(&scene.rods) {

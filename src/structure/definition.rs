@@ -127,7 +127,7 @@ impl Structure {
     /// nodes and of gaps.
     pub fn dof(&self) -> usize {
         self.at_rest.q.len()
-            - self.at_rest.assembly.tied().count()
+            - self.at_rest.assembly.unknowns_without_effect().count()
             - self.recorded.prescribed.iter().count()
     }
 
@@ -175,7 +175,7 @@ impl Structure {
         let squared = self.bending_frequency_squared() * (NEGLIGIBLE + noise);
         let assembly = &self.at_rest.assembly;
         let mut stiffness: Vec<f64> = assembly.mass().iter().map(|mass| mass * squared).collect();
-        assembly.tied().for_each(|i| stiffness[i] = 0.0);
+        assembly.unknowns_without_effect().for_each(|i| stiffness[i] = 0.0);
         self.recorded.prescribed.fill(&mut stiffness, 0.0);
         if assembly.is_spatial() {
             // Angles of edges: the same part of the torsional stiffness of the whole, divided among the edges.

@@ -179,7 +179,7 @@ impl Structure {
         let (mut gradient, mut tangent) = (vec![0.0; q.len()], assembly.zero_tangent());
         assembly.tangent(q, &state.frames, Derivatives::Hand, &mut gradient, &mut tangent);
         // Tied unknowns follow others, and must not count as motions of their own.
-        assembly.tied().for_each(|i| mass[i] = 0.0);
+        assembly.unknowns_without_effect().for_each(|i| mass[i] = 0.0);
         self.recorded.prescribed.fill(&mut mass, 0.0);
         self.recorded.prescribed.uncouple(&mut tangent);
         Pencil { tangent, mass, free: 0..q.len() }

@@ -13,7 +13,7 @@ use crate::rod::assembly::{AssemblyLayout, Attachment, CarriedEdge, CarriedNode,
 use crate::rod::layout::{Plane, Space};
 use crate::scene::Support;
 use crate::structure::placement::{PlacedRod, end_nodes};
-use crate::structure::plan::{EndHold, StructurePlan};
+use crate::structure::plan::{EndSupport, StructurePlan};
 use crate::structure::spatial_inertia::{
     SpatialBodiesAtRest, clamp_axes, end_edge, in_axes, rest_axes,
 };
@@ -58,13 +58,13 @@ fn held_nodes<D: Nestable, L: AssemblyLayout>(
             false => components,
         };
         match hold {
-            EndHold::Free | EndHold::Recorded(_) => {}
-            EndHold::Wall { .. } => {
+            EndSupport::Free | EndSupport::Recorded(_) => {}
+            EndSupport::Wall { .. } => {
                 let at =
                     |node: usize| FixedNode { node, width: width(node), position: own.node(node) };
                 fixed.extend(held.iter().copied().map(at));
             }
-            EndHold::Body { body, spring, .. } => {
+            EndSupport::Body { body, spring, .. } => {
                 let carried = CarriedEnd { end, body, spring };
                 let node = |node: usize| {
                     let [on_body, on_clamp] = arms(carried, own.node(node));

@@ -20,7 +20,7 @@ use crate::scene::Plane;
 use crate::scene::per_axis::PerAxis;
 use crate::scene::structure::{RigidBody, StructureJoint, StructureScene};
 use crate::structure::placement::{PlacedRod, end_nodes};
-use crate::structure::plan::{EndHold, StructurePlan};
+use crate::structure::plan::{EndSupport, StructurePlan};
 
 /// The bodies of a structure at rest.
 pub(super) struct BodiesAtRest<D> {
@@ -92,7 +92,7 @@ impl<D: Nestable> BodiesAtRest<D> {
             }
             for (rod, ends) in rods.iter().zip(&plan.ends) {
                 for (end, hold) in ends.iter().enumerate() {
-                    let EndHold::Body { body, spring, pinned } = *hold else { continue };
+                    let EndSupport::Body { body, spring, pinned } = *hold else { continue };
                     if body != b {
                         continue;
                     }

@@ -98,7 +98,7 @@ impl Structure {
         let AssemblyAtRest { assembly, q, frames, .. } = self.equilibrium_over(seed)?;
         let (mut gradient, mut tangent) = (vec![D::from(0.0); q.len()], assembly.zero_tangent());
         assembly.tangent(&q, &frames, Derivatives::Hand, &mut gradient, &mut tangent);
-        let tied: Vec<usize> = assembly.tied().collect();
+        let tied: Vec<usize> = assembly.unknowns_without_effect().collect();
         // Rayleigh quotient of a constant mode: the change of the mode has no effect of first
         // order.
         let frequency = |mode: &PencilMode| {

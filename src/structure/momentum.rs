@@ -22,7 +22,7 @@ type AssemblyState = State<f64, AssemblyFrames<f64>>;
 /// are free nodes, centers of bodies, and rotations of bodies and springs (inertia times rate); nodes that are carried or
 /// fixed are left out.
 fn planar_momentum(rods: &JoinedRods<f64, Plane>, state: &AssemblyState) -> [f64; 3] {
-    let tied: Vec<usize> = rods.tied().collect();
+    let tied: Vec<usize> = rods.unknowns_without_effect().collect();
     let mut sum = [0.0; 3];
     let mut add = |mass: f64, x: [f64; 2], v: [f64; 2]| {
         sum[0] += mass * v[0];
@@ -52,7 +52,7 @@ fn planar_momentum(rods: &JoinedRods<f64, Plane>, state: &AssemblyState) -> [f64
 /// nodes, spins of free edges along their tangents, centers of bodies, and rotations of bodies and springs. Products of
 /// inertia, which are zero in value, are left out.
 fn spatial_momentum(rods: &JoinedRods<f64, Space>, state: &AssemblyState) -> [Vector<f64>; 2] {
-    let tied: Vec<usize> = rods.tied().collect();
+    let tied: Vec<usize> = rods.unknowns_without_effect().collect();
     let mut sums = [[0.0; 3]; 2];
     let three = |all: &[f64], i: usize| [all[i], all[i + 1], all[i + 2]];
     let mut q = state.q.clone();

@@ -16,7 +16,7 @@ use crate::scene::structure::{JointEnd, StructureJoint, StructureScene};
 
 /// What holds an end of a rod.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum EndHold {
+pub(super) enum EndSupport {
     /// Nothing.
     Free,
     /// A wall, with the direction or without.
@@ -27,7 +27,7 @@ pub(super) enum EndHold {
     Recorded(usize),
 }
 
-impl EndHold {
+impl EndSupport {
     /// The support of the end in the scene of the rod alone: free, pinned at a hinge, or clamped at a wall, a rigid joint or
     /// a spring. A recorded end is free there, as its motion is prescribed in the assembly.
     pub fn support(self) -> Support {
@@ -85,7 +85,7 @@ pub(super) enum Placement {
 #[derive(Clone, Debug)]
 pub(super) struct StructurePlan {
     /// Both ends of every rod.
-    pub ends: Vec<[EndHold; 2]>,
+    pub ends: Vec<[EndSupport; 2]>,
     pub bodies: Vec<BodyPlan>,
     pub springs: Vec<SpringPlan>,
     /// Number of coordinates of all bodies and springs.
@@ -122,7 +122,7 @@ impl StructurePlan {
     /// bodies that nothing connects, and a rod that nothing places, are errors too.
     pub fn new(scene: &StructureScene, in_space: bool) -> Result<Self, Error> {
         let mut plan = Self {
-            ends: vec![[EndHold::Free; 2]; scene.rods.len()],
+            ends: vec![[EndSupport::Free; 2]; scene.rods.len()],
             bodies: Vec::new(),
             springs: Vec::new(),
             coordinates: 0,
@@ -136,10 +136,10 @@ impl StructurePlan {
             let end = support.of.at.index();
             let key = format!("supports[{i}].kind");
             let hold = match support.kind {
-                Support::Clamped => EndHold::Wall { pinned: false },
-                Support::Pinned => EndHold::Wall { pinned: true },
-                Support::Free => EndHold::Free,
-                Support::Recorded => EndHold::Recorded(i),
+                Support::Clamped => EndSupport::Wall { pinned: false },
+                Support::Pinned => EndSupport::Wall { pinned: true },
+                Support::Free => EndSupport::Free,
+                Support::Recorded => EndSupport::Recorded(i),
                 Support::Roller => {
                     let found = format!("\"{:?}\"", support.kind).to_lowercase();
                     let allowed =
@@ -163,11 +163,11 @@ impl StructurePlan {
         &mut self,
         scene: &StructureScene,
         (rod, end): (usize, usize),
-        hold: EndHold,
+        hold: EndSupport,
         key: &str,
     ) -> Result<(), Error> {
         let found = format!("the {} of rod {}", END_NAMES[end], scene.rods[rod].name);
-        let is_free = self.ends[rod][end] == EndHold::Free;
+        let is_free = self.ends[rod][end] == EndSupport::Free;
         ensure(is_free, key, found, "an end in no other joint and support")?;
         self.ends[rod][end] = hold;
         Ok(())
@@ -216,7 +216,7 @@ impl StructurePlan {
                 self.springs.push(SpringPlan { joint: number, body, coordinate: 0 });
                 self.springs.len() - 1
             });
-            let hold = EndHold::Body { body, spring, pinned };
+            let hold = EndSupport::Body { body, spring, pinned };
             self.hold(scene, (rod, end), hold, &format!("{key}[{k}]"))?;
         }
         self.joints.push(points);
@@ -228,12 +228,13 @@ impl StructurePlan {
     fn check_connected(&self, scene: &StructureScene) -> Result<(), Error> {
         let several = self.ends.len() > 1 || !scene.bodies.is_empty();
         for (rod, ends) in scene.rods.iter().zip(&self.ends) {
-            let alone = several && *ends == [EndHold::Free; 2];
+            let alone = several && *ends == [EndSupport::Free; 2];
             let allowed = "a rod with a joint or a support";
             ensure(!alone, format!("rods.{}", rod.name), "neither joint nor support", allowed)?;
         }
         for (i, body) in scene.bodies.iter().enumerate() {
-            let held = |hold: &EndHold| matches!(hold, EndHold::Body { body, .. } if *body == i);
+            let held =
+                |hold: &EndSupport| matches!(hold, EndSupport::Body { body, .. } if *body == i);
             let alone = !self.ends.iter().flatten().any(held);
             let allowed = "a body in one of [[joints]]";
             ensure(!alone, format!("bodies.{}", body.name), "no joint", allowed)?;
@@ -249,7 +250,7 @@ impl StructurePlan {
         let [point, body_size, clamp] = if in_space { [4, 8, 4] } else { [2, 3, 1] };
         let mut neighbors = vec![Vec::new(); self.bodies.len()];
         for ends in &self.ends {
-            if let [EndHold::Body { body: a, .. }, EndHold::Body { body: b, .. }] = ends
+            if let [EndSupport::Body { body: a, .. }, EndSupport::Body { body: b, .. }] = ends
                 && a != b
             {
                 neighbors[*a].push(*b);

@@ -16,7 +16,7 @@ use crate::scene::StructureScene;
 use crate::scene::path::RecordedNode;
 use crate::scene::prescribed_motion::MotionTime;
 use crate::structure::blueprint::{AssemblyAtRest, RodModels};
-use crate::structure::plan::{EndHold, StructurePlan};
+use crate::structure::plan::{EndSupport, StructurePlan};
 
 /// The recorded ends of a structure.
 #[derive(Clone, Debug, Default)]
@@ -50,7 +50,7 @@ impl RecordedEnds {
         for (rod, ends) in plan.ends.iter().enumerate() {
             let (first, last) = (ranges[rod].start / stride, at_rest.meshes[rod].nodes.len() - 1);
             for (end, hold) in ends.iter().enumerate() {
-                let (EndHold::Recorded(i), Some(recording)) = (*hold, &scene.recording) else {
+                let (EndSupport::Recorded(i), Some(recording)) = (*hold, &scene.recording) else {
                     continue;
                 };
                 let support = &scene.supports[i];

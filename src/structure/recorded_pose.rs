@@ -16,7 +16,7 @@ use crate::scene::Support;
 use crate::structure::definition::Structure;
 use crate::structure::marker_place::MarkerPlace;
 use crate::structure::placement::{end_nodes, end_point};
-use crate::structure::plan::EndHold;
+use crate::structure::plan::EndSupport;
 use crate::structure::spatial_inertia::rest_axes;
 use nalgebra::Matrix3 as Dense3;
 
@@ -122,7 +122,7 @@ impl Structure {
         let mut joints = vec![None; plan.bodies.len()];
         for (r, ends) in plan.ends.iter().enumerate() {
             for (end, hold) in ends.iter().enumerate() {
-                let EndHold::Body { body, .. } = *hold else { continue };
+                let EndSupport::Body { body, .. } = *hold else { continue };
                 let joint = end_point(&self.at_rest.meshes[r].nodes, end, hold.support());
                 let near = places.iter().find(|place| {
                     let apart = sub(place.rest, joint);
@@ -148,7 +148,7 @@ impl Structure {
         let own = places.iter().filter(|place| place.rod == r);
         let mut knots: Vec<Knot> = own.map(|place| (place.arc_length, at(place))).collect();
         for (end, hold) in self.blueprint.plan.ends[r].iter().enumerate() {
-            if let EndHold::Body { body, .. } = *hold
+            if let EndSupport::Body { body, .. } = *hold
                 && let Some(joint) = joints[body]
             {
                 knots.push((if end == 0 { 0.0 } else { mesh.length }, joint));
@@ -178,7 +178,7 @@ impl Structure {
         let (mut pairs, mut arm) = (Vec::new(), None);
         for (r, ends) in self.blueprint.plan.ends.iter().enumerate() {
             for (end, hold) in ends.iter().enumerate() {
-                let EndHold::Body { body, .. } = *hold else { continue };
+                let EndSupport::Body { body, .. } = *hold else { continue };
                 if body != b {
                     continue;
                 }
@@ -216,7 +216,7 @@ impl Structure {
         let (rest, last) = (&self.at_rest.frames, tangents.len() - 1);
         let mut directors = [None; 2];
         for (end, hold) in self.blueprint.plan.ends[r].iter().enumerate() {
-            let EndHold::Body { body, spring, .. } = *hold else { continue };
+            let EndSupport::Body { body, spring, .. } = *hold else { continue };
             if hold.support() != Support::Clamped {
                 continue;
             }

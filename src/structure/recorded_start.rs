@@ -22,7 +22,7 @@ use crate::statics::{Descent, DescentSettings, EquilibriumState};
 use crate::structure::blueprint::{AssemblyAtRest, MarkerTies};
 use crate::structure::definition::Structure;
 use crate::structure::marker_place::{MarkerPlace, RelaxedFrames};
-use crate::structure::plan::EndHold;
+use crate::structure::plan::EndSupport;
 use std::f64::consts::TAU;
 
 /// The initial state of a recorded motion.
@@ -75,7 +75,7 @@ impl Structure {
         for (rod, ends) in self.blueprint.plan.ends.iter().enumerate() {
             let mesh = &self.at_rest.meshes[rod];
             for (end, hold) in ends.iter().enumerate() {
-                let EndHold::Recorded(i) = *hold else { continue };
+                let EndSupport::Recorded(i) = *hold else { continue };
                 let support = &self.scene.supports[i];
                 let last = mesh.nodes.len() - 1;
                 for (k, name) in support.markers.iter().enumerate() {

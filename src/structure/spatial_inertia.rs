@@ -26,7 +26,7 @@ use crate::scene::per_axis::PerAxis;
 use crate::scene::structure::{RigidBody, StructureJoint, StructureScene};
 use crate::structure::inertia::{LEAST_COMPLIANCE, without_inertia};
 use crate::structure::placement::{PlacedRod, end_nodes};
-use crate::structure::plan::{EndHold, StructurePlan};
+use crate::structure::plan::{EndSupport, StructurePlan};
 
 /// Part of the outer edge of a clamped end that belongs to the rod: the joint is in its middle.
 const BEFORE_JOINT: f64 = 0.5;
@@ -186,7 +186,7 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
         let mut springs = vec![None; plan.springs.len()];
         for (rod, ends) in rods.iter().zip(&plan.ends) {
             for (end, hold) in ends.iter().enumerate() {
-                if let EndHold::Body { spring: Some(spring), .. } = *hold {
+                if let EndSupport::Body { spring: Some(spring), .. } = *hold {
                     springs[spring] = Some(built.spring(plan, scene, spring, rod, end)?);
                 }
             }
@@ -320,7 +320,7 @@ fn carried_masses<D: Nestable>(
     }
     for (rod, ends) in rods.iter().zip(&plan.ends) {
         for (end, hold) in ends.iter().enumerate() {
-            let EndHold::Body { body, spring, pinned } = *hold else { continue };
+            let EndSupport::Body { body, spring, pinned } = *hold else { continue };
             if body != b {
                 continue;
             }

@@ -216,7 +216,7 @@ impl Structure {
             simulation.move_supports(self.recorded.motion(), self.recorded.prescribed.clone());
         }
         if let Some((change, interval)) = start {
-            simulation.begin_changing(&change, interval)?;
+            simulation.set_velocity_from_change(&change, interval)?;
         }
         Ok(simulation)
     }

@@ -155,7 +155,7 @@ fn mesh_sizes(problem: &Problem, scene: &Scene) -> Vec<usize> {
 /// energy by a larger beta. An error without `[time]`.
 fn integrators(problem: &Problem, scene: &Scene) -> Result<Vec<Integrator>, Error> {
     let time = problem.time()?;
-    let taken = Scheme::all().filter(|scheme| scene.is_taken_by(*scheme));
+    let taken = Scheme::all().filter(|scheme| scene.is_supported_by(*scheme));
     let mut all: Vec<Integrator> =
         taken.map(|scheme| Integrator { scheme, beta: DEFAULT_BETA }).collect();
     // A dissipative scheme of the scene is compared with the others.
@@ -204,7 +204,7 @@ impl Study {
         };
 
         // The finest step on every mesh, and on a finer mesh than any.
-        let is_taken = scene.is_taken_by(REFERENCE.0);
+        let is_taken = scene.is_supported_by(REFERENCE.0);
         let (scheme, factor) = if is_taken { REFERENCE } else { FALLBACK_REFERENCE };
         let finest = Integrator { scheme, beta: DEFAULT_BETA };
         let reference_mesh = (problem.segments() as f64 * REFERENCE_MESH).round() as usize;

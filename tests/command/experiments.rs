@@ -305,7 +305,7 @@ fn invalid_shape_is_rejected() {
         ("s,node,x\n0.1,1,0\n".into(), &["droop.csv:1", "columns `s` and `node`", "one of"]),
         (header("s[km],x[mm],y[mm]"), &["droop.csv:1", "[km] of `s`", "m, cm, mm"]),
         (header("s[px],x[mm],y[mm]"), &["droop.csv:1", "[px] of `s`", "m, cm, mm"]),
-        (header("s[mm],x[in],y[mm]"), &["droop.csv:1", "[in] of `x`", "m, cm, mm, px"]),
+        (header("s[mm],x[in],y[mm]"), &["droop.csv:1", "[in] of `x`", "m, cm, mm, um, px"]),
         (header("node[mm],x[mm],y[mm]"), &["droop.csv:1", "[mm] of `node`", "no unit"]),
         (header("t,x[mm],y[mm]"), &["droop.csv:1", "column `t`", "s, node, x, y, z"]),
         ("node,x\n1,0.025\n1.5,0.03\n".into(), &["droop.csv:3", "node = 1.5", "an index"]),

@@ -13,7 +13,7 @@ use rodfit::energy::law::{Sliders, Spring, Springs};
 use rodfit::energy::{DeadLoad, PlanarBend, Stretch};
 use rodfit::numerics::scalar::Nestable;
 use rodfit::numerics::tangent::Tangent;
-use rodfit::rod::{Energies, Extra, Moments, NonlinearParts, PlanarRod, Rod, SpatialRod};
+use rodfit::rod::{Energies, Moments, NonlinearParts, PlanarRod, Rod, SpatialRod, UserEnergies};
 use std::sync::Arc;
 
 /// Rods of these many edges, each several times.
@@ -69,7 +69,7 @@ fn planar<D: Nestable>(seed: u64, edges: usize, slides: bool) -> (PlanarRod<D>, 
                 .collect();
             Springs { sliders, acting }
         }),
-        own: Extra::default(),
+        own: UserEnergies::default(),
     };
     (rod, q)
 }
@@ -136,7 +136,7 @@ fn spatial<D: Nestable>(
                 .collect();
             Springs { sliders, acting }
         }),
-        own: Extra::default(),
+        own: UserEnergies::default(),
     };
     (rod, q, frames)
 }

@@ -12,7 +12,8 @@ use rodfit::numerics::banded::BandMatrix;
 use rodfit::numerics::scalar::Nestable;
 use rodfit::rod::{ChangedRods, frame_rates, set_dual_frames, set_real_frames};
 use rodfit::rod::{
-    Extra, FrameRate, Moments, NonlinearParts, PlanarRod, Rod, RodGeometry, Sensitive, SpatialRod,
+    FrameRate, Moments, NonlinearParts, PlanarRod, Rod, RodGeometry, Sensitive, SpatialRod,
+    UserEnergies,
 };
 
 const EDGES: usize = 6;
@@ -55,7 +56,7 @@ fn planar<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> Plana
         },
         bending: Vec::new(),
         sliders: None,
-        own: Extra::default(),
+        own: UserEnergies::default(),
     }
 }
 
@@ -85,7 +86,7 @@ fn spatial<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> Spat
         load: (0..=EDGES).map(|_| DeadLoad { force: [0; 3].map(|_| next(-1.0, 1.0)) }).collect(),
         bending: Vec::new(),
         sliders: None,
-        own: Extra::default(),
+        own: UserEnergies::default(),
     }
 }
 

@@ -25,7 +25,7 @@ fn deformed(structure: &Structure) -> Vec<f64> {
         };
         *q += size * (3.7 * i as f64).sin();
     }
-    let tied: Vec<usize> = at_rest.assembly.tied().collect();
+    let tied: Vec<usize> = at_rest.assembly.unknowns_without_effect().collect();
     tied.into_iter().for_each(|i| q[i] = at_rest.q[i]);
     q
 }
@@ -44,7 +44,7 @@ fn spatial_gradient_and_tangent_are_derivatives_of_the_energy() {
     let size = gradient.iter().fold(0.0_f64, |size, g| size.max(g.abs()));
     assert!(gradient.iter().zip(&alone).all(|(a, b)| (a - b).abs() < 1e-12 * size));
     let dual = structure.at_rest_over(|_, value, _| Dual64::from(value)).unwrap();
-    let tied: Vec<usize> = assembly.tied().collect();
+    let tied: Vec<usize> = assembly.unknowns_without_effect().collect();
     for seed in 1..=3 {
         let mut x: Vec<f64> = (0..n).map(|i| (1.3 * (seed * i) as f64).cos()).collect();
         tied.iter().for_each(|i| x[*i] = 0.0);
@@ -103,7 +103,7 @@ fn spatial_factors_solve_and_count_as_the_dense_matrix() {
         factors.factor_sum(assembly.mass(), shift, &tangent, 1.0, 0..n).unwrap();
         let mut x = b.clone();
         factors.solve(&mut x);
-        let tied: Vec<usize> = assembly.tied().collect();
+        let tied: Vec<usize> = assembly.unknowns_without_effect().collect();
         let right = nalgebra::DVector::from_column_slice(&b);
         let residual = &dense * nalgebra::DVector::from_column_slice(&x) - right;
         let size = dense.amax() * x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));

@@ -58,7 +58,7 @@ fn set_rigid_motion(
             v[first + rotation.coordinate + c] = dot(axis, spin) * rotation.length;
         }
     }
-    for i in simulation.rod().tied().collect::<Vec<_>>() {
+    for i in simulation.rod().unknowns_without_effect().collect::<Vec<_>>() {
         v[i] = 0.0;
     }
     simulation.set_velocity(&v);

@@ -11,7 +11,7 @@
 
 use crate::error::Error;
 use crate::problem::{Discretized, Model, Problem};
-use crate::rod::{Laws, Sensitive, Transposed};
+use crate::rod::{LawDerivatives, Sensitive, Transposed};
 use crate::scene::{Parameter, Scene};
 use num_dual::Dual64;
 use std::collections::HashSet;
@@ -135,7 +135,7 @@ impl RequestedParameters {
 /// get zero.
 pub fn add_natural_strains<M: Model>(
     discretized: &Discretized<'_, M>,
-    laws: &Laws,
+    laws: &LawDerivatives,
     listed: &[ListEntryParameter],
     gradient: &mut [f64],
 ) where

@@ -35,14 +35,14 @@ use crate::dynamics::step_map::{
 use crate::dynamics::trajectory::{Motions, Trajectory};
 use crate::error::Error;
 use crate::problem::{AnyProblem, Discretized, Model, Problem};
-use crate::rod::{PlanarRod, SpatialRod, Transposed, still_frames};
+use crate::rod::{PlanarRod, SpatialRod, Transposed, zero_frame_rates};
 use crate::scene::{Parameter, Point, Scheme};
 use num_dual::Dual64;
 use std::collections::HashMap;
 
 /// Default memory for the stored states of a run, bytes. More memory avoids that steps are repeated in the reverse
 /// sweep.
-const ROOM: usize = 56 << 20;
+const DEFAULT_MEMORY: usize = 56 << 20;
 
 /// A run with stored states, for adjoint derivatives.
 ///
@@ -120,12 +120,12 @@ impl Problem {
 
 impl Reversible {
     /// Simulates `steps` steps of a scene, records the nodes `tracked`, and stores its states, or simulations at
-    /// checkpoints, in about 56 MiB (`ROOM`).
+    /// checkpoints, in about 56 MiB (`DEFAULT_MEMORY`).
     ///
     /// # Errors
     /// Those of [`Problem::check_reversible`], [`Trajectory::new`] and [`Trajectory::run`].
     pub fn run(problem: &Problem, tracked: &[usize], steps: usize) -> Result<Self, Error> {
-        Self::run_within(problem, tracked, steps, ROOM)
+        Self::run_within(problem, tracked, steps, DEFAULT_MEMORY)
     }
 
     /// [`run`](Self::run) with about so many `bytes` for the stored states. If they take more, the gradient repeats
@@ -202,8 +202,8 @@ impl Reversible {
     ) -> Result<Vec<f64>, Error> {
         let requested = RequestedParameters::new(&self.problem, parameters)?;
         // A Kelvin-Voigt time of zero has a derivative only in a run with a trace of viscosity.
-        if let Some(felt) = self.with_trace_viscosity(parameters)? {
-            return felt.gradient(parameters, slopes);
+        if let Some(with_viscosity) = self.with_trace_viscosity(parameters)? {
+            return with_viscosity.gradient(parameters, slopes);
         }
         let (slopes, record) = (&slopes.motions[..], self.trajectory.record());
         match (&self.checkpoints, self.problem.discretized()) {
@@ -230,8 +230,8 @@ impl Reversible {
         let parameters: Vec<Parameter> =
             direction.iter().map(|(parameter, _)| *parameter).collect();
         RequestedParameters::new(&self.problem, &parameters)?;
-        if let Some(felt) = self.with_trace_viscosity(&parameters)? {
-            return felt.along(direction);
+        if let Some(with_viscosity) = self.with_trace_viscosity(&parameters)? {
+            return with_viscosity.along(direction);
         }
         let record = self.trajectory.record();
         match (&self.checkpoints, self.problem.discretized()) {
@@ -425,7 +425,7 @@ fn frame_count<M: Model>(_: &M, rod: &M::Rod<f64>) -> usize
 where
     M::Rod<f64>: Transposed,
 {
-    if M::STRIDE > 3 { rod.no_laws(false).stretch.len() } else { 0 }
+    if M::STRIDE > 3 { rod.zero_law_derivatives(false).stretch.len() } else { 0 }
 }
 
 /// The loads in time with their derivatives along each requested parameter outside of lists; entries of lists of natural
@@ -459,10 +459,10 @@ where
     M::Rod<f64>: Transposed,
 {
     let start = checkpoints.start();
-    let frames = still_frames(frame_count(discretized.model, start.rod()));
+    let frames = zero_frame_rates(frame_count(discretized.model, start.rod()));
     let mut supports = MovingSupports::new(start.boundary_motion(), frames);
     // Only parameters that move a support need its motion over dual numbers.
-    if supports.have_numbers() {
+    if supports.depends_on_parameters() {
         for UnlistedParameter { index, parameter } in &requested.single {
             let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
             let setup = discretized.setup_over(seed);

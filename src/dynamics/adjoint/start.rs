@@ -19,7 +19,9 @@ use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::tangent::Tangent;
 use crate::problem::{Discretized, Model};
-use crate::rod::{Laws, Rod, RodGeometry, Strained, Transposed, still_frames, strained};
+use crate::rod::{
+    LawDerivatives, Rod, RodGeometry, Strained, Transposed, strained, zero_frame_rates,
+};
 use crate::scene::InitialState;
 use num_dual::Dual64;
 
@@ -84,7 +86,7 @@ where
 fn laws<M: Model>(
     discretized: &Discretized<'_, M>,
     ByStart { start, state: by_state, parameters, .. }: &ByStart<'_, M>,
-) -> Option<Laws>
+) -> Option<LawDerivatives>
 where
     M::Rod<f64>: Transposed,
 {
@@ -110,7 +112,7 @@ where
     let (mut strain, mut along) = (Vec::new(), Vec::new());
     geometry.write_strains(&mut strain);
     along.resize(strain.len(), 0.0);
-    let still = still_frames(by_state.frames.len());
+    let still = zero_frame_rates(by_state.frames.len());
     let mut laws = parameters.laws.clone();
     let mut add = |d: &[f64]| {
         strained(rod, &geometry, &still, d, &mut along);
@@ -132,7 +134,7 @@ where
         q.iter_mut().zip(by_state.q.as_flattened()).for_each(|(q, by)| *q += by);
         if let Some(drag) = start.drag() {
             let (mut slopes, mut v) = (drag.no_slopes(), vec![0.0; n]);
-            drag.add_slopes_of([&state.q, &state.v, &d], &mut slopes, [&mut q, &mut v]);
+            drag.add_transposed_slopes([&state.q, &state.v, &d], &mut slopes, [&mut q, &mut v]);
         }
         let by_strain: Vec<f64> = by_state.internal.strain.iter().map(|by| by.0[0]).collect();
         if !by_strain.is_empty() {

@@ -94,7 +94,7 @@ impl<R: Transposed> StepMap<'_, R> {
             v[i] = self.nodal.damped_velocity(&self.step_motion(i))[0];
         }
         let (mut by_place, mut by_v) = (vec![0.0; v.len()], vec![0.0; v.len()]);
-        drag.add_slopes_of([&places, &v, d], by_drag, [&mut by_place, &mut by_v]);
+        drag.add_transposed_slopes([&places, &v, d], by_drag, [&mut by_place, &mut by_v]);
         for (i, by_v) in by_v.into_iter().enumerate() {
             // Held unknowns: the velocity at the end is prescribed. Free ones: it follows from change, velocity and
             // acceleration.
@@ -122,7 +122,7 @@ impl<R: Transposed> StepMap<'_, R> {
         if let (Some(drag), Some(slopes)) = (self.step.drag, &mut slopes.drag) {
             let at = [&self.step.after.q[..], &self.step.after.v, d];
             let [q, v] = [&mut state.q, &mut state.v].map(|list| list.as_flattened_mut());
-            drag.add_slopes_of(at, slopes, [q, v]);
+            drag.add_transposed_slopes(at, slopes, [q, v]);
         }
     }
 }

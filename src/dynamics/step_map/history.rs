@@ -592,7 +592,7 @@ pub fn add_by_strains<R: Transposed>(
 ) {
     // Strains of edges are not weighed with the length as axial forces are.
     let mut lengths = vec![1.0; by_strain.len()];
-    rod.by_length(&mut lengths);
+    rod.scale_edges_by_rest_length(&mut lengths);
     let stress: Vec<Lanes<1>> =
         by_strain.iter().zip(lengths).map(|(by, length)| Lanes([by / length])).collect();
     let mut out = vec![[0.0]; q.len()];

@@ -14,8 +14,8 @@ use crate::numerics::lanes::{Lanes, all};
 use crate::numerics::vector::map_components;
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::{
-    ChangedRods, DragSlopes, FrameRate, InternalVariables, Laws, NodalDrag, Rod, Sensitive,
-    Transposed, frame_rates, still_frames,
+    ChangedRods, DragSlopes, FrameRate, InternalVariables, LawDerivatives, NodalDrag, Rod,
+    Sensitive, Transposed, frame_rates, zero_frame_rates,
 };
 use num_dual::Dual64;
 
@@ -84,7 +84,7 @@ impl StateRates<1> {
             v: unknowns.clone(),
             acceleration: unknowns.clone(),
             unbalanced: unknowns,
-            frames: still_frames(frames),
+            frames: zero_frame_rates(frames),
             internal: InternalVariables {
                 strain: zeros(strains),
                 strain_rate: zeros(strains),
@@ -208,7 +208,7 @@ impl<R: Sensitive, const G: usize> ParameterRates<R, G> {
 /// The derivatives of a misfit by the numbers of a simulation.
 pub struct ParameterSlopes {
     /// By laws and loads.
-    pub laws: Laws,
+    pub laws: LawDerivatives,
     /// By the masses.
     pub mass: Vec<f64>,
     /// By the numbers of damping and the scheme.
@@ -221,7 +221,7 @@ impl ParameterSlopes {
     /// Zero derivatives by all numbers of a simulation. `moments`: whether those by dead moments are needed.
     pub fn zeros<R: Transposed>(simulation: &Simulation<f64, R>, moments: bool) -> Self {
         Self {
-            laws: simulation.rod().no_laws(moments),
+            laws: simulation.rod().zero_law_derivatives(moments),
             mass: vec![0.0; simulation.rod().mass().len()],
             numbers: StepNumbers::zeros(simulation.damping().maxwell.as_slice().len()),
             drag: simulation.drag().map(NodalDrag::no_slopes),

@@ -45,7 +45,7 @@ impl<R: Transposed> MovingSupports<R> {
     }
 
     /// Whether the motion of supports depends on numbers of the scene, so that parameters may move them.
-    pub fn have_numbers(&self) -> bool {
+    pub fn depends_on_parameters(&self) -> bool {
         !self.prescribed.is_empty()
     }
 

@@ -13,7 +13,7 @@ use crate::dynamics::step_map::{
 };
 use crate::error::Error;
 use crate::numerics::tangent::{Factors, Tangent};
-use crate::rod::{RodGeometry, Transposed, still_frames};
+use crate::rod::{RodGeometry, Transposed, zero_frame_rates};
 
 impl<'a, R: Transposed> StepMap<'a, R> {
     /// The map of a `step` for transposed use. `frames`: number of reference frames; `has_own_times`: whether kinds of
@@ -23,7 +23,7 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         frames: usize,
         has_own_times: bool,
     ) -> Self {
-        Self { has_own_times, still: still_frames(frames), ..Self::new(step) }
+        Self { has_own_times, still: zero_frame_rates(frames), ..Self::new(step) }
     }
 
     /// Replaces the derivatives of a misfit by the state at the end of the step, `state`, by those by the state at its

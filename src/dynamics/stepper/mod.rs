@@ -146,14 +146,14 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
 
     /// Sets the accelerations at the start to `a` (stored for generalised-alpha only), and the forces there to those
     /// that cause them. No effect without Newton's method.
-    pub fn know_acceleration(
+    pub fn set_initial_acceleration(
         &self,
         a: Vec<D>,
         system: &System<D, R>,
         state: &mut State<D, R::Frames>,
     ) {
         if let Self::Newton(newton) = self {
-            newton.know_acceleration(a, system, state);
+            newton.set_initial_acceleration(a, system, state);
         }
     }
 

@@ -176,7 +176,7 @@ impl<T: StiffnessEntry> Symmetric<T, 3> for Stiffness<T> {
 impl<D: StiffnessEntry> Stiffness<D> {
     /// The stiffnesses of joints as one stiffness in SIMD lanes: lane `k` has the numbers of `stiffness(&all[k])`.
     #[inline(always)]
-    pub(crate) fn side_by_side<V: SimdScalar<D>, L>(
+    pub(crate) fn pack_lanes<V: SimdScalar<D>, L>(
         level: V::Level,
         all: &[L],
         stiffness: impl Fn(&L) -> &Self,

@@ -5,7 +5,7 @@
 //! [`COARSE_TURN`] ([`COARSE_CORRECTED_TURN`] for corrected elements). A mesh that is coarser already stays. The step
 //! is a fraction of the first period, at most one that resolves moving supports, never below that of the scene. It
 //! keeps the numerical damping of the scene, and it stays if Newmark's beta is unknown. If it does not, a scheme with
-//! a stability limit becomes the default one. Meshes of rods driven by a recording stay too. Output: [`CoarseModel`].
+//! a stability limit becomes the default one. Meshes of rods driven by a recording stay too. Output: [`ScanModel`].
 //! Its points are converted to the full model by a shift of `ln E` only, by the ratio of the free lengths of the rod
 //! on both meshes.
 
@@ -28,11 +28,11 @@ const COARSE_CORRECTED_TURN: f64 = 1.0;
 const COARSE_PER_MODE: usize = 2;
 
 /// The experiments of a search on coarse meshes and with large steps, with their measurements.
-pub(crate) struct CoarseModel {
+pub(crate) struct ScanModel {
     experiments: Vec<Experiment>,
 }
 
-impl CoarseModel {
+impl ScanModel {
     /// The coarse models of all experiments of a search. `first` is the first period of each experiment, s, and `steps` the
     /// number of time steps in it: the step is about `first/steps`. An error if a coarse scene is invalid.
     pub fn new(search: &Search, first: &[f64], steps: f64) -> Result<Self, Error> {
@@ -45,7 +45,7 @@ impl CoarseModel {
         Ok(Self { experiments: experiments.collect::<Result<_, _>>()? })
     }
 
-    /// A `CoarseModel` with clones of the search's experiments on their own meshes and with their own steps. It is used where
+    /// A `ScanModel` with clones of the search's experiments on their own meshes and with their own steps. It is used where
     /// coarse ones fail.
     pub fn from_full_model(search: &Search) -> Self {
         Self { experiments: search.experiments.to_vec() }

@@ -1,7 +1,7 @@
 //! Larger starts for damping parameters near zero. The search identifies their logarithm, which has no effect on the motion
 //! there: the objective is flat, and a descent stops.
 //!
-//! [`Search::with_raised_damping`] takes an optimum. For each damping or drag (parameters that may vanish, [`is_damping`]) it
+//! [`Search::with_raised_damping`] takes an optimum. For each damping or drag (parameters that may vanish, [`may_vanish`]) it
 //! minimizes the quadratic model of the objective over the damping itself. The minimum is at `d (1 - g/c)`, with slope `g` and
 //! Gauss-Newton curvature `c` over `ln d`. Dampings whose minimum is more than [`LEAST_RISE`] times their value start there,
 //! within bounds, all in one further fit of the full model; the other unknowns start at the optimum. Output: the new optimum
@@ -19,7 +19,7 @@ const LEAST_RISE: f64 = 10.0;
 
 /// Whether zero is allowed for the parameter of an unknown and switches its effect off (`may_vanish`): a damping, a drag or
 /// the like.
-pub(crate) fn is_damping(unknown: &Unknown) -> bool {
+pub(crate) fn may_vanish(unknown: &Unknown) -> bool {
     unknown.parameter.quantity().may_vanish
 }
 
@@ -31,7 +31,7 @@ impl Search<'_> {
     pub fn with_raised_damping(&self, optimum: Optimum) -> Result<Optimum, Error> {
         let losses = self.all_residuals()?.weighted_losses();
         let mut start = optimum.x.clone();
-        for (j, _) in self.unknowns.iter().enumerate().filter(|(_, u)| is_damping(u)) {
+        for (j, _) in self.unknowns.iter().enumerate().filter(|(_, u)| may_vanish(u)) {
             let rows = optimum.jacobian.iter().zip(&optimum.residuals).zip(&losses);
             let (mut gradient, mut curvature) = (0.0, 0.0);
             for ((row, r), loss) in rows {

@@ -18,7 +18,7 @@
 use crate::error::Error;
 use crate::fit::misfit::residuals::Evaluation;
 use crate::fit::search::Search;
-use crate::fit::search::coarse::CoarseModel;
+use crate::fit::search::coarse::ScanModel;
 use crate::fit::search::fitted::MeasuredResiduals;
 use crate::fit::search::journal::SearchStage;
 use crate::fit::search::optimum::{NO_START, Optimum, Tolerances};
@@ -120,7 +120,7 @@ impl Search<'_> {
             return Ok(vec![start]);
         }
         let first = self.first_periods(1.0);
-        let scanned = self.scan(&CoarseModel::from_full_model(self), &first, 1)?;
+        let scanned = self.scan(&ScanModel::from_full_model(self), &first, 1)?;
         let cost = |k: Option<usize>| {
             k.and_then(|k| scanned.get(k)).map_or(f64::INFINITY, |candidate| candidate.cost)
         };

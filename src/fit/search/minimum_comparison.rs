@@ -61,7 +61,7 @@ impl<'a> Search<'a> {
         variance: f64,
     ) -> Result<MinimumComparison<'a>, Error> {
         // A descent that hardly lowers the objective does not change the order of the minima, and may end.
-        let search = Self { ends_crawling: true, ..self.clone() };
+        let search = Self { ends_without_progress: true, ..self.clone() };
         let mut comparison =
             MinimumComparison { lower: None, unreached: None, search: search.clone() };
         // Minima that lead to an end already reached are skipped.

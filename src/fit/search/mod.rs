@@ -80,7 +80,7 @@ pub(crate) struct Search<'a> {
     /// Number of the mesh and the steps. Objectives are comparable where it is the same.
     pub numerics: usize,
     /// Whether the optimizer converges after several steps that hardly lower the objective.
-    pub ends_crawling: bool,
+    pub ends_without_progress: bool,
 }
 
 impl<'a> Search<'a> {
@@ -107,7 +107,7 @@ impl<'a> Search<'a> {
             stops_at_first_fit: false,
             tolerance,
             numerics: 0,
-            ends_crawling: false,
+            ends_without_progress: false,
         })
     }
 
@@ -124,7 +124,7 @@ impl<'a> Search<'a> {
             suspicious: false,
             stops_at_first_fit: false,
             numerics: 0,
-            ends_crawling: false,
+            ends_without_progress: false,
             ..self.clone()
         }
     }

@@ -11,8 +11,8 @@
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;
-use crate::fit::search::coarse::CoarseModel;
-use crate::fit::search::damping::is_damping;
+use crate::fit::search::coarse::ScanModel;
+use crate::fit::search::damping::may_vanish;
 use crate::fit::search::optimum::Optimum;
 use crate::numerics::half_sum_of_squares;
 use crate::numerics::total_order;
@@ -51,11 +51,11 @@ impl Search<'_> {
         let first = self.first_periods(1.0);
         let horizons: Vec<f64> =
             first.iter().zip(self.durations()).map(|(t, end)| end.min(PERIODS * t)).collect();
-        let mut coarse = CoarseModel::new(self, &first, COARSE_STEPS)?;
+        let mut coarse = ScanModel::new(self, &first, COARSE_STEPS)?;
         let mut own = self.coarse_objectives(&coarse, &horizons, vec![optimum.x.clone()])?;
         if own[0].objective.is_infinite() {
             // Soft rods with large steps cannot always be simulated.
-            coarse = CoarseModel::from_full_model(self);
+            coarse = ScanModel::from_full_model(self);
             own = self.coarse_objectives(&coarse, &horizons, vec![optimum.x.clone()])?;
         }
         // Only positive parameters that are no damping have several minima of the objective along them.
@@ -88,7 +88,7 @@ impl Search<'_> {
     fn is_scanned(&self, j: usize) -> bool {
         let unknown = &self.unknowns[j];
         unknown.parameter.is_positive()
-            && !is_damping(unknown)
+            && !may_vanish(unknown)
             && self.journal.scanned_values(j).len() > 2
     }
 
@@ -112,7 +112,7 @@ impl Search<'_> {
     /// is an error. Several threads compute; the work is added to that of this search.
     fn coarse_objectives(
         &self,
-        coarse: &CoarseModel,
+        coarse: &ScanModel,
         horizons: &[f64],
         points: Vec<Vec<f64>>,
     ) -> Result<Vec<LinePoint>, Error> {

@@ -159,7 +159,7 @@ impl Search<'_> {
             .noise_tolerance(tolerances.noise)
             .last_step(LAST_STEP * (self.tolerance / TOLERANCE).min(1.0))
             // Objectives of driven rods have corners, at which no step tolerance is reached.
-            .patience(match self.is_displacement_driven() || self.ends_crawling {
+            .patience(match self.is_displacement_driven() || self.ends_without_progress {
                 true => PATIENCE,
                 false => usize::MAX,
             });

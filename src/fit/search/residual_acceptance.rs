@@ -8,7 +8,7 @@
 //! measurement must satisfy a criterion; those without motion are acceptable and plausible. RMS residuals are in the
 //! unit of the measurement, by a median with a robust loss. The search uses these predicates to stop or to continue
 //! with other starts. [`residual_tests()`] returns the tests per coordinate (none of frequencies). They and
-//! [`is_noisy`] serve the warnings and the grade, also for AR(1) noise.
+//! [`are_residuals_noise`] serve the warnings and the grade, also for AR(1) noise.
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all};
@@ -36,7 +36,7 @@ pub(crate) const NORMAL: &str = "normal";
 impl Search<'_> {
     /// Whether each measurement satisfies one of three criteria. Its RMS residual is at most [`UNEXPLAINED`] (a tenth) of its
     /// motion or [`ACCEPTABLE_SIGMAS`] (three) given sigmas; it has no motion at all; or its residuals are [white
-    /// noise](is_noisy). The RMS residual is that of [`spreads`](Self::spreads).
+    /// noise](are_residuals_noise). The RMS residual is that of [`spreads`](Self::spreads).
     pub fn has_acceptable_residuals(&self, optimum: &Optimum) -> bool {
         let spreads = self.spreads(optimum);
         self.measured(optimum).zip(spreads).all(|(own, rms)| {
@@ -45,7 +45,7 @@ impl Search<'_> {
             let sigma = own.measurement.sigma().unwrap_or(0.0);
             rms <= (UNEXPLAINED * size).max(ACCEPTABLE_SIGMAS * sigma)
                 || size == 0.0
-                || is_noisy(&own, rms, |_| 0.0, self.significance_level())
+                || are_residuals_noise(&own, rms, |_| 0.0, self.significance_level())
         })
     }
 
@@ -175,7 +175,7 @@ pub(crate) fn residual_tests(
 /// Whether the residuals of the measurement `own` are white or AR(1) noise by all tests at this level of `significance`.
 /// Their root mean square `rms`, in its unit, must be at most [`WRONG_MINIMUM`] of the motion, with at least [`ENOUGH`]
 /// values per tested coordinate. `correlation` returns the lag-1 correlation of the noise of an axis.
-pub(crate) fn is_noisy(
+pub(crate) fn are_residuals_noise(
     own: &MeasuredResiduals,
     rms: f64,
     correlation: impl Fn(&str) -> f64,

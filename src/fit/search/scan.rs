@@ -14,7 +14,7 @@
 use crate::error::Error;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::search::Search;
-use crate::fit::search::coarse::CoarseModel;
+use crate::fit::search::coarse::ScanModel;
 use crate::fit::search::grid::{GridPoint, ScanGrid};
 use crate::fit::search::journal::{SearchStage, Visit};
 use crate::fit::unknown::Unknown;
@@ -118,7 +118,7 @@ impl Search<'_> {
     /// progress.
     pub fn scan(
         &self,
-        coarse: &CoarseModel,
+        coarse: &ScanModel,
         first: &[f64],
         refinement: usize,
     ) -> Result<Vec<Candidate>, Error> {

@@ -13,7 +13,7 @@
 
 use crate::error::Error;
 use crate::fit::search::Search;
-use crate::fit::search::coarse::CoarseModel;
+use crate::fit::search::coarse::ScanModel;
 use crate::fit::search::journal::{SearchStage, Visit};
 use crate::fit::search::local_minima::{SAME, distance};
 use crate::fit::search::neighbors;
@@ -99,7 +99,7 @@ struct CoarseScan {
     /// Horizon and grid of the scan; levels with the same ones share it.
     stretch: f64,
     grid: usize,
-    coarse: CoarseModel,
+    coarse: ScanModel,
     /// First periods, s, one per experiment.
     first: Vec<f64>,
     /// Candidates after their descents over the first periods.
@@ -256,13 +256,13 @@ impl Search<'_> {
     fn coarse_scan(&self, level: &ScanLevel) -> Result<CoarseScan, Error> {
         let ScanLevel { stretch, grid, .. } = *level;
         let first = self.first_periods(stretch);
-        let scanned = CoarseModel::new(self, &first, SCAN_STEPS)?;
+        let scanned = ScanModel::new(self, &first, SCAN_STEPS)?;
         let found = match self.scan(&scanned, &first, grid) {
-            Err(Error::Fit(_)) => self.scan(&CoarseModel::from_full_model(self), &first, grid),
+            Err(Error::Fit(_)) => self.scan(&ScanModel::from_full_model(self), &first, grid),
             found => found,
         };
         let others = distinct_candidates(found?, CANDIDATES * grid);
-        let coarse = CoarseModel::new(self, &first, COARSE_STEPS)?;
+        let coarse = ScanModel::new(self, &first, COARSE_STEPS)?;
         Ok(CoarseScan { stretch, grid, coarse, first, descended: Vec::new(), others })
     }
 
@@ -328,7 +328,7 @@ impl Search<'_> {
     /// interruption is an error.
     fn descend(
         &self,
-        coarse: &CoarseModel,
+        coarse: &ScanModel,
         horizons: &[f64],
         candidates: &mut [Candidate],
     ) -> Result<(), Error> {

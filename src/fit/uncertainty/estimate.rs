@@ -14,7 +14,7 @@ use crate::fit::measurement::experiment::named;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::budget::entries::{BudgetLine, InputSensitivity, MonteCarlo};
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
-use crate::fit::uncertainty::covariance::zero_bound::OneSidedBound;
+use crate::fit::uncertainty::covariance::zero_bound::NearZeroEstimate;
 use crate::fit::uncertainty::discretization::bias::DiscretizationBias;
 use crate::fit::uncertainty::resampling::bootstrap::Bootstrap;
 use crate::fit::unknown::{Prior, Unknown};
@@ -214,7 +214,7 @@ pub(crate) fn local_estimates(
         };
         match bounds[i] {
             // Mesh and step shift an upper bound by as much as the value.
-            Some(OneSidedBound { value, upper95: Some(upper), .. }) => {
+            Some(NearZeroEstimate { value, upper95: Some(upper), .. }) => {
                 let shifted = value + value * bias.correction(i);
                 let bound = (upper - value).hypot(value * remaining) + shifted;
                 // Far beyond the linear range a correction may exceed the bound: it is then not applied.
@@ -223,7 +223,7 @@ pub(crate) fn local_estimates(
                 Estimate { interval95, upper95: Some(upper), ..own(Some(shifted.max(0.0))) }
             }
             // No upper limit is determined: the lower bound is the only result.
-            Some(OneSidedBound { value, lower95: Some(lower), .. }) => {
+            Some(NearZeroEstimate { value, lower95: Some(lower), .. }) => {
                 Estimate { interval95, lower95: Some(lower), ..own(Some(value)) }
             }
             _ => Estimate { interval95, ..own(known.then_some(corrected)) },

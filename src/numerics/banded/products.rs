@@ -52,14 +52,14 @@ pub(super) fn subtract_products<V: PairLevel, D: Scalar, E: RightHandSide<D>, co
     let (x_twos, x_rest) = x.as_chunks::<2>();
     for k in 0..twos.len() {
         let ([a, b], [c, d]) = (&mut twos[k], &x_twos[k]);
-        let results = level.less_products([pair(a), pair(b)], [pair(c), pair(d)], y);
+        let results = level.subtract_products([pair(a), pair(b)], [pair(c), pair(d)], y);
         for s in 0..S {
             (a[s], b[s]) = (E::from(results[0][s]), E::from(results[1][s]));
         }
     }
     // An odd last entry takes a register of two numbers.
     for k in 0..rest.len() {
-        let result = level.less_product(pair(&rest[k]), pair(&x_rest[k]), y);
+        let result = level.subtract_product(pair(&rest[k]), pair(&x_rest[k]), y);
         for s in 0..S {
             rest[k][s] = E::from(result[s]);
         }

@@ -51,7 +51,7 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         // Unknowns without effect have the mass of a body, so that none is zero.
         let any = mass[first..].iter().chain(&mass).copied().find(|mass| mass.value() > 0.0);
         let mut rods = Self { members, bodies, first, mass, room: MemberWorkspace::default() };
-        let tied: Vec<usize> = rods.tied().collect();
+        let tied: Vec<usize> = rods.unknowns_without_effect().collect();
         tied.into_iter().for_each(|i| rods.mass[i] = any.unwrap_or(D::from(1.0)));
         rods
     }
@@ -78,11 +78,11 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
 
     /// Indices of the unknowns without effect. For each rod in order: unknowns of carried nodes, of fixed nodes, and
     /// the gap after the rod. Last the idle coordinates of bodies.
-    pub fn tied(&self) -> impl Iterator<Item = usize> {
+    pub fn unknowns_without_effect(&self) -> impl Iterator<Item = usize> {
         let idle = self.bodies.idle_coordinates().into_iter().map(|i| self.first + i);
         let members = self.members.iter().flat_map(|member| {
             let gap = member.range.end..member.range.end.next_multiple_of(L::STRIDE);
-            member.tied().map(|i| member.range.start + i).chain(gap)
+            member.unknowns_without_effect().map(|i| member.range.start + i).chain(gap)
         });
         members.chain(idle)
     }

@@ -104,8 +104,8 @@ impl<D: Nestable> Assembly<D> {
 
     /// Indices of the unknowns without effect. For each rod in order: unknowns of carried nodes, of fixed nodes, and
     /// the gap after the rod. Last, in space, the unused coordinate after each three of a body or rotation.
-    pub fn tied(&self) -> impl Iterator<Item = usize> {
-        of_either!(self, rods => rods.tied().collect::<Vec<_>>().into_iter())
+    pub fn unknowns_without_effect(&self) -> impl Iterator<Item = usize> {
+        of_either!(self, rods => rods.unknowns_without_effect().collect::<Vec<_>>().into_iter())
     }
 
     /// Overwrites the unknowns of carried nodes in `q` with those that follow from the coordinates of bodies in `q`.

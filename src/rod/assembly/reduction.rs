@@ -29,7 +29,7 @@ pub(super) fn reduce_gradient<D: Nestable, L: AssemblyLayout>(
             bodies[motion.coordinate(k)] += inner(motion.slope(k), force);
         }
     }
-    member.tied().for_each(|i| rod[i] = D::from(0.0));
+    member.unknowns_without_effect().for_each(|i| rod[i] = D::from(0.0));
 }
 
 /// The inner product `a.b` over the length of `b`; `a` may be longer.
@@ -95,5 +95,5 @@ pub(super) fn reduce_tangent<D: Nestable, L: AssemblyLayout>(
             }
         }
     }
-    member.tied().for_each(|i| own.band.uncouple(i));
+    member.unknowns_without_effect().for_each(|i| own.band.uncouple(i));
 }

@@ -2,7 +2,7 @@
 //! [`Transposed`].
 //!
 //! Input: derivatives `d` of a misfit by the forces, or `w = B d` by the stresses. Output: derivatives of the misfit
-//! by the stiffness and natural stress of each law, by rest lengths, loads and moments ([`Laws`]). Their product with
+//! by the stiffness and natural stress of each law, by rest lengths, loads and moments ([`LawDerivatives`]). Their product with
 //! the forward rates of one parameter is the derivative of the misfit along that parameter.
 
 use crate::energy::Law;
@@ -11,7 +11,7 @@ use crate::numerics::lanes::Lanes;
 use crate::rod::discrete::DiscreteRod;
 use crate::rod::discrete::rates::{RateLayout, Rates};
 use crate::rod::moments;
-use crate::rod::transposed::{Laws, Strained, Transposed};
+use crate::rod::transposed::{LawDerivatives, Strained, Transposed};
 use num_dual::Dual64;
 
 /// Adds to `slopes`, one per law, the derivatives of the misfit by stiffness and natural stress from those `w` by the
@@ -33,15 +33,15 @@ fn add_slopes<K: Symmetric<f64, S>, const S: usize>(
 impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for DiscreteRod<f64, L, N, S> {
     /// Zero derivatives for this rod. Those by dead moments are kept only in the plane, if the rod has moments or
     /// `moments` is true.
-    fn no_laws(&self, moments: bool) -> Laws {
+    fn zero_law_derivatives(&self, moments: bool) -> LawDerivatives {
         let edges = self.stretch.len();
         let any = N == 2 && (moments || !self.moments.list.is_empty());
-        let laws = Laws::new(edges, self.mass.len(), if any { edges } else { 0 });
-        Laws { bending: vec![LawSlopes::default(); self.bending.len()], ..laws }
+        let laws = LawDerivatives::new(edges, self.mass.len(), if any { edges } else { 0 });
+        LawDerivatives { bending: vec![LawSlopes::default(); self.bending.len()], ..laws }
     }
 
     /// Multiplies the strains of edges by their rest lengths, so that their products with forces are energies.
-    fn by_length(&self, strains: &mut [f64]) {
+    fn scale_edges_by_rest_length(&self, strains: &mut [f64]) {
         for (strain, law) in strains.iter_mut().zip(&self.stretch) {
             *strain *= law.rest_length;
         }
@@ -64,7 +64,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
     /// Adds to `to` the derivatives of the misfit by stiffness and natural stress of all laws, from those `w` by the
     /// stresses, at the effective strains `strained`. If `counted`, those by relative rest lengths `w K (1 + s)` are
     /// added. A nonlinear edge adds those by its modulus and rest length, at its present strain.
-    fn add_to_laws(&self, w: &[f64], strained: Strained, to: &mut Laws) {
+    fn add_to_laws(&self, w: &[f64], strained: Strained, to: &mut LawDerivatives) {
         let edges = self.stretch.len();
         add_slopes::<[f64; 1], 1>(w, strained, 0, &mut to.stretch);
         add_slopes::<L::Stiffness<f64>, S>(w, strained, edges, &mut to.joint);
@@ -94,7 +94,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
 
     /// Adds to `laws.moment`, one entry per edge, the derivatives of the misfit by a dead moment on that edge at `q`,
     /// from those `d` by the forces. An empty list stays empty.
-    fn add_to_moments(&self, q: &[f64], d: &[f64], laws: &mut Laws) {
+    fn add_to_moments(&self, q: &[f64], d: &[f64], laws: &mut LawDerivatives) {
         moments::add_slopes(q, d, &mut laws.moment);
     }
 
@@ -104,7 +104,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
         &self,
         dual: &DiscreteRod<Dual64, L, N, S>,
         rates: &Rates<L, N, S, 1>,
-        laws: &Laws,
+        laws: &LawDerivatives,
     ) -> f64 {
         let stretch = rates.stretch.iter().zip(&laws.stretch);
         let stretch = stretch.flat_map(|(rate, by)| {
@@ -126,7 +126,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
     }
 
     /// The part of [`along`](Transposed::along) by stiffness and natural stress of each joint, one number per joint.
-    fn along_joints(rates: &Rates<L, N, S, 1>, laws: &Laws) -> Vec<f64> {
+    fn along_joints(rates: &Rates<L, N, S, 1>, laws: &LawDerivatives) -> Vec<f64> {
         let mut along: Vec<f64> =
             rates.joint.iter().zip(&laws.joint).map(|(rate, law)| rate.along(law).0[0]).collect();
         for (sum, ([rate], by)) in along.iter_mut().zip(rates.bending.iter().zip(&laws.bending)) {

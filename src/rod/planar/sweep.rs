@@ -52,7 +52,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> PlanarBlocks<'a, D, V> {
     fn bends(&self, first: usize) -> PlanarBend<V> {
         let mut room = None;
         let all = block::<D, V, _>(self.elements.joint, first, PlanarBend::none(), &mut room);
-        PlanarBend::side_by_side(self.level, all)
+        PlanarBend::pack_lanes(self.level, all)
     }
 
     /// `[moment, stiffness]` of the joints of a block, N m: derivatives of the energy by the turning angles, with the

@@ -155,7 +155,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
         let mut references = None;
         let beyond = self.frames[self.frames.len() - 1];
         let frames = block::<D, V, _>(self.frames, first, beyond, &mut references);
-        let frame = EdgeFrame::side_by_side::<V>(level, frames);
+        let frame = EdgeFrame::pack_lanes::<V>(level, frames);
         let strain =
             self.elements.stretches::<V>(level, first).strain_of(state.squared, state.length);
         let EdgeState { edge, length, turn, .. } = state;
@@ -233,7 +233,7 @@ pub(super) fn joints<D: Nestable, V: SimdScalar<D>>(
     first: usize,
 ) -> JointLaw<V> {
     let mut room = None;
-    JointLaw::side_by_side(level, block::<D, V, _>(all, first, JointLaw::none(), &mut room))
+    JointLaw::pack_lanes(level, block::<D, V, _>(all, first, JointLaw::none(), &mut room))
 }
 
 /// The vectors, m, and angles, rad, of the edges from index `first` on at the unknowns `q`, one edge per lane. Beyond
@@ -268,7 +268,7 @@ pub(super) fn frames_at<D: Nestable, V: SimdScalar<D>>(
 ) -> EdgeFrame<V> {
     let mut room = None;
     let beyond = frames[frames.len() - 1];
-    EdgeFrame::side_by_side(level, block::<D, V, _>(frames, first, beyond, &mut room))
+    EdgeFrame::pack_lanes(level, block::<D, V, _>(frames, first, beyond, &mut room))
 }
 
 /// Lengths, directors, angles and reference frames of the edges from index `first` on at the unknowns `q`, one edge per

@@ -11,7 +11,7 @@
 //!
 //! Input: a state, the step size `h` (s), and the change of all unknowns in two such steps, which gives the strain
 //! rates. Output of [`acceleration_within`]: one acceleration (m/s^2, rad/s^2) per unknown, zero for held and
-//! prescribed ones. A singular matrix is an error. `know_acceleration` stores them and the forces `-m a` for the
+//! prescribed ones. A singular matrix is an error. `set_initial_acceleration` stores them and the forces `-m a` for the
 //! first step; averaging schemes have neither.
 
 use crate::dynamics::coefficients::StepCoefficients;
@@ -80,7 +80,7 @@ pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     /// Sets the forces at the start to `-m a` for the free unknowns, and for generalised-alpha the accelerations to
     /// `a`. Averaging schemes have neither, and nothing changes.
-    pub fn know_acceleration(
+    pub fn set_initial_acceleration(
         &self,
         a: Vec<D>,
         system: &System<D, R>,

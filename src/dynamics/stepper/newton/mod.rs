@@ -516,7 +516,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         let rod = self.viscous.as_ref().unwrap_or(&step.system.rod);
         let Self { gradient, tangent, end, .. } = self;
         let (q, derivatives) = (&state.q, step.system.derivatives);
-        rod.measured_tangent(q, &before.frames, derivatives, gradient, tangent, end);
+        rod.tangent_with_geometry(q, &before.frames, derivatives, gradient, tangent, end);
         self.add_timed_moments(state, true);
         self.add_rotational_inertia(step, before, state, true);
         self.drag(step, [before, state], true);

@@ -19,7 +19,7 @@ use crate::fit::uncertainty::budget::entries::{BudgetLine, MonteCarlo};
 use crate::fit::uncertainty::budget::input_errors::InputErrors;
 use crate::fit::uncertainty::discretization::errors::DiscretizationError;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::noise::autocorrelation::NoiseCorrelations;
+use crate::fit::uncertainty::noise::autocorrelation::NoiseModel;
 use crate::fit::uncertainty::noise::coverage_factor::quantile95;
 use crate::fit::uncertainty::resampling::bootstrap::{Bootstrap, Resampling, spreads};
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
@@ -45,7 +45,7 @@ pub(crate) struct BudgetInputs<'a> {
     /// Standard deviation of the noise of each measurement, in its unit.
     pub sigma: &'a [f64],
     /// Noise, with its degrees of freedom for each unknown.
-    pub correlations: &'a NoiseCorrelations,
+    pub correlations: &'a NoiseModel,
 }
 
 /// Sets the budget of every estimate, and the spread over Monte Carlo fits with random inputs and noise if the analysis

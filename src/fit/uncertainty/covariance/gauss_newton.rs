@@ -19,7 +19,7 @@ use crate::fit::uncertainty::covariance::identifiability::{
     NonIdentifiability, PRACTICAL_LOG, SUSPICIOUS, UnidentifiableDirection, describe_directions,
     practical_limit, sparsest, without_effect,
 };
-use crate::fit::uncertainty::covariance::zero_bound::OneSidedBound;
+use crate::fit::uncertainty::covariance::zero_bound::NearZeroEstimate;
 use crate::fit::unknown::Unknown;
 use faer::Mat;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -88,7 +88,7 @@ impl Covariance {
     /// their logarithm is below [`PRACTICAL_LOG`].
     pub fn new(
         unknowns: &[Unknown],
-        bounds: &[Option<OneSidedBound>],
+        bounds: &[Option<NearZeroEstimate>],
         rows: &[Vec<f64>],
         variance: f64,
         motion: f64,
@@ -324,7 +324,7 @@ mod tests {
                 vec![s, part * (s + 0.5 * c), (3.0 * i as f64).cos()]
             };
             let rows: Vec<Vec<f64>> = (0..20).map(row).collect();
-            let vanishing = OneSidedBound {
+            let vanishing = NearZeroEstimate {
                 value: part,
                 lower95: None,
                 upper95: Some(1.0),

@@ -11,7 +11,7 @@
 //! [`PRACTICAL_LOG`] of the logarithm of a positive parameter, else [`PRACTICAL_LINEAR`] in its unit.
 
 use crate::code::Code;
-use crate::fit::search::damping::is_damping;
+use crate::fit::search::damping::may_vanish;
 use crate::fit::uncertainty::covariance::combinations::{Combination, constant_exponents};
 use crate::fit::unknown::Unknown;
 use crate::numerics::total_order;
@@ -80,7 +80,7 @@ pub(crate) fn practical_limit(unknown: &Unknown) -> f64 {
 /// effect (`is_only_one` is false) it is practical: the damping is zero at the optimum, by these data.
 pub(crate) fn without_effect(unknown: &Unknown, is_only_one: bool) -> UnidentifiableDirection {
     // At a damping of zero its logarithm has no effect, although larger values have one.
-    let (kind, description) = match is_damping(unknown) && !is_only_one {
+    let (kind, description) = match may_vanish(unknown) && !is_only_one {
         true => (
             NonIdentifiability::Practical,
             format!("{unknown} is estimated as zero: these data show no effect of it"),

@@ -14,9 +14,9 @@ use crate::error::Error;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::covariance::gauss_newton::{Covariance, LinearFit};
 use crate::fit::uncertainty::covariance::one_sided_bound::add_one_sided_bounds;
-use crate::fit::uncertainty::covariance::zero_bound::{OneSidedBound, zero_bounds};
+use crate::fit::uncertainty::covariance::zero_bound::{NearZeroEstimate, zero_bounds};
 use crate::fit::uncertainty::noise::adequacy::Adequacy;
-use crate::fit::uncertainty::noise::autocorrelation::NoiseCorrelations;
+use crate::fit::uncertainty::noise::autocorrelation::NoiseModel;
 use crate::fit::uncertainty::noise::coverage_factor::quantile95;
 use crate::fit::uncertainty::noise::residual_noise::{ResidualNoise, weighted_rows};
 use crate::numerics::half_sum_of_squares;
@@ -26,25 +26,25 @@ pub(crate) struct LocalAnalysis {
     /// Variance of the residuals, and weights of the rows.
     pub noise: ResidualNoise,
     /// AR(1) correlations of the noise, and their effect on each unknown.
-    pub correlations: NoiseCorrelations,
+    pub correlations: NoiseModel,
     /// Residuals compared with the noise scale of the samples.
     pub adequacy: Adequacy,
     pub covariance: Covariance,
     /// Bounds of unknowns whose logarithm has no normal distribution, in the order of the unknowns.
-    pub bounds: Vec<Option<OneSidedBound>>,
+    pub bounds: Vec<Option<NearZeroEstimate>>,
 }
 
 impl LocalAnalysis {
     /// Analyzes an optimum. `known` are the one-sided bounds that were found before a correction of the residuals, one per
     /// unknown; only these are then added to the bounds of dampings. With None they are searched for, by fits with one
     /// unknown held. Errors: failed decomposition or simulation, and [`Error::Interrupted`] after a stop.
-    pub fn new(fitted: Fitted, known: Option<&[Option<OneSidedBound>]>) -> Result<Self, Error> {
+    pub fn new(fitted: Fitted, known: Option<&[Option<NearZeroEstimate>]>) -> Result<Self, Error> {
         let Fitted { search, optimum } = fitted;
         // Noise first: its weights scale the rows of the Jacobian for everything after.
         let noise = ResidualNoise::new(fitted);
         let residuals = search.all_residuals()?;
         let rows = weighted_rows(&optimum.jacobian, &noise.weights);
-        let correlations = NoiseCorrelations::new(fitted, &rows, &noise);
+        let correlations = NoiseModel::new(fitted, &rows, &noise);
         let adequacy = Adequacy::new(fitted, &correlations);
         let mut bounds = zero_bounds(fitted, &rows, &noise, &correlations, &residuals);
         // Rise of twice the misfit by a step, over that at the end of a 95 % interval; infinite where the simulation fails.
@@ -56,7 +56,7 @@ impl LocalAnalysis {
         };
         let motion = motion_norm(fitted);
         let scores = correlations.score_covariance.as_ref();
-        let analyze = |bounds: &[Option<OneSidedBound>]| {
+        let analyze = |bounds: &[Option<NearZeroEstimate>]| {
             Covariance::new(search.unknowns, bounds, &rows, noise.variance, motion, scores, rise)
         };
         let mut covariance = analyze(&bounds)?;
@@ -65,7 +65,7 @@ impl LocalAnalysis {
         match known {
             Some(known) => {
                 for (bound, known) in bounds.iter_mut().zip(known) {
-                    *bound = bound.or(known.filter(OneSidedBound::is_one_sided));
+                    *bound = bound.or(known.filter(NearZeroEstimate::is_one_sided));
                 }
             }
             None => add_one_sided_bounds(fitted, &noise, &correlations, &covariance, &mut bounds)?,
@@ -84,7 +84,7 @@ impl LocalAnalysis {
     /// rows. Those with a standard deviation or a one-sided bound respond. Of each identifiable combination the first unknown
     /// responds, and represents it.
     pub fn linear_fit(&self) -> LinearFit {
-        let is_bounded = |bound: &Option<OneSidedBound>| bound.is_some_and(|b| b.is_one_sided());
+        let is_bounded = |bound: &Option<NearZeroEstimate>| bound.is_some_and(|b| b.is_one_sided());
         let all = self.covariance.deviation.iter().zip(&self.bounds);
         let mut identified: Vec<bool> =
             all.map(|(deviation, bound)| deviation.is_some() || is_bounded(bound)).collect();

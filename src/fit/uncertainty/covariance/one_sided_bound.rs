@@ -10,11 +10,11 @@
 //! candidates. It adds none without convergence or where residuals are rounding errors; a stop is an error.
 
 use crate::error::Error;
-use crate::fit::search::damping::is_damping;
+use crate::fit::search::damping::may_vanish;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
-use crate::fit::uncertainty::covariance::zero_bound::OneSidedBound;
-use crate::fit::uncertainty::noise::autocorrelation::NoiseCorrelations;
+use crate::fit::uncertainty::covariance::zero_bound::NearZeroEstimate;
+use crate::fit::uncertainty::noise::autocorrelation::NoiseModel;
 use crate::fit::uncertainty::noise::residual_noise::ResidualNoise;
 use crate::numerics::total_order;
 use crate::scene::number::Candidates;
@@ -58,7 +58,7 @@ struct ProfilePoint {
 }
 
 /// The profile likelihood of one unknown, of whose sides at most one is open.
-struct OneSidedProfile<'a> {
+struct BoundSearchProfile<'a> {
     fitted: Fitted<'a>,
     /// Index of the unknown.
     unknown: usize,
@@ -82,9 +82,9 @@ struct OneSidedProfile<'a> {
 pub(crate) fn add_one_sided_bounds(
     fitted: Fitted,
     noise: &ResidualNoise,
-    correlations: &NoiseCorrelations,
+    correlations: &NoiseModel,
     covariance: &Covariance,
-    bounds: &mut [Option<OneSidedBound>],
+    bounds: &mut [Option<NearZeroEstimate>],
 ) -> Result<(), Error> {
     let Fitted { search, optimum } = fitted;
     if !optimum.converged || search.is_rounding(optimum) {
@@ -96,7 +96,7 @@ pub(crate) fn add_one_sided_bounds(
         let is_combined = found().any(|all| all.len() > 1 && all.contains(&unknown.parameter));
         let is_refused =
             covariance.deviation[j].is_none() && found().any(|all| all == [unknown.parameter]);
-        let is_suspect = is_refused || !is_damping(unknown) && is_scan_flat(fitted, j);
+        let is_suspect = is_refused || !may_vanish(unknown) && is_scan_flat(fitted, j);
         let has_bound = bounds[j].is_some_and(|bound| bound.is_one_sided());
         let has_profile = unknown.parameter.is_positive() && unknown.prior.is_none();
         let squares =
@@ -108,11 +108,11 @@ pub(crate) fn add_one_sided_bounds(
         }
         // Autocorrelated noise makes the same rise less significant.
         let variance = noise.misfit_scale * correlations.inflation[j].powi(2);
-        let profile = OneSidedProfile::new(fitted, j, variance);
+        let profile = BoundSearchProfile::new(fitted, j, variance);
         if let Some(bound) = profile.bound(correlations.one_sided_factor(j))? {
             let deviation = noise.variance.sqrt() / norm;
             let log_deviation = if deviation.is_finite() { deviation.max(1.0) } else { 1.0 };
-            bounds[j] = Some(OneSidedBound { log_deviation, ..bound });
+            bounds[j] = Some(NearZeroEstimate { log_deviation, ..bound });
         }
     }
     Ok(())
@@ -130,7 +130,7 @@ fn is_scan_flat(Fitted { search, optimum }: Fitted, j: usize) -> bool {
     scanned.len() > 2 && ends.into_iter().any(is_flat)
 }
 
-impl<'a> OneSidedProfile<'a> {
+impl<'a> BoundSearchProfile<'a> {
     /// The profile with the optimum as its only point. `variance` is that of the noise for this unknown. Let `last` be the
     /// largest scanned value, or the largest usual value of the parameter if that is smaller. The range is that of the bounds
     /// of the unknown, but ends [`BEYOND_SCAN`] above `last`. Distances are counted from the optimum, or from `last` if the
@@ -157,7 +157,7 @@ impl<'a> OneSidedProfile<'a> {
     /// distance of a one-sided 95 % limit in standard deviations: the bound is where the rise over the least point is its
     /// square. The value is the accepted point nearest to the optimum, as the profile is flat toward the open side. A lower
     /// minimum than the optimum is recorded in the search. Error: the fit is stopped, or fails at that minimum.
-    fn bound(mut self, quantile: f64) -> Result<Option<OneSidedBound>, Error> {
+    fn bound(mut self, quantile: f64) -> Result<Option<NearZeroEstimate>, Error> {
         let here = self.here;
         if here != self.fitted.optimum.x[self.unknown] {
             let point = self.evaluate(here, &self.fitted.optimum.x)?;
@@ -187,7 +187,7 @@ impl<'a> OneSidedProfile<'a> {
         // The accepted point that is nearest to the optimum.
         let value = accepted.min_by(|a, b| (a.held - here).abs().total_cmp(&(b.held - here).abs()));
         let bound = unknown.from_scale(end);
-        Ok(Some(OneSidedBound {
+        Ok(Some(NearZeroEstimate {
             value: unknown.from_scale(value.map_or(here, |point| point.held)),
             lower95: (side < 0.0).then_some(bound),
             upper95: (side > 0.0).then_some(bound),

@@ -15,10 +15,10 @@
 //! unknowns that are not examined, and for all without convergence or with a singular normal matrix.
 
 use crate::fit::misfit::residuals::Residuals;
-use crate::fit::search::damping::is_damping;
+use crate::fit::search::damping::may_vanish;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::covariance::identifiability::SUSPICIOUS;
-use crate::fit::uncertainty::noise::autocorrelation::NoiseCorrelations;
+use crate::fit::uncertainty::noise::autocorrelation::NoiseModel;
 use crate::fit::uncertainty::noise::residual_noise::{ResidualNoise, misfit_slopes};
 use crate::numerics::half_sum_of_squares;
 use nalgebra::{DMatrix, DVector};
@@ -36,7 +36,7 @@ const ZERO: f64 = 1e-3;
 /// Estimate of an unknown with a one-sided bound, or one whose logarithm is not normally distributed. All in the parameter's
 /// unit.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct OneSidedBound {
+pub(crate) struct NearZeroEstimate {
     /// The estimate, never negative.
     pub value: f64,
     /// One-sided 95 % lower bound of a parameter that the data do not bound from above.
@@ -47,7 +47,7 @@ pub(crate) struct OneSidedBound {
     pub log_deviation: f64,
 }
 
-impl OneSidedBound {
+impl NearZeroEstimate {
     /// Whether the data bound the parameter from one side only: there is a lower or an upper bound.
     pub fn is_one_sided(&self) -> bool {
         self.lower95.is_some() || self.upper95.is_some()
@@ -70,13 +70,13 @@ pub(crate) fn zero_bounds(
     Fitted { search, optimum }: Fitted,
     rows: &[Vec<f64>],
     noise: &ResidualNoise,
-    correlations: &NoiseCorrelations,
+    correlations: &NoiseModel,
     residuals: &Residuals,
-) -> Vec<Option<OneSidedBound>> {
+) -> Vec<Option<NearZeroEstimate>> {
     let unknowns = search.unknowns;
     let n = unknowns.len();
     let mut found = vec![None; n];
-    if !optimum.converged || !unknowns.iter().any(is_damping) {
+    if !optimum.converged || !unknowns.iter().any(may_vanish) {
         return found;
     }
     // Columns are scaled to length one; those without effect are left out.
@@ -99,7 +99,7 @@ pub(crate) fn zero_bounds(
     let step = -(&inverse * columns.tr_mul(&slopes.rows(0, rows.len())));
 
     // Each damping has its own parabola, with the other unknowns at their conditional optima.
-    for (a, j) in active.iter().copied().enumerate().filter(|(_, j)| is_damping(&unknowns[*j])) {
+    for (a, j) in active.iter().copied().enumerate().filter(|(_, j)| may_vanish(&unknowns[*j])) {
         let inflation = correlations.inflation[j];
         let quantile = correlations.one_sided_factor(j);
         let white = (noise.variance * inverse[(a, a)]).sqrt();
@@ -117,7 +117,7 @@ pub(crate) fn zero_bounds(
         let mut x = optimum.x.clone();
         let change = (upper95 - here) / here * norms[j] / inverse[(a, a)];
         for (b, k) in active.iter().copied().enumerate().filter(|(_, k)| *k != j) {
-            if !is_damping(&unknowns[k]) {
+            if !may_vanish(&unknowns[k]) {
                 x[k] += change * inverse[(a, b)] / norms[k];
             }
         }
@@ -130,7 +130,7 @@ pub(crate) fn zero_bounds(
         let rise = rise + to_vertex * to_vertex;
         let is_confirmed = rise.is_finite() && rise >= CONFIRMED * (quantile * inflation).powi(2);
         if upper95.is_finite() && is_confirmed {
-            found[j] = Some(OneSidedBound {
+            found[j] = Some(NearZeroEstimate {
                 value: if estimate > ZERO * upper95 { estimate } else { 0.0 },
                 lower95: None,
                 upper95: (estimate < DETECTED * deviation).then_some(upper95),

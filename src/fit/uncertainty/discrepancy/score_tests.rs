@@ -23,7 +23,7 @@ use crate::code::Code;
 use crate::error::Error;
 use crate::fit::known::Known;
 use crate::fit::measurement::experiment::{Experiment, full_work};
-use crate::fit::search::coarse::CoarseModel;
+use crate::fit::search::coarse::ScanModel;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::analysis::Analysis;
@@ -169,7 +169,7 @@ impl ScoreTestInputs<'_> {
         if COST_OF_DERIVATIVES <= spent || self.analysis.sensitivity_analysis == Some(true) {
             return full();
         }
-        let coarse = CoarseModel::new(search, &search.first_periods(1.0), COARSE_STEPS)?;
+        let coarse = ScanModel::new(search, &search.first_periods(1.0), COARSE_STEPS)?;
         let coarse = coarse.search(search).experiments.to_vec();
         // Rods between recorded ends keep their meshes, so that a coarse model may be no cheaper.
         let cost = COST_OF_DERIVATIVES * full_work(&coarse)? / search.full_work;

@@ -15,7 +15,7 @@
 //! Warnings, grade and score tests use the results.
 
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
-use crate::fit::uncertainty::noise::autocorrelation::NoiseCorrelations;
+use crate::fit::uncertainty::noise::autocorrelation::NoiseModel;
 use crate::fit::uncertainty::noise::noise_scale::{CoordinateSamples, NoiseScale};
 use crate::fit::uncertainty::noise::residual_noise::ResidualNoise;
 
@@ -101,7 +101,7 @@ impl Adequacy {
     /// Compares the residuals at an optimum with the samples of each coordinate, in the order of the measurements. Included
     /// are motions, and shapes without a stated sigma and without unknown arc lengths. Empty where the residuals are rounding
     /// errors.
-    pub fn new(fitted: Fitted, correlations: &NoiseCorrelations) -> Self {
+    pub fn new(fitted: Fitted, correlations: &NoiseModel) -> Self {
         let Fitted { search, optimum } = fitted;
         let mut coordinates = Vec::new();
         if search.is_rounding(optimum) {
@@ -155,7 +155,7 @@ impl Adequacy {
         &self,
         direction: &[f64],
         noise: &ResidualNoise,
-        correlations: &NoiseCorrelations,
+        correlations: &NoiseModel,
     ) -> VarianceAlong {
         let mut others = direction.to_vec();
         let (mut variance, mut error) = (0.0, 0.0);

@@ -36,7 +36,7 @@ const ZERO_EIGENVALUE: f64 = 1e-12;
 const CORRELATION_STEP: f64 = 1e-3;
 
 /// Noise of all coordinates, and its effect on every unknown.
-pub(crate) struct NoiseCorrelations {
+pub(crate) struct NoiseModel {
     /// Series of residuals with their noise models, one per coordinate with enough values.
     pub series: Vec<CoordinateSeries>,
     /// `J'VJ` over the common variance of the noise; none for white noise.
@@ -47,7 +47,7 @@ pub(crate) struct NoiseCorrelations {
     pub degrees_of_freedom: Vec<Option<f64>>,
 }
 
-impl NoiseCorrelations {
+impl NoiseModel {
     /// Estimates the noise from the residuals at an optimum and the `rows` of the Jacobian in units of the noise, in
     /// [`ROUNDS`] of moment matching. A series whose innovations have a p-value below [`COLORED_INNOVATIONS`] becomes
     /// white, and the rounds are repeated. The inflation is the root of the ratio of the variances of an unknown with this
@@ -95,7 +95,7 @@ impl NoiseCorrelations {
             if rejected.peek().is_none() {
                 break;
             }
-            rejected.for_each(|series| series.set_white(noise.variance));
+            rejected.for_each(|series| series.set_uncorrelated(noise.variance));
         }
         if found.is_white() {
             return found;

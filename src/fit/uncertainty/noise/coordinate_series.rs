@@ -99,7 +99,7 @@ impl CoordinateSeries {
 
     /// Models the residuals as white noise of the given `variance`, in units of sigma squared. A variance of its own stays
     /// marked.
-    pub fn set_white(&mut self, variance: f64) {
+    pub fn set_uncorrelated(&mut self, variance: f64) {
         (self.is_correlated, self.correlation, self.variance) = (false, 0.0, variance);
     }
 

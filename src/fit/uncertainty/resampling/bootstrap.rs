@@ -16,7 +16,7 @@ use crate::fit::measurement::experiment::Experiment;
 use crate::fit::misfit::observed_experiment::ExperimentRun;
 use crate::fit::search::Search;
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
-use crate::fit::uncertainty::noise::autocorrelation::NoiseCorrelations;
+use crate::fit::uncertainty::noise::autocorrelation::NoiseModel;
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use crate::fit::unknown::Unknown;
 use nalgebra::{DMatrix, DVector};
@@ -60,7 +60,7 @@ pub(crate) struct Resampling<'a> {
     /// Inputs with random errors.
     pub knowns: &'a [Known],
     /// Series of autocorrelated noise.
-    pub correlations: &'a NoiseCorrelations,
+    pub correlations: &'a NoiseModel,
     /// Whether autocorrelated noise consists of blocks of the residuals, instead of draws from its AR(1) model.
     pub draws_blocks: bool,
 }

@@ -8,7 +8,7 @@
 //! grade.
 
 use crate::code::Code;
-use crate::fit::search::damping::is_damping;
+use crate::fit::search::damping::may_vanish;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
 use crate::fit::uncertainty::estimate::Estimate;
@@ -30,7 +30,7 @@ pub(crate) fn one_sided_bounds(
         let (label, unit) = (estimate.label(), estimate.name.unit());
         match (estimate.lower95, estimate.upper95) {
             // A damping may be zero: its upper bound is a result.
-            (None, Some(upper)) if is_damping(unknown) => {
+            (None, Some(upper)) if may_vanish(unknown) => {
                 let text = format!(
                     "{label} is not distinguishable from zero: at most {upper:.3e} {unit} (one-sided 95 %). The \
                      upper bound is the result. Record a longer motion to determine it"

@@ -18,10 +18,10 @@ use crate::fit::misfit::initial_sigmas::UNEXPLAINED;
 use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::search::Search;
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
-use crate::fit::search::residual_acceptance::{is_noisy, residual_tests};
+use crate::fit::search::residual_acceptance::{are_residuals_noise, residual_tests};
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::noise::adequacy::{Adequacy, CoordinateNoise, is_sigma_doubtful};
-use crate::fit::uncertainty::noise::autocorrelation::NoiseCorrelations;
+use crate::fit::uncertainty::noise::autocorrelation::NoiseModel;
 use crate::fit::uncertainty::noise::outlying_experiments::UnexplainedParts;
 use crate::fit::uncertainty::warning_list::{Severity, Warnings, percent};
 use crate::numerics::total_order;
@@ -54,7 +54,7 @@ pub(crate) fn is_too_large(rms: f64, values: usize) -> bool {
 
 /// Adds a warning for each measurement with unexplained residuals. Their root mean square exceeds the part `UNEXPLAINED` of
 /// the observed motion, and [`EXPLAINED_SIGMAS`] stated sigmas. They are neither noise of the scale of the samples
-/// ([`Adequacy::is_explained`]) nor white or AR(1) noise by all tests ([`is_noisy`]). The severity is `Misfit` for one
+/// ([`Adequacy::is_explained`]) nor white or AR(1) noise by all tests ([`are_residuals_noise`]). The severity is `Misfit` for one
 /// outlying experiment among good ones, `Worthless` if the residuals are as large as the motion, else `Unexplained`.
 /// Independently, residuals too large for a stated sigma ([`is_too_large`]) add a `Misfit`. `narrow` is the consequence for
 /// the intervals, as a sentence. Nothing is added where all residuals are rounding errors.
@@ -79,7 +79,7 @@ pub(crate) fn unexplained_motion(
         // Large residuals may still be large noise: of the scale of the samples, or white.
         let is_unexplained = *rms > (UNEXPLAINED * size).max(noise)
             && !adequacy.is_explained(own.index)
-            && !is_noisy(&own, *rms, correlation, search.significance_level());
+            && !are_residuals_noise(&own, *rms, correlation, search.significance_level());
         let relative = rms / size.max(f64::MIN_POSITIVE);
         parts.add(&own.experiment.name, relative, own.residuals.len(), is_unexplained);
         are_unexplained.push(is_unexplained);
@@ -146,7 +146,7 @@ pub(crate) fn factor_text(factor: f64) -> String {
 /// consequence for the intervals, as a sentence. Returns all tests, in the order of the coordinates.
 pub(crate) fn test_residuals(
     fitted: Fitted,
-    correlations: &NoiseCorrelations,
+    correlations: &NoiseModel,
     narrow: &str,
     warnings: &mut Warnings,
 ) -> Vec<ResidualTests> {
