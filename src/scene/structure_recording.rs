@@ -1,7 +1,7 @@
 //! `[recording]` of a structure: the recorded markers that drive recorded supports and that fits observe.
 //!
 //! The table names a file, its format, and the points of observed markers. The markers of recorded supports are named by the
-//! supports. [`StructureRecording::read`] reads the positions of both as one [`Track`]: markers of supports first, then
+//! supports. `StructureRecording::read` reads the positions of both as one [`Track`]: markers of supports first, then
 //! observed ones. Defects of the markers that drive supports are found, and corrected as the settings request.
 
 use crate::error::Error;
