@@ -214,7 +214,9 @@ fn unsuitable_signals_are_rejected() {
         let problem = scene.problem();
         problem.and_then(|problem| problem.simulate().map(|_| ())).unwrap_err().to_string()
     };
-    let cases: [(&dyn Fn(&mut Scene), &str); 6] = [
+    /// A change of the scene that makes its signals unsuitable.
+    type Change<'a> = &'a dyn Fn(&mut Scene);
+    let cases: [(Change, &str); 6] = [
         (&|_| {}, "time.end"),
         (&|scene| scene.signals = vec![sine.clone()], "signals.s.frequency"),
         (&|scene| scene.signals.clear(), "loads.point[0].signal"),
