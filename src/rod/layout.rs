@@ -171,9 +171,10 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
 
 /// Adds another stiffness and other stresses, N m, to those of a joint.
 fn add_response<L: Layout<N, S>, D: Scalar, const N: usize, const S: usize>(
-    (stiffness, stress): &mut JointResponse<L, D, N, S>,
-    (own, own_stress): JointResponse<L, D, N, S>,
+    sum: &mut JointResponse<L, D, N, S>,
+    own: JointResponse<L, D, N, S>,
 ) {
+    let ((stiffness, stress), (own, own_stress)) = (sum, own);
     for c in 0..S {
         stress[c] += own_stress[c];
     }

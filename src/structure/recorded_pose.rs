@@ -23,13 +23,20 @@ use nalgebra::Matrix3 as Dense3;
 /// Distance of a marker from a joint at rest, over the length of the longest rod, up to which it is at the joint.
 const AT_JOINT: f64 = 1e-3;
 
-/// Arc length and recorded position of a point of a rod, m.
-type Knot = (f64, Vector<f64>);
+/// A recorded point of a rod.
+#[derive(Clone, Copy)]
+struct Knot {
+    /// Its arc length, m.
+    arc_length: f64,
+    /// Its recorded position, m.
+    position: Vector<f64>,
+}
 
 /// The position at arc length `s` on straight lines through the `knots`, which are at least two in ascending order.
 fn between(knots: &[Knot], s: f64) -> Vector<f64> {
-    let k = knots[1..knots.len() - 1].partition_point(|(at, _)| *at < s);
-    let ((s0, x0), (s1, x1)) = (knots[k], knots[k + 1]);
+    let k = knots[1..knots.len() - 1].partition_point(|knot| knot.arc_length < s);
+    let [Knot { arc_length: s0, position: x0 }, Knot { arc_length: s1, position: x1 }] =
+        [knots[k], knots[k + 1]];
     add(x0, scale(sub(x1, x0), (s - s0) / (s1 - s0)))
 }
 
@@ -146,16 +153,18 @@ impl Structure {
     ) -> Result<Vec<Knot>, Error> {
         let mesh = &self.at_rest.meshes[r];
         let own = places.iter().filter(|place| place.rod == r);
-        let mut knots: Vec<Knot> = own.map(|place| (place.arc_length, at(place))).collect();
+        let mut knots: Vec<Knot> =
+            own.map(|place| Knot { arc_length: place.arc_length, position: at(place) }).collect();
         for (end, hold) in self.blueprint.plan.ends[r].iter().enumerate() {
             if let EndSupport::Body { body, .. } = *hold
                 && let Some(joint) = joints[body]
             {
-                knots.push((if end == 0 { 0.0 } else { mesh.length }, joint));
+                let arc_length = if end == 0 { 0.0 } else { mesh.length };
+                knots.push(Knot { arc_length, position: joint });
             }
         }
-        knots.sort_by(|a, b| a.0.total_cmp(&b.0));
-        knots.dedup_by(|a, b| (a.0 - b.0).abs() <= AT_JOINT * mesh.length);
+        knots.sort_by(|a, b| a.arc_length.total_cmp(&b.arc_length));
+        knots.dedup_by(|a, b| (a.arc_length - b.arc_length).abs() <= AT_JOINT * mesh.length);
         if knots.len() < 2 {
             let name = &self.scene.rods[r].name;
             let found = format!("{} marker on the rod {name}", knots.len());

@@ -346,7 +346,7 @@ fn viscous_rod_ends_at_the_equilibrium_of_the_actuator() {
             let (end, start) = (rest(&scene).tip, run.tip(0));
             let off = distance(run.tip(run.times().len() - 1), end);
             println!("{scheme:?}: off by {off:.1e} m of {:.1e}", distance(start, end));
-            // What is left of the motion after 3.5 s at the rate of 2.5 1/s.
+            // Remainder of the motion after 3.5 s at the rate of 2.5 1/s.
             assert!(off < 2e-3 * distance(start, end), "{scheme:?}: {off:e}");
         }
     }

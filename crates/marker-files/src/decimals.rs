@@ -15,11 +15,19 @@ pub(crate) struct Decimals {
     commas: DecimalSign,
 }
 
+/// A number as it is written in a file.
+struct NumberText {
+    /// Its line, from 1.
+    line: u64,
+    /// The field.
+    text: String,
+}
+
 /// Numbers with one of the two decimal signs.
 #[derive(Default)]
 struct DecimalSign {
-    /// Line and text of the first number.
-    first: Option<(u64, String)>,
+    /// The first number.
+    first: Option<NumberText>,
     /// Whether a number shows that its sign does not separate thousands.
     is_decimal: bool,
 }
@@ -28,7 +36,7 @@ impl DecimalSign {
     /// Adds the number in a field of a line, split at the sign.
     fn add(&mut self, line: u64, field: &str, whole: &str, fraction: &str) {
         if self.first.is_none() {
-            self.first = Some((line, field.into()));
+            self.first = Some(NumberText { line, text: field.into() });
         }
         // Thousands are followed by three digits, and begin with one to three that are no zero.
         let whole = whole.trim_start_matches(['-', '+']);
@@ -55,8 +63,8 @@ impl Decimals {
 
     /// Rejects numbers with points beside numbers with commas, and commas that may separate thousands.
     pub fn check(&self, path: &Path, separator: Separator) -> Result<(), Error> {
-        let Some((line, text)) = &self.commas.first else { return Ok(()) };
-        if let Some((other, point)) = &self.points.first
+        let Some(NumberText { line, text }) = &self.commas.first else { return Ok(()) };
+        if let Some(NumberText { line: other, text: point }) = &self.points.first
             && !(self.points.is_decimal && self.commas.is_decimal)
         {
             let message = format!(
