@@ -13,6 +13,7 @@ use crate::error::Error;
 use crate::problem::Problem;
 use crate::scene::Scene;
 use crate::scene::mesh::Mesh;
+use crate::scene::{ActuatedStrain, Actuation};
 use std::f64::consts::PI;
 
 /// Largest natural turning angle of a joint without a warning, rad: its stress-free polygon is curved 7 % too little.
@@ -61,10 +62,25 @@ fn largest_turn(scene: &Scene, mesh: &Mesh) -> Option<LargestTurn> {
     mesh.turns().enumerate().map(joint).max_by(|a, b| a.angle.total_cmp(&b.angle))
 }
 
-/// Rejects natural curvature and bending that turn a joint by half a turn or more. The error has the key with the larger
-/// contribution, the node, and the number of edges that suffices.
+/// Rejects a constant actuator of curvature whose `gain` turns the joint of the longest edge by half a turn or more.
+fn check_actuators(scene: &Scene, mesh: &Mesh) -> Result<(), Error> {
+    let longest = mesh.arcs.iter().copied().fold(0.0, f64::max);
+    for (k, actuator) in scene.actuation.iter().enumerate() {
+        let Actuation::Curvature { component, gain, signal: None, .. } = actuator else { continue };
+        let bends = matches!(component, ActuatedStrain::D1 | ActuatedStrain::D2);
+        if bends && gain.abs() * longest >= PI {
+            let allowed = format!("less than {:.3e} 1/m, half a turn for each edge", PI / longest);
+            return Err(Error::invalid(format!("actuation[{k}].gain"), *gain, allowed));
+        }
+    }
+    Ok(())
+}
+
+/// Rejects constant actuators, natural curvature and bending that turn a joint by half a turn or more. The error has the key
+/// with the larger contribution and the number of edges that suffices; for natural curvature and bending the node too.
 pub(super) fn check(scene: &Scene, mesh: &Mesh) -> Result<(), Error> {
     let segments = mesh.nodes.len() - 1;
+    check_actuators(scene, mesh)?;
     match largest_turn(scene, mesh).filter(|turn| turn.angle >= PI) {
         Some(turn) => {
             let found = format!(
@@ -141,6 +157,22 @@ mod tests {
                     assert!(words.starts_with("rod.natural_curvature"), "{words}");
                     assert!(words.contains("half a turn for each edge"), "{words}");
                 }
+            }
+        }
+    }
+
+    /// A constant actuator bends an edge of 0.5 m/19.5 by half a turn at 122.5 1/m.
+    #[test]
+    fn actuator_of_half_a_turn_an_edge_is_refused() {
+        for (gain, allowed) in [(122.0, true), (123.0, false), (-123.0, false)] {
+            let mut scene = arc(20, 1.0);
+            let (component, signal) = (ActuatedStrain::D1, None);
+            scene.actuation =
+                vec![Actuation::Curvature { component, from: 0.0, to: None, signal, gain }];
+            let found = scene.problem().map(drop).map_err(|error| error.to_string());
+            assert_eq!(found.is_ok(), allowed, "{gain}: {found:?}");
+            if let Err(words) = found {
+                assert!(words.starts_with("actuation[0].gain"), "{words}");
             }
         }
     }

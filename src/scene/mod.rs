@@ -381,6 +381,23 @@ impl Scene {
         Ok(())
     }
 
+    /// Rejects a signal to which no load and no actuator refers: a load without its `signal` would be constant.
+    fn check_signals_act(&self) -> Result<(), Error> {
+        let point = self.loads.point.iter().map(|load| load.signal.as_deref());
+        let line = self.loads.line.iter().map(|load| load.signal.as_deref());
+        let actuators = self.actuation.iter().map(|actuator| actuator.signal());
+        let used: Vec<&str> = point.chain(line).chain(actuators).flatten().collect();
+        let unused = |signal: &Signal| !used.contains(&&*signal.name);
+        match self.signals.iter().position(unused) {
+            None => Ok(()),
+            Some(k) => Err(Error::invalid(
+                format!("signals[{k}].name"),
+                format!("{:?}, to which no load and no actuator refers", self.signals[k].name),
+                "the `signal` of a load or of an actuator",
+            )),
+        }
+    }
+
     /// The checks of [`validate`](Self::validate), table by table, without the file in errors; the first error is returned.
     /// Across tables, rejected are an axial compliance beside a stretch law that is not linear, a rotational compliance
     /// beside a bending law, and `supports.angle` beside `initial.shape`. A recorded start that contradicts the supports, and a term that the scheme in `[time]` does not
@@ -392,6 +409,7 @@ impl Scene {
         self.loads.check_numbers("loads", TABLE)?;
         self.check_signals()?;
         actuation::check_actuation(&self.actuation, &self.signals, self.material.stretch_law)?;
+        self.check_signals_act()?;
         self.initial.check()?;
         self.camera.check_numbers("camera", TABLE)?;
         own::check(&self.energies)?;

@@ -216,7 +216,8 @@ fn unsuitable_signals_are_rejected() {
     };
     /// A change of the scene that makes its signals unsuitable.
     type Change<'a> = &'a dyn Fn(&mut Scene);
-    let cases: [(Change, &str); 6] = [
+    let cases: [(Change, &str); 7] = [
+        (&|scene| scene.loads.point[0].signal = None, "signals[0].name"),
         (&|_| {}, "time.end"),
         (&|scene| scene.signals = vec![sine.clone()], "signals.s.frequency"),
         (&|scene| scene.signals.clear(), "loads.point[0].signal"),
