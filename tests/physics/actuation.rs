@@ -372,7 +372,10 @@ fn unsuitable_actuators_are_rejected() {
             "actuation[0].route",
         ),
         (
-            |scene| scene.actuation = vec![tendon(1.0, &[(0.1, [0.0; 2]), (0.4, [0.0; 2])])],
+            |scene| {
+                scene.signals.clear();
+                scene.actuation = vec![tendon(1.0, &[(0.1, [0.0; 2]), (0.4, [0.0; 2])])];
+            },
             "actuation[0].route",
         ),
         (

@@ -191,6 +191,7 @@ fn equilibrium_takes_signals_at_their_time() {
     constant.loads.point = at_tip([0.0, 1.5, 0.0]);
     constant.loads.point[0].moment = [0.0, 0.0, 0.225];
     constant.loads.line[0].signal = None;
+    constant.signals.clear();
     constant.loads.line[0].force = [0.0, -3.0, 0.0];
     // 3 times a quarter of the ramp.
     assert!(distance(rest(&scene).tip, rest(&constant).tip) < 1e-13);
@@ -216,8 +217,15 @@ fn unsuitable_signals_are_rejected() {
     };
     /// A change of the scene that makes its signals unsuitable.
     type Change<'a> = &'a dyn Fn(&mut Scene);
+    let ramp = Signal { duration: Some(1.0), ..formula(SignalKind::Ramp) };
     let cases: [(Change, &str); 7] = [
-        (&|scene| scene.loads.point[0].signal = None, "signals[0].name"),
+        (
+            &|scene| {
+                let unused = Signal { name: "unused".into(), ..ramp.clone() };
+                scene.signals = vec![ramp.clone(), unused];
+            },
+            "signals[1].name",
+        ),
         (&|_| {}, "time.end"),
         (&|scene| scene.signals = vec![sine.clone()], "signals.s.frequency"),
         (&|scene| scene.signals.clear(), "loads.point[0].signal"),
