@@ -106,7 +106,7 @@ impl<D: Nestable> UserEnergies<D> {
         }
     }
 
-    /// Takes the parameter values of the same energies of another list; a list of another length is left as it is.
+    /// Takes the parameter values of the same energies of another list; no effect if that list has another length.
     pub(crate) fn copy_values(&mut self, other: &Self) {
         if self.0.len() == other.0.len() {
             for (own, other) in self.0.iter_mut().zip(&other.0) {

@@ -15,7 +15,7 @@ pub(crate) struct Decimals {
     commas: DecimalSign,
 }
 
-/// A number as it is written in a file.
+/// The text of a number in a file, and its line.
 struct NumberText {
     /// Its line, from 1.
     line: u64,
