@@ -176,7 +176,7 @@ pub enum Error {
     /// No equilibrium was found.
     #[error(
         "no equilibrium found: after {iterations} Newton iterations an unbalanced force of {residual:e} N \
-         remains. A free rod has no equilibrium. Check the supports, or use a finer mesh"
+         remains. Check the supports (a free rod has no equilibrium) and the loads, or use a finer mesh"
     )]
     Equilibrium {
         /// Newton iterations.
