@@ -1,13 +1,15 @@
 //! Model of the errors of mesh and step after a refinement, `e = e_m r_m^-p + e_s r_s^-q`, and the least expensive
 //! refinement for a requested error.
 //!
-//! Input: estimated errors `e_m`, `e_s` of a run over the length, and their orders `p`, `q`. Output: the factors `r_m` and
-//! `r_s` by which edges and steps increase (below 1: coarser). Work is (edges + [`EDGES_PER_STEP`]) times steps. Beyond a
-//! factor of [`MAX_EXTRAPOLATION`] the errors are assumed to decrease with half the order. The best `r_m` is that of least
-//! work among equal ratios from [`COARSEST`] to [`FINEST`]; `r_s` follows from the remaining error. A part that may not
-//! change keeps the factor 1, and the result is `None` if no candidate reaches the error. `best_within` returns the most
-//! accurate factors within an allowed work. The choice of numerics and the check of runs use it. The choice of finer
-//! numerics for a fit uses `finer_for`, without factors below 1.
+//! Input: estimated errors `e_m`, `e_s` of a run, in any common unit (over the length; in fits on the scale of an
+//! unknown), and their orders `p`, `q`. Output: the factors `r_m` and `r_s` by which edges and steps increase (below
+//! 1: coarser). Work is (edges + [`EDGES_PER_STEP`]) times steps. Beyond a factor of [`MAX_EXTRAPOLATION`] the errors
+//! are assumed to decrease with half the order. The best `r_m` is that of least work among equal ratios from
+//! [`COARSEST`] to [`FINEST`]; `r_s` follows from the remaining error. A part that may not change keeps the factor 1,
+//! and the result is `None` if no candidate reaches the error. `best_within` returns the most accurate factors within
+//! an allowed work, `underestimated` the model with larger errors and with the lower orders that then explain the
+//! same change. The choice of numerics and the check of runs use it. The choice of finer numerics for a fit uses
+//! `finer_for`, without factors below 1.
 
 /// Smallest refinement of the mesh that is considered.
 const COARSEST: f64 = 0.5;

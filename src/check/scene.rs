@@ -174,8 +174,9 @@ fn spaced_indices(count: usize) -> impl Iterator<Item = usize> {
 /// adds the errors to the report. Kinds are stretch, joints, moments, and user-defined ones. At most [`ELEMENTS`] elements of
 /// each kind are compared, and all moments. Coordinates are relative to the first node of each element.
 fn compare_planar(report: &mut CheckReport, rod: &PlanarRod<f64>, q: &[f64]) {
-    /// Compares elements of one kind, element `i` of which has its first node at node `i` of `q`. `first` and `node` are
-    /// the numbers of the first element and of its first node in the report.
+    /// Compares the derivatives of elements of one kind with dual numbers and finite differences, and adds the errors to
+    /// the report: at most [`ELEMENTS`], evenly spaced. Element `i` has its first node at node `i` of `q`. `first` and
+    /// `node` are the numbers of the first element and of its first node in the report.
     fn compare<E: Element<f64, N>, const N: usize>(
         report: &mut CheckReport,
         elements: &[E],

@@ -1,10 +1,11 @@
 //! `rodfit modes`: the lowest natural frequencies and mode shapes of a scene or a structure.
 //!
-//! They are those of small vibrations about the equilibrium under the loads, or about the rest shape (`--rest`), of the
-//! slender rod, without shear deformation and rotary inertia. `--count` is their number (10; 1 to 200), for which the
-//! mesh of one rod is chosen if the scene leaves it open. All unstable modes of one rod are listed too, with their growth
-//! rates; of a structure those among the requested number. Output is a text, and JSON if requested; the exit code is 0
-//! also with unstable modes.
+//! They are those of small vibrations about the equilibrium under the loads, or about the rest shape (`--rest`), of
+//! the slender rod, without shear deformation and rotary inertia. `--count` is their number (10; 1 to 200), for which
+//! the mesh of one rod is chosen if the scene leaves it open. Those of a planar scene are in its plane, and also out
+//! of it if one rod has a torsional stiffness and no moments. All unstable modes of one rod are listed too (up to 200
+//! in either plane), with their growth rates; of a structure those among the requested number. Output is a text, and
+//! JSON if requested; the exit code is 0 also with unstable modes.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, chosen_mesh, limits, structure};

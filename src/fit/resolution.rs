@@ -6,9 +6,11 @@
 //! The shift is corrected in the estimates, and half of it is the error of the correction. Mesh and step are refined
 //! ([`refined_start`]) where this half exceeds both [`MAX_ERROR_RATIO`] of a standard error and
 //! [`MAX_RELATIVE_ERROR`] of the value. They are also refined where discretization errors are a visible part of the
-//! residuals; the step also where steps were halved. There are at most [`ROUNDS`] refinements, within [`MOST_WORK`].
-//! Output: the refined experiments, with the optimum that is expected on them as the next start; None where mesh and
-//! step are given, suffice, or are at a limit.
+//! residuals; the step also where steps were halved. There are at most [`ROUNDS`] refinements, within [`MOST_WORK`]
+//! (steps times edges of one simulation of all experiments). [`with_smooth_steps`] keeps meshes and steps of the
+//! scenes. Where the program chose the scheme, it replaces the tolerance of the steps by the smaller default one, so
+//! that the residuals are smooth functions of the unknowns. Output: the refined experiments, with the optimum that is
+//! expected on them as the next start; None where mesh and step are given, suffice, or are at a limit.
 
 use crate::accuracy::{Aim, ErrorModel};
 use crate::error::Error;

@@ -28,8 +28,8 @@ impl Problem {
         warnings
     }
 
-    /// Warnings, with codes, of steps that do not resolve the motion of a support, or of a step longer than the simulation.
-    /// Empty without `[time]`.
+    /// Warnings, with codes, of steps that do not resolve the motion of a support or a signal well, or of a step longer
+    /// than the simulation. Empty without `[time]`.
     pub(crate) fn step_warnings(&self) -> Vec<(Code, String)> {
         let Some(time) = &self.scene().time else { return Vec::new() };
         let mut warnings = self.scene().motion_step_warnings(time.step_size());

@@ -1,9 +1,9 @@
 //! Actuators of a rod that follow signals: changes of natural strains, and tensions of tendons.
 //!
 //! [`NaturalShifts`] are the changes of the natural strains of edges and joints at the value 1 of a signal.
-//! [`Actuators`] has those of every actuator with a signal, and the tendons whose tension is a signal. They return the
-//! values of the signals at a time (s). A simulation sets the rod to the values of each step, outside of the sweeps;
-//! the list is empty, and costs nothing, without such actuators.
+//! [`Actuators`] has those of every actuator with a signal, and the tendons whose tension is a signal. They return
+//! the values of the signals at a time, s, or their means over an interval. A simulation sets the rod to the values
+//! or means of each step before it evaluates forces. The list is empty, and costs nothing, without such actuators.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::SignalCurve;

@@ -55,11 +55,11 @@ pub use transposed::{LawDerivatives, Strained, Transposed, strained};
 pub use viscosity::{OwnViscosity, Viscosity};
 
 #[doc(hidden)]
-#[deprecated(since = "0.2.0", note = "renamed to EffectiveStrains")]
-pub use sensitive::EffectiveStrains as Counted;
-#[doc(hidden)]
 #[deprecated(since = "0.3.0", note = "renamed to UserEnergies")]
 pub use extra::UserEnergies as Extra;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to EffectiveStrains")]
+pub use sensitive::EffectiveStrains as Counted;
 #[doc(hidden)]
 #[deprecated(since = "0.3.0", note = "renamed to LawDerivatives")]
 pub use transposed::LawDerivatives as Laws;

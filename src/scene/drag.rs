@@ -1,10 +1,11 @@
 //! `[loads.drag]`: drag, buoyancy and added mass of the fluid around a rod.
 //!
-//! The force per length is `-(linear + quadratic |u|) u` for the velocity `u`, m/s, of the rod relative to the fluid.
-//! It acts separately on the components across and along the rod. Coefficients are constants per length, kg/(m s) and
-//! kg/m^2, not derived from a Reynolds number. The table declares units, and that all numbers but the velocity of the
-//! fluid are positive or zero; all are zero by default. `rod::drag` computes nodal forces from them; masses and
-//! weights of nodes take added mass, kg/m, and buoyancy.
+//! The force per length across the rod, and that along it, is `-(linear + quadratic |u|) u` each, with its own
+//! coefficients and its own component `u`, m/s, of the velocity of the rod relative to the fluid. Coefficients are
+//! constants per length, kg/(m s) and kg/m^2, not derived from a Reynolds number. The table declares units, and that
+//! all numbers but the velocity of the fluid are positive or zero; all are zero by default. `rod::drag` computes
+//! nodal forces from them. The masses of nodes take the added mass, kg/m, and their weights the buoyancy by the
+//! density of the fluid, kg/m^3.
 
 use crate::scene::number::Quantity;
 use crate::scene::table::table;

@@ -219,10 +219,11 @@ impl Track {
         cubics(&components(|k| time(first + k)))
     }
 
-    /// Whether most markers, the free ones included, jump by `steps` in the middle of the window of frames from `first` on. A
-    /// marker jumps if the residual without the gap is [`DECISIVE`] times that with it, and is smooth in the reverse case. At
-    /// least [`FEWEST_JUMPING`] must jump, and more than are smooth. Residuals up to [`RESOLUTION`], and markers with missing
-    /// frames, do not count.
+    /// Whether the motion of most markers, the free ones included, shows a gap in the middle of the window of frames from
+    /// `first` on: of `steps` steps of the clock between the two frames there, where 1 is no gap. A marker jumps if the
+    /// RMS residual of a cubic of time, m, without the gap is at least [`DECISIVE`] times that with it, and is smooth in
+    /// the reverse case. At least [`FEWEST_JUMPING`] must jump, and more than are smooth. Residuals up to [`RESOLUTION`],
+    /// and markers with missing frames, do not count.
     fn most_markers_jump(&self, first: usize, steps: usize) -> bool {
         let [even, lost] = [1, steps].map(|steps| self.cubics(first, steps));
         let (mut jumping, mut smooth) = (0, 0);

@@ -1,11 +1,13 @@
 //! Recorded markers: their positions at the frames of a recording, and the cubic Hermite interpolant through them.
 //!
 //! [`Track`] reads a CSV file or a file of a motion-capture or video-tracking program (crate `marker-files`), and
-//! selects markers by name; positions are in m, times in s. Its clock must start at 0, after frames before a given
-//! start time are left out; markers with fewer than two positions are errors. [`Marker::at`] is the position at any
-//! time, also with derivatives by the time: velocities are central differences, and before the first and after the
-//! last position the motion continues with constant velocity. Once it is examined, a track has the defects of the
-//! recording and the bandwidth of its motion, Hz. Supports follow tracks.
+//! selects markers by name; positions are in m, times in s. The clock of a file must start at 0, after frames before
+//! a given start time are left out; the times of [`Track::new`] are taken as they are. Markers with fewer than two
+//! positions are errors. [`Marker::at`] is the position at any time, also with derivatives by the time. Velocities at
+//! the known positions are central differences, one-sided at both ends, or those of the integration for a track from
+//! accelerations. Before the first and after the last position the motion continues with constant velocity. Building
+//! a problem examines a track: it then has the defects of the recording, and the bandwidth, Hz, of the markers that
+//! drive a support (none if they move less than the noise).
 
 use crate::code::Code;
 use crate::error::Error;

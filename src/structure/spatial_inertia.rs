@@ -1,14 +1,15 @@
 //! Masses, centers and moments of inertia of the bodies of a structure in space, with those of the nodes and edges
 //! that they carry.
 //!
-//! A body has its own mass, and that of nodes of the rod ends on it. For a clamped end it is the mass of the inner node,
-//! which is without the part behind the joint. Half of the rotational inertia of the outer edge about itself is added. For a
-//! hinged end it is the mass of the outer node. Its axes are the principal ones of the sum. The mass of a sprung clamp counts
-//! at the joint, with its moment of inertia about it. An elastic joint is a rotational spring, or a hinge: a stiff spring
-//! ([`HINGE_STIFFNESS`] times the stiffness of the rod's joint beside it) across its axis. [`SpatialBodiesAtRest`] has bodies
-//! with loads, springs, centers, m, coordinates at rest, m (zero for rotations), and the references of the rotations. Errors: a
-//! body without three moments of inertia, a rotating joint without inertia, a hinge without axis, a spring with one
-//! rest angle or too stiff for its rod.
+//! A body has its own mass, and that of nodes of the rod ends on it. For a clamped end it is the mass of the inner
+//! node, which is without the part behind the joint. Half of the rotational inertia of the outer edge about itself is
+//! added. For a hinged end it is the mass of the outer node. Its axes are the principal ones of the sum. The mass of
+//! a sprung clamp counts at the joint, with its moment of inertia about it. An elastic joint is a rotational spring,
+//! or a hinge: a stiff spring ([`HINGE_STIFFNESS`] times the largest stiffness of the rod's joint beside it) across
+//! its axis. [`SpatialBodiesAtRest`] has bodies with loads, springs, centers, m, coordinates at rest, m (zero for
+//! rotations), and the references of the rotations. Errors: a body without three moments of inertia, a rotating joint
+//! without inertia, a hinge without axis, a spring with one rest angle other than zero (three numbers are required),
+//! or one that is too stiff for its rod ([`LEAST_COMPLIANCE`]).
 
 use crate::error::{Error, ensure};
 use crate::numerics::rotation::{
@@ -141,7 +142,7 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
     ///
     /// # Errors
     /// [`Error::Invalid`] for a body without three moments of inertia, a rotating joint without inertia, or a hinge without
-    /// axis. Also for a spring with one rest angle, or one that is too stiff for its rod ([`LEAST_COMPLIANCE`]).
+    /// axis. Also for a spring with one rest angle other than zero, or one that is too stiff for its rod ([`LEAST_COMPLIANCE`]).
     pub fn new(
         plan: &StructurePlan,
         scene: &StructureScene<D>,

@@ -49,7 +49,9 @@ impl DecimalSign {
 }
 
 impl Decimals {
-    /// Adds the number in a field of a line.
+    /// Adds the evidence of a number, the text `field` of a line, on decimal signs: the first number with a point and the
+    /// first with a comma are kept with their lines, and whether any number shows that its sign is a decimal one. A field
+    /// without either sign changes nothing.
     pub fn add(&mut self, line: u64, field: &str) {
         for (sign, own) in [('.', &mut self.points), (',', &mut self.commas)] {
             if own.is_decimal {

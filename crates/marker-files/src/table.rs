@@ -276,7 +276,8 @@ fn is_clock(header: &str) -> bool {
     ["t", "time", "frame"].contains(&own)
 }
 
-/// Whether a name of the first column is that of row numbers, as data frames write it.
+/// Whether a name of the first column is one of row numbers: `index` or `Unnamed: 0`, in upper or lower case. An empty
+/// name is not.
 fn is_index_name(name: &str) -> bool {
     ["index", "unnamed: 0"].contains(&&name.to_lowercase()[..])
 }

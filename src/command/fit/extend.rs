@@ -3,9 +3,11 @@
 //! The significant score tests of the first fit propose candidates, such as a compliant clamp. Each candidate adds
 //! one effect to the original fit file. A refit improves on the first if it converged, its grade is no worse and its
 //! likelihood is significantly higher. The last is not required if the first did not converge. Of these the one with
-//! the best grade wins, then the smallest RMS residual. Another one that explains the residuals as well, with a
-//! contradicting value of a parameter, becomes a warning and lowers the grade. Without an improvement the first
-//! report is returned, with a warning that has the candidates tried. An interruption ends the refits.
+//! the best grade wins, then the smallest RMS residual. The fit file becomes that of the best one. Another one that
+//! explains the residuals as well, with a contradicting value of a parameter, becomes a warning, and a better grade
+//! becomes correlated-or-missing. Without an improvement file and report are those of the first fit, with a warning that
+//! has the candidates tried, if there are any. An interruption ends the refits; the completed ones count. Rejected
+//! candidates are printed as notes.
 
 use crate::command::terminal;
 use rodfit::Error;
@@ -31,11 +33,14 @@ pub fn extended_fit(
 ) -> Result<FitReport, Error> {
     let mut better: Vec<BetterFit> = Vec::new();
     let mut failed = Vec::new();
+    let mut is_interrupted = false;
     // Each candidate adds one effect to the original fit file.
     for candidate in file.extensions(&first)? {
         let report = match solve(&candidate.file) {
-            Ok(report) if report.interrupted => break,
-            Err(Error::Interrupted) => break,
+            Ok(FitReport { interrupted: true, .. }) | Err(Error::Interrupted) => {
+                is_interrupted = true;
+                break;
+            }
             Ok(report) => report,
             Err(error) => {
                 failed.push(format!("{} ({error})", candidate.term));
@@ -60,7 +65,10 @@ pub fn extended_fit(
     let mut better = better.into_iter();
     let Some(best) = better.next() else {
         if failed.is_empty() {
-            let text = "not extended: no omitted effect explains the residuals";
+            let text = match is_interrupted {
+                true => "not extended: interrupted",
+                false => "not extended: no omitted effect explains the residuals",
+            };
             terminal::print_note(text);
             return Ok(first);
         }

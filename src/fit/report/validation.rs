@@ -1,9 +1,10 @@
 //! The errors of the validation data of a fit, as one line of its text.
 //!
 //! Input: a [`FitReport`]. For recordings with prescribed ends it is the mean error per coordinate, m, of the
-//! held-out recordings: mean, median and worst. Otherwise it is the RMS error of the held-out measurements with the
-//! unit of the first one (others are left out). It has the median and the worst, of a single one the expected error
-//! too. Output: the summary with this line; unchanged without validation data.
+//! held-out recordings: mean, median and worst, or the mean alone of a single one. Otherwise it is the RMS error of
+//! the held-out measurements with the unit of the first one (others are left out). It has the median and the worst,
+//! or of a single one its error and the expected one. Output: the summary with this line; unchanged without
+//! validation data.
 
 use crate::fit::report::FitReport;
 use crate::fit::uncertainty::discrepancy::prediction::Prediction;

@@ -4,12 +4,14 @@
 //! Over the first period there is only one. So a coarse model is scanned over the first period. It descends from the
 //! best candidate and from those that may end lower, over a growing horizon. The full model follows from the best
 //! two, over growing parts of the records, from the horizon up to which the coarse model is trusted. The remaining
-//! candidates descend only if the residuals of the optimum are more than noise. Then the given start is tried, finer
-//! scans follow ([`LEVELS`]) while the optimum is not acceptable, and starts near an acceptable minimum
+//! candidates descend only if the residuals of the optimum are more than noise. Then the given start is tried, if it
+//! is outside of the basin of the best optimum and the search does not stop at the first fit. Finer scans follow
+//! ([`LEVELS`]) while the optimum is not acceptable (`residual_acceptance`), and starts near an acceptable minimum
 //! (`neighbors`). The search ends at the first converged optimum with acceptable residuals that are white noise (if
 //! it stops at the first fit, as on an open mesh: with plausible ones). After an optimum it begins no finer scan
-//! beyond [`MOST_WORK`], or if the data are suspicious. Output: the optimum with the lowest objective of all starts,
-//! or the last error.
+//! beyond [`MOST_WORK`], or if the data are suspicious. Output: the optimum with the lowest objective of all starts;
+//! without one the last error. A stop by the user, and a scan without a point that can be simulated, are errors in
+//! any case.
 
 use crate::error::Error;
 use crate::fit::search::Search;

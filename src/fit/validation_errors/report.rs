@@ -1,8 +1,9 @@
 //! The report of validation errors: data types and their JSON.
 //!
 //! [`ValidationReport`] has the errors of each measurement ([`MeasurementError`]: mean, median, largest and RMS
-//! absolute difference in the unit of the data). The RMS is also a fraction of the measured change, absent where
-//! nothing changes. [`ValidationSummary`] has mean, median and largest of the mean errors of all measurements in one
+//! absolute difference in the unit of the data). The RMS is also a fraction of the measured change: of motions about
+//! their mean, of shapes from the unloaded rod. Of frequencies it is a fraction of their mean. It is absent where
+//! that is zero. [`ValidationSummary`] has mean, median and largest of the mean errors of all measurements in one
 //! unit. The report also has the errors of recordings with prescribed ends, the experiments that could not be
 //! simulated ([`FailedPrediction`]), and the chosen mesh, step and scheme per experiment. It has warnings with codes,
 //! the wall time in s, and optional data of plots. `Fit::predict` computes it.

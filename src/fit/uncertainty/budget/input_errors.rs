@@ -126,11 +126,31 @@ impl<'a> InputErrors<'a> {
             warnings.add(Severity::Misfit, Code::InconsistentInput, text);
             return None;
         }
-        // Rows of weight zero have no unweighted change.
-        let explained = &self.orthogonal * errors;
         let mut optimum = optimum.clone();
-        let weighted = explained.iter().zip(&noise.weights).filter(|(_, weight)| **weight > 0.0);
-        optimum.residuals.iter_mut().zip(weighted).for_each(|(r, (by, weight))| *r += by / weight);
+        add_unweighted(&mut optimum.residuals, &(&self.orthogonal * errors), &noise.weights);
         Some(optimum)
+    }
+}
+
+/// Adds to each residual its weighted `change` over its weight. Rows of weight zero have no unweighted change, and stay as
+/// they are.
+fn add_unweighted(residuals: &mut [f64], change: &DVector<f64>, weights: &[f64]) {
+    for ((residual, change), weight) in residuals.iter_mut().zip(change).zip(weights) {
+        if *weight > 0.0 {
+            *residual += change / weight;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::add_unweighted;
+    use nalgebra::DVector;
+
+    #[test]
+    fn row_of_weight_zero_does_not_shift_the_following_rows() {
+        let mut residuals = [1.0, 2.0, 3.0];
+        add_unweighted(&mut residuals, &DVector::from_vec(vec![0.5, 0.0, 1.0]), &[0.5, 0.0, 2.0]);
+        assert_eq!(residuals, [2.0, 2.0, 3.5]);
     }
 }

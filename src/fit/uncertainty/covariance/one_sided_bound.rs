@@ -269,8 +269,9 @@ impl<'a> BoundSearchProfile<'a> {
         self.points.sort_by_cached_key(|x| total_order(x.held));
     }
 
-    /// Adds the lowest point, with the rise `least`, to the local minima of the search, if it is lower than the optimum by
-    /// more than [`OPEN_BELOW`]. Error: the repeated fit at that point fails.
+    /// Adds the lowest point to the local minima of the search, if it is lower than the optimum by more than
+    /// [`OPEN_BELOW`]. `least` is its rise over the optimum (negative where it is lower): that of twice the misfit, in
+    /// units of the variance of the noise. Error: the repeated fit at that point fails.
     fn record_lower_minimum(&self, least: f64) -> Result<(), Error> {
         let lowest = self.points.iter().find(|p| p.rise == least && least < -OPEN_BELOW);
         if let Some(point) = lowest {

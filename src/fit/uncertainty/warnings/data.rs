@@ -27,8 +27,8 @@ pub(crate) fn halved_steps(Fitted { search, optimum }: Fitted, warnings: &mut Wa
     }
 }
 
-/// Adds a warning of the severity `Numerics`, for every experiment with a motion, of each time step that does not resolve
-/// the motion of a support, or exceeds the simulation.
+/// Adds warnings of the severity `Numerics` for every experiment with a measured motion: for each motion of a support and
+/// each signal that its time step resolves poorly, and for a step longer than the simulation.
 pub(crate) fn steps_too_large(experiments: &[Experiment], warnings: &mut Warnings) {
     for experiment in experiments.iter().filter(|e| e.moves()) {
         for (code, text) in experiment.problem.step_warnings() {
