@@ -61,6 +61,7 @@
 //! | [`fit`] | measurements, search, uncertainty, report |
 //! | [`energy`], [`rod`] | elements and their assembly; [user-defined energies](energy::own) |
 //! | [`check`] | verification of derivatives, also of your own |
+//! | [`export`] | files of a rod for other simulators |
 //! | [`accuracy`], [`study`] | choice of mesh and step; speed against error |
 //! | [`summary`] | results as text for a terminal |
 //! | [`numerics`] | dual numbers, band matrices, least squares; independent of rods |
@@ -117,6 +118,7 @@ pub mod command;
 pub mod dynamics;
 pub mod energy;
 mod error;
+pub mod export;
 pub mod fit;
 mod input;
 pub mod numerics;

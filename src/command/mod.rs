@@ -12,6 +12,7 @@ mod campaign;
 mod check;
 mod design;
 mod explain;
+mod export;
 mod fit;
 mod init;
 mod inspect;
@@ -119,6 +120,11 @@ enum Command {
         after_help = "Example: rodfit predict data/cantilever.toml --on data/cantilever-tip.csv"
     )]
     Predict(predict::PredictOptions),
+    /// Write a rod as a file for another simulator.
+    #[command(
+        after_help = "Example: rodfit export data/cantilever.toml --to mujoco --out cantilever.xml"
+    )]
+    Export(export::ExportOptions),
     /// Run many fits on one or several machines: plan, run, collect.
     #[command(subcommand)]
     #[command(after_help = "Example: rodfit campaign plan data/campaign.toml --out out")]
@@ -210,6 +216,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Check(options) => check::run(&options, global),
         Command::Fit(options) => fit::run(&options, global),
         Command::Predict(options) => predict::run(&options, global),
+        Command::Export(options) => export::run(&options, global),
         Command::Campaign(command) => campaign::run(&command, global),
         Command::Design(options) => design::run(&options, global),
         Command::Inspect(options) => inspect::run(&options, global),

@@ -49,7 +49,8 @@ pub(crate) use own::{NodeTie, PointTie, point_ties};
 pub use parameters::{ListedParameter, ParameterList};
 pub use planar::PlanarModel;
 pub(crate) use plausibility::Purpose;
-pub(crate) use setup::{Setup, between_markers, nodal as nodal_loads};
+pub(crate) use section_profile::SectionProfile;
+pub(crate) use setup::{Setup, between_markers, nodal as nodal_loads, nodal_masses};
 pub use spatial::SpatialModel;
 pub(crate) use start::UnknownsAndFrames;
 

@@ -1,0 +1,235 @@
+//! A rod at rest as a chain of rigid links with elastic joints, for files of other programs.
+//!
+//! Input: a problem. Output: a [`Chain`] with the nodes in world axes, m, a frame per edge, a [`Link`] per edge (mass, moments of
+//! inertia) and a [`Joint`] per inner node (stiffnesses and angles without stress). The masses of a link are half at
+//! each of its nodes, as in the rod. A joint has the rotational stiffness `EI/l` of the curve over its length `l`, and
+//! `GJ/l`. Directors are free of twist at rest; the first one is that of the section.
+
+use crate::energy::frame::{EdgeFrame, Frames};
+use crate::error::Error;
+use crate::numerics::vector::{Vector, cross, dot, scale, sub, unit};
+use crate::problem::model::{first_director, tilted};
+use crate::problem::{Problem, SectionProfile, nodal_masses};
+use crate::scene::mesh::Mesh;
+use crate::scene::{Scene, Section, Support};
+
+/// A rod as links and joints.
+pub(super) struct Chain {
+    /// Name of the scene file without its ending, or `rod`.
+    pub name: String,
+    /// Positions of the nodes at rest, m.
+    pub nodes: Vec<Vector<f64>>,
+    /// Arc lengths of the nodes from the first wall or end, m; negative behind the wall.
+    pub places: Vec<f64>,
+    /// Length of the rod between its walls or ends, m.
+    pub length: f64,
+    /// Duration of a motion, s: that of the scene, or 1.
+    pub end: f64,
+    /// Tangent, first and second director of every edge.
+    pub frames: Vec<[Vector<f64>; 3]>,
+    pub links: Vec<Link>,
+    /// One per inner node.
+    pub joints: Vec<Joint>,
+    /// Point masses: node and kg.
+    pub masses: Vec<PlacedMass>,
+    pub supports: [Support; 2],
+    pub gravity: Vector<f64>,
+    /// Rate of the force `-rate M v`, 1/s.
+    pub mass_damping: f64,
+    /// Young's and shear modulus, Pa, and density, kg/m^3, without taper. The shear modulus is none if the scene has none.
+    pub moduli: Moduli,
+}
+
+/// Constants of the material without taper.
+pub(super) struct Moduli {
+    /// Young's modulus, Pa.
+    pub young: f64,
+    /// Shear modulus, Pa.
+    pub shear: Option<f64>,
+    /// Density, kg/m^3.
+    pub density: f64,
+    /// Timoshenko's shear coefficient of the section.
+    pub shear_coefficient: f64,
+}
+
+/// A mass at a node.
+pub(super) struct PlacedMass {
+    pub node: usize,
+    /// Mass, kg.
+    pub mass: f64,
+}
+
+/// The rod between two nodes as a rigid body.
+pub(super) struct Link {
+    /// Distance of the nodes, m.
+    pub length: f64,
+    /// Radius of a circle of the same outer size or, for other sections, area, m.
+    pub radius: f64,
+    /// Mass, kg: half at each node.
+    pub mass: f64,
+    /// Moment of inertia about the tangent, kg m^2.
+    pub inertia: f64,
+    /// Area, m^2.
+    pub area: f64,
+    /// EA, N.
+    pub axial: f64,
+    /// rho A, kg/m.
+    pub line_density: f64,
+}
+
+/// The elastic joint at an inner node.
+pub(super) struct Joint {
+    /// Length of the rod that the joint represents, m.
+    pub length: f64,
+    /// Rotational stiffnesses, N m/rad: about the tangent, the first and the second director.
+    pub stiffness: [f64; 3],
+    /// Rotations without stress beyond that at rest about the same axes, rad.
+    pub reference: [f64; 3],
+    /// Viscous times about the same axes, s.
+    pub viscous: [f64; 3],
+    /// Largest moments of internal friction about the same axes, N m.
+    pub friction: [f64; 3],
+}
+
+impl Chain {
+    /// The chain of a problem. An error for point masses outside the rod.
+    pub fn of(problem: &Problem) -> Result<Self, Error> {
+        let (scene, mesh) = (problem.scene(), &problem.mesh);
+        let nodes = match problem.planar() {
+            Some(planar) => tilted(scene, &mesh.nodes, &planar.model.normal()),
+            None => mesh.nodes.clone(),
+        };
+        let tangents: Vec<_> = nodes.windows(2).map(|pair| unit(sub(pair[1], pair[0]))).collect();
+        let frames = Frames::bishop(&tangents, first_director(scene, &nodes));
+        let masses = nodal_masses(scene, mesh)?;
+        let material = &scene.material;
+        let shear = problem.can_twist().then(|| material.shear_modulus());
+        let poisson = shear.map_or(0.0, |shear| material.youngs_modulus / (2.0 * shear) - 1.0);
+        Ok(Self {
+            name: name_of(scene),
+            places: mesh.arc_length.clone(),
+            length: mesh.length,
+            end: scene.time.as_ref().map_or(1.0, |time| time.end),
+            links: links(scene, mesh, &nodes),
+            joints: joints(scene, mesh, &frames.edges),
+            frames: frames.edges.iter().map(axes).collect(),
+            nodes,
+            masses: masses
+                .into_iter()
+                .map(|at| PlacedMass { node: at.node, mass: at.mass })
+                .collect(),
+            supports: [scene.supports.start, scene.supports.end],
+            gravity: scene.loads.gravity,
+            mass_damping: scene.loads.damping.mass,
+            moduli: Moduli {
+                young: material.youngs_modulus,
+                shear,
+                density: material.density,
+                shear_coefficient: scene.rod.section.shear_coefficient(poisson),
+            },
+        })
+    }
+
+    /// Place of the end of the rod in its last link, as a fraction of that: below 1 for a clamp within the link.
+    pub fn tip_fraction(&self) -> f64 {
+        let last = self.places.len() - 1;
+        let [from, to] = [self.places[last - 1], self.places[last]];
+        ((self.length - from) / (to - from)).min(1.0)
+    }
+
+    /// Largest axial strain by the weight of the rod and its point masses: their sum over the least EA. It measures the
+    /// stretch that rigid links leave out.
+    pub fn weight_strain(&self) -> f64 {
+        let mass: f64 = self.links.iter().map(|link| link.mass).sum();
+        let points: f64 = self.masses.iter().map(|at| at.mass).sum();
+        let least = self.links.iter().map(|link| link.axial).fold(f64::INFINITY, f64::min);
+        (mass + points) * dot(self.gravity, self.gravity).sqrt() / least
+    }
+}
+
+/// The name of the scene file without folder and ending, with letters, digits, `_` and `-` only; `rod` without a file.
+fn name_of(scene: &Scene) -> String {
+    let stem = scene.path.as_deref().and_then(|path| path.file_stem());
+    let name = stem.map_or_else(|| "rod".into(), |stem| stem.to_string_lossy().into_owned());
+    name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).collect()
+}
+
+/// Tangent, first and second director of an edge at rest.
+fn axes(frame: &EdgeFrame<f64>) -> [Vector<f64>; 3] {
+    [frame.tangent, frame.director, cross(frame.tangent, frame.director)]
+}
+
+/// The links of all edges.
+fn links(scene: &Scene, mesh: &Mesh, nodes: &[Vector<f64>]) -> Vec<Link> {
+    let places = mesh.places();
+    let profile = SectionProfile::new(scene, &places);
+    let link = |j: usize| {
+        let constants = profile.edge(j);
+        let between = sub(nodes[j + 1], nodes[j]);
+        let length = dot(between, between).sqrt();
+        let (section, _) = scene.at(0.5 * (places[j] + places[j + 1]));
+        let radius = match section {
+            Section::Circle { radius } | Section::Tube { radius, .. } => radius,
+            _ => (constants.area / std::f64::consts::PI).sqrt(),
+        };
+        Link {
+            length,
+            radius,
+            mass: constants.line_density * mesh.arcs[j],
+            inertia: constants.line_inertia * mesh.arcs[j],
+            area: constants.area,
+            axial: constants.axial,
+            line_density: constants.line_density,
+        }
+    };
+    (0..mesh.arcs.len()).map(link).collect()
+}
+
+/// The joints of all inner nodes, between edges with these frames at rest.
+fn joints(scene: &Scene, mesh: &Mesh, frames: &[EdgeFrame<f64>]) -> Vec<Joint> {
+    let places = mesh.places();
+    let profile = SectionProfile::new(scene, &places);
+    let damping = &scene.loads.damping;
+    let viscous =
+        [damping.twisting, damping.bending, damping.bending].map(|t| damping.stiffness + t);
+    let joint = |i: usize| {
+        let constants = profile.joint(i);
+        let length = 0.5 * (mesh.arcs[i] + mesh.arcs[i + 1]);
+        // Bending towards the first director is a rotation about the second one.
+        let [first, second] = constants.bending;
+        let stiffness = [constants.torsion, second, first].map(|k| k / length);
+        let slip = damping.friction.map_or(0.0, |f| f.stiffness * f.curvature * length);
+        Joint {
+            length,
+            stiffness,
+            reference: reference(scene, frames, i, places[i + 1], length),
+            viscous,
+            friction: stiffness.map(|k| k * slip),
+        }
+    };
+    (0..frames.len() - 1).map(joint).collect()
+}
+
+/// Rotation of joint `i`, at a fraction `place` of the length, without stress beyond that at rest, about tangent, first
+/// and second director, rad.
+fn reference(
+    scene: &Scene,
+    frames: &[EdgeFrame<f64>],
+    i: usize,
+    place: f64,
+    length: f64,
+) -> [f64; 3] {
+    let [a, b] = [axes(&frames[i]), axes(&frames[i + 1])];
+    // Curvature binormal 2 a x b/(1 + a.b), of size 2 tan(angle/2).
+    let binormal = scale(cross(a[0], b[0]), 2.0 / (1.0 + dot(a[0], b[0])));
+    let about = |k: usize| 0.5 * (dot(binormal, a[k]) + dot(binormal, b[k]));
+    // Towards the first director, then towards the second one.
+    let at_rest = [about(2), -about(1)];
+    let factor = scene.rod.natural_curvature.at(place);
+    let more = scene.rod.bending_at(i + 1, frames.len());
+    let beyond = [0, 1].map(|c| {
+        let natural = factor * at_rest[c] + more[c] * length;
+        2.0 * ((0.5 * natural).atan() - (0.5 * at_rest[c]).atan())
+    });
+    [scene.rod.natural_twist.at(place) * length, -beyond[1], beyond[0]]
+}

@@ -1,0 +1,135 @@
+//! Files of a rod for other simulators, from a problem.
+//!
+//! Input: a [`Problem`] of one rod and a [`Target`]. Output: an [`Export`] with the text of the file, and notes on
+//! what the file does not have or has in another form. `links` describes the rod as a chain of rigid links with elastic
+//! joints (stiffnesses, masses, frames at rest); the writers `mujoco`, `pyelastica`, `usd` and `table` write it in
+//! SI units. Errors: a rod with recorded or moved ends, or a roller. `vtk` writes the frames of a motion of any rod.
+
+mod links;
+mod mujoco;
+mod pyelastica;
+mod table;
+mod usd;
+mod vtk;
+
+pub use vtk::NamedText;
+
+use crate::dynamics::Trajectory;
+use crate::error::Error;
+use crate::export::links::Chain;
+use crate::problem::Problem;
+use crate::scene::{Initial, Scene, StretchLaw, Support};
+
+/// Format of an exported rod.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Target {
+    /// MJCF of MuJoCo: rigid links with hinges that have springs.
+    Mujoco,
+    /// Python script for PyElastica: a Cosserat rod.
+    Pyelastica,
+    /// Text of Universal Scene Description: a curve with widths and custom attributes.
+    Usd,
+    /// CSV of stiffnesses and mass per length along the rod.
+    Table,
+}
+
+/// The text of an exported file, and its notes.
+#[derive(Clone, Debug)]
+pub struct Export {
+    /// The whole file.
+    pub text: String,
+    /// What the file does not have, or has in another form; also comments in the file, except in a CSV.
+    pub notes: Vec<String>,
+}
+
+impl Problem {
+    /// The rod of the problem, with supports, gravity and damping as far as the format has them, as a file for another
+    /// program. The links are the edges of the mesh.
+    ///
+    /// ```
+    /// use rodfit::{Scene, export::Target};
+    ///
+    /// let export = Scene::load("data/cantilever.toml")?.problem()?.export(Target::Mujoco)?;
+    /// assert!(export.text.starts_with("<mujoco"));
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for recorded or moved ends, a roller.
+    pub fn export(&self, target: Target) -> Result<Export, Error> {
+        check_supports(self.scene())?;
+        let chain = Chain::of(self)?;
+        let mut notes = omitted(self.scene(), target);
+        let text = match target {
+            Target::Mujoco => mujoco::model(&chain, &mut notes),
+            Target::Pyelastica => pyelastica::script(&chain, &mut notes),
+            Target::Usd => usd::stage(&chain, &notes),
+            Target::Table => table::csv(&chain),
+        };
+        Ok(Export { text, notes })
+    }
+}
+
+impl Problem {
+    /// Up to `frames` frames of a motion of this problem as files for ParaView (`rod_0000.vtp` ..), and `rod.pvd`, which
+    /// lists them with their times, s. Frames have positions, m, velocities, m/s, and radii, m, of the nodes.
+    ///
+    /// # Errors
+    /// Those of point masses outside the rod.
+    pub fn export_motion(
+        &self,
+        motion: &Trajectory,
+        frames: usize,
+    ) -> Result<Vec<NamedText>, Error> {
+        let radii: Vec<f64> = Chain::of(self)?.links.iter().map(|link| link.radius).collect();
+        Ok(vtk::animation(motion, &radii, frames))
+    }
+}
+
+/// Rejects supports that no file can have: rollers, recorded ends and prescribed motions.
+fn check_supports(scene: &Scene) -> Result<(), Error> {
+    let allowed = "free, pinned or clamped ends, for an export";
+    for (key, support) in
+        [("supports.start", scene.supports.start), ("supports.end", scene.supports.end)]
+    {
+        if matches!(support, Support::Roller | Support::Recorded) {
+            return Err(Error::invalid(key, format!("{support:?}").to_lowercase(), allowed));
+        }
+    }
+    match scene.supports.motion.is_empty() {
+        true => Ok(()),
+        false => Err(Error::invalid("supports.motion", "a prescribed motion", allowed)),
+    }
+}
+
+/// Notes on the parts of a scene that a file of this format does not have.
+fn omitted(scene: &Scene, target: Target) -> Vec<String> {
+    let damping = &scene.loads.damping;
+    let supports = &scene.supports;
+    let is_table = target == Target::Table;
+    let is_simulated = matches!(target, Target::Mujoco | Target::Pyelastica);
+    let viscous = [damping.stiffness, damping.bending, damping.twisting, damping.stretching];
+    let bending_law = &scene.material.bending_law;
+    let has_law = scene.material.stretch_law != StretchLaw::default() || bending_law.is_some();
+    let has_start = scene.initial != Initial::default();
+    let is_compliant = [supports.start_compliance, supports.end_compliance]
+        .iter()
+        .any(|compliance| compliance.rotation != 0.0 || compliance.axial != 0.0);
+    let parts = [
+        (!scene.loads.point.is_empty() || !scene.loads.line.is_empty(), "forces of [loads]"),
+        (scene.loads.drag.is_some(), "drag of a fluid"),
+        (!damping.maxwell.is_empty(), "Maxwell branches"),
+        (damping.friction.is_some() && target != Target::Mujoco, "internal friction"),
+        (damping.mass != 0.0 && target != Target::Pyelastica, "mass-proportional damping"),
+        (viscous.iter().any(|time| *time != 0.0) && target != Target::Mujoco, "damping of strains"),
+        (!scene.actuation.is_empty(), "actuators"),
+        (!scene.energies.is_empty(), "user-defined energies"),
+        (!scene.rod.mass.is_empty() && !is_simulated && !is_table, "point masses"),
+        (is_compliant, "compliance of clamps"),
+        (has_start, "the initial state: the file starts at rest without stress"),
+        (has_law, "nonlinear laws of the material"),
+    ];
+    let absent = parts.into_iter().filter(|(is_there, _)| *is_there);
+    absent.map(|(_, part)| format!("not in this file: {part}")).collect()
+}

@@ -1,0 +1,170 @@
+//! MJCF of MuJoCo: rigid links of a [`Chain`] as nested bodies, each with three hinges that have springs.
+//!
+//! A link turns against the one before about its own tangent, first and second director (x, y and z axis of its body),
+//! with the stiffnesses, viscous times and friction of the joint. The orientation of the body is that at rest, and
+//! rotations without stress beyond it are reference angles of the springs. Clamped starts are fixed bodies, clamped ends
+//! weld constraints. Without a shear modulus there is no hinge about the tangent. The moment of inertia about the
+//! tangent is increased, by an armature, until the frequency of twist is at most the highest one of bending. The time
+//! step is a fraction of the shortest period.
+
+use crate::export::links::{Chain, Joint, Link};
+use crate::numerics::vector::{Vector, dot};
+use crate::scene::Support;
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+use std::fmt::Write;
+
+/// Time step times the highest angular frequency: the Runge-Kutta method of fourth order then loses 1e-5 of the energy of the
+/// highest mode per radian, and less of others.
+const STEP_FRACTION: f64 = 0.5;
+
+/// The MJCF model of a chain; its conversions are added to the notes.
+pub(super) fn model(chain: &Chain, notes: &mut Vec<String>) -> String {
+    notes.push(format!(
+        "rigid links: axial strains, up to {:.1e} by the weight, are left out",
+        chain.weight_strain()
+    ));
+    if chain.moduli.shear.is_none() {
+        notes.push("no twist: the scene has neither poisson_ratio nor shear_modulus".into());
+    }
+    let rate = highest_rate(chain);
+    let viscous = chain.joints.iter().flat_map(|joint| joint.viscous).fold(0.0, f64::max);
+    // A viscous time t dampens the highest mode at the rate t rate^2.
+    let step = (STEP_FRACTION / rate).min(if viscous > 0.0 {
+        1.0 / (viscous * rate * rate)
+    } else {
+        f64::INFINITY
+    });
+    notes.push(format!(
+        "time step {step:.1e} s: {STEP_FRACTION} over the highest angular frequency; larger ones are unstable"
+    ));
+    let mut text = format!("<mujoco model=\"{}\">\n", chain.name);
+    for note in notes.iter() {
+        let _ = writeln!(text, "  <!-- {} -->", note.replace("--", "-"));
+    }
+    let [gx, gy, gz] = chain.gravity;
+    let _ = write!(
+        text,
+        "  <compiler angle=\"radian\"/>\n  \
+         <option timestep=\"{step:e}\" gravity=\"{gx} {gy} {gz}\" integrator=\"RK4\"/>\n  \
+         <worldbody>\n"
+    );
+    let count = chain.links.len();
+    for i in 0..count {
+        open_body(&mut text, chain, i, rate);
+    }
+    let _ = writeln!(
+        text,
+        "<site name=\"tip\" pos=\"{} 0 0\"/>",
+        chain.tip_fraction() * chain.links[count - 1].length
+    );
+    for _ in 0..count {
+        text.push_str("</body>");
+    }
+    text.push_str("\n  </worldbody>\n");
+    text.push_str(&end_constraint(chain));
+    text.push_str("</mujoco>\n");
+    text
+}
+
+/// Highest angular frequency of the chain by bending, rad/s: `2 sqrt(K (1/I + 1/I'))` at most, with the moments of inertia of
+/// the links beside a joint about its node.
+fn highest_rate(chain: &Chain) -> f64 {
+    let pairs = chain.links.windows(2).zip(&chain.joints);
+    let rate = |(links, joint): (&[Link], &Joint)| {
+        let inverse: f64 = links.iter().map(|link| across(link).recip()).sum();
+        2.0 * (joint.stiffness[1].max(joint.stiffness[2]) * inverse).sqrt()
+    };
+    pairs.map(rate).fold(f64::MIN_POSITIVE, f64::max)
+}
+
+/// Moment of inertia of a link about an axis across it through its center, kg m^2: half of its mass is at each node.
+fn across(link: &Link) -> f64 {
+    0.25 * link.mass * link.length * link.length
+}
+
+/// Writes the opening tag of the body of link `i`, with its joints, inertia and geometry. `rate` is the highest angular
+/// frequency, rad/s.
+fn open_body(text: &mut String, chain: &Chain, i: usize, rate: f64) {
+    let link = &chain.links[i];
+    let own = rotation(chain.frames[i]);
+    let (position, turn) = match i {
+        0 => (chain.nodes[0], own),
+        _ => ([chain.links[i - 1].length, 0.0, 0.0], rotation(chain.frames[i - 1]).inverse() * own),
+    };
+    let [x, y, z] = position;
+    let [w, a, b, c] = [turn.w, turn.i, turn.j, turn.k];
+    let _ = writeln!(text, "<body name=\"link_{i}\" pos=\"{x} {y} {z}\" quat=\"{w} {a} {b} {c}\">");
+    match (i, chain.supports[0]) {
+        (0, Support::Clamped) => {}
+        (0, Support::Pinned) => text.push_str("<joint type=\"ball\"/>"),
+        (0, _) => text.push_str("<freejoint/>"),
+        _ => hinges(text, chain, i, rate),
+    }
+    let half = 0.5 * link.length;
+    let across = across(link);
+    let about = link.inertia.max(1e-6 * across);
+    let _ = writeln!(
+        text,
+        "<inertial pos=\"{half} 0 0\" mass=\"{:e}\" diaginertia=\"{about:e} {across:e} {across:e}\"/>\
+         <geom type=\"capsule\" fromto=\"0 0 0 {} 0 0\" size=\"{}\" contype=\"0\" conaffinity=\"0\"/>",
+        link.mass, link.length, link.radius
+    );
+    for at in &chain.masses {
+        // A mass at an inner node belongs to the link that ends there.
+        let place = match at.node {
+            0 if i == 0 => 0.0,
+            node if node == i + 1 => link.length,
+            _ => continue,
+        };
+        let _ = writeln!(
+            text,
+            "<body pos=\"{place} 0 0\"><inertial pos=\"0 0 0\" mass=\"{:e}\" diaginertia=\"1e-12 1e-12 1e-12\"/></body>",
+            at.mass
+        );
+    }
+}
+
+/// Writes the hinges of link `i` against the link before it.
+fn hinges(text: &mut String, chain: &Chain, i: usize, rate: f64) {
+    let joint = &chain.joints[i - 1];
+    for (k, axis) in ["1 0 0", "0 1 0", "0 0 1"].into_iter().enumerate() {
+        let stiffness = joint.stiffness[k];
+        if k == 0 && chain.moduli.shear.is_none() {
+            continue;
+        }
+        // Twist of a slender link is much faster than its bending.
+        let armature = if k == 0 { (4.0 * stiffness / (rate * rate)).max(0.0) } else { 0.0 };
+        let _ = writeln!(
+            text,
+            "<joint type=\"hinge\" axis=\"{axis}\" stiffness=\"{stiffness:e}\" springref=\"{:e}\" damping=\"{:e}\" \
+             frictionloss=\"{:e}\" armature=\"{armature:e}\"/>",
+            joint.reference[k],
+            joint.viscous[k] * stiffness,
+            joint.friction[k]
+        );
+    }
+}
+
+/// The constraint of a held end; empty for a free one.
+fn end_constraint(chain: &Chain) -> String {
+    let last = chain.links.len() - 1;
+    match chain.supports[1] {
+        Support::Clamped => format!("  <equality><weld body1=\"link_{last}\"/></equality>\n"),
+        Support::Pinned => {
+            let anchor = chain.links[last].length;
+            format!(
+                "  <equality><connect body1=\"link_{last}\" anchor=\"{anchor} 0 0\"/></equality>\n"
+            )
+        }
+        _ => String::new(),
+    }
+}
+
+/// The rotation from world axes to tangent, first and second director.
+fn rotation([t, a, b]: [Vector<f64>; 3]) -> UnitQuaternion<f64> {
+    debug_assert!(dot(t, a).abs() < 1e-9);
+    let columns = [t, a, b].map(nalgebra::Vector3::from);
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(Matrix3::from_columns(
+        &columns,
+    )))
+}
