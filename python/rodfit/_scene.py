@@ -299,6 +299,14 @@ class Scene:
         """The lowest small vibrations about where it rests."""
         return Modes(read(self._native.modes(count)))
 
+    def export(self, to: str) -> str:
+        """The rod as the text of a file for another program.
+
+        ``to`` is ``"mujoco"``, ``"pyelastica"``, ``"usd"`` or ``"csv"``, as in ``rodfit export``. Comments in the
+        text say what it does not have, such as forces.
+        """
+        return self._native.export(to)[0]
+
     def __repr__(self) -> str:
         return f"Scene({self.model}, {self._native.nodes} nodes, {self.length:g} m)"
 

@@ -137,6 +137,14 @@ impl PyScene {
         to_json(py, &found.map_err(|error| raised(py, error))?)
     }
 
+    /// The rod as the text of a file for another program (`mujoco`, `pyelastica`, `usd` or `csv`), and notes on what it
+    /// does not have.
+    fn export(&self, py: Python<'_>, to: &str) -> PyResult<(String, Vec<String>)> {
+        let export = to.parse().and_then(|format| self.problem.export(format));
+        let export = export.map_err(|error| raised(py, error))?;
+        Ok((export.text, export.notes))
+    }
+
     /// The lowest modes, as JSON.
     fn modes(&self, py: Python<'_>, count: usize) -> PyResult<String> {
         let found = py.detach(|| self.problem.modes(count, LinearizationPoint::Equilibrium));

@@ -9,7 +9,7 @@ use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, conclude, limits, terminal};
 use clap::ValueEnum;
 use rodfit::accuracy::{Aim, simulate_checked};
-use rodfit::export::Target;
+use rodfit::export::ExportFormat;
 use rodfit::scene::{Scene, SceneFile};
 use rodfit::{Error, Trajectory};
 use std::path::{Path, PathBuf};
@@ -19,9 +19,9 @@ use std::path::{Path, PathBuf};
 pub struct ExportOptions {
     /// Scene file (TOML), such as one saved by `rodfit fit --save`.
     scene: PathBuf,
-    /// Format of the export.
+    /// FormatOption of the export.
     #[arg(long)]
-    to: Format,
+    to: FormatOption,
     /// Write to this file, for VTK into this folder; `-`, the default, is standard output.
     #[arg(long, value_name = "PATH", default_value = "-")]
     out: PathBuf,
@@ -33,9 +33,9 @@ pub struct ExportOptions {
     frames: u32,
 }
 
-/// Format of an export.
+/// FormatOption of an export.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+enum FormatOption {
     /// MJCF of MuJoCo 3 and 4.
     Mujoco,
     /// Python script for PyElastica 1.
@@ -65,11 +65,11 @@ pub fn run(options: &ExportOptions, global: GlobalOptions) -> Result<u8, Error> 
         scene.rod.segments = Some(segments as usize);
     }
     let target = match options.to {
-        Format::Mujoco => Target::Mujoco,
-        Format::Pyelastica => Target::Pyelastica,
-        Format::Usd => Target::Usd,
-        Format::Csv => Target::Table,
-        Format::Vtk => return write_frames(&scene, options, global),
+        FormatOption::Mujoco => ExportFormat::Mujoco,
+        FormatOption::Pyelastica => ExportFormat::Pyelastica,
+        FormatOption::Usd => ExportFormat::Usd,
+        FormatOption::Csv => ExportFormat::Table,
+        FormatOption::Vtk => return write_frames(&scene, options, global),
     };
     let mut outputs = Outputs::empty(global);
     let out = outputs.add("--out", Some(&options.out));

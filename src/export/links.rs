@@ -1,7 +1,7 @@
 //! A rod at rest as a chain of rigid links with elastic joints, for files of other programs.
 //!
-//! Input: a problem. Output: a [`Chain`] with the nodes in world axes, m, a frame per edge, a [`Link`] per edge (mass, moments of
-//! inertia) and a [`Joint`] per inner node (stiffnesses and angles without stress). The masses of a link are half at
+//! Input: a problem. Output: a [`RodChain`] with the nodes in world axes, m, a frame per edge, a [`ChainLink`] per edge (mass, moments of
+//! inertia) and a [`ChainJoint`] per inner node (stiffnesses and angles without stress). The masses of a link are half at
 //! each of its nodes, as in the rod. A joint has the rotational stiffness `EI/l` of the curve over its length `l`, and
 //! `GJ/l`. Directors are free of twist at rest; the first one is that of the section.
 
@@ -14,7 +14,7 @@ use crate::scene::mesh::Mesh;
 use crate::scene::{Scene, Section, Support};
 
 /// A rod as links and joints.
-pub(super) struct Chain {
+pub(super) struct RodChain {
     /// Name of the scene file without its ending, or `rod`.
     pub name: String,
     /// Positions of the nodes at rest, m.
@@ -27,9 +27,9 @@ pub(super) struct Chain {
     pub end: f64,
     /// Tangent, first and second director of every edge.
     pub frames: Vec<[Vector<f64>; 3]>,
-    pub links: Vec<Link>,
+    pub links: Vec<ChainLink>,
     /// One per inner node.
-    pub joints: Vec<Joint>,
+    pub joints: Vec<ChainJoint>,
     /// Point masses: node and kg.
     pub masses: Vec<PlacedMass>,
     pub supports: [Support; 2],
@@ -37,11 +37,11 @@ pub(super) struct Chain {
     /// Rate of the force `-rate M v`, 1/s.
     pub mass_damping: f64,
     /// Young's and shear modulus, Pa, and density, kg/m^3, without taper. The shear modulus is none if the scene has none.
-    pub moduli: Moduli,
+    pub moduli: ChainModuli,
 }
 
 /// Constants of the material without taper.
-pub(super) struct Moduli {
+pub(super) struct ChainModuli {
     /// Young's modulus, Pa.
     pub young: f64,
     /// Shear modulus, Pa.
@@ -60,7 +60,7 @@ pub(super) struct PlacedMass {
 }
 
 /// The rod between two nodes as a rigid body.
-pub(super) struct Link {
+pub(super) struct ChainLink {
     /// Distance of the nodes, m.
     pub length: f64,
     /// Radius of a circle of the same outer size or, for other sections, area, m.
@@ -78,7 +78,7 @@ pub(super) struct Link {
 }
 
 /// The elastic joint at an inner node.
-pub(super) struct Joint {
+pub(super) struct ChainJoint {
     /// Length of the rod that the joint represents, m.
     pub length: f64,
     /// Rotational stiffnesses, N m/rad: about the tangent, the first and the second director.
@@ -91,7 +91,7 @@ pub(super) struct Joint {
     pub friction: [f64; 3],
 }
 
-impl Chain {
+impl RodChain {
     /// The chain of a problem. An error for point masses outside the rod.
     pub fn of(problem: &Problem) -> Result<Self, Error> {
         let (scene, mesh) = (problem.scene(), &problem.mesh);
@@ -121,7 +121,7 @@ impl Chain {
             supports: [scene.supports.start, scene.supports.end],
             gravity: scene.loads.gravity,
             mass_damping: scene.loads.damping.mass,
-            moduli: Moduli {
+            moduli: ChainModuli {
                 young: material.youngs_modulus,
                 shear,
                 density: material.density,
@@ -160,7 +160,7 @@ fn axes(frame: &EdgeFrame<f64>) -> [Vector<f64>; 3] {
 }
 
 /// The links of all edges.
-fn links(scene: &Scene, mesh: &Mesh, nodes: &[Vector<f64>]) -> Vec<Link> {
+fn links(scene: &Scene, mesh: &Mesh, nodes: &[Vector<f64>]) -> Vec<ChainLink> {
     let places = mesh.places();
     let profile = SectionProfile::new(scene, &places);
     let link = |j: usize| {
@@ -172,7 +172,7 @@ fn links(scene: &Scene, mesh: &Mesh, nodes: &[Vector<f64>]) -> Vec<Link> {
             Section::Circle { radius } | Section::Tube { radius, .. } => radius,
             _ => (constants.area / std::f64::consts::PI).sqrt(),
         };
-        Link {
+        ChainLink {
             length,
             radius,
             mass: constants.line_density * mesh.arcs[j],
@@ -186,7 +186,7 @@ fn links(scene: &Scene, mesh: &Mesh, nodes: &[Vector<f64>]) -> Vec<Link> {
 }
 
 /// The joints of all inner nodes, between edges with these frames at rest.
-fn joints(scene: &Scene, mesh: &Mesh, frames: &[EdgeFrame<f64>]) -> Vec<Joint> {
+fn joints(scene: &Scene, mesh: &Mesh, frames: &[EdgeFrame<f64>]) -> Vec<ChainJoint> {
     let places = mesh.places();
     let profile = SectionProfile::new(scene, &places);
     let damping = &scene.loads.damping;
@@ -199,7 +199,7 @@ fn joints(scene: &Scene, mesh: &Mesh, frames: &[EdgeFrame<f64>]) -> Vec<Joint> {
         let [first, second] = constants.bending;
         let stiffness = [constants.torsion, second, first].map(|k| k / length);
         let slip = damping.friction.map_or(0.0, |f| f.stiffness * f.curvature * length);
-        Joint {
+        ChainJoint {
             length,
             stiffness,
             reference: reference(scene, frames, i, places[i + 1], length),

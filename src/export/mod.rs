@@ -1,6 +1,6 @@
 //! Files of a rod for other simulators, from a problem.
 //!
-//! Input: a [`Problem`] of one rod and a [`Target`]. Output: an [`Export`] with the text of the file, and notes on
+//! Input: a [`Problem`] of one rod and a [`ExportFormat`]. Output: an [`Export`] with the text of the file, and notes on
 //! what the file does not have or has in another form. `links` describes the rod as a chain of rigid links with elastic
 //! joints (stiffnesses, masses, frames at rest); the writers `mujoco`, `pyelastica`, `usd` and `table` write it in
 //! SI units. Errors: a rod with recorded or moved ends, or a roller. `vtk` writes the frames of a motion of any rod.
@@ -16,14 +16,15 @@ pub use vtk::NamedText;
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
-use crate::export::links::Chain;
+use crate::export::links::RodChain;
 use crate::problem::Problem;
 use crate::scene::{Initial, Scene, StretchLaw, Support};
+use std::str::FromStr;
 
 /// Format of an exported rod.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Target {
+pub enum ExportFormat {
     /// MJCF of MuJoCo: rigid links with hinges that have springs.
     Mujoco,
     /// Python script for PyElastica: a Cosserat rod.
@@ -32,6 +33,21 @@ pub enum Target {
     Usd,
     /// CSV of stiffnesses and mass per length along the rod.
     Table,
+}
+
+impl FromStr for ExportFormat {
+    type Err = Error;
+
+    /// The format of a name: `mujoco`, `pyelastica`, `usd` or `csv`. Other names are an error with all of them.
+    fn from_str(name: &str) -> Result<Self, Error> {
+        match name {
+            "mujoco" => Ok(Self::Mujoco),
+            "pyelastica" => Ok(Self::Pyelastica),
+            "usd" => Ok(Self::Usd),
+            "csv" => Ok(Self::Table),
+            _ => Err(Error::invalid("to", name, "mujoco, pyelastica, usd or csv")),
+        }
+    }
 }
 
 /// The text of an exported file, and its notes.
@@ -48,24 +64,24 @@ impl Problem {
     /// program. The links are the edges of the mesh.
     ///
     /// ```
-    /// use rodfit::{Scene, export::Target};
+    /// use rodfit::{Scene, export::ExportFormat};
     ///
-    /// let export = Scene::load("data/cantilever.toml")?.problem()?.export(Target::Mujoco)?;
+    /// let export = Scene::load("data/cantilever.toml")?.problem()?.export(ExportFormat::Mujoco)?;
     /// assert!(export.text.starts_with("<mujoco"));
     /// # Ok::<(), rodfit::Error>(())
     /// ```
     ///
     /// # Errors
     /// [`Error::Invalid`] for recorded or moved ends, a roller.
-    pub fn export(&self, target: Target) -> Result<Export, Error> {
+    pub fn export(&self, target: ExportFormat) -> Result<Export, Error> {
         check_supports(self.scene())?;
-        let chain = Chain::of(self)?;
+        let chain = RodChain::of(self)?;
         let mut notes = omitted(self.scene(), target);
         let text = match target {
-            Target::Mujoco => mujoco::model(&chain, &mut notes),
-            Target::Pyelastica => pyelastica::script(&chain, &mut notes),
-            Target::Usd => usd::stage(&chain, &notes),
-            Target::Table => table::csv(&chain),
+            ExportFormat::Mujoco => mujoco::model(&chain, &mut notes),
+            ExportFormat::Pyelastica => pyelastica::script(&chain, &mut notes),
+            ExportFormat::Usd => usd::stage(&chain, &notes),
+            ExportFormat::Table => table::csv(&chain),
         };
         Ok(Export { text, notes })
     }
@@ -82,7 +98,7 @@ impl Problem {
         motion: &Trajectory,
         frames: usize,
     ) -> Result<Vec<NamedText>, Error> {
-        let radii: Vec<f64> = Chain::of(self)?.links.iter().map(|link| link.radius).collect();
+        let radii: Vec<f64> = RodChain::of(self)?.links.iter().map(|link| link.radius).collect();
         Ok(vtk::animation(motion, &radii, frames))
     }
 }
@@ -104,11 +120,11 @@ fn check_supports(scene: &Scene) -> Result<(), Error> {
 }
 
 /// Notes on the parts of a scene that a file of this format does not have.
-fn omitted(scene: &Scene, target: Target) -> Vec<String> {
+fn omitted(scene: &Scene, target: ExportFormat) -> Vec<String> {
     let damping = &scene.loads.damping;
     let supports = &scene.supports;
-    let is_table = target == Target::Table;
-    let is_simulated = matches!(target, Target::Mujoco | Target::Pyelastica);
+    let is_table = target == ExportFormat::Table;
+    let is_simulated = matches!(target, ExportFormat::Mujoco | ExportFormat::Pyelastica);
     let viscous = [damping.stiffness, damping.bending, damping.twisting, damping.stretching];
     let bending_law = &scene.material.bending_law;
     let has_law = scene.material.stretch_law != StretchLaw::default() || bending_law.is_some();
@@ -120,9 +136,12 @@ fn omitted(scene: &Scene, target: Target) -> Vec<String> {
         (!scene.loads.point.is_empty() || !scene.loads.line.is_empty(), "forces of [loads]"),
         (scene.loads.drag.is_some(), "drag of a fluid"),
         (!damping.maxwell.is_empty(), "Maxwell branches"),
-        (damping.friction.is_some() && target != Target::Mujoco, "internal friction"),
-        (damping.mass != 0.0 && target != Target::Pyelastica, "mass-proportional damping"),
-        (viscous.iter().any(|time| *time != 0.0) && target != Target::Mujoco, "damping of strains"),
+        (damping.friction.is_some() && target != ExportFormat::Mujoco, "internal friction"),
+        (damping.mass != 0.0 && target != ExportFormat::Pyelastica, "mass-proportional damping"),
+        (
+            viscous.iter().any(|time| *time != 0.0) && target != ExportFormat::Mujoco,
+            "damping of strains",
+        ),
         (!scene.actuation.is_empty(), "actuators"),
         (!scene.energies.is_empty(), "user-defined energies"),
         (!scene.rod.mass.is_empty() && !is_simulated && !is_table, "point masses"),

@@ -1,11 +1,11 @@
 //! Python script for PyElastica: a Cosserat rod with the nodes of the rod, which prints its tip over time.
 //!
-//! Input: a [`Chain`]. The script sets positions, directors, stiffness matrices (shear by Timoshenko's coefficient),
+//! Input: a [`RodChain`]. The script sets positions, directors, stiffness matrices (shear by Timoshenko's coefficient),
 //! nodal masses and curvature without stress. A clamped end holds its two outer nodes and the directors of the edge
 //! between them, as the rod does. Without a shear modulus G = E/3. Mass-proportional damping is the uniform constant of the linear damper.
 //! The time step is a part of the time of a wave over an edge.
 
-use crate::export::links::Chain;
+use crate::export::links::RodChain;
 use crate::numerics::vector::Vector;
 use crate::scene::Support;
 
@@ -13,7 +13,7 @@ use crate::scene::Support;
 const STEP_FRACTION: f64 = 0.3;
 
 /// The script of a chain; its conversions are added to the notes.
-pub(super) fn script(chain: &Chain, notes: &mut Vec<String>) -> String {
+pub(super) fn script(chain: &RodChain, notes: &mut Vec<String>) -> String {
     let moduli = &chain.moduli;
     let shear = moduli.shear.unwrap_or(moduli.young / 3.0);
     if moduli.shear.is_none() {

@@ -1,14 +1,14 @@
 //! Text of Universal Scene Description (USDA) of a rod: a linear curve with a width per node, and custom attributes.
 //!
-//! Input: a [`Chain`] and the notes of the export. Output: a stage in meters with the curve `/rod`, its density by the physics
+//! Input: a [`RodChain`] and the notes of the export. Output: a stage in meters with the curve `/rod`, its density by the physics
 //! schema, and the attributes `rodfit:..` with Young's and shear modulus (Pa), bending and torsional rigidity
 //! (N m^2) and damping. Rigidities are those at the middle of the rod.
 
-use crate::export::links::Chain;
+use crate::export::links::RodChain;
 use std::fmt::Write;
 
 /// The stage of a chain.
-pub(super) fn stage(chain: &Chain, notes: &[String]) -> String {
+pub(super) fn stage(chain: &RodChain, notes: &[String]) -> String {
     let mut text = String::from(
         "#usda 1.0\n(\n    defaultPrim = \"rod\"\n    metersPerUnit = 1\n    kilogramsPerUnit = 1\n    upAxis = \"Z\"\n)\n\n",
     );

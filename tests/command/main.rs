@@ -11,6 +11,7 @@ mod design;
 mod documents;
 mod experiments;
 mod explain;
+mod export;
 mod first_use;
 mod fit;
 mod folder;
