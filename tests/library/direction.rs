@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Modules in the order of imports: each may import from those before it.
-const ORDER: [&str; 19] = [
+const ORDER: [&str; 20] = [
     "code",
     "error",
     "summary",
@@ -22,6 +22,7 @@ const ORDER: [&str; 19] = [
     "fit",
     "check",
     "study",
+    "export",
     "campaign",
     "page",
 ];
