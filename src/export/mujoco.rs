@@ -130,7 +130,7 @@ fn open_body(text: &mut String, chain: &RodChain, i: usize, rate: f64) {
 fn hinges(text: &mut String, chain: &RodChain, i: usize, turn: &UnitQuaternion<f64>, rate: f64) {
     let joint = &chain.joints[i - 1];
     let back = turn.powf(0.5).inverse();
-    let order = if i % 2 == 0 { [0, 1, 2] } else { [2, 1, 0] };
+    let order = if i.is_multiple_of(2) { [0, 1, 2] } else { [2, 1, 0] };
     for k in order {
         let stiffness = joint.stiffness[k];
         if k == 0 && chain.moduli.shear.is_none() {
