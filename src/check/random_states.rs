@@ -189,7 +189,7 @@ mod tests {
         let mut scene = scene("{ kind = \"arc\", length = 0.5, angle = 1.0 }");
         let moment = [0.0, 0.0, 1e-3];
         scene.loads.point =
-            vec![PointForce { node: Point::Node(3), force: [0.0; 3], moment, signal: None }];
+            vec![PointForce { node: Point::Node(3), force: [0.0; 3], moment, follower: false, signal: None }];
         let problem = scene.problem().unwrap();
         let AnyProblem::Planar(discretized) = problem.discretized() else {
             panic!("a planar scene")

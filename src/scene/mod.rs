@@ -375,6 +375,10 @@ impl Scene {
             let allowed = "no such key, as the force acts until t = 0 only";
             return Err(Error::invalid(format!("initial.point[{k}].signal"), "a signal", allowed));
         }
+        if let Some(k) = self.initial.point.iter().position(|load| load.follower) {
+            let allowed = "no such key, as the force acts until t = 0 only";
+            return Err(Error::invalid(format!("initial.point[{k}].follower"), "true", allowed));
+        }
         if !self.loads.at_time.is_finite() {
             return Err(Error::invalid("loads.at_time", self.loads.at_time, "a finite time, s"));
         }

@@ -136,7 +136,14 @@ impl<M: Model> Discretized<'_, M> {
             (_, Support::Clamped) => 2,
             _ => 1,
         };
-        let loads = self.nodal_loads(rod.mass(), time);
+        let mut loads = self.nodal_loads(rod.mass(), time);
+        if rod.has_follower_loads() {
+            let mut followers = vec![0.0; q.len()];
+            rod.add_follower_forces(q, frames, &mut followers);
+            for (i, load) in loads.iter_mut().enumerate() {
+                *load = add(*load, self.model.rate(&followers, i));
+            }
+        }
         let start: Vec<usize> = (0..held(End::Start)).collect();
         let end: Vec<usize> = (0..held(End::End)).map(|k| last - k).collect();
         Reactions {
@@ -199,7 +206,7 @@ impl<M: Model> Discretized<'_, M> {
     pub(super) fn nodal_loads(&self, mass: &[f64], time: f64) -> Vec<[f64; 3]> {
         let weight = |i: usize| scale(self.scene().loads.gravity, mass[M::STRIDE * i]);
         let mut forces: Vec<[f64; 3]> = (0..self.nodes()).map(weight).collect();
-        for load in self.setup.loads_at(Some(time)) {
+        for load in self.setup.loads_at(self.model, Some(time)) {
             forces[load.node] = add(forces[load.node], load.force);
         }
         forces

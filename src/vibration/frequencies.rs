@@ -147,7 +147,7 @@ impl<'a> NamedModes<'a> {
                 let names = names_in(ModePlane::Out);
                 if !names.is_empty() {
                     let spatial =
-                        problem.discretized_as(&**model.insert(Box::new(problem.spatial_model()?)));
+                        problem.discretized_as(&**model.insert(Box::new(problem.spatial_model())));
                     let (q, frames) = spatial_state(&discretized, &spatial, q);
                     let rod = VibratingRod::out_of_plane(&spatial, &q, &frames)?;
                     outside = find_named_modes(&rod, &names, differentiated)?.into_iter();

@@ -171,7 +171,7 @@ impl Problem {
                 all += VibratingRod::new(&discretized, &q, &())?.add_modes(count, &mut modes)?;
                 // Out of the plane the rod vibrates only if a torsional stiffness is given.
                 if self.can_twist() {
-                    let model = self.spatial_model()?;
+                    let model = self.spatial_model();
                     let spatial = self.discretized_as(&model);
                     let (q, frames) = spatial_state(&discretized, &spatial, &q);
                     let rod = VibratingRod::out_of_plane(&spatial, &q, &frames)?;

@@ -132,7 +132,7 @@ pub fn scene(seed: u64, planar: bool) -> Scene {
         node: c.of(&[Point::Tip, Point::Node(3), Point::ArcLength(0.11)]),
         force,
         moment,
-        signal: None,
+        follower: false, signal: None,
     }];
     if seed % 3 == 1 {
         let sine = Signal {
