@@ -158,8 +158,7 @@ mod tests {
         let q = [0.1, -0.2, 0.4, 0.3];
         let tangent = load().planar_tangent(&q);
         for c in 0..4 {
-            let seeded: [Dual64; 4] =
-                std::array::from_fn(|i| Dual64::new(q[i], f64::from(i == c)));
+            let seeded: [Dual64; 4] = std::array::from_fn(|i| Dual64::new(q[i], f64::from(i == c)));
             let forces = load().map(Dual64::from).planar_forces(&seeded);
             for r in 0..4 {
                 assert!((tangent[r][c] + forces[r].eps).abs() < 1e-14, "{r} {c}");

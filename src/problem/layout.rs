@@ -20,7 +20,8 @@ use crate::problem::setup;
 use crate::problem::spatial::SpatialModel;
 use crate::scene::mesh::Mesh;
 use crate::scene::{
-    Clamp, Dimension, Discretization, Parameter, PointForce, Scene, Scheme, Shape, Support, Supports,
+    Clamp, Dimension, Discretization, Parameter, PointForce, Scene, Scheme, Shape, Support,
+    Supports,
 };
 
 impl<D: Scalar> Scene<D> {
@@ -148,7 +149,8 @@ fn check_moments_in_space(scene: &Scene) -> Result<(), Error> {
     match timed.filter(|_| !time.scheme.traits().takes_timed_actuation) {
         None => Ok(()),
         Some(k) => {
-            let found = format!("a signal of a moment in space with the scheme {}", time.scheme.name());
+            let found =
+                format!("a signal of a moment in space with the scheme {}", time.scheme.name());
             let takers = Scheme::names(|traits| traits.takes_timed_actuation);
             let allowed = format!("a constant; the schemes {takers} take signals");
             Err(Error::invalid(format!("loads.point[{k}].signal"), found, allowed))

@@ -14,9 +14,7 @@ use crate::energy::law::NonlinearBending;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, components, sub, unit};
 use crate::problem::curved_joints::{PLAIN, joint_slants, natural_slant, resistances};
-use crate::problem::model::{
-    Correction, Model, first_director, rolling, springs, tilted,
-};
+use crate::problem::model::{Correction, Model, first_director, rolling, springs, tilted};
 use crate::problem::rest_line::{InertiaAndWeight, RestLine};
 use crate::problem::section_profile::{SectionConstants, SectionProfile};
 use crate::problem::soft_clamp::SoftClamps;

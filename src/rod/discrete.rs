@@ -25,8 +25,8 @@ use crate::rod::moments::Moments;
 use crate::rod::nonlinear::NonlinearParts;
 use crate::rod::sweeps::{EdgeTangent, Elastic, GeometrySweep, Strains, TangentSweep};
 use crate::rod::{
-    AssembledRod, EdgeShift, Energies, FollowerLoads, InternalVariables, JointShift, NaturalShifts, Rod,
-    UserEnergies, Viscosity,
+    AssembledRod, EdgeShift, Energies, FollowerLoads, InternalVariables, JointShift, NaturalShifts,
+    Rod, UserEnergies, Viscosity,
 };
 use num_dual::Dual64;
 

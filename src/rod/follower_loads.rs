@@ -64,9 +64,10 @@ impl<D: Scalar> FollowerLoads<D> {
     /// All loads times their factors, with their edges.
     fn scaled(&self) -> impl Iterator<Item = EdgeFollower<D>> {
         self.groups.iter().flat_map(|FollowerGroup { factor, edges }| {
-            edges
-                .iter()
-                .map(|EdgeFollower { edge, load }| EdgeFollower { edge: *edge, load: load.scaled(*factor) })
+            edges.iter().map(|EdgeFollower { edge, load }| EdgeFollower {
+                edge: *edge,
+                load: load.scaled(*factor),
+            })
         })
     }
 }

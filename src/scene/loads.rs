@@ -151,7 +151,8 @@ impl<D: Nestable> Loads<D> {
         let points = self.point.iter().enumerate().filter_map(|(k, load)| {
             let turns = spatial && !load.moment.iter().all(Nestable::is_identically_zero);
             let name = if load.follower { "follower" } else { "moment" };
-            (load.follower || turns).then(|| FollowerKey { load: format!("loads.point[{k}]"), name })
+            (load.follower || turns)
+                .then(|| FollowerKey { load: format!("loads.point[{k}]"), name })
         });
         let lines = self.line.iter().enumerate().filter(|(_, load)| load.follower);
         let lines =

@@ -115,7 +115,13 @@ mod tests {
     }
 
     fn force_at(node: Point) -> Vec<PointForce> {
-        vec![PointForce { node, force: [0.0, -10.0, 0.0], moment: [0.0; 3], follower: false, signal: None }]
+        vec![PointForce {
+            node,
+            force: [0.0, -10.0, 0.0],
+            moment: [0.0; 3],
+            follower: false,
+            signal: None,
+        }]
     }
 
     /// Additional deflection of node `i` by shear, over its deflection.

@@ -288,7 +288,8 @@ impl Blueprint {
                 node: load.node.unwrap_or_default(),
                 force: load.force,
                 moment: [D::from(0.0); 3],
-                follower: false, signal: None,
+                follower: false,
+                signal: None,
             };
             let loads =
                 nodal_loads(&[force], "loads", &setup.mesh).map_err(|error| match error {

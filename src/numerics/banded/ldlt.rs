@@ -8,8 +8,8 @@
 //! symmetric has [`BandLu`] factors instead.
 
 use crate::numerics::banded::columns::WeightedSum;
-use crate::numerics::banded::lu::BandLu;
 use crate::numerics::banded::elimination::{BandColumn, Elimination};
+use crate::numerics::banded::lu::BandLu;
 use crate::numerics::banded::products::unrolled;
 use crate::numerics::banded::substitution::EndRows;
 use crate::numerics::banded::{BandMatrix, array_mut};
