@@ -344,6 +344,19 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         work
     }
 
+    /// The error, J, of the work of loads without a potential by errors of the fraction `relative` of all coordinates: the sum
+    /// of the absolute forces times coordinates. Zero without such loads.
+    pub(crate) fn follower_work_error(&self, relative: f64) -> f64 {
+        if !self.system.rod.has_follower_loads() {
+            return 0.0;
+        }
+        let State { q, frames, .. } = &self.state;
+        let mut forces = vec![D::from(0.0); q.len()];
+        self.system.rod.add_follower_forces(q, frames, &mut forces);
+        let sizes = forces.iter().zip(q).map(|(force, q)| (force.value() * q.value()).abs());
+        relative * sizes.sum::<f64>()
+    }
+
     /// Subtracts the work, J, of loads or actuators in the last step from the potential.
     fn subtract_work(&mut self, work: f64) {
         self.state.wound -= work;

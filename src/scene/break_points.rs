@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 pub struct BreakPoints<D = f64> {
     /// Arc lengths, m, ascending from 0 to the end of the rod.
     pub at: Vec<f64>,
-    /// The value at each of them.
+    /// Value at each of these arc lengths.
     pub factor: Vec<D>,
 }
 
