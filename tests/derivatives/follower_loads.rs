@@ -53,7 +53,8 @@ fn scene(planar: bool, scheme: Scheme, timed: bool) -> Scene {
 }
 
 fn own(problem: &Problem) -> Vec<Parameter> {
-    let is_own = |p: &Parameter| p.path().starts_with("loads.") || p.path().starts_with("rod.");
+    let places = ["loads.point.", "loads.line.", "rod."];
+    let is_own = |p: &Parameter| places.iter().any(|place| p.path().starts_with(place));
     let all = Parameter::all(problem.scene()).into_iter().filter(is_own);
     all.filter(|p| problem.check_parameter(*p).is_ok()).collect()
 }

@@ -63,7 +63,7 @@ fn tip_follower_force_equals_the_initial_value_problem() {
     for force in [[0.0, 2.0], [0.0, 8.0], [-6.0, 3.0], [4.0, -5.0], [0.0, 20.0]] {
         let [x, y] = elastica_tip(force);
         for spatial in [false, true] {
-            let mut scene = unit_rod(100, 1e-3);
+            let mut scene = unit_rod(200, 1e-3);
             scene.material.poisson_ratio = Some(0.3);
             // The plane of the force and the tangent is between the directors in space.
             let (sin, cos) = if spatial { 0.7_f64.sin_cos() } else { (0.0, 1.0) };
@@ -130,10 +130,17 @@ fn moment_in_space_rolls_a_rod_into_a_helix() {
         let turn = -torque * (1.0 - twist_compliance);
         let (sin, cos) = turn.sin_cos();
         let at_clamp = [torque, first * cos - second * sin, second * cos + first * sin];
-        scene.loads.point = follower([0.0; 3], moment);
-        let off = distance(rest(&scene).tip, rolled_tip(at_clamp));
-        println!("{moment:?} about the directors: off by {off:.1e}");
-        assert!(off < 1e-3, "{moment:?}: {off:e}");
+        // They are those of the last edge, half an edge from the tip: an error of first order, which extrapolation removes.
+        let [coarse, fine] = [100, 200].map(|segments| {
+            let mut scene = spatial_rod(segments);
+            scene.loads.point = follower([0.0; 3], moment);
+            rest(&scene).tip
+        });
+        let exact = rolled_tip(at_clamp);
+        let extrapolated = [0, 1, 2].map(|c| 2.0 * fine[c] - coarse[c]);
+        let [off, left] = [distance(fine, exact), distance(extrapolated, exact)];
+        println!("{moment:?} about the directors: off by {off:.1e}, extrapolated {left:.1e}");
+        assert!(off < 5e-3 && left < 3e-4, "{moment:?}: {off:e} {left:e}");
     }
 }
 
@@ -251,13 +258,13 @@ fn energy_balance_includes_the_work_of_follower_loads() {
     }
 }
 
-/// Beck's column with a small initial velocity across: bounded below the flutter load, growing above it.
+/// Beck's column released from a tiny deflection: bounded below the flutter load, growing above it.
 #[test]
 fn beck_column_flutters_above_its_critical_load() {
     let amplitudes = |load: f64| {
         let mut scene = unit_rod(40, 5e-3);
         scene.loads.point = follower([-load, 0.0, 0.0], [0.0; 3]);
-        scene.initial.point = at_tip([0.0, 1e-3, 0.0]);
+        scene.initial.point = at_tip([0.0, 1e-9, 0.0]);
         scene.initial.state = InitialState::Equilibrium;
         // The lowest frequency of the unloaded rod is 3.52/s times this.
         let unit = (1.0 / (PI * 5e-3_f64.powi(2))).sqrt();
@@ -270,7 +277,7 @@ fn beck_column_flutters_above_its_critical_load() {
         let steps = run.times().len();
         [most(0, steps / 4), most(3 * steps / 4, steps)]
     };
-    for (load, grows) in [(19.0, false), (21.0, true)] {
+    for (load, grows) in [(19.6, false), (20.5, true)] {
         let [early, late] = amplitudes(load);
         println!("P = {load}: tip {early:.2e}, later {late:.2e}");
         assert_eq!(late > 4.0 * early, grows, "{load}: {early:e} {late:e}");
@@ -289,10 +296,14 @@ fn unsupported_follower_loads_are_refused_with_their_key() {
         scene.time = Some(Time { scheme: Scheme::Rodas4, ..Time::new(0.1, 1e-4) });
     });
     assert!(message.contains("loads.point[0].signal"), "{message}");
-    let message = refusal(&|scene| scene.initial.point = follower([1e-3, 0.0, 0.0], [0.0; 3]));
+    let message = refusal(&|scene| {
+        scene.initial.state = InitialState::Equilibrium;
+        scene.initial.point = follower([1e-3, 0.0, 0.0], [0.0; 3]);
+    });
     assert!(message.contains("initial.point[0].follower"), "{message}");
     let message = refusal(&|scene| {
         scene.rod.dimension = Dimension::Spatial;
+        scene.initial.state = InitialState::Equilibrium;
         scene.initial.point =
             vec![PointForce { moment: [0.0, 0.0, 1e-4], ..PointForce::default() }];
     });

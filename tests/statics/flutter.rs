@@ -46,7 +46,7 @@ fn critical(range: [f64; 2], scene: impl Fn(f64) -> Scene) -> f64 {
     let [mut low, mut high] = range;
     let grows = |load: f64| modes(&scene(load)).unstable > 0;
     assert!(!grows(low) && grows(high), "{range:?}");
-    while high - low > 2e-4 * low {
+    while high - low > 1e-3 * low {
         let middle = 0.5 * (low + high);
         *if grows(middle) { &mut high } else { &mut low } = middle;
     }
