@@ -60,7 +60,7 @@ impl<D: Scalar> FollowerLoad<D> {
 
     /// The forces on the coordinates `q` of both nodes of an edge in the plane, N.
     pub fn planar_forces(&self, q: &[D; 4]) -> [D; 4] {
-        let PlanarEdge { tangent: [x, y], .. } = PlanarEdge::at(q);
+        let EdgeHeading { tangent: [x, y], .. } = EdgeHeading::at(q);
         let [first, second] =
             self.forces.map(|[along, across, _]| [along * x - across * y, along * y + across * x]);
         [first[0], first[1], second[0], second[1]]
@@ -69,7 +69,7 @@ impl<D: Scalar> FollowerLoad<D> {
     /// Minus the derivatives of [`planar_forces`](Self::planar_forces) by the coordinates, N/m. A force `a t + b n` changes
     /// by `(a n - b t) (n . de)/l` with the edge vector `e` of length `l`.
     pub fn planar_tangent(&self, q: &[D; 4]) -> [[D; 4]; 4] {
-        let PlanarEdge { tangent: [x, y], inverse } = PlanarEdge::at(q);
+        let EdgeHeading { tangent: [x, y], inverse } = EdgeHeading::at(q);
         let normal = [-(y * inverse), x * inverse];
         let mut rows = [[D::from(0.0); 4]; 4];
         for (k, [along, across, _]) in self.forces.into_iter().enumerate() {
@@ -124,14 +124,14 @@ impl<D: Nestable> FollowerLoad<D> {
 }
 
 /// An edge in the plane.
-struct PlanarEdge<D> {
+struct EdgeHeading<D> {
     /// Unit tangent.
     tangent: [D; 2],
     /// One over its length, 1/m.
     inverse: D,
 }
 
-impl<D: Scalar> PlanarEdge<D> {
+impl<D: Scalar> EdgeHeading<D> {
     /// The edge from the first to the second node of `q`.
     fn at(q: &[D; 4]) -> Self {
         let edge = [q[2] - q[0], q[3] - q[1]];
