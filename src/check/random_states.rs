@@ -188,8 +188,13 @@ mod tests {
     fn planted_error_in_any_entry_of_planar_elements_is_found() {
         let mut scene = scene("{ kind = \"arc\", length = 0.5, angle = 1.0 }");
         let moment = [0.0, 0.0, 1e-3];
-        scene.loads.point =
-            vec![PointForce { node: Point::Node(3), force: [0.0; 3], moment, signal: None }];
+        scene.loads.point = vec![PointForce {
+            node: Point::Node(3),
+            force: [0.0; 3],
+            moment,
+            follower: false,
+            signal: None,
+        }];
         let problem = scene.problem().unwrap();
         let AnyProblem::Planar(discretized) = problem.discretized() else {
             panic!("a planar scene")

@@ -88,14 +88,12 @@ struct SpatialCounterpart {
 }
 
 impl SpatialCounterpart {
-    /// The spatial model of a planar scene; `None` without user-defined energies, and for scenes with moments, which have
-    /// no spatial model.
+    /// The spatial model of a planar scene; `None` without user-defined energies.
     fn new(problem: &Problem) -> Option<Self> {
         if problem.scene().energies.is_empty() {
             return None;
         }
-        // A planar scene with moments has no spatial model, and is not checked out of its plane.
-        let model = problem.spatial_model().ok()?;
+        let model = problem.spatial_model();
         let rod = problem.discretized_as(&model).rod();
         Some(Self { model, rod })
     }

@@ -129,7 +129,7 @@ pub struct Stage {
 pub const END: Stage = Stage { place: 1.0, weight: 1.0 };
 
 /// Gauss-Legendre quadrature of four points on [0, 1]: exact for forces of the seventh degree.
-const AVERAGE: [Stage; 4] = [
+pub const AVERAGE: [Stage; 4] = [
     Stage { place: 0.069_431_844_202_973_71, weight: 0.173_927_422_568_726_93 },
     Stage { place: 0.330_009_478_207_571_87, weight: 0.326_072_577_431_273_07 },
     Stage { place: 0.669_990_521_792_428_1, weight: 0.326_072_577_431_273_07 },

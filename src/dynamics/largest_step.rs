@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::numerics::tangent::{Factors, Tangent};
 use crate::problem::Discretized;
 use crate::problem::Model;
-use crate::rod::Rod;
+use crate::rod::{AssembledRod, FollowerLoads, Rod};
 use crate::scene::Scheme;
 use std::ops::Range;
 
@@ -31,7 +31,9 @@ impl<M: Model> Discretized<'_, M> {
         let simulation = self.simulation()?;
         let state = simulation.state();
         let n = state.q.len();
-        let rod = simulation.rod();
+        // Loads without a potential have no part in the highest frequency.
+        let mut rod = simulation.rod().clone();
+        rod.set_follower_loads(FollowerLoads::none());
         let (mut gradient, mut tangent) = (vec![0.0; n], rod.zero_tangent());
         rod.tangent(&state.q, &state.frames, Derivatives::Hand, &mut gradient, &mut tangent);
         // Limit of stability h omega < limit of the scheme, with the highest frequency omega.

@@ -8,6 +8,7 @@
 //! and linearly implicit schemes. Energies are in J, without derivatives: the kinetic one of free unknowns, the
 //! elastic ones with those of Maxwell and friction springs, and the potential of the loads.
 
+use crate::dynamics::coefficients::AVERAGE;
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::step::{Step, StepperSettings, System, Work};
 use crate::dynamics::stepper::{self, Newton, Stepper};
@@ -102,8 +103,14 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     }
 
     /// Whether actuators follow signals, so that the laws of the rod depend on time.
-    pub(crate) fn has_actuators(&self) -> bool {
+    fn has_actuators(&self) -> bool {
         !self.system.actuators.is_empty()
+    }
+
+    /// Whether derivatives are those of the same steps in dual numbers: with actuators that follow signals, and with loads
+    /// without a potential. Steps are not linearized then.
+    pub(crate) fn needs_dual_steps(&self) -> bool {
+        self.has_actuators() || self.system.rod.has_follower_loads()
     }
 
     /// Sets the motion of supports, and the unknowns inside the free range that it prescribes. Overwrites the
@@ -215,7 +222,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     /// Whether steps can be [linearized](Self::linearized) from the states before and after them: Newmark-beta and
     /// generalised-alpha, but not the average vector field.
     pub(crate) fn can_linearize_again(&self) -> bool {
-        !self.has_actuators() && self.newton().is_some_and(|newton| !newton.averages())
+        !self.needs_dual_steps() && self.newton().is_some_and(|newton| !newton.averages())
     }
 
     /// A copy that [linearizes](Self::linearized) steps of this simulation again: it keeps tangents, and its work
@@ -308,8 +315,52 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     pub fn step_to(&mut self, time: f64) -> Result<(), Error> {
         match self.has_actuators() {
             true => self.actuated_step_to(time),
-            false => self.plain_step_to(time),
+            false => {
+                self.plain_step_to(time)?;
+                self.subtract_work(self.follower_work());
+                Ok(())
+            }
         }
+    }
+
+    /// The work, J, of the loads without a potential in the last step: on the straight line between its states, by the
+    /// quadrature of the average vector field. It is the work in the equations of that scheme; for others the error is that
+    /// of their order. Zero without such loads.
+    fn follower_work(&self) -> f64 {
+        if !self.system.rod.has_follower_loads() {
+            return 0.0;
+        }
+        let (before, now) = (&self.previous, &self.state);
+        let (mut forces, mut work) = (vec![D::from(0.0); now.q.len()], 0.0);
+        for stage in &AVERAGE {
+            let way = now.q.iter().zip(&before.q).map(|(now, before)| (*now - *before, before));
+            let q: Vec<D> = way.map(|(change, before)| *before + change * stage.place).collect();
+            forces.fill(D::from(0.0));
+            self.system.rod.add_follower_forces(&q, &before.frames, &mut forces);
+            for i in 0..q.len() {
+                work += forces[i].value() * (now.q[i] - before.q[i]).value() * stage.weight;
+            }
+        }
+        work
+    }
+
+    /// The error, J, of the work of loads without a potential by errors of the fraction `relative` of all coordinates: the sum
+    /// of the absolute forces times coordinates. Zero without such loads.
+    pub(crate) fn follower_work_error(&self, relative: f64) -> f64 {
+        if !self.system.rod.has_follower_loads() {
+            return 0.0;
+        }
+        let State { q, frames, .. } = &self.state;
+        let mut forces = vec![D::from(0.0); q.len()];
+        self.system.rod.add_follower_forces(q, frames, &mut forces);
+        let sizes = forces.iter().zip(q).map(|(force, q)| (force.value() * q.value()).abs());
+        relative * sizes.sum::<f64>()
+    }
+
+    /// Subtracts the work, J, of loads or actuators in the last step from the potential.
+    fn subtract_work(&mut self, work: f64) {
+        self.state.wound -= work;
+        self.state.exchanged.work += work.abs();
     }
 
     /// [`step_to`](Self::step_to) of a rod whose actuators follow signals. Averaging schemes take the means of the signals
@@ -336,14 +387,16 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
             self.system.set_actuation(&before);
         }
         let energy_before = self.elastic_energy();
+        let followers_before = self.follower_work();
         self.system.set_actuation(&after);
         work += self.elastic_energy() - energy_before;
-        let work = if averages { work } else { 0.5 * work };
-        self.state.wound -= work;
-        if self.system.timed_loads.is_empty() {
-            self.state.exchanged = self.previous.exchanged;
+        if averages {
+            self.subtract_work(work);
+            self.subtract_work(followers_before);
+        } else {
+            self.subtract_work(0.5 * work);
+            self.subtract_work(0.5 * (followers_before + self.follower_work()));
         }
-        self.state.exchanged.work += work.abs();
         Ok(())
     }
 

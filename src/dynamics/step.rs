@@ -106,6 +106,7 @@ impl<D: Nestable, R: Rod<D>> System<D, R> {
                     rod.shift_natural_strains(shifts, values[k] - actuators.values[k]);
                 }
                 ActuatorEffect::Tensions(energies) => rod.set_tensions(energies, values[k]),
+                ActuatorEffect::FollowerLoads(group) => rod.set_follower_factor(*group, values[k]),
             }
         }
         actuators.values.copy_from_slice(values);

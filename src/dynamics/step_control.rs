@@ -11,8 +11,9 @@
 //! period, a step gained either less than 0.005 of the largest kinetic energy, or 0.01 to 1000 of it with a wrong
 //! motion. At beta = 1 none gained 0.001.
 //!
-//! Loads in time do work, which is subtracted from the energy; the sum of its absolute values is added to the kinetic
-//! energy as a scale. Generalised-alpha takes loads of a later interval, whose additional work is allowed.
+//! Loads in time and those without a potential do work, which is subtracted from the energy; the sum of its absolute
+//! values is added to the kinetic energy as a scale. Generalised-alpha takes loads of a later interval, whose additional
+//! work is allowed.
 //!
 //! Supports that move and fluids that flow do work. There a wrong root shows in the rotation of edges: none may
 //! turn by more than 45 degrees in a step. The average vector field conserves the energy where its quadrature is
@@ -258,7 +259,8 @@ impl StepControl {
         let floor = limits.rounding
             * (e.stretch + e.bend + e.twist + e.potential.abs() + e.own.abs())
             + self.still
-            + exchanged.lead;
+            + exchanged.lead
+            + simulation.follower_work_error(COORDINATES);
         // Steps without a sum share this one: each may have gained the limit.
         let steps = (self.unseen + 1) as f64;
         let change = |from: f64| if limits.losses { (now - from).abs() } else { now - from };

@@ -3,7 +3,8 @@
 //! Elements are stretching of an edge ([`stretch`]), bending of a planar joint ([`planar_bend`]), bending and
 //! twisting of a spatial one ([`bend_twist`], with [`frame`] and `joint`), dead loads ([`dead_load`]) and dead
 //! moments ([`dead_moment`]). Every element has one definition of its energy, J, generic over the [`Scalar`], and a
-//! hand-derived gradient and Hessian by its unknowns ([`Element`]); [`law`] has the laws of its material.
+//! hand-derived gradient and Hessian by its unknowns ([`Element`]); [`law`] has the laws of its material. Loads that
+//! turn with an edge have no energy ([`follower_load`]).
 //! [`Derivatives`] selects those of a simulation: the hand-derived formulas, or num-dual's differentiation of the
 //! energy. They agree to rounding; `rodfit check` compares them on any scene.
 //!
@@ -20,6 +21,7 @@ pub(crate) mod by_unknowns;
 pub mod dead_load;
 pub mod dead_moment;
 pub(crate) mod edge_tie;
+pub mod follower_load;
 pub mod frame;
 pub(crate) mod hyperelastic_stretch;
 pub(crate) mod joint;
@@ -35,6 +37,7 @@ pub use crate::scene::At;
 pub use bend_twist::BendTwist;
 pub use dead_load::DeadLoad;
 pub use dead_moment::DeadMoment;
+pub use follower_load::FollowerLoad;
 pub use hyperelastic_stretch::HyperelasticStretch;
 pub use law::{Law, Sliders, Stiffness};
 pub use own::{By, Curvatures, OwnEnergy, Slopes};

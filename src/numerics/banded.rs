@@ -10,10 +10,13 @@
 //! first row, last row, second row, and so on. The ends meet in `W` or `W + 1` rows in the middle, which come last.
 //! This is `L D L^T` of the matrix with permuted rows and columns: equally stable, and with the same number of
 //! negative pivots. The numbers of both ends are adjacent in memory, so that one vector instruction processes both.
+//!
+//! Blocks that are not symmetric (follower loads) add a triangle of differences. Such a matrix has factors `L U` instead.
 
 mod columns;
 mod elimination;
 mod ldlt;
+mod lu;
 mod products;
 mod substitution;
 
@@ -21,7 +24,7 @@ pub use ldlt::Ldlt;
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::simd::with_simd_if_wide;
-use crate::numerics::tangent::{PatternByOrder, Tangent};
+use crate::numerics::tangent::{PatternByOrder, Tangent, UnsymmetricTangent};
 use std::ops::Range;
 
 /// The `N` entries of `slice` from index `start` on, as an array, with one bounds check for all. Panics if there are
@@ -38,12 +41,14 @@ fn array_mut<T, const N: usize>(slice: &mut [T], start: usize) -> &mut [T; N] {
     slice[start..].first_chunk_mut().expect("the band has padding")
 }
 
-/// A symmetric matrix of half-bandwidth `W`, stored by columns from the diagonal down.
+/// A matrix of half-bandwidth `W`, stored by columns from the diagonal down. It is symmetric without `skew`.
 #[derive(Clone, Debug)]
 pub struct BandMatrix<D, const W: usize> {
     diagonal: Vec<D>,
     /// `below[j][p]` is the entry of row `j + 1 + p`, column `j`.
     below: Vec<[D; W]>,
+    /// `skew[j][p]` is the entry of row `j`, column `j + 1 + p`, less `below[j][p]`; empty for a symmetric matrix.
+    skew: Vec<[D; W]>,
 }
 
 /// The sum `out + A x` for `G` vectors, as work for a vector unit. A closure instead would be compiled without its
@@ -68,7 +73,30 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
     /// The zero matrix of `n` rows, stored with `W` more rows of zeros (padding) after the last.
     pub fn zeros(n: usize) -> Self {
         // W rows of padding, so that inner loops need no test for the end.
-        Self { diagonal: vec![D::from(0.0); n + W], below: vec![[D::from(0.0); W]; n + W] }
+        let (diagonal, below) = (vec![D::from(0.0); n + W], vec![[D::from(0.0); W]; n + W]);
+        Self { diagonal, below, skew: Vec::new() }
+    }
+
+    /// Whether no unsymmetric block was added.
+    pub fn is_symmetric(&self) -> bool {
+        self.skew.is_empty()
+    }
+
+    /// The differences of the upper from the lower triangle, allocated if they were not.
+    fn allocated_skew(&mut self) -> &mut [[D; W]] {
+        self.skew.resize(self.below.len(), [D::from(0.0); W]);
+        &mut self.skew
+    }
+
+    /// Adds the product of the upper triangle, less the transposed lower one, with `G` vectors to `out`.
+    fn add_skew_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
+        for (j, row) in self.skew.iter().enumerate().take(x.len()) {
+            for (p, entry) in row.iter().enumerate().take(x.len() - 1 - j) {
+                for g in 0..G {
+                    out[j][g] += *entry * x[j + 1 + p][g];
+                }
+            }
+        }
     }
 
     /// Number of rows, without the padding.
@@ -78,9 +106,10 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
 
     /// The columns in groups of `C`, by reference: a list of diagonal entries, and a list of the entries below the
     /// diagonal (`[p]` is row `j + 1 + p` of column `j`). Some groups include the padding beyond the last column; columns
-    /// that fill no group are omitted.
+    /// that fill no group are omitted. The matrix becomes symmetric.
     #[inline]
     pub fn columns_mut<const C: usize>(&mut self) -> (&mut [[D; C]], &mut [[[D; W]; C]]) {
+        self.skew.clear();
         (self.diagonal.as_chunks_mut().0, self.below.as_chunks_mut().0)
     }
 
@@ -135,8 +164,9 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         let (low, high) = (i.min(j), i.max(j));
         match high - low {
             0 => self.diagonal[low],
-            d if d <= W => self.below[low][d - 1],
-            _ => D::from(0.0),
+            d if d > W => D::from(0.0),
+            d if i < j && !self.skew.is_empty() => self.below[low][d - 1] + self.skew[low][d - 1],
+            d => self.below[low][d - 1],
         }
     }
 
@@ -159,12 +189,19 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         for (p, j) in (i.saturating_sub(W)..i).rev().enumerate() {
             self.below[j][p] = D::from(0.0);
         }
+        if !self.skew.is_empty() {
+            self.skew[i] = [D::from(0.0); W];
+            for (p, j) in (i.saturating_sub(W)..i).rev().enumerate() {
+                self.skew[j][p] = D::from(0.0);
+            }
+        }
     }
 
     /// Sets every entry to zero.
     fn clear(&mut self) {
         self.diagonal.fill(D::from(0.0));
         self.below.fill([D::from(0.0); W]);
+        self.skew.clear();
     }
 
     /// Adds `factor` times the matrix `other`, of the same order, to this one.
@@ -173,6 +210,14 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
             *to += *from * factor;
         }
         for (to, from) in self.below.iter_mut().zip(&other.below) {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to += *from * factor;
+            }
+        }
+        if other.skew.is_empty() {
+            return;
+        }
+        for (to, from) in self.allocated_skew().iter_mut().zip(&other.skew) {
             for (to, from) in to.iter_mut().zip(from) {
                 *to += *from * factor;
             }
@@ -219,12 +264,19 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
                 }
             }
         }
+        // The same entries as far as they differ from those below the diagonal.
+        if let Some(rows) = self.skew.get(first..j) {
+            for (p, row) in rows.iter().enumerate() {
+                add(&mut out[first + p], row[j - first - 1 - p]);
+            }
+        }
     }
 
     /// Adds `A x` to `out`, for `G` vectors (`x[i][g]` is row `i` of vector `g`); with AVX2 instructions for more than
     /// two.
     fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
-        with_simd_if_wide::<_, G>(Product { matrix: self, x, out });
+        with_simd_if_wide::<_, G>(Product { matrix: self, x, out: &mut *out });
+        self.add_skew_product(x, out);
     }
 
     /// Writes the product of the absolute values of all entries, `|A| |x|`, to `out`, by the real parts. Rounding errors
@@ -254,11 +306,30 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
                 out[j] += entry.value().abs() * x[i].value().abs();
             }
         }
+        for (j, row) in self.skew.iter().enumerate().take(n) {
+            for (i, entry) in (j + 1..n).zip(row) {
+                out[j] += entry.value().abs() * x[i].value().abs();
+            }
+        }
     }
 
     /// The rows with an entry in column `j` of the matrix, whose order is `n`: those at most `W` rows from the diagonal.
     fn coupled(&self, j: usize, n: usize) -> Range<usize> {
         j.saturating_sub(W)..(j + W + 1).min(n)
+    }
+}
+
+impl<D: Scalar, const W: usize> UnsymmetricTangent<D> for BandMatrix<D, W> {
+    /// Adds the leading `size` by `size` part of `block`, both triangles, to the entries from row and column `start` on.
+    /// Parts of more than `W + 1` rows are not allowed.
+    fn add_unsymmetric<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]) {
+        self.add_corner(start, size, block);
+        let skew = self.allocated_skew();
+        for c in 0..size {
+            for r in c + 1..size {
+                skew[start + c][r - c - 1] += block[c][r] - block[r][c];
+            }
+        }
     }
 }
 
@@ -465,6 +536,50 @@ mod tests {
                 assert!((x[i] - oracle[i]).abs() < 1e-12 * oracle.amax(), "{shift} {i}");
             }
         }
+    }
+
+    #[test]
+    fn unsymmetric_matrix_agrees_with_a_dense_one() {
+        let (n, block) = (30, |j: usize| {
+            std::array::from_fn(|r| {
+                std::array::from_fn(|c| ((5 * r + 3 * c + j) as f64).sin() * 0.4)
+            })
+        });
+        let mut a = matrix(n, 0.0);
+        let mut dense = nalgebra::DMatrix::from_fn(n, n, |i, j| a.get(i, j));
+        for j in [0, 9, 10, n - 4] {
+            let block: [[f64; 4]; 4] = block(j);
+            a.add_unsymmetric(j, 4, &block);
+            for r in 0..4 {
+                for c in 0..4 {
+                    dense[(j + r, j + c)] += block[r][c];
+                }
+            }
+        }
+        assert!(!a.is_symmetric());
+        assert!((0..n).all(|i| (0..n).all(|j| (a.get(i, j) - dense[(i, j)]).abs() < 1e-15)));
+        let x: Vec<f64> = (0..n).map(|i| (1.3 * i as f64).cos()).collect();
+        let right = nalgebra::DVector::from_column_slice(&x);
+        let (mut product, mut columns) = (vec![0.0; n], vec![[0.0]; n]);
+        a.product(&x, &mut product);
+        (0..n).for_each(|j| a.add_column(j, [x[j]], &mut columns));
+        let expected = &dense * &right;
+        let mut factors = a.new_factors();
+        factors.factor_sum(&vec![1.0; n], 0.5, &a, 2.0, 3..n).unwrap();
+        let mut solution = x.clone();
+        factors.solve(&mut solution);
+        let part = dense.view((3, 3), (n - 3, n - 3)) * 2.0
+            + nalgebra::DMatrix::identity(n - 3, n - 3) * 0.5;
+        let solved = part.lu().solve(&right.rows(3, n - 3).into_owned()).unwrap();
+        for i in 0..n {
+            assert!((product[i] - expected[i]).abs() < 1e-14, "{i}");
+            assert!((columns[i][0] - expected[i]).abs() < 1e-14, "{i}");
+            let exact = if i < 3 { 0.0 } else { solved[i - 3] };
+            assert!((solution[i] - exact).abs() < 1e-12, "{i}");
+        }
+        // A symmetric matrix again.
+        a.clear();
+        assert!(a.is_symmetric() && a.get(0, 1) == 0.0);
     }
 
     #[test]

@@ -76,6 +76,12 @@ pub trait Tangent<D: Scalar>: Clone + Debug + Send + Sync {
     }
 }
 
+/// A [`Tangent`] to which blocks that are not symmetric can be added, as those of loads without a potential.
+pub trait UnsymmetricTangent<D: Scalar>: Tangent<D> {
+    /// Adds the leading `size` by `size` part of `block`, both triangles, to the entries from row and column `start` on.
+    fn add_unsymmetric<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]);
+}
+
 /// A [`Tangent`] whose sparsity pattern follows from its order.
 pub trait PatternByOrder<D: Scalar>: Tangent<D> {
     /// The zero matrix of `n` rows.

@@ -12,14 +12,17 @@
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, dot, sub};
-use crate::problem::line_loads::{check_line_loads, line_loads};
-use crate::problem::model::{Correction, NodalLoad};
+use crate::problem::line_loads::check_line_loads;
+use crate::problem::model::Correction;
 use crate::problem::model_with_setup::{AnyModel, ModelWithSetup};
 use crate::problem::planar::PlanarModel;
 use crate::problem::setup;
 use crate::problem::spatial::SpatialModel;
 use crate::scene::mesh::Mesh;
-use crate::scene::{Clamp, Dimension, Discretization, Parameter, Scene, Shape, Support, Supports};
+use crate::scene::{
+    Clamp, Dimension, Discretization, Parameter, PointForce, Scene, Scheme, Shape, Support,
+    Supports,
+};
 
 impl<D: Scalar> Scene<D> {
     /// Mesh of the rest shape, with the parts of its outermost edges behind walls. It has `remeshed` edges if that is set,
@@ -107,8 +110,8 @@ pub(crate) fn correction(scene: &Scene, mesh: &Mesh, varying: &[Parameter]) -> C
 
 /// Rejects a section whose `up` is along the first edge. Also rejected are energies, loads and masses outside the rod,
 /// recorded markers between nodes, and initial shapes that do not fit the mesh. The error has the key and the allowed range.
-/// Returns the nodes of the initial shape, and the nodal forces and moments of point and line loads.
-pub(crate) fn check_on_mesh(scene: &Scene, mesh: &Mesh) -> Result<StartAndLoads, Error> {
+/// Returns the nodes of the initial shape, m; none if that is the rest shape.
+pub(crate) fn check_on_mesh(scene: &Scene, mesh: &Mesh) -> Result<Option<Vec<Vector<f64>>>, Error> {
     scene.rod.section.check_up(&mesh.nodes)?;
     for energy in &scene.energies {
         energy.at().check(&energy.key(), mesh.length)?;
@@ -125,20 +128,34 @@ pub(crate) fn check_on_mesh(scene: &Scene, mesh: &Mesh) -> Result<StartAndLoads,
         let recorded = scene.supports.path.is_some();
         check_edges(if recorded { "supports.path" } else { "initial.shape" }, start)?;
     }
-    let mut loads = setup::nodal(&scene.loads.point, "loads", mesh)?;
+    setup::nodal(&scene.loads.point, "loads", mesh)?;
     check_line_loads(&scene.loads.line, mesh.length.value())?;
-    loads.extend(line_loads(&scene.loads.line, mesh));
     setup::nodal(&scene.initial.point, "initial", mesh)?;
     setup::nodal_masses(scene, mesh)?;
-    Ok(StartAndLoads { start, loads })
+    Ok(start)
 }
 
-/// Initial shape and loads of a scene on its mesh.
-pub(crate) struct StartAndLoads {
-    /// Nodes of the initial shape, m; none if that is the rest shape.
-    start: Option<Vec<Vector<f64>>>,
-    /// Loads on the nodes.
-    loads: Vec<NodalLoad>,
+/// Rejects, in space, a moment of `initial.point`, and one with a signal in a scheme that does not take actuators that
+/// follow signals.
+fn check_moments_in_space(scene: &Scene) -> Result<(), Error> {
+    let turns = |load: &PointForce| load.moment != [0.0; 3];
+    if let Some(k) = scene.initial.point.iter().position(turns) {
+        let key = format!("initial.point[{k}].moment");
+        let allowed = "no moment in a spatial scene; a moment of [[loads.point]] acts there";
+        return Err(Error::invalid(key, format!("{:?}", scene.initial.point[k].moment), allowed));
+    }
+    let Some(time) = &scene.time else { return Ok(()) };
+    let timed = scene.loads.point.iter().position(|load| turns(load) && load.signal.is_some());
+    match timed.filter(|_| !time.scheme.traits().takes_timed_actuation) {
+        None => Ok(()),
+        Some(k) => {
+            let found =
+                format!("a signal of a moment in space with the scheme {}", time.scheme.name());
+            let takers = Scheme::names(|traits| traits.takes_timed_actuation);
+            let allowed = format!("a constant; the schemes {takers} take signals");
+            Err(Error::invalid(format!("loads.point[{k}].signal"), found, allowed))
+        }
+    }
 }
 
 /// The model of a scene on its mesh, with its setup, and the reason of the choice as text. It is the model that
@@ -148,14 +165,14 @@ pub(crate) struct StartAndLoads {
 /// # Errors
 ///
 /// Those of [`check_on_mesh`], and a requested planar model that cannot represent the scene. For a spatial one
-/// `supports.angle`, moments, and a missing shear modulus or Poisson's ratio.
+/// `supports.angle`, moments that act until t = 0, and a missing shear modulus or Poisson's ratio.
 pub(crate) fn choose(
     scene: &Scene,
     mesh: &Mesh,
     varying: &[Parameter],
 ) -> Result<(AnyModel, String), Error> {
     let correction = correction(scene, mesh, varying);
-    let StartAndLoads { start, loads } = check_on_mesh(scene, mesh)?;
+    let start = check_on_mesh(scene, mesh)?;
     let asked = scene.rod.dimension;
     let why = match asked {
         Dimension::Spatial => "requested by rod.dimension".to_string(),
@@ -192,6 +209,7 @@ pub(crate) fn choose(
         let found = format!("neither shear_modulus nor poisson_ratio, in a spatial scene ({why})");
         return Err(Error::invalid("material", found, "one of the two: the rod can twist"));
     }
-    let model = SpatialModel::new(scene, mesh, correction, &loads, None)?;
+    check_moments_in_space(scene)?;
+    let model = SpatialModel::new(scene, mesh, correction, None);
     Ok((AnyModel::Spatial(ModelWithSetup::new(model, scene)), why))
 }

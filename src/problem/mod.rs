@@ -18,6 +18,7 @@ mod actuation;
 mod axes;
 pub(crate) mod boundary;
 mod curved_joints;
+mod follower_loads;
 mod layout;
 mod line_loads;
 pub mod model;
@@ -61,7 +62,6 @@ use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::add;
 use crate::problem::layout::{BESIDE_STRAIGHT, choose};
-use crate::problem::line_loads::line_loads;
 use crate::problem::model_with_setup::AnyModel;
 use crate::rod::Rod;
 use crate::scene::Parameter;
@@ -314,14 +314,12 @@ impl Problem {
         known && self.scene.loads.point.iter().all(|load| load.moment == [0.0; 3])
     }
     /// A new spatial model of the scene with its setup, also for a planar problem, whose normal it takes for
-    /// `supports.angle`. Errors: loads outside the rod, and a load with a moment.
-    pub(crate) fn spatial_model(&self) -> Result<ModelWithSetup<SpatialModel>, Error> {
+    /// `supports.angle`.
+    pub(crate) fn spatial_model(&self) -> ModelWithSetup<SpatialModel> {
         let normal = self.planar().map(|discretized| discretized.model.normal());
-        let mut loads = setup::nodal(&self.scene.loads.point, "loads", &self.mesh)?;
-        loads.extend(line_loads(&self.scene.loads.line, &self.mesh));
         let correction = correction(&self.scene, &self.mesh, &self.varying);
-        let model = SpatialModel::new(&self.scene, &self.mesh, correction, &loads, normal)?;
-        Ok(ModelWithSetup::new(model, &self.scene))
+        let model = SpatialModel::new(&self.scene, &self.mesh, correction, normal);
+        ModelWithSetup::new(model, &self.scene)
     }
     /// This problem, borrowed, with the given model and setup in place of its own, such as the [spatial
     /// model](Self::spatial_model) of a planar problem.

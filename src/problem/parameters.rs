@@ -5,7 +5,7 @@
 //! is an error for parameters that the scene does not have or that have no effect in it. Without effect are
 //! curvature factors of a straight rod, compliances of unclamped ends, rotations of pinned ends, and motions of
 //! recorded ends except the twist. It also rejects Kelvin-Voigt times with a given scheme without viscosity, and
-//! axial compliances beside a nonlinear stretch law. Moments and the clamp angle need a planar model, the angle
+//! axial compliances beside a nonlinear stretch law. Moments of zero and the clamp angle need a planar model, the angle
 //! also a start without `initial.shape`. Parameters that leave its plane, or rotate a roller, are rejected by
 //! derivatives in dual numbers. `with_trace_viscosity` replaces a fitted Kelvin-Voigt time of an elastic rod by
 //! `TRACE_VISCOSITY`, so that it has derivatives.
@@ -142,7 +142,7 @@ impl Problem {
     /// given scheme without viscosity, curvature factors of a straight rod, and compliances of unclamped ends. Rotations of
     /// pinned ends and motions of recorded ends other than the twist have no effect either. Rejected are also axial
     /// compliances beside a stretch law that is not linear, and parameters that leave the plane of a planar model or rotate a
-    /// roller. So are the clamp angle beside `initial.shape`, and clamp angle and moments of spatial models.
+    /// roller. So are the clamp angle beside `initial.shape`, that of spatial models, and moments there if all are zero.
     ///
     /// # Errors
     /// [`Error::Invalid`] with the reason.
@@ -218,8 +218,12 @@ impl Problem {
                 discretized.check_plane(parameter, &setup)?;
                 discretized.check_roller(parameter, &setup)
             }
-            AnyProblem::Spatial(_) if turns || parameter.is_moment() => {
-                beside("a spatial model", "in planar scenes")
+            AnyProblem::Spatial(_) if turns => beside("a spatial model", "in planar scenes"),
+            // Only with such loads derivatives are those of dual numbers, which have the moment.
+            AnyProblem::Spatial(discretized)
+                if parameter.is_moment() && !discretized.has_follower_loads() =>
+            {
+                beside("a spatial model", "in planar scenes, or beside a moment other than zero")
             }
             AnyProblem::Spatial(discretized) => {
                 discretized.check_roller(parameter, &discretized.setup_over(seed))

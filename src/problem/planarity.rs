@@ -12,6 +12,7 @@
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, dot, sub};
+use crate::problem::follower_loads::follower_vector;
 use crate::problem::model::{Model, first_director};
 use crate::problem::own::find_nonplanar;
 use crate::scene::actuation::actuated_directions;
@@ -53,12 +54,15 @@ impl<D: Scalar> PlanarVectors<D> {
         }
         for (table, points) in [("loads", &scene.loads.point), ("initial", &scene.initial.point)] {
             for (i, load) in points.iter().enumerate() {
-                within.push(keyed(&format!("{table}.point[{i}].force"), load.force));
-                normal.push(keyed(&format!("{table}.point[{i}].moment"), load.moment));
+                let [force, moment] =
+                    [load.force, load.moment].map(|x| in_world(scene, nodes, load.follower, x));
+                within.push(keyed(&format!("{table}.point[{i}].force"), force));
+                normal.push(keyed(&format!("{table}.point[{i}].moment"), moment));
             }
         }
         for (i, load) in scene.loads.line.iter().enumerate() {
-            within.push(keyed(&format!("loads.line[{i}].force"), load.force));
+            let force = in_world(scene, nodes, load.follower, load.force);
+            within.push(keyed(&format!("loads.line[{i}].force"), force));
         }
         if !scene.actuation.is_empty() {
             let director = first_director(scene, nodes);
@@ -90,6 +94,20 @@ impl<D: Scalar> PlanarVectors<D> {
             within.extend(start.iter().map(|x| keyed(key, sub(*x, nodes[0]))));
         }
         Self { within, normal }
+    }
+}
+
+/// A vector of the world at rest, given in world axes or, if it `follows` the rod, along tangent and directors of the first
+/// edge of `nodes`.
+fn in_world<D: Scalar>(
+    scene: &Scene<D>,
+    nodes: &[Vector<D>],
+    follows: bool,
+    vector: Vector<D>,
+) -> Vector<D> {
+    match follows {
+        true => follower_vector(vector, nodes, first_director(scene, nodes)),
+        false => vector,
     }
 }
 

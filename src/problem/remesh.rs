@@ -37,7 +37,8 @@ mod tests {
         assert!((same.equilibrium().unwrap().tip[1] - tip).abs() < 1e-12);
         for segments in [12, 23, 38, 60] {
             let other = problem.remeshed(segments).problem().unwrap();
-            let loads = other.planar().unwrap().setup.loads();
+            let planar = other.planar().unwrap();
+            let loads = planar.setup.loads(planar.model);
             assert!((loads.iter().map(|load| load.force[1]).sum::<f64>() - 0.52).abs() < 1e-14);
             let off = other.equilibrium().unwrap().tip[1] / tip - 1.0;
             // Edges over the distance of the force from the wall.

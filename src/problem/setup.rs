@@ -3,7 +3,8 @@
 //!
 //! [`Setup`] with dual numbers gives rods with derivatives by the scene's parameters. It distributes point loads
 //! over the four nodes around them by cubic weights (two in a clamped edge, one at a node). Point masses (kg) with
-//! their weight are divided between the two nodes next to them. It adds line loads and user-defined energies;
+//! their weight are divided between the two nodes next to them. It adds line loads, loads without a potential
+//! (`follower_loads`), and user-defined energies;
 //! `initial.point` is added by `rod_with_release_forces` only. `tied` returns the rod without loads, with springs
 //! to fixed points. [`between_markers`] returns the positions (m) of all nodes on straight lines between recorded
 //! markers at a time. [`nodal`] and [`nodal_masses`] return loads (world axes) and masses of nodes; a point outside
@@ -47,20 +48,21 @@ impl<D: Nestable, M: Model> Setup<D, M> {
     /// The rod of the model, to which point masses with their weight, point and line loads, and user-defined energies are
     /// added. Signals have their values at `loads.at_time`. Forces of `initial.point` are not included.
     pub fn rod(&self, model: &M) -> M::Rod<D> {
-        self.rod_under(model, &self.loads(), self.scene.loads.at_time)
+        self.rod_under(model, &self.loads(model), self.scene.loads.at_time)
     }
 
     /// [`rod`](Self::rod) with the values of signals at a time, s.
     pub fn rod_at(&self, model: &M, time: f64) -> M::Rod<D> {
-        self.rod_under(model, &self.loads_at(Some(time)), time)
+        self.rod_under(model, &self.loads_at(model, Some(time)), time)
     }
 
     /// [`rod`](Self::rod) without the loads that have signals, and with actuators as at t = 0, for simulations.
     pub fn rod_in_motion(&self, model: &M) -> M::Rod<D> {
-        self.rod_under(model, &self.loads_at(None), 0.0)
+        self.rod_under(model, &self.loads_at(model, None), 0.0)
     }
 
-    /// [`rod`](Self::rod) with `loads` in place of point and line loads, and the actuators as at a time, s.
+    /// [`rod`](Self::rod) with `loads` in place of point and line loads that have a potential. Other loads and actuators are
+    /// those at a time, s.
     fn rod_under(&self, model: &M, loads: &[NodalLoad<D>], time: f64) -> M::Rod<D> {
         let mut rod = model.rod(&self.scene, &self.rest);
         // Point masses have weight too.
@@ -77,6 +79,10 @@ impl<D: Nestable, M: Model> Setup<D, M> {
             rod.set_own(own::attached_energies(&chart, &self.scene, &self.mesh, rest));
         }
         self.actuate(model, &mut rod, time);
+        let followers = self.follower_loads(model, time);
+        if !followers.is_empty() {
+            rod.set_follower_loads(followers);
+        }
         rod
     }
 
@@ -134,11 +140,16 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         Some(natural_shifts(*component, *gain, part, &self.mesh, across))
     }
 
-    /// The actuators that follow signals, for a simulation that begins at t = 0.
+    /// The actuators, and loads without a potential, that follow signals, for a simulation that begins at t = 0.
     pub fn actuators(&self, model: &M) -> Actuators<D> {
         let timed = self.scene.actuation.iter().any(|actuator| actuator.signal().is_some());
+        // Factors of loads without a potential follow their signals as actuators do; the first group is constant.
+        let followers = self.follower_signals().enumerate().map(|(k, signal)| Actuator {
+            signal: signal.curve(),
+            effect: ActuatorEffect::FollowerLoads(k + 1),
+        });
         if !timed {
-            return Actuators::at(Vec::new(), 0.0);
+            return Actuators::at(followers.collect(), 0.0);
         }
         let chart = model.chart(&self.scene, &self.rest);
         let (mut list, mut next_energy) = (Vec::new(), self.scene.energies.len());
@@ -156,6 +167,7 @@ impl<D: Nestable, M: Model> Setup<D, M> {
                 list.push(Actuator { signal: signal.curve(), effect });
             }
         }
+        list.extend(followers);
         Actuators::at(list, 0.0)
     }
 
@@ -196,13 +208,13 @@ impl<D: Nestable, M: Model> Setup<D, M> {
     }
 
     /// Forces and moments on nodes, in world axes: those of `loads.point`, then those of `loads.line`, with the values of
-    /// signals at `loads.at_time`. A node may have several entries.
-    pub fn loads(&self) -> Vec<NodalLoad<D>> {
-        self.loads_at(Some(self.scene.loads.at_time))
+    /// signals at `loads.at_time`. A node may have several entries. Follower forces are left out.
+    pub fn loads(&self, model: &M) -> Vec<NodalLoad<D>> {
+        self.loads_at(model, Some(self.scene.loads.at_time))
     }
 
     /// [`loads`](Self::loads) with the values of signals at a time, s; without it only those that have no signal.
-    pub fn loads_at(&self, time: Option<f64>) -> Vec<NodalLoad<D>> {
+    pub fn loads_at(&self, model: &M, time: Option<f64>) -> Vec<NodalLoad<D>> {
         let loads = &self.scene.loads;
         let factor = |signal: &Option<String>| match (signal, time) {
             (None, _) => Some(D::from(1.0)),
@@ -212,12 +224,13 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         let scaled = |vector: Vector<D>, factor: D| vector.map(|c| c * factor);
         let point = loads.point.iter().filter_map(|load| {
             let factor = factor(&load.signal)?;
+            let load = self.dead_part(model, load);
             let [force, moment] = [load.force, load.moment].map(|vector| scaled(vector, factor));
-            Some(PointForce { node: load.node, force, moment, signal: None })
+            Some(PointForce { force, moment, ..load })
         });
-        let line = loads.line.iter().filter_map(|load| {
+        let line = loads.line.iter().filter(|load| !load.follower).filter_map(|load| {
             let force = scaled(load.force, factor(&load.signal)?);
-            Some(LineForce { from: load.from, to: load.to, force, signal: None })
+            Some(LineForce { force, ..load.clone() })
         });
         let mut nodal = self.nodal(&point.collect::<Vec<_>>());
         nodal.extend(line_loads(&line.collect::<Vec<_>>(), &self.mesh));
@@ -235,8 +248,10 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         let mut timed = TimedLoads::none();
         for signal in &self.scene.signals {
             let has_signal = |name: &Option<String>| name.as_deref() == Some(&*signal.name);
-            let point = loads.point.iter().filter(|load| has_signal(&load.signal)).cloned();
-            let line = loads.line.iter().filter(|load| has_signal(&load.signal)).cloned();
+            let point = loads.point.iter().filter(|load| has_signal(&load.signal));
+            let point = point.map(|load| self.dead_part(model, load));
+            let dead = loads.line.iter().filter(|load| !load.follower);
+            let line = dead.filter(|load| has_signal(&load.signal)).cloned();
             let mut nodal = self.nodal(&point.collect::<Vec<_>>());
             nodal.extend(line_loads(&line.collect::<Vec<_>>(), &self.mesh));
             if nodal.is_empty() {
@@ -273,7 +288,7 @@ impl<D: Nestable, M: Model> Setup<D, M> {
     /// Forces and moments of a list on the nodes of the mesh, in world axes. Each is divided over the four nodes around its
     /// point with cubic weights. In the edge of a clamp it is divided over two with linear ones; a node takes it alone. It
     /// panics for a point outside the rod, which was rejected before.
-    fn nodal(&self, points: &[PointForce<D>]) -> Vec<NodalLoad<D>> {
+    pub(super) fn nodal(&self, points: &[PointForce<D>]) -> Vec<NodalLoad<D>> {
         nodal(points, "loads", &self.mesh).expect("checked when the model was chosen")
     }
 }

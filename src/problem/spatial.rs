@@ -1,7 +1,6 @@
 //! The spatial model: a rod with stretch, bending and twist in space.
 //!
-//! [`SpatialModel`] selects the axes (those of the world, or along a roller). It is an error if a load has a
-//! moment, whose work in space depends on the path. As a [`Model`] it builds the `SpatialRod` over any number type.
+//! [`SpatialModel`] selects the axes (those of the world, or along a roller). As a [`Model`] it builds the `SpatialRod` over any number type.
 //! Its unknowns are three coordinates (m) per node and one angle (rad) per edge, measured from Bishop frames, in
 //! the order node, edge, node. Joints have natural curvature and twist, and in corrected discretizations the
 //! stiffness of the curve (`curved_joints`). Stiffnesses are means of the tapered section, reduced by compliant
@@ -12,17 +11,14 @@ use crate::energy::adapter::Chart;
 use crate::energy::bend_twist::{JointLaw, Stiffness};
 use crate::energy::frame::{EdgeFrame, Frames};
 use crate::energy::law::NonlinearBending;
-use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, components, sub, unit};
 use crate::problem::curved_joints::{PLAIN, joint_slants, natural_slant, resistances};
-use crate::problem::model::{
-    Correction, Model, NodalLoad, first_director, rolling, springs, tilted,
-};
+use crate::problem::model::{Correction, Model, first_director, rolling, springs, tilted};
 use crate::problem::rest_line::{InertiaAndWeight, RestLine};
 use crate::problem::section_profile::{SectionConstants, SectionProfile};
 use crate::problem::soft_clamp::SoftClamps;
-use crate::rod::{Moments, SpatialRod, UserEnergies};
+use crate::rod::{FollowerLoads, Moments, SpatialRod, UserEnergies};
 use crate::scene::mesh::Mesh;
 use crate::scene::{End, Scene, Support};
 use nalgebra::Vector3;
@@ -53,20 +49,13 @@ pub struct SpatialRest<D> {
 
 impl SpatialModel {
     /// The model of a scene on its mesh. With the `normal` of a planar scene, `supports.angle` rotates the rod about it. With
-    /// a roller, the axes are along and across its direction. An error for one of the `loads` on nodes that has a moment.
+    /// a roller, the axes are along and across its direction.
     pub(crate) fn new(
         scene: &Scene,
         mesh: &Mesh,
         correction: Correction,
-        loads: &[NodalLoad],
         normal: Option<Vector3<f64>>,
-    ) -> Result<Self, Error> {
-        if let Some(load) = loads.iter().find(|load| load.moment != [0.0; 3]) {
-            let found = format!("{:?} on node {} of a spatial scene", load.moment, load.node);
-            let allowed = "no moment in spatial scenes, as its work depends on the path. Rotate \
-                           an end with [[supports.motion]]";
-            return Err(Error::invalid("loads.point.moment", found, allowed));
-        }
+    ) -> Self {
         let turned = normal.map(|normal| tilted(scene, &mesh.nodes, &normal));
         let nodes = turned.as_deref().unwrap_or(&mesh.nodes);
         let axes = match rolling(scene, nodes) {
@@ -83,7 +72,7 @@ impl SpatialModel {
                 }
             }
         };
-        Ok(Self { correction, nodes: nodes.len(), axes, normal })
+        Self { correction, nodes: nodes.len(), axes, normal }
     }
 }
 
@@ -178,6 +167,7 @@ impl Model for SpatialModel {
             moments: Moments::none(),
             sliders: springs(scene, &line.tributary, |_| D::from(1.0)),
             own: UserEnergies::default(),
+            followers: FollowerLoads::none(),
         }
     }
 

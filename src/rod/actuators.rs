@@ -52,6 +52,8 @@ pub enum ActuatorEffect<D> {
     Strains(NaturalShifts<D>),
     /// The tensions of the energies with these indices, N, which are the values of the signal.
     Tensions(Vec<usize>),
+    /// The factor of the group of loads without a potential with this index, which is the value of the signal.
+    FollowerLoads(usize),
 }
 
 /// All actuators of a rod that follow signals, with the values to which the rod is set.

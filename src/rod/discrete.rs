@@ -2,7 +2,7 @@
 //! each rod of an assembly.
 //!
 //! Contents: one stretching law per edge, one bending (and twisting) law per inner node, lumped masses, dead loads,
-//! moments, springs of internal friction and user-defined energies. From unknowns `q` and reference frames follow
+//! moments, springs of internal friction, user-defined energies and loads without a potential. From unknowns `q` and reference frames follow
 //! energies (J), gradient (N), its tangent (N/m), strains, and checks of a step for folds and large rotations. The
 //! [`Layout`] has the element formulas, evaluated for several edges at a time in SIMD lanes. The method is Discrete
 //! Elastic Rods (Bergou et al. 2008, 2010).
@@ -25,8 +25,8 @@ use crate::rod::moments::Moments;
 use crate::rod::nonlinear::NonlinearParts;
 use crate::rod::sweeps::{EdgeTangent, Elastic, GeometrySweep, Strains, TangentSweep};
 use crate::rod::{
-    AssembledRod, EdgeShift, Energies, InternalVariables, JointShift, NaturalShifts, Rod,
-    UserEnergies, Viscosity,
+    AssembledRod, EdgeShift, Energies, FollowerLoads, InternalVariables, JointShift, NaturalShifts,
+    Rod, UserEnergies, Viscosity,
 };
 use num_dual::Dual64;
 
@@ -51,6 +51,8 @@ pub struct DiscreteRod<D: Scalar, L: Layout<N, S>, const N: usize, const S: usiz
     pub sliders: Option<LayoutSprings<L, D, N, S>>,
     /// User-defined energies.
     pub own: UserEnergies<D>,
+    /// Loads without a potential.
+    pub followers: FollowerLoads<D>,
 }
 
 /// Whether two bends to opposite sides are together at least half a turn, from the product of their curvatures
@@ -113,6 +115,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
         for (own, elastic) in self.bending.iter_mut().zip(&elastic.bending) {
             own.natural = elastic.natural;
         }
+        self.followers.copy_factors(&elastic.followers);
     }
 
     /// [`set_dashpots`](Rod::set_dashpots) for one rod of an assembly, whose strains begin at index `first` of the
@@ -156,6 +159,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
         // Constant moments and user-defined energies are few, and come after the sweep.
         self.moments.add_tangent(at.q, gradient, tangent);
         self.own.add_tangent(at.q, at.frames.edge_frames(), derivatives, gradient, tangent);
+        self.followers.add_tangent::<L, N, S>(at.q, at.frames, gradient, tangent);
     }
 }
 
@@ -211,6 +215,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         }
         self.moments.add_gradient(q, gradient);
         self.own.add_gradient(q, frames.edge_frames(), derivatives, gradient);
+        self.followers.add_forces::<L, N, S>(-1.0, q, frames, gradient);
     }
 
     /// Overwrites gradient, N, and tangent, N/m, of energy less work of loads and moments at `q`, user-defined energies
@@ -314,6 +319,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.nonlinear.add_gradient::<L, N, S>(&self.stretch, q, gradient);
         self.moments.add_gradient(q, gradient);
         self.own.add_gradient(q, frames.edge_frames(), derivatives, gradient);
+        self.followers.add_forces::<L, N, S>(-1.0, q, frames, gradient);
     }
 
     /// The first inner node (index >= 1) whose joint passed through a fold in the step from `before` to `now`; `None`
@@ -406,6 +412,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         rod.load.iter_mut().for_each(|load| load.force = [zero; N]);
         rod.moments.list.clear();
         rod.own = UserEnergies::default();
+        rod.followers = FollowerLoads::none();
         rod
     }
 
@@ -449,6 +456,21 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     /// Sets the first parameter of the energies with the indices `energies`, the tension of tendons, N.
     fn set_tensions(&mut self, energies: &[usize], tension: D) {
         self.own.set_first_value(energies, tension);
+    }
+
+    /// Whether there are loads without a potential.
+    fn has_follower_loads(&self) -> bool {
+        !self.followers.is_empty()
+    }
+
+    /// Adds the forces of the loads without a potential at `q`, N (N m for angles), to `forces`.
+    fn add_follower_forces(&self, q: &[D], frames: &Self::Frames, forces: &mut [D]) {
+        self.followers.add_forces::<L, N, S>(1.0, q, frames, forces);
+    }
+
+    /// Sets the factor of a group of loads without a potential.
+    fn set_follower_factor(&mut self, group: usize, factor: D) {
+        self.followers.set_factor(group, factor);
     }
 
     /// Overwrites the laws of all elements with those of `dashpots`, every stiffness times its factor and the shifts of
@@ -537,6 +559,11 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<
     /// Replaces all user-defined energies by `own`.
     fn set_own(&mut self, own: UserEnergies<D>) {
         self.own = own;
+    }
+
+    /// Replaces the loads without a potential.
+    fn set_follower_loads(&mut self, loads: FollowerLoads<D>) {
+        self.followers = loads;
     }
 
     /// Adds energies after the user-defined ones.

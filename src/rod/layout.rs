@@ -8,9 +8,9 @@
 //! [`Elements`] are references to the laws, loads and springs of a rod, [`At`] these with unknowns and frames.
 
 use crate::energy::law::{self, Law, NonlinearBending, NonlinearPart, StiffnessEntry, Symmetric};
-use crate::energy::{DeadLoad, HyperelasticStretch, Stretch};
+use crate::energy::{DeadLoad, FollowerLoad, HyperelasticStretch, Stretch};
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
-use crate::numerics::tangent::PatternByOrder;
+use crate::numerics::tangent::{PatternByOrder, UnsymmetricTangent};
 use crate::numerics::vector::components;
 use crate::rod::blocks::{MOST, block};
 use crate::rod::frames::{ReferenceFrames, RodGeometry};
@@ -182,6 +182,9 @@ fn add_response<L: Layout<N, S>, D: Scalar, const N: usize, const S: usize>(
     *stiffness = Symmetric::from_entries(|k| linear.entry(k) + own.entry(k));
 }
 
+/// The most unknowns from the first node of an edge to its second one, with both: 7 in space (4 in the plane).
+pub(super) const MAX_EDGE_UNKNOWNS: usize = 7;
+
 /// The layout of a rod whose nodes have `N` coordinates and whose joints have `S` strains.
 pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + 'static {
     /// Unknowns from one node to the next: `N` coordinates, and the angle of the next edge if there are frames.
@@ -191,7 +194,7 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     /// The law of a joint.
     type Joint<D: Scalar>: Law<D, S, Stiffness = Self::Stiffness<D>>;
     /// Second derivatives of the energy.
-    type Tangent<D: Scalar>: PatternByOrder<D>;
+    type Tangent<D: Scalar>: PatternByOrder<D> + UnsymmetricTangent<D>;
     /// The reference frames of the angles.
     type Frames<D: Nestable>: ReferenceFrames<D>;
     /// Edges and joints at the unknowns of a rod, in plain numbers.
@@ -246,6 +249,23 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     /// The strains of joint `i`, between edges `i` and `i + 1`, at the unknowns `q`. In the plane it is the curvature
     /// `2 tan(phi/2)` with the turning angle `phi`, in space two curvatures and the twist, rad.
     fn joint_strains<D: Nestable>(at: &At<'_, D, Self, N, S>, q: &[D], i: usize) -> [D; S];
+
+    /// The forces of a load that turns with edge `i`, N (N m for its angle), at the unknowns `q`: on the unknowns from
+    /// those of its first node to those of its second one. Entries beyond them have no meaning.
+    fn follower_forces<D: Nestable>(
+        load: &FollowerLoad<D>,
+        q: &[D],
+        frames: &Self::Frames<D>,
+        i: usize,
+    ) -> [D; MAX_EDGE_UNKNOWNS];
+
+    /// Minus the derivatives of [`follower_forces`](Self::follower_forces) by the same unknowns, N/m.
+    fn follower_tangent<D: Nestable>(
+        load: &FollowerLoad<D>,
+        q: &[D],
+        frames: &Self::Frames<D>,
+        i: usize,
+    ) -> [[D; MAX_EDGE_UNKNOWNS]; MAX_EDGE_UNKNOWNS];
 
     /// Moves the frames to the edges at `q` and overwrites `gradient` there, N (N m for angles), by the hand-derived
     /// formulas. The default leaves the frames unchanged, as in the plane.

@@ -7,7 +7,7 @@
 //! and large rotations. [`DiscreteRod`] implements it over a [`Layout`]: [`PlanarRod`] in the plane, [`SpatialRod`]
 //! in space. [`Assembly`] joins several rods. [`AssembledRod`] adds masses, forces and energies to a rod.
 //!
-//! Other files: `state` (state between steps), `viscosity` (viscous stress as changed laws), `frames`, `drag`,
+//! Other files: `follower_loads` (loads without a potential), `state` (state between steps), `viscosity` (viscous stress as changed laws), `frames`, `drag`,
 //! `moments`, `extra` (user-defined energies), `sensitive` and `transposed` (forward and adjoint derivatives along
 //! parameters). `sweeps`, `blocks`, `columns` and `edges` are the loops in SIMD lanes. `strain_rates`, here, returns
 //! the rates of strains (1/s) by central differences.
@@ -20,6 +20,7 @@ mod discrete;
 mod drag;
 mod edges;
 mod extra;
+mod follower_loads;
 mod frames;
 pub mod layout;
 mod moments;
@@ -39,6 +40,7 @@ pub use discrete::DiscreteRod;
 pub use drag::{DragSlopes, NodalDrag};
 pub(crate) use extra::Placed;
 pub use extra::UserEnergies;
+pub use follower_loads::{EdgeFollower, FollowerGroup, FollowerLoads};
 pub use frames::{
     FrameRate, ReferenceFrames, RodGeometry, frame_rates, set_dual_frames, set_real_frames,
     zero_frame_rates,
@@ -345,6 +347,18 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     /// nothing.
     fn set_tensions(&mut self, _energies: &[usize], _tension: D) {}
 
+    /// Whether there are loads without a potential (follower loads, and moments in space): the gradient is then not the
+    /// derivative of the energies, and the tangent is not symmetric. False by default.
+    fn has_follower_loads(&self) -> bool {
+        false
+    }
+
+    /// Adds the forces of these loads at `q`, N (N m for angles), to `forces`. The default does nothing.
+    fn add_follower_forces(&self, _q: &[D], _frames: &Self::Frames, _forces: &mut [D]) {}
+
+    /// Sets the factor of a group of these loads, the value of its signal. The default does nothing.
+    fn set_follower_factor(&mut self, _group: usize, _factor: D) {}
+
     /// Overwrites the laws of all elements with those of [dashpots](Rod::dashpots). Every stiffness is multiplied by
     /// the factor of its kind; the shifts of `viscosity` become natural strains.
     fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>);
@@ -391,6 +405,9 @@ pub trait AssembledRod<D: Scalar>: Rod<D> {
 
     /// Replaces all user-defined energies by `own`.
     fn set_own(&mut self, own: UserEnergies<D>);
+
+    /// Replaces the loads without a potential.
+    fn set_follower_loads(&mut self, loads: FollowerLoads<D>);
 
     /// Adds energies after the user-defined ones.
     fn add_own(&mut self, own: UserEnergies<D>);

@@ -9,7 +9,7 @@ use crate::energy::hyperelastic_stretch::{nonlinear_derivatives, nonlinear_gradi
 use crate::energy::law::NonlinearPart;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::tangent::Tangent;
-use crate::rod::layout::Layout;
+use crate::rod::layout::{Layout, MAX_EDGE_UNKNOWNS};
 
 /// The parts of the laws beyond the linear ones.
 #[derive(Clone, Debug)]
@@ -24,9 +24,6 @@ impl<D> Default for NonlinearParts<D> {
         Self { edges: Vec::new() }
     }
 }
-
-/// The most unknowns from the first node of an edge to its second one, with both: 7 in space (4 in the plane).
-const MAX_EDGE_UNKNOWNS: usize = 7;
 
 impl<D: Nestable> NonlinearParts<D> {
     /// The sum of the energies of the edges beyond the linear law at `q`, J; zero of linear laws.

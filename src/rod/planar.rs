@@ -10,11 +10,11 @@ mod rates;
 mod sweep;
 
 use crate::energy::law::StiffnessEntry;
-use crate::energy::{DeadLoad, Local, PlanarBend, dual_gradient, dual_tangent};
+use crate::energy::{DeadLoad, FollowerLoad, Local, PlanarBend, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
 use crate::rod::DiscreteRod;
-use crate::rod::layout::{EdgeSink, Layout, NodeSink, Plane};
+use crate::rod::layout::{EdgeSink, Layout, MAX_EDGE_UNKNOWNS, NodeSink, Plane};
 pub use crate::rod::planar::edges::HALF_BANDWIDTH;
 use crate::rod::planar::edges::{ByEdge, PlanarEdges, PlanarNodes};
 pub use crate::rod::planar::geometry::Geometry;
@@ -51,6 +51,33 @@ impl Layout<2, 1> for Plane {
     fn edge<D: Scalar>(q: &[D], i: usize) -> [D; 2] {
         let [x0, y0, x1, y1] = *unknowns(q, i);
         [x1 - x0, y1 - y0]
+    }
+
+    /// The forces of a follower load on both nodes of edge `i`, N; three entries have no meaning.
+    fn follower_forces<D: Nestable>(
+        load: &FollowerLoad<D>,
+        q: &[D],
+        (): &(),
+        i: usize,
+    ) -> [D; MAX_EDGE_UNKNOWNS] {
+        let [x0, y0, x1, y1] = load.planar_forces(unknowns(q, i));
+        let zero = D::from(0.0);
+        [x0, y0, x1, y1, zero, zero, zero]
+    }
+
+    /// Minus the derivatives of these forces by the coordinates, N/m, by the hand-derived formulas.
+    fn follower_tangent<D: Nestable>(
+        load: &FollowerLoad<D>,
+        q: &[D],
+        (): &(),
+        i: usize,
+    ) -> [[D; MAX_EDGE_UNKNOWNS]; MAX_EDGE_UNKNOWNS] {
+        let local = load.planar_tangent(unknowns(q, i));
+        let mut block = [[D::from(0.0); MAX_EDGE_UNKNOWNS]; MAX_EDGE_UNKNOWNS];
+        for (to, from) in block.iter_mut().zip(&local) {
+            to[..4].copy_from_slice(from);
+        }
+        block
     }
 
     /// Overwrites `gradient` with that of elastic energy less dead loads, N, by the hand-derived formulas. Constant

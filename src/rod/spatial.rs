@@ -18,14 +18,14 @@ use crate::energy::bend_twist::{BendTwist, JointLaw};
 use crate::energy::frame::Frames;
 use crate::energy::joint::{Between, ByEdge};
 use crate::energy::law::StiffnessEntry;
-use crate::energy::{DeadLoad, Local, Stiffness, dual_gradient, dual_tangent};
+use crate::energy::{DeadLoad, FollowerLoad, Local, Stiffness, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
 use crate::numerics::vector::map_components;
 use crate::rod::DiscreteRod;
 pub use crate::rod::edges::HALF_BANDWIDTH;
 use crate::rod::edges::{STRIDE, SpatialEdges, SpatialNodes};
-use crate::rod::layout::{EdgeSink, Layout, NodeSink, Space};
+use crate::rod::layout::{EdgeSink, Layout, MAX_EDGE_UNKNOWNS, NodeSink, Space};
 use crate::rod::spatial::forces::{Gradient, MovedGradient};
 pub use crate::rod::spatial::geometry::Geometry;
 use crate::rod::spatial::sweep::{At, Elements, SpatialBlocks};
@@ -94,6 +94,28 @@ impl Layout<3, 3> for Space {
     fn edge<D: Scalar>(q: &[D], i: usize) -> [D; 3] {
         let [x0, y0, z0, x1, y1, z1] = ends(q, i);
         [x1 - x0, y1 - y0, z1 - z0]
+    }
+
+    /// The forces of a follower load on the unknowns of edge `i`, N and N m.
+    fn follower_forces<D: Nestable>(
+        load: &FollowerLoad<D>,
+        q: &[D],
+        frames: &Frames<D>,
+        i: usize,
+    ) -> [D; MAX_EDGE_UNKNOWNS] {
+        let own = q[STRIDE * i..].first_chunk().expect("an edge of the rod");
+        load.spatial_forces(own, &frames.edges[i])
+    }
+
+    /// Minus the derivatives of these forces by the unknowns, N/m, in dual numbers.
+    fn follower_tangent<D: Nestable>(
+        load: &FollowerLoad<D>,
+        q: &[D],
+        frames: &Frames<D>,
+        i: usize,
+    ) -> [[D; MAX_EDGE_UNKNOWNS]; MAX_EDGE_UNKNOWNS] {
+        let own = q[STRIDE * i..].first_chunk().expect("an edge of the rod");
+        load.spatial_tangent(own, &frames.edges[i])
     }
 
     /// Overwrites `gradient` with that of elastic energy less dead loads, N and N m, by the hand-derived formulas.

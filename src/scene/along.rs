@@ -1,13 +1,15 @@
-//! Numbers that may vary along the rod: constant, piecewise constant or linear in arc length ([`Along`]).
+//! Numbers that may vary along the rod: constant, piecewise constant, or linear or piecewise linear in arc length ([`Along`]).
 //!
 //! `rod.natural_curvature`, `rod.natural_twist` and the taper of section and material have this type. A scene file
-//! gives a number, a list with one number for each of equally many equal parts of the length, or `{ from, to }`.
+//! gives a number, a list with one number for each of equally many equal parts of the length, `{ from, to }`, or
+//! `{ at, factor }`.
 //! [`Along::at`] returns the value at a fraction of the rod length: at a boundary of two parts that of the second,
-//! beyond an end that at the end. Every number is a parameter of the scene: `key`, `key.0`, `key.1`, .., or
-//! `key.from` and `key.to`. Empty lists and numbers that are not finite are rejected.
+//! beyond an end that at the end. Every number is a parameter of the scene: `key`, `key.0`, `key.1`, ..,
+//! `key.from` and `key.to`, or `key.factor.0` and so on. Empty lists and numbers that are not finite are rejected.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
+use crate::scene::break_points::BreakPoints;
 use crate::scene::number::{NumberVisitor, Quantity, SceneNumber};
 use crate::scene::table::NumberTree;
 use serde::{Deserialize, Serialize};
@@ -16,7 +18,7 @@ use serde::{Deserialize, Serialize};
 const PLACE_ROUNDING: f64 = 1e-9;
 
 /// A value along the rod: one number, a list with one number for each of equally many equal parts
-/// of the length, or a linear function of arc length. In code: `0.5.into()`, `vec![0.5,
+/// of the length, a linear function of arc length, or numbers at arc lengths, linear between. In code: `0.5.into()`, `vec![0.5,
 /// 0.8].into()` or `Along::linear(1.0, 0.5)`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -24,8 +26,8 @@ const PLACE_ROUNDING: f64 = 1e-9;
 #[serde(
     untagged,
     bound = "D: SceneNumber",
-    expecting = "expected a number, a list with one number for each part of the rod, or { from = \
-                 number, to = number }"
+    expecting = "expected a number, a list with one number for each part of the rod, { from = \
+                 number, to = number }, or { at = [0, ..], factor = [..] }"
 )]
 pub enum Along<D = f64> {
     /// One number for the whole rod.
@@ -34,6 +36,8 @@ pub enum Along<D = f64> {
     Piecewise(Vec<D>),
     /// A linear function of arc length.
     Linear(Linear<D>),
+    /// Numbers at arc lengths, linear between.
+    BreakPoints(BreakPoints<D>),
 }
 
 /// A linear function of arc length from one end of the rod to the other.
@@ -84,17 +88,21 @@ impl<D> Along<D> {
             Self::Whole(value) => vec![*value],
             Self::Piecewise(values) => values.clone(),
             Self::Linear(line) => vec![line.from, line.to],
+            Self::BreakPoints(points) => points.factor.clone(),
         }
     }
 
-    /// Inner boundaries of the parts of a list, ascending, as fractions of the rod length. None for a single number and a
-    /// linear function.
-    pub(crate) fn breaks(&self) -> impl Iterator<Item = f64> {
-        let parts = match self {
-            Self::Piecewise(values) => values.len(),
-            _ => 1,
-        };
-        (1..parts).map(move |part| part as f64 / parts as f64)
+    /// Inner boundaries of the parts of a list, or inner break points, ascending, as fractions of the rod length. None for a
+    /// single number and a linear function.
+    pub(crate) fn breaks(&self) -> Vec<f64> {
+        match self {
+            Self::Piecewise(values) => {
+                let parts = values.len();
+                (1..parts).map(|part| part as f64 / parts as f64).collect()
+            }
+            Self::BreakPoints(points) => points.breaks(),
+            Self::Whole(_) | Self::Linear(_) => Vec::new(),
+        }
     }
 }
 
@@ -107,13 +115,14 @@ impl<D: Scalar> Along<D> {
             Self::Piecewise(values) => values[part(place, values.len())],
             // Nodes behind a wall are beyond the ends: they have the value at the end.
             Self::Linear(Linear { from, to }) => *from + (*to - *from) * place.clamp(0.0, 1.0),
+            Self::BreakPoints(points) => points.value(place),
         }
     }
 }
 
 impl<D> Along<D> {
     /// Indices and weights of the [numbers](Self::values) whose weighted sum is the [value](Self::at) at a fraction of the
-    /// rod length. There is one with weight 1, or both ends of a linear function.
+    /// rod length. There is one with weight 1, or both ends of a linear part.
     pub(crate) fn shares(&self, place: f64) -> Vec<(usize, f64)> {
         match self {
             Self::Whole(_) => vec![(0, 1.0)],
@@ -122,6 +131,7 @@ impl<D> Along<D> {
                 let place = place.clamp(0.0, 1.0);
                 vec![(0, 1.0 - place), (1, place)]
             }
+            Self::BreakPoints(points) => points.shares(place),
         }
     }
 }
@@ -140,7 +150,7 @@ impl Along {
     }
 }
 
-/// One number, `key.0`, `key.1`, .. of a list, or `key.from` and `key.to`. The first quantity is that of a single number,
+/// One number, `key.0`, `key.1`, .. of a list, `key.from` and `key.to`, or `key.factor.0`, .. of break points. The first quantity is that of a single number,
 /// the second that of each of several.
 impl NumberTree for Along {
     type Kind = [Quantity; 2];
@@ -168,6 +178,12 @@ impl NumberTree for Along {
                 visitor.leave(outer_length);
                 line
             }
+            Self::BreakPoints(BreakPoints { at, factor }) => {
+                let outer_length = visitor.enter(key);
+                let factor = factor.map_numbers("factor", part, visitor);
+                visitor.leave(outer_length);
+                Along::BreakPoints(BreakPoints { at: at.clone(), factor })
+            }
         }
     }
 
@@ -185,6 +201,7 @@ impl NumberTree for Along {
             Self::Linear(Linear { from, to }) if !(from.is_finite() && to.is_finite()) => {
                 Err(Error::invalid(key, format!("from {from} to {to}"), "finite numbers"))
             }
+            Self::BreakPoints(points) => points.check(key),
             _ => Ok(()),
         }
     }

@@ -95,16 +95,20 @@ table! {
         /// Position of the load: `"tip"`, a node index or `{ arc_length = m }`. Between nodes the two
         /// neighbors share it, with the same work on every motion.
         pub node: Point<D> = TABLE,
-        /// Force in world axes, N.
+        /// Force in world axes, N; of a follower load along tangent, first and second director of the rod.
         #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
         pub force: [D; 3] = Quantity::signed("N"),
-        /// Moment about the normal of a planar scene, N m; half of it acts on each adjacent edge.
+        /// Moment about world axes, N m, of a follower load about tangent, first and second director. Half of it acts on
+        /// each adjacent edge. In a planar scene it is about the normal.
         #[serde(
             deserialize_with = "crate::input::arrays::numbers",
             default,
             skip_serializing_if = "is_default"
         )]
         pub moment: [D; 3] = Quantity::signed("N m"),
+        /// Whether the load turns with the rod: components are along its tangent and directors; default: false.
+        #[serde(default, skip_serializing_if = "is_default")]
+        pub follower: bool,
         /// Name of the signal in `[[signals]]` that multiplies force and moment over time; default: constant.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub signal: Option<String>,
@@ -121,9 +125,12 @@ table! {
         /// Arc length where the load ends, m; default: the length of the rod.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub to: Option<D> = Quantity::positive("m"),
-        /// Force per unit length at rest in world axes, N/m.
+        /// Force per unit length at rest in world axes, N/m; of a follower load along tangent, first and second director.
         #[serde(deserialize_with = "crate::input::arrays::numbers")]
         pub force: [D; 3] = Quantity::signed("N/m"),
+        /// Whether the load turns with the rod: components are along its tangent and directors; default: false.
+        #[serde(default, skip_serializing_if = "is_default")]
+        pub follower: bool,
         /// Name of the signal in `[[signals]]` that multiplies the force over time; default: constant.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub signal: Option<String>,
@@ -134,6 +141,38 @@ impl Loads {
     /// Whether there are entries of `loads.point` or `loads.line`, also of zero force.
     pub(crate) fn have_forces(&self) -> bool {
         !self.point.is_empty() || !self.line.is_empty()
+    }
+}
+
+impl<D: Nestable> Loads<D> {
+    /// Key of the first load without a potential, if there is one: a follower load, and of a `spatial` rod a moment, or one
+    /// with a derivative. A follower load that has only a moment counts, too.
+    pub(crate) fn first_follower(&self, spatial: bool) -> Option<FollowerKey> {
+        let points = self.point.iter().enumerate().filter_map(|(k, load)| {
+            let turns = spatial && !load.moment.iter().all(Nestable::is_identically_zero);
+            let name = if load.follower { "follower" } else { "moment" };
+            (load.follower || turns)
+                .then(|| FollowerKey { load: format!("loads.point[{k}]"), name })
+        });
+        let lines = self.line.iter().enumerate().filter(|(_, load)| load.follower);
+        let lines =
+            lines.map(|(k, _)| FollowerKey { load: format!("loads.line[{k}]"), name: "follower" });
+        points.chain(lines).next()
+    }
+}
+
+/// Key of a load without a potential.
+pub(crate) struct FollowerKey {
+    /// Key of the load.
+    pub load: String,
+    /// Key in the load that makes it so.
+    pub name: &'static str,
+}
+
+impl FollowerKey {
+    /// The whole key.
+    pub fn key(&self) -> String {
+        format!("{}.{}", self.load, self.name)
     }
 }
 

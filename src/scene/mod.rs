@@ -7,7 +7,7 @@
 //! keys. [`Scene::load`] reads a file, and the module `problem` builds the rod. [`StructureScene`] is the scene of
 //! several rods.
 //!
-//! Files: `rod`, `material`, `section`, `taper`, `along`, `mass`, `loads`, `drag`, `initial`, `camera`, `time`,
+//! Files: `rod`, `material`, `section`, `taper`, `along`, `break_points`, `mass`, `loads`, `drag`, `initial`, `camera`, `time`,
 //! `scheme`, `tolerance` (tables); `shape`, `polyline`, `mesh`, `plane`, `point`, `marker` (geometry); `support`,
 //! `supports`, `prescribed_motion`, `motion_rate`, `path`, `track`, `recorded_point`, `recorded_motion`, `fault`,
 //! `faults` (ends and recordings); `own` (user-defined energies); `structure`, `structure_point`,
@@ -16,6 +16,7 @@
 
 pub mod actuation;
 pub mod along;
+pub mod break_points;
 pub mod camera;
 mod drag;
 pub mod fault;
@@ -70,6 +71,7 @@ pub(crate) mod validate;
 
 pub use actuation::{ActuatedStrain, Actuation, RoutePoint, Tension};
 pub use along::{Along, Linear};
+pub use break_points::BreakPoints;
 pub use camera::Camera;
 pub use drag::Drag;
 pub use fault::Fault;
@@ -374,6 +376,10 @@ impl Scene {
         if let Some(k) = self.initial.point.iter().position(has_signal) {
             let allowed = "no such key, as the force acts until t = 0 only";
             return Err(Error::invalid(format!("initial.point[{k}].signal"), "a signal", allowed));
+        }
+        if let Some(k) = self.initial.point.iter().position(|load| load.follower) {
+            let allowed = "no such key, as the force acts until t = 0 only";
+            return Err(Error::invalid(format!("initial.point[{k}].follower"), "true", allowed));
         }
         if !self.loads.at_time.is_finite() {
             return Err(Error::invalid("loads.at_time", self.loads.at_time, "a finite time, s"));

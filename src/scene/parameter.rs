@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::scene::Scene;
 use crate::scene::actuation::{ActuatedStrain, Actuation, RoutePoint, Tension};
 use crate::scene::along::Along;
+use crate::scene::break_points::BreakPoints;
 use crate::scene::drag::Drag;
 use crate::scene::initial::Initial;
 use crate::scene::loads::{Damping, Friction, LineForce, Loads, PointForce};
@@ -544,10 +545,10 @@ fn quantities() -> &'static BTreeMap<String, Quantity> {
     })
 }
 
-/// Six scenes that together contain every built-in parameter: all kinds of shapes, sections, loads, damping and schemes, and
+/// Ten scenes that together contain every built-in parameter: all kinds of shapes, sections, loads, damping and schemes, and
 /// all forms of values along the rod. Shapes, sections, values along the rod and schemes differ; everything else is in each
 /// of them. They need not be valid.
-fn catalog_scenes() -> [Scene; 6] {
+fn catalog_scenes() -> [Scene; 10] {
     let up = [0.0, 1.0, 0.0];
     let circle = Section::Circle { radius: 1.0 };
     let rectangle = Section::Rectangle { width: 1.0, height: 1.0, up };
@@ -558,14 +559,20 @@ fn catalog_scenes() -> [Scene; 6] {
     let helix = Shape::Helix { length: 1.0, radius: 1.0, pitch: 1.0, axis, handedness };
     let polyline = Shape::polyline("");
     let tube = Section::Tube { radius: 1.0, thickness: 1.0 };
+    let points = BreakPoints { at: vec![0.0, 1.0], factor: vec![1.0; 2] };
+    let points = Along::BreakPoints(points);
     // Every kind of shape and section, and every form of a value along the rod.
     let kinds = [
         (straight.clone(), circle.clone(), 1.0.into()),
-        (arc.clone(), rectangle, vec![1.0].into()),
-        (helix, custom, Along::linear(1.0, 1.0)),
-        (polyline, circle, Along::linear(1.0, 1.0)),
+        (arc.clone(), rectangle.clone(), vec![1.0].into()),
+        (helix, custom.clone(), Along::linear(1.0, 1.0)),
+        (polyline, circle.clone(), Along::linear(1.0, 1.0)),
         (straight, tube.clone(), vec![1.0].into()),
-        (arc, tube, Along::linear(1.0, 1.0)),
+        (arc.clone(), tube.clone(), Along::linear(1.0, 1.0)),
+        (arc.clone(), circle, points.clone()),
+        (arc.clone(), rectangle, points.clone()),
+        (arc.clone(), custom, points.clone()),
+        (arc, tube, points),
     ];
     kinds.map(|(shape, section, along)| {
         let material = Material {
@@ -580,7 +587,7 @@ fn catalog_scenes() -> [Scene; 6] {
         if !whole {
             let RodSpec { natural_curvature, natural_twist, .. } = &mut scene.rod;
             (*natural_curvature, *natural_twist) = (vec![1.0].into(), vec![0.0].into());
-            if matches!(along, Along::Linear(_)) {
+            if matches!(along, Along::Linear(_) | Along::BreakPoints(_)) {
                 (*natural_curvature, *natural_twist) = (along.clone(), along.clone());
             }
         }

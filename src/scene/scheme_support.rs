@@ -63,6 +63,19 @@ impl Scene {
             let allowed = format!("a constant; the schemes {takers} take signals");
             unsupported.push(UnsupportedTerm { key, found, allowed });
         }
+        let points = self.loads.point.iter().enumerate().map(|(k, load)| {
+            (format!("loads.point[{k}].signal"), load.follower && load.signal.is_some())
+        });
+        let lines = self.loads.line.iter().enumerate().map(|(k, load)| {
+            (format!("loads.line[{k}].signal"), load.follower && load.signal.is_some())
+        });
+        let timed = points.chain(lines).find(|(_, timed)| *timed);
+        if let (false, Some((key, _))) = (traits.takes_timed_actuation, timed) {
+            let found = beside("a signal of a follower load");
+            let takers = Scheme::names(|traits| traits.takes_timed_actuation);
+            let allowed = format!("a constant; the schemes {takers} take signals");
+            unsupported.push(UnsupportedTerm { key, found, allowed });
+        }
         // Viscosity becomes the first term, which validation reports.
         let time = damping.times().into_iter().find(|(_, time)| *time > 0.0);
         if let Some((key, time)) = time.filter(|_| !traits.takes_viscosity) {

@@ -1,8 +1,9 @@
 //! `[rod.taper]`: factors along the rod on the numbers of section and material, for sections and materials that vary.
 //!
-//! Each factor is a list with one number for each of equally many equal parts of the length, or linear. `Taper::at`
+//! Each factor is a list with one number for each of equally many equal parts of the length, or linear between break
+//! points. `Taper::at`
 //! returns section and material at a place, a fraction of the rod length; Poisson's ratio and `up` are unchanged.
-//! `Taper::breaks` returns the places at which lists have boundaries, and both ends, ascending. Factors of numbers
+//! `Taper::breaks` returns the places at which lists have boundaries, break points, and both ends, ascending. Factors of numbers
 //! that the section or material does not have, factors of 0 or below, and invalid tapered sections are rejected. The
 //! section profile of a problem averages over the pieces between breaks.
 
@@ -28,8 +29,9 @@ macro_rules! factors {
     ($($(#[$doc:meta])* $key:ident;)*) => {
         table! {
             /// `[rod.taper]`: factors along the rod on section and material; default 1. Each is a list
-            /// with one factor for each of equally many equal parts of the length, or a linear function
-            /// `{ from = 1.0, to = 0.5 }`.
+            /// with one factor for each of equally many equal parts of the length, a linear function
+            /// `{ from = 1.0, to = 0.5 }`, or factors at arc lengths, linear between,
+            /// `{ at = [0.0, 0.3, 0.4], factor = [1.0, 0.5, 0.4] }`.
             pub struct Taper {
                 $($(#[$doc])*
                 #[serde(skip_serializing_if = "Option::is_none")]

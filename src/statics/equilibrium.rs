@@ -5,7 +5,7 @@
 //! Motions are counted by the negative pivots of the factored tangent (Sylvester's law of inertia), near zero by the
 //! second variation. Rigid motions and spins without resistance do not count. A planar rod is also examined out of
 //! its plane, in the spatial model, if a shear modulus or Poisson's ratio is given and no moment acts; else `stable`
-//! is absent. Output: [`Equilibrium`] with nodes and tip (m), energies (J), residual (N), reactions (N, N m), and
+//! is absent, as it is under loads without a potential. Output: [`Equilibrium`] with nodes and tip (m), energies (J), residual (N), reactions (N, N m), and
 //! counts of unstable and marginal motions. Warnings with codes are about implausible values and large strains. An
 //! unstable equilibrium is no error; a failed search, an interruption and a singular tangent are.
 
@@ -19,6 +19,7 @@ use crate::rod::{Energies, Rod};
 use crate::scene::Resolution;
 use crate::statics::pencil::{Pencil, spatial_motion};
 use crate::statics::reaction::Reactions;
+use crate::statics::stability::Stability;
 use crate::summary::{Summary, Tone};
 use serde::{Deserialize, Serialize};
 
@@ -41,10 +42,10 @@ pub struct Equilibrium {
     /// `1e-16 EI L/l^3` with edges of length `l`, much on very fine meshes.
     pub residual: f64,
     /// Whether no direction is unstable or marginal, out of the plane included; absent for a planar scene without a shear
-    /// modulus, which determines the stability out of the plane.
+    /// modulus, which determines the stability out of the plane, and under loads without a potential.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stable: Option<bool>,
-    /// Whether no direction in the plane is unstable or marginal; planar models only.
+    /// Whether no direction in the plane is unstable or marginal; planar models without follower loads only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stable_in_plane: Option<bool>,
     /// Number of independent unstable directions, of those examined.
@@ -102,6 +103,10 @@ impl Equilibrium {
             (Some(true), ..) => Summary::new("stable equilibrium", Tone::Good),
             (None, Some(true), _) => Summary::new(
                 "stable equilibrium in its plane; out of the plane not examined, as no shear modulus is given",
+                Tone::Good,
+            ),
+            (None, None, _) => Summary::new(
+                "equilibrium; its stability is not examined under loads without a potential: `rodfit modes` has growth rates",
                 Tone::Good,
             ),
             (.., 0) => Summary::new(
@@ -163,10 +168,13 @@ impl Problem {
         match self.discretized() {
             AnyProblem::Planar(discretized) => {
                 let mut found = model_equilibrium(self, &discretized)?;
+                if discretized.has_follower_loads() {
+                    return Ok(found);
+                }
                 // The planar model examines its own motions only.
                 found.stable_in_plane = Some(found.is_stable());
                 if self.can_twist() {
-                    let model = self.spatial_model()?;
+                    let model = self.spatial_model();
                     let spatial = self.discretized_as(&model);
                     // Stability out of the plane: the same shape in the spatial model.
                     let (q, frames) = spatial.placed_still(&found.nodes);
@@ -183,7 +191,7 @@ impl Problem {
             }
             AnyProblem::Spatial(discretized) => {
                 let mut found = model_equilibrium(self, &discretized)?;
-                found.stable = Some(found.is_stable());
+                found.stable = (!discretized.has_follower_loads()).then(|| found.is_stable());
                 Ok(found)
             }
         }
@@ -209,7 +217,11 @@ fn model_equilibrium<M: Model>(
     let strain = StrainGauge::new(problem).map(|gauge| gauge.largest(|i| nodes[i], None));
     let mut warnings = problem.plausibility_notes(Purpose::Rest);
     let pencil = Pencil::resting(discretized, &rod, &rest.q, &rest.frames);
-    let stability = discretized.stability(&rest.q, &rest.frames, &pencil, <[f64]>::to_vec)?;
+    // Without a potential the energy does not decide about stability.
+    let stability = match discretized.has_follower_loads() {
+        true => Stability::default(),
+        false => discretized.stability(&rest.q, &rest.frames, &pencil, <[f64]>::to_vec)?,
+    };
     let modulus = problem.scene().material.youngs_modulus;
     warnings.extend(strain.and_then(|strain| strain.warning(modulus)));
     Ok(Equilibrium {

@@ -153,11 +153,18 @@ impl<M: Model> Discretized<'_, M> {
         if other == Support::Free { 1.0 } else { share }
     }
 
+    /// Whether the scene has loads without a potential: follower loads, or moments in space.
+    pub(crate) fn has_follower_loads(&self) -> bool {
+        self.scene().loads.first_follower(M::STRIDE > 2).is_some()
+    }
+
     /// The edge coordinates of a long rod that is held at its start only. `None` for other rods, with user-defined
-    /// energies, and with prescribed nodes between the ends.
+    /// energies or loads without a potential, and with prescribed nodes between the ends.
     pub(crate) fn edge_coordinates(&self) -> Option<EdgeCoordinates> {
-        // User-defined energies may depend on the positions of nodes.
-        let suitable = !self.scene().has_own_energies() && self.prescribed().is_empty();
+        // User-defined energies may depend on the positions of nodes; the tangent of loads without a potential is by nodes.
+        let suitable = !self.scene().has_own_energies()
+            && self.prescribed().is_empty()
+            && !self.has_follower_loads();
         EdgeCoordinates::new(M::STRIDE, &self.free(), self.model.dof()).filter(|_| suitable)
     }
 }

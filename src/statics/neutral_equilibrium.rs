@@ -50,13 +50,17 @@ impl MotionMeasure {
 
 impl<M: Model> Discretized<'_, M> {
     /// Whether the equilibrium at `q` is neutral: the tangent has an eigenvalue between minus and plus one negligible
-    /// stiffness. The motion of the eigenvalue nearest to one negligible stiffness, by inverse iteration, must be a
+    /// stiffness. Under loads without a potential the result is false. The motion of the eigenvalue nearest to one negligible stiffness, by inverse iteration, must be a
     /// rigid motion or a spin.
     ///
     /// # Errors
     /// [`Error::Indifferent`], with the node that moves most, for other motions without resistance, as at a critical
     /// load. [`Error::SingularEquilibrium`] for zero pivots at all shifts.
     pub(crate) fn is_neutral(&self, q: &[f64], frames: &FramesOf<M>) -> Result<bool, Error> {
+        // The eigenvalues of an unsymmetric tangent are not counted by its pivots.
+        if self.has_follower_loads() {
+            return Ok(false);
+        }
         let pencil = Pencil::resting(self, &self.rod(), q, frames);
         let factors = pencil.factors(SHIFTS[0]).or_else(|_| pencil.factors(SHIFTS[1]))?;
         // An eigenvalue between -1 and 1 is zero: the masses of the pencil are negligible stiffnesses.

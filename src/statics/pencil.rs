@@ -12,7 +12,7 @@ use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::Nestable;
-use crate::numerics::tangent::{Factors, Singular, Tangent};
+use crate::numerics::tangent::{Factors, Singular, Tangent, UnsymmetricTangent};
 use crate::problem::Model;
 use crate::problem::{Discretized, FramesOf};
 use crate::rod::{Rod, SpatialRod, TangentOf, planar};
@@ -170,7 +170,14 @@ impl<D: Nestable> Pencil<D, TangentOf<SpatialRod<D>, D>> {
             for p in 0..size {
                 column[p][0] = entry(r + p, r);
             }
-            tangent.add_corner(r, size, &column);
+            if self.tangent.is_symmetric() {
+                tangent.add_corner(r, size, &column);
+                continue;
+            }
+            for p in 1..size {
+                column[0][p] = entry(r, r + p);
+            }
+            tangent.add_unsymmetric(r, size, &column);
         }
         // A support that holds one component of a node holds its deflection.
         let index = |i: usize, rounded: usize| 2 * (i / 4) + (i % 4 + rounded) / 4;

@@ -136,7 +136,7 @@ impl<M: Model> Discretized<'_, M> {
             (_, Support::Clamped) => 2,
             _ => 1,
         };
-        let loads = self.nodal_loads(rod.mass(), time);
+        let loads = self.loads_at_state(rod, q, frames, time);
         let start: Vec<usize> = (0..held(End::Start)).collect();
         let end: Vec<usize> = (0..held(End::End)).map(|k| last - k).collect();
         Reactions {
@@ -194,12 +194,32 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
+    /// [`nodal_loads`](Self::nodal_loads) and the forces of loads without a potential at the unknowns `q`, N.
+    pub(super) fn loads_at_state(
+        &self,
+        rod: &M::Rod<f64>,
+        q: &[f64],
+        frames: &FramesOf<M>,
+        time: f64,
+    ) -> Vec<[f64; 3]> {
+        let mut loads = self.nodal_loads(rod.mass(), time);
+        if rod.has_follower_loads() {
+            let mut followers = vec![0.0; q.len()];
+            rod.add_follower_forces(q, frames, &mut followers);
+            for (i, load) in loads.iter_mut().enumerate() {
+                *load = add(*load, self.model.rate(&followers, i));
+            }
+        }
+        loads
+    }
+
     /// Weight (gravity times the mass of the node), point and line forces on every node, N, in world axes, one entry
-    /// per node. `mass` has the masses of all unknowns. Signals have their values at `time`, s. Moments are left out.
+    /// per node. `mass` has the masses of all unknowns. Signals have their values at `time`, s. Moments and
+    /// follower loads are left out.
     pub(super) fn nodal_loads(&self, mass: &[f64], time: f64) -> Vec<[f64; 3]> {
         let weight = |i: usize| scale(self.scene().loads.gravity, mass[M::STRIDE * i]);
         let mut forces: Vec<[f64; 3]> = (0..self.nodes()).map(weight).collect();
-        for load in self.setup.loads_at(Some(time)) {
+        for load in self.setup.loads_at(self.model, Some(time)) {
             forces[load.node] = add(forces[load.node], load.force);
         }
         forces

@@ -73,7 +73,7 @@ fn deflections<M: Model>(discretized: &Discretized<'_, M>) -> Result<Vec<[f64; 3
     for i in discretized.free() {
         reactions[i] = 0.0;
     }
-    let loads = discretized.nodal_loads(rod.mass(), scene.loads.at_time);
+    let loads = discretized.loads_at_state(&rod, &rest.q, &rest.frames, scene.loads.at_time);
     let on_node = |i: usize| add(loads[i], discretized.model.rate(&reactions, i));
     let forces = internal_forces(discretized, on_node);
     let held = [scene.supports.start, scene.supports.end].map(|s| s != Support::Free);
@@ -115,7 +115,13 @@ mod tests {
     }
 
     fn force_at(node: Point) -> Vec<PointForce> {
-        vec![PointForce { node, force: [0.0, -10.0, 0.0], moment: [0.0; 3], signal: None }]
+        vec![PointForce {
+            node,
+            force: [0.0, -10.0, 0.0],
+            moment: [0.0; 3],
+            follower: false,
+            signal: None,
+        }]
     }
 
     /// Additional deflection of node `i` by shear, over its deflection.

@@ -5,8 +5,8 @@
 //! Slightly above the critical load the rod bends to the side that the loads determine, and from there it follows the
 //! stable branch. At [`LIMP`] or more (without loads across the rod [`LIMP_SYMMETRIC`]) the output is an ascending
 //! list of load fractions below 1: `FIRST_LOAD` over `F L^2/(E I)`, then by factors of `LOAD_RATIO`. Otherwise, for
-//! loads that do not push towards the clamp, and with moving ends, a recorded start or user-defined energies, it is
-//! `None`. Where the loads determine no side, a displacement of `PUSH` lengths is added. `partially_loaded_rod`
+//! loads that do not push towards the clamp, and with moving ends, a recorded start, user-defined energies or loads
+//! without a potential, it is `None`. Where the loads determine no side, a displacement of `PUSH` lengths is added. `partially_loaded_rod`
 //! returns the rod under such a fraction of gravity and loads.
 
 use crate::numerics::vector::{add, dot, sub};
@@ -49,7 +49,8 @@ impl<M: Model> Discretized<'_, M> {
             && supports.end == Support::Free
             && !supports.move_ends()
             && scene.initial.state != InitialState::Recorded
-            && !scene.has_own_energies();
+            && !scene.has_own_energies()
+            && !self.has_follower_loads();
         if !stands_alone {
             return None;
         }

@@ -110,7 +110,7 @@ fn spatial_part(part: &Scene) -> Result<SpatialModel, Error> {
         let allowed = "poisson_ratio or shear_modulus: a rod in space can twist";
         return Err(Error::invalid("rod.material", "neither of both", allowed));
     }
-    SpatialModel::new(part, &mesh, correction(part, &mesh, &[]), &[], None)
+    Ok(SpatialModel::new(part, &mesh, correction(part, &mesh, &[]), None))
 }
 
 /// Whether the material of a rod has a shear modulus or Poisson's ratio, which a spatial model requires.
@@ -288,6 +288,7 @@ impl Blueprint {
                 node: load.node.unwrap_or_default(),
                 force: load.force,
                 moment: [D::from(0.0); 3],
+                follower: false,
                 signal: None,
             };
             let loads =

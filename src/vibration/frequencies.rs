@@ -126,6 +126,12 @@ impl<'a> NamedModes<'a> {
         for name in names {
             name.among.check(problem, "modes")?;
         }
+        let scene = problem.scene();
+        if let Some(load) = scene.loads.first_follower(problem.spatial().is_some()) {
+            let allowed = "no such load for named natural frequencies; `rodfit modes` takes it";
+            let found = "a load without a potential";
+            return Err(Error::invalid(load.key(), found, allowed).in_file(scene.path.as_deref()));
+        }
         // Modes in and out of the plane are computed separately, each for its names.
         let planes: Vec<Option<ModePlane>> =
             names.iter().map(|n| n.among.plane_of(problem)).collect();
@@ -147,7 +153,7 @@ impl<'a> NamedModes<'a> {
                 let names = names_in(ModePlane::Out);
                 if !names.is_empty() {
                     let spatial =
-                        problem.discretized_as(&**model.insert(Box::new(problem.spatial_model()?)));
+                        problem.discretized_as(&**model.insert(Box::new(problem.spatial_model())));
                     let (q, frames) = spatial_state(&discretized, &spatial, q);
                     let rod = VibratingRod::out_of_plane(&spatial, &q, &frames)?;
                     outside = find_named_modes(&rod, &names, differentiated)?.into_iter();

@@ -5,8 +5,10 @@
 //! frequencies with derivatives by parameters, about the equilibrium ([`NaturalFrequency`]). A mode is selected by
 //! number and filter ([`ModeName`]). The reductions by shear and rotary inertia of thick rods, which the model
 //! omits, are estimated for a check of fits; they are not applied. Frequencies are angular, in rad/s; tables also
-//! have Hz. These parts are in `modes`, `frequencies`, `name` and `thickness`, in this order.
+//! have Hz. These parts are in `modes`, `frequencies`, `name` and `thickness`, in this order. `follower_modes` has
+//! frequencies and growth rates under loads without a potential.
 
+mod follower_modes;
 mod frequencies;
 mod modes;
 mod name;

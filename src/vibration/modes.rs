@@ -3,7 +3,8 @@
 //!
 //! They solve `K v = omega^2 M v` with the exact tangent `K` at the state. The requested number of lowest modes is
 //! computed, and all unstable ones if these are more (up to [`MAX_UNSTABLE`] in each plane). An unstable mode has
-//! minus its growth rate (1/s) as frequency. A planar scene with a torsional stiffness and without moments has
+//! minus its growth rate (1/s) as frequency. Under loads without a potential there are growth rates beside frequencies
+//! (`follower_modes`). A planar scene with a torsional stiffness and without moments has
 //! modes out of its plane too. These are computed separately, so that modes of equal frequency do not mix; both are
 //! sorted together by frequency.
 //!
@@ -30,6 +31,7 @@ use crate::statics::{
 };
 use crate::summary::quantity::number;
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
+use crate::vibration::follower_modes::{FollowerMode, follower_modes};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -99,6 +101,9 @@ pub struct Mode {
     /// Angular frequency, rad/s; for an unstable mode minus its growth rate, 1/s. Zero without resistance, as for rigid
     /// motions of a free rod.
     pub frequency_rad_s: f64,
+    /// Growth rate of the undamped mode, 1/s, negative if it decays; absent if all loads have a potential.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub growth_rate_1_s: Option<f64>,
     /// In or out of the plane of the scene; absent in spatial scenes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plane: Option<ModePlane>,
@@ -109,6 +114,13 @@ pub struct Mode {
     pub number: Option<usize>,
     /// Displacement of every node in world axes; the largest is 1. Zero in torsion.
     pub shape: Vec<[f64; 3]>,
+}
+
+impl Mode {
+    /// Whether the mode is unstable.
+    fn is_growing(&self) -> bool {
+        self.frequency_rad_s < 0.0 || self.growth_rate_1_s.is_some_and(|rate| rate > 0.0)
+    }
 }
 
 /// Lowest vibration modes about the equilibrium or the rest shape.
@@ -126,6 +138,10 @@ pub struct Modes {
     /// Angular frequencies in and out of the plane, ascending, rad/s; unstable modes are first, with negative growth
     /// rates, 1/s.
     pub frequencies_rad_s: Vec<f64>,
+    /// Growth rates of the undamped modes under follower loads, or moments in space, in the order of the frequencies, 1/s.
+    /// One above zero is that of flutter or, with a negative frequency, of divergence. Absent without such loads.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub growth_rates_1_s: Vec<f64>,
     /// Modes, in the order of the frequencies.
     pub modes: Vec<Mode>,
     /// The mesh that the command chose, and the relative error of a frequency; absent for a stated mesh.
@@ -171,7 +187,7 @@ impl Problem {
                 all += VibratingRod::new(&discretized, &q, &())?.add_modes(count, &mut modes)?;
                 // Out of the plane the rod vibrates only if a torsional stiffness is given.
                 if self.can_twist() {
-                    let model = self.spatial_model()?;
+                    let model = self.spatial_model();
                     let spatial = self.discretized_as(&model);
                     let (q, frames) = spatial_state(&discretized, &spatial, &q);
                     let rod = VibratingRod::out_of_plane(&spatial, &q, &frames)?;
@@ -186,7 +202,7 @@ impl Problem {
         }
         // Both planes together in ascending order; unstable modes are kept beyond the count.
         modes.sort_by_cached_key(|x| total_order(x.frequency_rad_s));
-        let growing = modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
+        let growing = modes.iter().rposition(Mode::is_growing).map_or(0, |last| last + 1);
         modes.truncate(count.max(growing));
         let notes = self.plausibility_notes(Purpose::Modes);
         Ok(Modes {
@@ -194,6 +210,7 @@ impl Problem {
             unstable: all.unstable,
             marginal: all.marginal,
             frequencies_rad_s: modes.iter().map(|mode| mode.frequency_rad_s).collect(),
+            growth_rates_1_s: modes.iter().filter_map(|mode| mode.growth_rate_1_s).collect(),
             modes,
             resolution: None,
             warnings: notes.iter().map(|(code, words)| code.behind(words)).collect(),
@@ -264,8 +281,10 @@ pub(crate) struct VibratingRod<'a, M: Model, T: Tangent<f64>> {
     pub(super) frames: &'a FramesOf<M>,
     /// Stiffness and masses there.
     pub(super) pencil: Pencil<f64, T>,
-    /// Numbers of unstable and marginal modes.
+    /// Numbers of unstable and marginal modes; zero under loads without a potential.
     stability: Stability,
+    /// Whether there are loads without a potential: the tangent is not symmetric.
+    follows: bool,
     /// The plane of the vibrations of a planar scene.
     pub plane: Option<ModePlane>,
 }
@@ -280,10 +299,16 @@ impl<'a, M: Model> VibratingRod<'a, M, TangentOf<M::Rod<f64>, f64>> {
     ) -> Result<Self, Error> {
         let rod = discretized.rod();
         let pencil = Pencil::at(discretized, &rod, q, frames);
-        let resting = Pencil::resting(discretized, &rod, q, frames);
-        let stability = discretized.stability(q, frames, &resting, <[f64]>::to_vec)?;
+        let follows = discretized.has_follower_loads();
+        let stability = match follows {
+            true => Stability::default(),
+            false => {
+                let resting = Pencil::resting(discretized, &rod, q, frames);
+                discretized.stability(q, frames, &resting, <[f64]>::to_vec)?
+            }
+        };
         let plane = (M::STRIDE < 3).then_some(ModePlane::In);
-        Ok(Self { discretized, q, frames, pencil, stability, plane })
+        Ok(Self { discretized, q, frames, pencil, stability, follows, plane })
     }
 }
 
@@ -298,10 +323,16 @@ impl<'a> VibratingRod<'a, SpatialModel, OutOfPlaneTangent<f64>> {
         let normal = discretized.model.components(discretized.normal());
         let rod = discretized.rod();
         let pencil = Pencil::at(discretized, &rod, q, frames).out_of_plane(normal);
-        let resting = Pencil::resting(discretized, &rod, q, frames).out_of_plane(normal);
-        let in_model = |x: &[f64]| spatial_motion(x, normal);
-        let stability = discretized.stability(q, frames, &resting, in_model)?;
-        Ok(Self { discretized, q, frames, pencil, stability, plane: Some(ModePlane::Out) })
+        let follows = discretized.has_follower_loads();
+        let stability = match follows {
+            true => Stability::default(),
+            false => {
+                let resting = Pencil::resting(discretized, &rod, q, frames).out_of_plane(normal);
+                let in_model = |x: &[f64]| spatial_motion(x, normal);
+                discretized.stability(q, frames, &resting, in_model)?
+            }
+        };
+        Ok(Self { discretized, q, frames, pencil, stability, follows, plane: Some(ModePlane::Out) })
     }
 }
 
@@ -448,6 +479,9 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
     /// these are more. They are numbered from 1 on in ascending order without free motions, which have no number.
     /// Returns the numbers of unstable and marginal motions of the rod.
     fn add_modes(&self, count: usize, modes: &mut Vec<Mode>) -> Result<Stability, Error> {
+        if self.follows {
+            return self.add_follower_modes(count, modes);
+        }
         let pairs = self.lowest(count.max(self.stability.unstable.min(MAX_UNSTABLE)))?;
         let mut number = 0;
         for pair in pairs {
@@ -455,6 +489,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
             number += usize::from(!pair.is_free());
             modes.push(Mode {
                 frequency_rad_s: pair.frequency(),
+                growth_rate_1_s: None,
                 plane: self.plane,
                 kind: pair.kind,
                 number: (!pair.is_free()).then_some(number),
@@ -462,6 +497,33 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
             });
         }
         Ok(self.stability)
+    }
+
+    /// [`add_modes`](Self::add_modes) under loads without a potential, with growth rates. Returns the number of all growing
+    /// modes.
+    fn add_follower_modes(&self, count: usize, modes: &mut Vec<Mode>) -> Result<Stability, Error> {
+        let all = follower_modes(&self.pencil, self.discretized.bending_frequency_squared())?;
+        let unstable = all.iter().filter(|mode| mode.growth_rate > 0.0).count();
+        let last = all.iter().rposition(|mode| mode.growth_rate > 0.0).map_or(0, |last| last + 1);
+        let mut number = 0;
+        for FollowerMode { frequency, growth_rate, vector } in
+            all.into_iter().take(count.max(last.min(MAX_UNSTABLE)))
+        {
+            let rates = self.in_model(&vector);
+            let shape = self.shape(&rates);
+            let kind = self.kind(frequency * frequency, &rates, &shape);
+            let is_free = frequency == 0.0 && growth_rate == 0.0 && kind == ModeKind::Rigid;
+            number += usize::from(!is_free);
+            modes.push(Mode {
+                frequency_rad_s: frequency,
+                growth_rate_1_s: Some(growth_rate),
+                plane: self.plane,
+                kind,
+                number: (!is_free).then_some(number),
+                shape,
+            });
+        }
+        Ok(Stability { unstable, marginal: 0 })
     }
 }
 
@@ -482,7 +544,7 @@ impl Modes {
             LinearizationPoint::Rest => "the rest shape",
         };
         // Headline: number of frequencies, or of unstable modes.
-        let listed = self.modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
+        let listed = self.modes.iter().filter(|mode| mode.is_growing()).count();
         let counted =
             counted(self.modes.len() - listed, "natural frequency", "natural frequencies");
         let summary = match self.unstable {
@@ -514,7 +576,7 @@ impl Modes {
     }
 
     /// A table with a row per mode, in ascending order: frequency in Hz and rad/s, or for unstable modes the growth
-    /// rate, 1/s; direction relative to the plane (empty in space), kind, and number (empty for free motions).
+    /// rate, 1/s; both for flutter; direction relative to the plane (empty in space), kind, and number (empty for free motions).
     fn table(&self) -> SummaryTable {
         let mut table = SummaryTable::new([
             TextColumn::right("Hz"),
@@ -533,7 +595,11 @@ impl Modes {
             let w = mode.frequency_rad_s;
             let [hz, rad, growth] = match w < 0.0 {
                 true => [String::new(), "unstable".into(), number(-w, DIGITS)],
-                false => [number(w / TAU, DIGITS), number(w, DIGITS), String::new()],
+                false => {
+                    let growth = mode.growth_rate_1_s.filter(|rate| *rate != 0.0);
+                    let growth = growth.map(|rate| number(rate, DIGITS)).unwrap_or_default();
+                    [number(w / TAU, DIGITS), number(w, DIGITS), growth]
+                }
             };
             let counted = mode.number.map(|n| n.to_string()).unwrap_or_default();
             table.row([hz, rad, growth, plane.into(), mode.kind.name().into(), counted]);

@@ -73,7 +73,7 @@ pub(crate) fn thickness_effects(
             }
             let outside = places_in(Some(ModePlane::Out));
             if !outside.is_empty() {
-                let model = problem.spatial_model()?;
+                let model = problem.spatial_model();
                 let spatial = problem.discretized_as(&model);
                 let (q, frames) = spatial_state(&discretized, &spatial, &q);
                 let rod = VibratingRod::out_of_plane(&spatial, &q, &frames)?;
@@ -238,8 +238,13 @@ mod tests {
         let bending = 205e9 * 0.02 * 0.01_f64.powi(3) / 12.0;
         let force = 0.3 * bending * (std::f64::consts::PI / LENGTH).powi(2);
         let along = [force, 0.0, 0.0];
-        scene.loads.point =
-            vec![PointForce { node: Point::Tip, force: along, moment: [0.0; 3], signal: None }];
+        scene.loads.point = vec![PointForce {
+            node: Point::Tip,
+            force: along,
+            moment: [0.0; 3],
+            follower: false,
+            signal: None,
+        }];
         let among = ModeFilter {
             plane: Some(ModePlane::In),
             kind: Some(ModeKind::Bending),

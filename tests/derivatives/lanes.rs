@@ -13,7 +13,9 @@ use rodfit::energy::law::{Sliders, Spring, Springs};
 use rodfit::energy::{DeadLoad, PlanarBend, Stretch};
 use rodfit::numerics::scalar::Nestable;
 use rodfit::numerics::tangent::Tangent;
-use rodfit::rod::{Energies, Moments, NonlinearParts, PlanarRod, Rod, SpatialRod, UserEnergies};
+use rodfit::rod::{
+    Energies, FollowerLoads, Moments, NonlinearParts, PlanarRod, Rod, SpatialRod, UserEnergies,
+};
 use std::sync::Arc;
 
 /// Rods of these many edges, each several times.
@@ -70,6 +72,7 @@ fn planar<D: Nestable>(seed: u64, edges: usize, slides: bool) -> (PlanarRod<D>, 
             Springs { sliders, acting }
         }),
         own: UserEnergies::default(),
+        followers: FollowerLoads::none(),
     };
     (rod, q)
 }
@@ -137,6 +140,7 @@ fn spatial<D: Nestable>(
             Springs { sliders, acting }
         }),
         own: UserEnergies::default(),
+        followers: FollowerLoads::none(),
     };
     (rod, q, frames)
 }

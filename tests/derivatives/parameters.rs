@@ -132,6 +132,7 @@ pub fn scene(seed: u64, planar: bool) -> Scene {
         node: c.of(&[Point::Tip, Point::Node(3), Point::ArcLength(0.11)]),
         force,
         moment,
+        follower: false,
         signal: None,
     }];
     if seed % 3 == 1 {
@@ -147,7 +148,13 @@ pub fn scene(seed: u64, planar: bool) -> Scene {
         let node = Point::ArcLength(0.37 * length);
         let signal = Some(sine.name.clone());
         scene.signals = vec![sine];
-        scene.loads.point.push(PointForce { node, force, moment: [0.0; 3], signal });
+        scene.loads.point.push(PointForce {
+            node,
+            force,
+            moment: [0.0; 3],
+            follower: false,
+            signal,
+        });
     }
     let held = supports_hold(&scene.supports);
     if held && c.yes() && scheme != Scheme::Verlet {

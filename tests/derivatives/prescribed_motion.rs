@@ -94,6 +94,7 @@ fn derivatives_with_driven_nodes_from_equilibrium_equal_differences() {
                     node: Point::ArcLength(0.34),
                     force,
                     moment: [0.0; 3],
+                    follower: false,
                     signal: None,
                 };
                 scene.initial = Initial { state, point: vec![weight], ..Initial::default() };

@@ -12,8 +12,8 @@ use rodfit::numerics::banded::BandMatrix;
 use rodfit::numerics::scalar::Nestable;
 use rodfit::rod::{ChangedRods, frame_rates, set_dual_frames, set_real_frames};
 use rodfit::rod::{
-    FrameRate, Moments, NonlinearParts, PlanarRod, Rod, RodGeometry, Sensitive, SpatialRod,
-    UserEnergies,
+    FollowerLoads, FrameRate, Moments, NonlinearParts, PlanarRod, Rod, RodGeometry, Sensitive,
+    SpatialRod, UserEnergies,
 };
 
 const EDGES: usize = 6;
@@ -57,6 +57,7 @@ fn planar<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> Plana
         bending: Vec::new(),
         sliders: None,
         own: UserEnergies::default(),
+        followers: FollowerLoads::none(),
     }
 }
 
@@ -87,6 +88,7 @@ fn spatial<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> Spat
         bending: Vec::new(),
         sliders: None,
         own: UserEnergies::default(),
+        followers: FollowerLoads::none(),
     }
 }
 

@@ -497,7 +497,8 @@ fn equilibrium_derivatives_by_line_loads_equal_differences() {
         scene.rod.dimension = dimension;
         // Both ends of the load are within edges, on which the nodal forces are smooth.
         let force = [0.1, -0.3, 0.0];
-        scene.loads.line = vec![LineForce { from: 0.111, to: Some(0.404), force, signal: None }];
+        scene.loads.line =
+            vec![LineForce { from: 0.111, to: Some(0.404), force, follower: false, signal: None }];
         let problem = scene.problem().unwrap();
         for (name, h) in [("from", 1e-4), ("to", 1e-4), ("force.x", 1e-2), ("force.y", 1e-2)] {
             let parameter: Parameter = format!("loads.line.0.{name}").parse().unwrap();

@@ -24,9 +24,11 @@ fn scene(planar: bool, scheme: Scheme, signal: &Signal) -> Scene {
         force,
         moment: [0.0, 0.0, 2e-3 * (1.0 - z)],
         signal: name.clone(),
+        follower: false,
     });
     let force = [0.0, 0.1, 0.2 * z];
-    scene.loads.line = vec![LineForce { from: 0.11, to: Some(0.4), force, signal: name }];
+    scene.loads.line =
+        vec![LineForce { from: 0.11, to: Some(0.4), force, follower: false, signal: name }];
     scene.signals = vec![signal.clone()];
     let step = if scheme == Scheme::Verlet || scheme == Scheme::Pefrl { 2e-5 } else { 1e-3 };
     scene.time = Some(Time { scheme, beta: 0.6, rho_inf: 0.4, ..Time::new(12.0 * step, step) });

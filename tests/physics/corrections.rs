@@ -47,8 +47,13 @@ fn stretching_next_to_walls() {
             let force = force * unit * length;
             if force != 0.0 {
                 let force = [0.0, 0.0, -force];
-                scene.loads.point =
-                    vec![PointForce { node: Point::Tip, force, moment: [0.0; 3], signal: None }];
+                scene.loads.point = vec![PointForce {
+                    node: Point::Tip,
+                    force,
+                    moment: [0.0; 3],
+                    follower: false,
+                    signal: None,
+                }];
             }
             let problem = scene.problem().unwrap();
             let found = problem.equilibrium().unwrap();
@@ -106,6 +111,7 @@ fn small_deflections_of_cantilevers() {
                             node: Point::Tip,
                             force,
                             moment: [0.0; 3],
+                            follower: false,
                             signal: None,
                         }];
                         1e-4 * length

@@ -10,6 +10,7 @@ mod damping;
 mod drag;
 mod energy;
 mod explicit_schemes;
+mod follower_loads;
 mod generalised_alpha;
 mod hard_cases;
 mod helix;

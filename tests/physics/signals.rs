@@ -88,7 +88,8 @@ fn short(scheme: Scheme, end: f64, step: f64, signal: &Signal) -> Scene {
     scene.loads.point = load([0.0, 2.0, 0.0]);
     scene.loads.point[0].moment = [0.0, 0.0, 0.3];
     let (force, signal_name) = ([0.0, -4.0, 0.0], Some("s".to_string()));
-    scene.loads.line = vec![LineForce { from: 0.1, to: Some(0.3), force, signal: signal_name }];
+    scene.loads.line =
+        vec![LineForce { from: 0.1, to: Some(0.3), force, follower: false, signal: signal_name }];
     scene.signals = vec![signal.clone()];
     scene.time = Some(Time { scheme, ..Time::new(end, step) });
     scene

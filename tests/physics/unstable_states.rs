@@ -104,7 +104,13 @@ fn ordinary_motion_is_not_reported() {
     let force = [0.0, 0.3, 0.0];
     plucked.initial = Initial {
         state: InitialState::Equilibrium,
-        point: vec![PointForce { node: Point::Tip, force, moment: [0.0; 3], signal: None }],
+        point: vec![PointForce {
+            node: Point::Tip,
+            force,
+            moment: [0.0; 3],
+            follower: false,
+            signal: None,
+        }],
         ..Initial::default()
     };
     let mut upright = released.clone();

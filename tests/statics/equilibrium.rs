@@ -131,6 +131,7 @@ fn edge_tangent_is_congruent_to_the_node_tangent() {
         node: Point::Tip,
         force: [0.0; 3],
         moment: [0.0, 0.0, 0.1],
+        follower: false,
         signal: None,
     }];
     let problem = plane.problem().unwrap();
@@ -476,7 +477,8 @@ fn force_between_nodes_deflects_as_in_beam_theory_on_every_mesh() {
         scene.loads.gravity = [0.0; 3];
         let force = [0.0, 1e-4, 0.0];
         let node = Point::ArcLength(at);
-        scene.loads.point = vec![PointForce { node, force, moment: [0.0; 3], signal: None }];
+        scene.loads.point =
+            vec![PointForce { node, force, moment: [0.0; 3], follower: false, signal: None }];
         rest(&scene).tip[1]
     };
     for at in [0.03, 0.111, 0.25, 0.377, 0.49, 0.5] {

@@ -19,8 +19,13 @@ fn growth_rate_of_euler_column_is_within_its_error_estimate() {
         scene.rod.segments = None;
         (scene.supports.start, scene.supports.end) = (Support::Pinned, Support::Roller);
         let force = [0.0, 0.0, -ratio * critical];
-        scene.loads.point =
-            vec![PointForce { node: Point::Tip, force, moment: [0.0; 3], signal: None }];
+        scene.loads.point = vec![PointForce {
+            node: Point::Tip,
+            force,
+            moment: [0.0; 3],
+            follower: false,
+            signal: None,
+        }];
         let exact =
             PI / length * ((ratio - 1.0) * critical / (density * PI * radius.powi(2))).sqrt();
         for count in [1, 2, 3] {

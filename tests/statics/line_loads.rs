@@ -9,7 +9,8 @@ fn loaded(segments: usize, from: f64, to: Option<f64>, q: f64) -> Scene {
     let mut scene = cantilever();
     scene.rod.segments = Some(segments);
     scene.loads.gravity = [0.0; 3];
-    scene.loads.line = vec![LineForce { from, to, force: [0.0, -q, 0.0], signal: None }];
+    scene.loads.line =
+        vec![LineForce { from, to, force: [0.0, -q, 0.0], follower: false, signal: None }];
     scene
 }
 

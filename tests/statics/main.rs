@@ -5,6 +5,7 @@ mod common;
 
 mod bifurcations;
 mod equilibrium;
+mod flutter;
 mod growth;
 mod line_loads;
 mod masses;

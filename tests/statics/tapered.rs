@@ -2,7 +2,7 @@
 //! the Ritz method.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use rodfit::scene::{Along, Dimension, Material, Scene, Section, Shape, Taper};
+use rodfit::scene::{Along, BreakPoints, Dimension, Material, Scene, Section, Shape, Taper};
 use rodfit::vibration::{LinearizationPoint, ModeKind};
 use std::f64::consts::PI;
 
@@ -68,6 +68,10 @@ fn tapered_rod_deflection_is_the_integral_of_compliance() {
     let both =
         Taper { youngs_modulus: Some(parts.clone().into()), ..on_radius(Along::linear(1.0, 0.4)) };
     let arm = |x: f64| (1.0 - x) * (1.0 - x);
+    // Break points at arc lengths of a rod of this length.
+    let cones = BreakPoints { at: vec![0.0, 0.7 * LENGTH, LENGTH], factor: vec![1.0, 0.6, 0.9] };
+    let cones = Along::BreakPoints(cones);
+    let two = |x: f64| if x < 0.7 { 1.0 - 0.4 * x / 0.7 } else { 0.6 + (x - 0.7) };
     for (name, taper, exact) in [
         ("cone", on_radius(Along::linear(1.0, 0.4)), 1.0 / 1.2),
         (
@@ -76,6 +80,7 @@ fn tapered_rod_deflection_is_the_integral_of_compliance() {
             integral(&thirds, |x| arm(x) / line(0.2)(x)),
         ),
         ("modulus in parts", on_modulus(parts.into()), integral(&thirds, |x| arm(x) / part(x))),
+        ("two cones", on_radius(cones), integral(&[0.0, 0.7, 1.0], |x| arm(x) / two(x).powi(4))),
         ("both", both, integral(&thirds, |x| arm(x) / part(x) / line(0.4)(x).powi(4))),
     ] {
         for dimension in [Dimension::Planar, Dimension::Spatial] {

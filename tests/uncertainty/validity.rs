@@ -123,8 +123,13 @@ fn droop(shear_part: f64) -> FitReport {
     let mut scene = bar(length, height, [Support::Clamped, Support::Free]);
     scene.rod.segments = Some(200);
     let down = [0.0, -force, 0.0];
-    scene.loads.point =
-        vec![PointForce { node: Point::Tip, force: down, moment: [0.0; 3], signal: None }];
+    scene.loads.point = vec![PointForce {
+        node: Point::Tip,
+        force: down,
+        moment: [0.0; 3],
+        follower: false,
+        signal: None,
+    }];
     let kappa = 10.0 * (1.0 + RATIO) / (12.0 + 11.0 * RATIO);
     let (area, second) = (WIDTH * height, WIDTH * height.powi(3) / 12.0);
     let sinking = |s: f64| {

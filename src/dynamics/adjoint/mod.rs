@@ -105,6 +105,9 @@ impl Problem {
         if !scene.energies.is_empty() {
             return refused("energies", "user-defined energies", "none");
         }
+        if let Some(load) = scene.loads.first_follower(self.spatial().is_some()) {
+            return refused(&load.key(), "a load without a potential", "no such load");
+        }
         for (i, actuator) in scene.actuation.iter().enumerate() {
             if actuator.is_tendon() {
                 return refused(&format!("actuation[{i}].kind"), "a tendon", "curvature");

@@ -110,8 +110,8 @@ enum SensitivityMethod<R: Sensitive> {
     /// For schemes whose steps are equations, by the implicit function theorem: the groups, and the place of every
     /// parameter in them.
     Implicit(Vec<Box<dyn LaneGroup<R>>>, Vec<LanePlace>),
-    /// For any other scheme, and laws that follow signals, by the same steps in dual numbers: one simulation for each parameter. The first makes the
-    /// steps of the simulation in plain numbers too.
+    /// For any other scheme, laws that follow signals, and loads without a potential, by the same steps in dual numbers:
+    /// one simulation for each parameter. The first makes the steps of the simulation in plain numbers too.
     Direct(Vec<DualSimulation<R>>),
 }
 
@@ -156,8 +156,8 @@ impl<R: Sensitive> Sensitivities<R> {
     /// The derivatives at the start of `simulations`, each with the derivative of its numbers along one parameter.
     /// Parameters along which stresses depend on the history of strains form groups of their own.
     pub fn new(simulations: Vec<DualSimulation<R>>) -> Self {
-        // Laws that follow signals: each simulation in dual numbers makes the steps with its own laws.
-        if simulations.iter().any(|simulation| simulation.has_actuators()) {
+        // Laws that follow signals, and loads without a potential: each simulation in dual numbers makes the steps itself.
+        if simulations.iter().any(|simulation| simulation.needs_dual_steps()) {
             return Self(SensitivityMethod::Direct(simulations));
         }
         // A parameter without history would pay for that of its neighbors in the same group.

@@ -205,6 +205,7 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         // The angle of a moment jumps by a whole turn where the first edge passes the direction
         // opposite to rest.
         state.wound = before.wound + step.system.rod.winding_jump(&before.q, &state.q);
+        state.exchanged = before.exchanged;
         // Loads in time have no potential: their work counts instead.
         if !step.system.timed_loads.is_empty() {
             let times = [before.time, step.time];
@@ -217,7 +218,6 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
                 _ => work,
             };
             state.wound -= work;
-            state.exchanged = before.exchanged;
             state.exchanged.work += work.abs();
             state.exchanged.lead += (used - work).abs();
         }

@@ -32,7 +32,7 @@ impl<'a, D: Scalar, const W: usize> WeightedSum<'a, D, W> {
     /// they are read.
     #[inline(always)]
     pub fn end_columns(&self, n: usize) -> EndColumns<'a, D, W> {
-        let BandMatrix { diagonal, below } = self.matrix;
+        let BandMatrix { diagonal, below, .. } = self.matrix;
         let (top, bottom) = (self.start..self.start + n, self.end - n..self.end);
         EndColumns {
             scale: self.scale,

@@ -4,10 +4,12 @@
 //! pivoting: both ends by `Elimination` with two bands, then the Schur complement of `W` or `W + 1` rows in the
 //! middle. A pivot that is zero or not finite is an error with its row. It solves in place for several right-hand
 //! sides in blocks (rows outside of the range become zero) and counts negative pivots, as many as negative
-//! eigenvalues. On x86-64 with AVX2 and FMA, numbers without derivatives use vector instructions.
+//! eigenvalues. On x86-64 with AVX2 and FMA, numbers without derivatives use vector instructions. A matrix that is not
+//! symmetric has [`BandLu`] factors instead.
 
 use crate::numerics::banded::columns::WeightedSum;
 use crate::numerics::banded::elimination::{BandColumn, Elimination};
+use crate::numerics::banded::lu::BandLu;
 use crate::numerics::banded::products::unrolled;
 use crate::numerics::banded::substitution::EndRows;
 use crate::numerics::banded::{BandMatrix, array_mut};
@@ -26,6 +28,8 @@ pub struct Ldlt<D, const W: usize> {
     /// Elimination of the Schur complement.
     middle: Elimination<D, W, 1>,
     range: Range<usize>,
+    /// Factors of the last matrix instead if it is not symmetric.
+    unsymmetric: Option<Box<BandLu<D, W>>>,
 }
 
 /// A factorization as work for a vector unit. A closure instead would be compiled without its instructions.
@@ -75,6 +79,7 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
             schur: BandMatrix::zeros(W + 1),
             middle: Elimination::with_order(W + 1),
             range: 0..0,
+            unsymmetric: None,
         }
     }
 }
@@ -99,13 +104,22 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
         factor: D,
         range: Range<usize>,
     ) -> Result<(), Singular> {
+        if !matrix.is_symmetric() {
+            self.range = range.clone();
+            let factors = self.unsymmetric.get_or_insert_with(|| Box::new(BandLu::new()));
+            return factors.factor(diagonal, scale, matrix, factor, range);
+        }
+        self.unsymmetric = None;
         let Range { start, end } = range;
         self.eliminate(WeightedSum { masses: &diagonal[..end], scale, matrix, factor, start, end })
     }
 
     /// Number of negative pivots, which is that of negative eigenvalues of the factored matrix (Sylvester's law of
-    /// inertia).
+    /// inertia) if that is symmetric.
     fn negative_pivots(&self) -> usize {
+        if let Some(factors) = &self.unsymmetric {
+            return factors.negative_pivots();
+        }
         let m = self.end_rows();
         self.ends.negative_pivots(m) + self.middle.negative_pivots(self.range.len() - 2 * m)
     }
@@ -118,6 +132,9 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
         x[..start].fill([E::from(0.0); R]);
         x[end..].fill([E::from(0.0); R]);
         let x = &mut x[start..end];
+        if let Some(factors) = &self.unsymmetric {
+            return factors.solve(x);
+        }
         #[cfg(target_arch = "x86_64")]
         if let Some(level) = pulp::x86::V3::try_new()
             && E::PLAIN

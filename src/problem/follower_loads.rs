@@ -1,0 +1,146 @@
+//! Loads of a scene without a potential on the edges of its mesh: follower loads, and moments in space.
+//!
+//! The loads of a node act half on each of its edges, those of an end node on its only edge. So the direction of a follower
+//! force on an inner node is the mean of both edges. In a plane the components along both directors become one along the
+//! normal to the left of the tangent. A follower moment has a potential there, as a moment about the normal of the plane
+//! ([`Setup::dead_part`]). In space every moment is without a potential. Loads are grouped by their signals, and those of
+//! one edge are added.
+
+use crate::energy::FollowerLoad;
+use crate::energy::adapter::Chart;
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::vector::{Vector, add, combine, cross, scale, sub, unit};
+use crate::problem::line_loads::line_loads;
+use crate::problem::model::{Model, NodalLoad};
+use crate::problem::setup::Setup;
+use crate::rod::{EdgeFollower, FollowerGroup, FollowerLoads};
+use crate::scene::{LineForce, PointForce, Signal};
+
+/// The vector of the world with `components` along tangent, first and second director of the first edge of `nodes`.
+/// `director` is the first one.
+pub(super) fn follower_vector<D: Scalar>(
+    [along, first, second]: [D; 3],
+    nodes: &[Vector<D>],
+    director: Vector<D>,
+) -> Vector<D> {
+    let tangent = unit(sub(nodes[1], nodes[0]));
+    add(scale(tangent, along), combine(first, director, second, cross(tangent, director)))
+}
+
+/// Components of a follower force along tangent and directors in the axes of the edges of a rod: in a plane along tangent
+/// and normal.
+fn components<D: Nestable>(chart: &Chart<D>, [along, first, second]: Vector<D>) -> Vector<D> {
+    match chart {
+        Chart::Plane { across: [within, out], .. } => {
+            [along, first * *within - second * *out, D::from(0.0)]
+        }
+        Chart::Space { .. } => [along, first, second],
+    }
+}
+
+/// Loads of the edges of a rod, which are added up.
+struct EdgeSums<D>(Vec<Option<FollowerLoad<D>>>);
+
+impl<D: Nestable> EdgeSums<D> {
+    /// Adds half of the load of a node to each of its edges by `add`. Its second argument is the place of the node in the
+    /// edge: 0 or 1.
+    fn add(&mut self, node: usize, add: impl Fn(&mut FollowerLoad<D>, usize)) {
+        let last = self.0.len() - 1;
+        for edge in [node.saturating_sub(1), node.min(last)] {
+            add(self.0[edge].get_or_insert_with(FollowerLoad::zero), node - edge);
+        }
+    }
+}
+
+/// Adds half of the components `x` to the sums `to`.
+fn add_half<D: Scalar>(to: &mut [D; 3], x: [D; 3]) {
+    for c in 0..3 {
+        to[c] += x[c] * 0.5;
+    }
+}
+
+impl<D: Nestable, M: Model> Setup<D, M> {
+    /// The loads without a potential, with signals at a time, s. The first group has the constant loads, the others those of
+    /// [`follower_signals`](Self::follower_signals) in their order.
+    pub fn follower_loads(&self, model: &M, time: f64) -> FollowerLoads<D> {
+        if self.scene.loads.first_follower(M::STRIDE > 2).is_none() {
+            return FollowerLoads::none();
+        }
+        let chart = model.chart(&self.scene, &self.rest);
+        let mut groups = vec![self.follower_group(model, &chart, None)];
+        for signal in self.follower_signals() {
+            let group = self.follower_group(model, &chart, Some(&signal.name));
+            groups.push(FollowerGroup { factor: signal.curve().value(D::from(time)), ..group });
+        }
+        FollowerLoads { groups }
+    }
+
+    /// The signals of loads without a potential, in the order of the scene.
+    pub fn follower_signals(&self) -> impl Iterator<Item = &Signal<D>> {
+        let loads = &self.scene.loads;
+        self.scene.signals.iter().filter(|signal| {
+            let has = |name: &Option<String>| name.as_deref() == Some(&*signal.name);
+            loads.point.iter().any(|load| has(&load.signal) && Self::has_no_potential(load))
+                || loads.line.iter().any(|load| has(&load.signal) && load.follower)
+        })
+    }
+
+    /// Whether a point load has no potential: it is a follower load, or in space has a moment, or a derivative by one.
+    fn has_no_potential(load: &PointForce<D>) -> bool {
+        let turns = || !load.moment.iter().all(Nestable::is_identically_zero);
+        load.follower || M::STRIDE > 2 && turns()
+    }
+
+    /// The loads of one signal, or the constant ones, at the factor 1.
+    fn follower_group(
+        &self,
+        model: &M,
+        chart: &Chart<D>,
+        signal: Option<&str>,
+    ) -> FollowerGroup<D> {
+        let loads = &self.scene.loads;
+        let in_space = M::STRIDE > 2;
+        let mut sums = EdgeSums(vec![None; self.mesh.nodes.len() - 1]);
+        let points = loads.point.iter().filter(|load| load.signal.as_deref() == signal);
+        for load in points.filter(|load| Self::has_no_potential(load)) {
+            for NodalLoad { node, force, moment } in self.nodal(std::slice::from_ref(load)) {
+                let force = components(chart, force);
+                sums.add(node, |sum, place| match load.follower {
+                    true => {
+                        add_half(&mut sum.forces[place], force);
+                        if in_space {
+                            add_half(&mut sum.moment, moment);
+                        }
+                    }
+                    false => add_half(&mut sum.fixed_moment, model.components(moment)),
+                });
+            }
+        }
+        let lines = loads.line.iter().filter(|load| load.signal.as_deref() == signal);
+        let lines: Vec<LineForce<D>> = lines.filter(|load| load.follower).cloned().collect();
+        for NodalLoad { node, force, .. } in line_loads(&lines, &self.mesh) {
+            let force = components(chart, force);
+            sums.add(node, |sum, place| add_half(&mut sum.forces[place], force));
+        }
+        let edges = sums.0.into_iter().enumerate();
+        let edges = edges.filter_map(|(edge, load)| Some(EdgeFollower { edge, load: load? }));
+        FollowerGroup { factor: D::from(1.0), edges: edges.collect() }
+    }
+
+    /// A point load without the parts that have no potential: the force of a follower load, and its moment in space. Its
+    /// moment in a plane becomes that about the normal, in world axes.
+    pub(super) fn dead_part(&self, model: &M, load: &PointForce<D>) -> PointForce<D> {
+        if !load.follower {
+            return load.clone();
+        }
+        let zero = D::from(0.0);
+        let moment = match model.chart(&self.scene, &self.rest) {
+            Chart::Plane { axes: [x, y], across: [within, out], .. } => {
+                let size = load.moment[1] * out + load.moment[2] * within;
+                cross(x, y).map(|c| size * c)
+            }
+            Chart::Space { .. } => [zero; 3],
+        };
+        PointForce { force: [zero; 3], moment, ..load.clone() }
+    }
+}

@@ -1,0 +1,105 @@
+//! Loads without a potential on the edges of a rod: gradient (N) and tangent (N/m, not symmetric).
+//!
+//! Input: groups of [`FollowerLoad`]s with a factor each, and the unknowns with their frames. A group has the constant
+//! loads, or those that one signal multiplies. Minus their forces is added to the gradient of the rod, which then is not
+//! the derivative of an energy. The list is empty, and costs nothing, without such loads.
+
+use crate::energy::FollowerLoad;
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::tangent::UnsymmetricTangent;
+use crate::rod::layout::Layout;
+
+/// A load on an edge.
+#[derive(Clone, Copy, Debug)]
+pub struct EdgeFollower<D> {
+    /// Index of the edge.
+    pub edge: usize,
+    /// Its load at the factor 1.
+    pub load: FollowerLoad<D>,
+}
+
+/// Loads with a common factor, one for each loaded edge.
+#[derive(Clone, Debug)]
+pub struct FollowerGroup<D> {
+    /// The factor: 1, or the value of a signal.
+    pub factor: D,
+    /// The loads.
+    pub edges: Vec<EdgeFollower<D>>,
+}
+
+/// All loads without a potential.
+#[derive(Clone, Debug)]
+pub struct FollowerLoads<D> {
+    /// Their groups.
+    pub groups: Vec<FollowerGroup<D>>,
+}
+
+impl<D> FollowerLoads<D> {
+    /// No loads.
+    pub fn none() -> Self {
+        Self { groups: Vec::new() }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.groups.is_empty()
+    }
+}
+
+impl<D: Scalar> FollowerLoads<D> {
+    /// Sets the factor of a group; without a group of this index nothing happens.
+    pub fn set_factor(&mut self, group: usize, factor: D) {
+        if let Some(group) = self.groups.get_mut(group) {
+            group.factor = factor;
+        }
+    }
+
+    /// Takes the factors of the same loads of another rod.
+    pub fn copy_factors(&mut self, other: &Self) {
+        for (own, other) in self.groups.iter_mut().zip(&other.groups) {
+            own.factor = other.factor;
+        }
+    }
+
+    /// All loads times their factors, with their edges.
+    fn scaled(&self) -> impl Iterator<Item = EdgeFollower<D>> {
+        self.groups.iter().flat_map(|FollowerGroup { factor, edges }| {
+            edges.iter().map(|EdgeFollower { edge, load }| EdgeFollower {
+                edge: *edge,
+                load: load.scaled(*factor),
+            })
+        })
+    }
+}
+
+impl<D: Nestable> FollowerLoads<D> {
+    /// Adds `sign` times the forces at `q`, N (N m for angles), to `forces`.
+    pub(super) fn add_forces<L: Layout<N, S>, const N: usize, const S: usize>(
+        &self,
+        sign: f64,
+        q: &[D],
+        frames: &L::Frames<D>,
+        forces: &mut [D],
+    ) {
+        for EdgeFollower { edge, load } in self.scaled() {
+            let local = L::follower_forces(&load, q, frames, edge);
+            let to = forces[L::STRIDE * edge..][..L::STRIDE + N].iter_mut();
+            to.zip(local).for_each(|(to, force)| *to += force * sign);
+        }
+    }
+
+    /// Subtracts the forces at `q`, N, from `gradient`, and their derivatives, N/m, from `tangent`.
+    pub(super) fn add_tangent<L: Layout<N, S>, const N: usize, const S: usize>(
+        &self,
+        q: &[D],
+        frames: &L::Frames<D>,
+        gradient: &mut [D],
+        tangent: &mut L::Tangent<D>,
+    ) {
+        self.add_forces::<L, N, S>(-1.0, q, frames, gradient);
+        for EdgeFollower { edge, load } in self.scaled() {
+            let block = L::follower_tangent(&load, q, frames, edge);
+            tangent.add_unsymmetric(L::STRIDE * edge, L::STRIDE + N, &block);
+        }
+    }
+}
