@@ -10,6 +10,9 @@ use rodfit::{Parameter, Point, Problem, Reactions, Trajectory};
 use crate::calls::short;
 use crate::common::helix_with;
 
+/// Axial stiffness of the stiffest rod here, N.
+const EA: f64 = 8e3;
+
 /// The reactions at all recorded times of a run of the whole scene, with their derivatives.
 fn run(problem: &Problem, parameters: &[Parameter]) -> Trajectory {
     let mut run = Trajectory::new(problem, &[0], parameters).unwrap().keep_reactions();
@@ -187,9 +190,11 @@ fn check(problem: &Problem, is_static: bool) -> usize {
             a.iter().zip(b).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs())) / size
         };
         let off = apart(&exact, &dual);
-        // Rounding errors of axial forces, EA times those of strains, limit parameters with little effect.
-        let rounding = 1e-9_f64.max(1e-9 * largest / (size * unit));
-        assert!(off < rounding, "{name}: {off:e}");
+        // Rounding errors of places, 2e-14 m at both ends of edges of 4 cm, are strains of 1e-12. Times EA they limit
+        // parameters with little effect.
+        let rounding = 1e-12 * EA / (size * unit);
+        println!("{name}: {size:.1e}, off by {off:.1e}, allowed {rounding:.1e}");
+        assert!(off < rounding.max(1e-9), "{name}: {off:e}");
         checked += 1;
         // Numbers of the scheme stand at the end of their range.
         if name.starts_with("time.") {
@@ -211,7 +216,8 @@ fn check(problem: &Problem, is_static: bool) -> usize {
             apart(*i).total_cmp(&apart(*j))
         });
         let worst = worst.map(|i| (i, exact[i], by_difference[i]));
-        assert!(difference < 1e-6_f64.max(1e3 * rounding), "{name}: {difference:e} {worst:?}");
+        let tolerance = 1e-6_f64.max(1e-6 * largest / (size * unit));
+        assert!(difference < tolerance, "{name}: {difference:e} {worst:?}");
     }
     checked
 }
@@ -233,9 +239,14 @@ fn derivatives_of_reactions_equal_dual_numbers_and_differences() {
     elastic.rod.segments = Some(8);
     elastic.time = Some(Time { scheme: Scheme::Rodas4, ..Time::new(0.02, 1e-3) });
     checked += check(&elastic.problem().unwrap(), false);
-    checked += check(&recorded().problem().unwrap(), false);
     println!("{checked} derivatives");
     assert!(checked > 60, "{checked}");
+}
+
+#[test]
+fn derivatives_of_reactions_of_recorded_end_equal_dual_numbers_and_differences() {
+    let checked = check(&recorded().problem().unwrap(), false);
+    assert!(checked > 5, "{checked}");
 }
 
 #[test]
