@@ -9,7 +9,7 @@
 //! are right to within a factor of two or so. The number of threads is limited here too ([`limit_threads`]).
 
 use crate::command::{GlobalOptions, terminal};
-use rodfit::fit::{Experiment, FitFile, Measurement, PointMotion};
+use rodfit::fit::{Experiment, FitFile, Measurement};
 use rodfit::scene::{Dimension, Shape};
 use rodfit::{Code, Error, Problem, Scene};
 use std::path::PathBuf;
@@ -86,6 +86,14 @@ pub struct CostEstimate {
 }
 
 impl CostEstimate {
+    /// The cost with the series of the reactions in a report of so many `steps`, if `has_series`: as much again as that of
+    /// tip and energies.
+    pub fn with_reactions(self, has_series: bool, steps: usize) -> Self {
+        let steps = if has_series { steps as f64 } else { 0.0 };
+        let (bytes, disk) = (self.bytes + SERIES_BYTES * steps, self.disk + SERIES_DISK * steps);
+        Self { bytes, disk, ..self }
+    }
+
     /// An error for a cost above a limit, with the setting, the estimate and the first exceeded limit: memory, time, disk.
     /// Prints a note for a long or large run unless `--quiet`. With `--no-limits` everything passes without a note.
     pub fn admit(&self, global: GlobalOptions) -> Result<(), Error> {
@@ -229,10 +237,9 @@ fn repeated_cost(file: &FitFile, path: PathBuf, runs: f64) -> CostEstimate {
 
 /// Number of time steps of an experiment until its last recorded time, at most until the end of the scene; 0 without `[time]`.
 fn recorded_steps(experiment: &Experiment) -> f64 {
-    let motions = experiment.measurements.iter().filter_map(Measurement::motion);
-    let last = |o: &PointMotion| o.samples.last().map_or(0.0, |sample| sample.time);
+    let times = experiment.measurements.iter().flat_map(|m| m.times());
     // Simulations of a fit end with the last sample.
-    let end = motions.map(last).fold(0.0, f64::max);
+    let end = times.flatten().fold(0.0, f64::max);
     let time = experiment.problem.scene().time.as_ref();
     time.map_or(0.0, |time| (end.min(time.end) / time.step_size()).ceil())
 }

@@ -2,7 +2,8 @@
 //!
 //! Numerics (mesh, step, scheme) that the program chose are checked by their error, and the run is repeated with
 //! finer ones where needed. Output is a summary, and if requested a report (`--json`), the positions of all nodes at
-//! every step (`--out`, CSV) and a page with an animation (`--report`). If the table goes to a stream, the check is a
+//! every step (`--out`, CSV) and a page with an animation (`--report`). With `--reactions` report and table have the forces
+//! and moments of the supports. If the table goes to a stream, the check is a
 //! run without output before. An interrupted or failed run writes its results up to that time; the exit code is then
 //! that of the error.
 
@@ -31,6 +32,9 @@ pub struct SimulateOptions {
     /// Write a page with animation, energies and tip trajectory (`simulation.html`) into this folder.
     #[arg(long, value_name = "DIR")]
     pub(super) report: Option<PathBuf>,
+    /// Add force and moment of both supports at every step to `--json` and `--out`.
+    #[arg(long)]
+    pub(super) reactions: bool,
     /// Derivatives of the energies in the time stepper.
     #[arg(long, value_enum, default_value = "hand")]
     pub(super) derivatives: DerivativesOption,
@@ -48,6 +52,11 @@ pub fn run(options: &SimulateOptions, global: GlobalOptions) -> Result<u8, Error
     let mut outputs = Outputs::new(&options.json, global);
     let out = outputs.add("--out", options.out.as_deref());
     outputs.add_page(options.report.as_deref(), "simulation.html");
+    let has_series = outputs.has_json() || out.is_some();
+    let allowed = "only together with --json or --out, which contain them";
+    if options.reactions && !has_series {
+        return Err(Error::invalid("--reactions", "no --json and no --out", allowed));
+    }
     outputs.check(&scene.files())?;
     limits::mesh_cost(&scene).admit(global)?;
     let (problem, check) = scene.checked_problem()?;
@@ -59,6 +68,7 @@ pub fn run(options: &SimulateOptions, global: GlobalOptions) -> Result<u8, Error
         let problem = problem.with_derivatives(options.derivatives.into()).stop_when(stop.clone());
         let steps = problem.time()?.steps();
         limits::simulation_cost(&problem, steps, outputs.is_file(out), outputs.has_json())
+            .with_reactions(options.reactions && outputs.has_json(), steps)
             .admit(global)?;
         let mut report = SimulationReport::new(&problem);
         if !outputs.has_json() {
@@ -66,8 +76,13 @@ pub fn run(options: &SimulateOptions, global: GlobalOptions) -> Result<u8, Error
         }
         let mut film = outputs.has_page().then(|| Film::new(&problem, steps));
         let writer = out.filter(|_| is_written).map(|out| outputs.begin(out)).transpose()?;
-        let mut table = writer.map(|writer| NodeTable::new(writer, problem.nodes()));
+        let mut table = writer.map(|writer| {
+            NodeTable::new(writer, problem.nodes()).with_reactions(options.reactions)
+        });
         let mut trajectory = Trajectory::unrecorded(&problem)?.check_stability();
+        if options.reactions {
+            trajectory = trajectory.keep_reactions();
+        }
         let bar = terminal::progress_bar(global, steps as u64);
         // A failed write does not stop the simulation: the other outputs are complete.
         let mut written = table.as_mut().map_or(Ok(()), NodeTable::header);

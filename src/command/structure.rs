@@ -25,6 +25,9 @@ pub fn simulate(
     options: &SimulateOptions,
     global: GlobalOptions,
 ) -> Result<u8, Error> {
+    if options.reactions {
+        return Err(Error::invalid("--reactions", "a structure", "only for a scene of one rod"));
+    }
     let structure = Structure::new(scene)?;
     let mut outputs = Outputs::new(&options.json, global);
     let out = outputs.add("--out", options.out.as_deref());

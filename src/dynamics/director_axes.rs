@@ -69,7 +69,7 @@ impl DirectorAxes {
     where
         M::Rod<f64>: Sensitive,
     {
-        let (q, v, frames) = sensitivities.motion(k, state);
+        let State { q, v, frames, .. } = sensitivities.dual_state(k, state);
         // Dual numbers through the same function: axes depend on places, frames and angles at once.
         let axes = |edge: &usize| {
             let axes = discretized.axes::<Dual64>(self.derived[k], &q, &v, &frames, *edge);

@@ -1,7 +1,7 @@
 //! Output of `rodfit simulate`: a CSV table of all nodes, a JSON report, and one shape as CSV.
 //!
 //! [`NodeTable`] writes a header row, and a row per call of `push`: time (s), and x, y, z of every node (m, world
-//! axes). [`SimulationReport`] collects a run: model, tip (m) and energies (J) per recorded step, counts of work,
+//! axes), if requested also force (N) and moment (N m) of both supports. [`SimulationReport`] collects a run: model, tip (m) and energies (J) per recorded step, counts of work,
 //! largest strain. Its `finish` sets the status, and appends warnings of large strains and numerical damping. It
 //! also warns of an unstable state, if stability was checked. `energy_drift` is the largest change of the total
 //! energy over the largest kinetic energy, 0 for a rod whose kinetic energy is at most that of a displacement by
@@ -20,6 +20,7 @@ use crate::numerics::simd::simd_level;
 use crate::problem::Problem;
 use crate::problem::strain::StrainRecord;
 use crate::scene::{Resolution, Scene, Scheme};
+use crate::statics::{Reaction, Reactions};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 
@@ -30,24 +31,38 @@ const MAX_KEPT: f64 = 0.02;
 /// errors of coordinates.
 const NEGLIGIBLE_DISPLACEMENT: f64 = 1e-9;
 
-/// A CSV table with a row per step: `t`, then `x_i,y_i,z_i` of every node in world axes, m.
+/// A CSV table with a row per step: `t`, then `x_i,y_i,z_i` of every node in world axes, m. With reactions the columns
+/// `start_fx[N]` to `start_mz[N m]` and `end_fx[N]` to `end_mz[N m]` follow.
 #[derive(Debug)]
 pub struct NodeTable<W> {
     writer: W,
     nodes: usize,
+    has_reactions: bool,
 }
 
 impl<W: Write> NodeTable<W> {
     /// A table of `nodes` nodes that is written to `writer`; nothing is written yet.
     pub fn new(writer: W, nodes: usize) -> Self {
-        Self { writer, nodes }
+        Self { writer, nodes, has_reactions: false }
     }
 
-    /// Writes the header row: `t`, then `x_i,y_i,z_i` of every node, with its index `i`.
+    /// The table with columns of the reactions of both supports, if `has_reactions`. The run must keep reactions.
+    pub fn with_reactions(self, has_reactions: bool) -> Self {
+        Self { has_reactions, ..self }
+    }
+
+    /// Writes the header row: `t`, then `x_i,y_i,z_i` of every node, with its index `i`, then the reactions.
     pub fn header(&mut self) -> io::Result<()> {
         write!(self.writer, "t")?;
         for i in 0..self.nodes {
             write!(self.writer, ",x_{i},y_{i},z_{i}")?;
+        }
+        for end in ["start", "end"].iter().filter(|_| self.has_reactions) {
+            for (part, unit) in [("f", "N"), ("m", "N m")] {
+                for axis in ["x", "y", "z"] {
+                    write!(self.writer, ",{end}_{part}{axis}[{unit}]")?;
+                }
+            }
         }
         writeln!(self.writer)
     }
@@ -59,6 +74,11 @@ impl<W: Write> NodeTable<W> {
         for i in 0..self.nodes {
             let [x, y, z] = simulation.position(i);
             write!(self.writer, ",{x},{y},{z}")?;
+        }
+        if let Some(reactions) = simulation.reactions().filter(|_| self.has_reactions) {
+            for x in reactions.parts().as_flattened().as_flattened() {
+                write!(self.writer, ",{x}")?;
+            }
         }
         writeln!(self.writer)
     }
@@ -115,6 +135,9 @@ pub struct SimulationReport {
     /// Rows `[t, kinetic, stretch, bend, twist, potential]`, s and J; user-defined energies are
     /// part of the potential.
     pub energy: Vec<[f64; 6]>,
+    /// Reactions of the supports at every step, if requested.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub reactions: Vec<ReactionSample>,
     /// Largest change of the total energy since the start, J.
     pub largest_energy_change: f64,
     /// Largest kinetic energy since the start, J.
@@ -147,9 +170,21 @@ pub struct SimulationReport {
     /// The largest strain so far.
     #[serde(skip)]
     strains: StrainRecord,
-    /// Whether `tip` and `energy` are recorded.
+    /// Whether `tip`, `energy` and `reactions` are recorded.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     has_series: bool,
+}
+
+/// The reactions of the supports at one time of a simulation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct ReactionSample {
+    /// Time, s.
+    pub time: f64,
+    /// Reaction of the support at the first node.
+    pub start: Reaction,
+    /// Reaction of the support at the last node.
+    pub end: Reaction,
 }
 
 /// `true`, the default of the key `has_series` in reports that do not contain it.
@@ -179,6 +214,7 @@ impl SimulationReport {
             vector_unit: simd_level().into(),
             tip: Vec::new(),
             energy: Vec::new(),
+            reactions: Vec::new(),
             largest_energy_change: 0.0,
             largest_kinetic_energy: 0.0,
             status: "started".into(),
@@ -203,7 +239,7 @@ impl SimulationReport {
         (self.warnings, self.warning_codes) = (warnings.warnings, warnings.warning_codes);
     }
 
-    /// The report without the series `tip` and `energy`, which grow with every step; [`push`](Self::push) then keeps
+    /// The report without the series `tip`, `energy` and `reactions`, which grow with every step; [`push`](Self::push) then keeps
     /// the last tip and the extremes only.
     pub fn without_series(self) -> Self {
         Self { has_series: false, ..self }
@@ -232,6 +268,8 @@ impl SimulationReport {
         if self.has_series {
             self.tip.push([t, x, y, z]);
             self.energy.push([t, e.kinetic, e.stretch, e.bend, e.twist, e.potential + e.own]);
+            let sample = |Reactions { start, end }| ReactionSample { time: t, start, end };
+            self.reactions.extend(simulation.reactions().map(sample));
         }
     }
 

@@ -2,9 +2,10 @@
 //! scene, interpolated in between.
 //!
 //! Storage: one list of motions (m and m/s), record after record, with the tracked nodes first and then three
-//! director axes per recorded edge; the derivatives by each parameter in the same order. Energies (J), reactions,
-//! accepted steps and counts of work are stored beside them. [`RecordView`] computes positions of points and
-//! markers at any time (s) from 0 to the last record, by cubic Hermite interpolation of positions and velocities.
+//! director axes per recorded edge; the derivatives by each parameter in the same order. Reactions of the supports, if
+//! requested, follow them as force (N) and moment (N m) of the start and of the end. Energies (J), accepted steps and
+//! counts of work are stored beside them. [`RecordView`] computes positions of points and markers at any time (s) from
+//! 0 to the last record, by cubic Hermite interpolation of positions and velocities, and lists the reactions.
 //! Its numbers are those of the record, or dual numbers with the derivative by one parameter. A time outside of the
 //! record, and a node or edge that is not tracked, are [`Error::OutOfRange`]; an empty record is
 //! [`Error::Invalid`]. `truncate` removes the records after a number of them.
@@ -17,7 +18,7 @@ use crate::numerics::scalar::Scalar;
 use crate::rod::Energies;
 use crate::scene::Stencil;
 use crate::scene::marker::MarkerStencil;
-use crate::statics::Reactions;
+use crate::statics::{Reaction, Reactions};
 use num_dual::Dual64;
 use std::sync::Arc;
 use std::time::Duration;
@@ -46,8 +47,8 @@ pub(crate) struct Record<D = f64> {
     pub taken: Vec<f64>,
     /// Energies at every time, if requested.
     pub energies: Option<Vec<Energies>>,
-    /// Reactions of the supports at every time, if requested.
-    pub reactions: Option<Vec<Reactions>>,
+    /// Whether the reactions of the supports are recorded.
+    pub has_reactions: bool,
     /// The work of the run.
     pub work: Work,
     /// Wall time of the stepping alone.
@@ -70,7 +71,7 @@ impl<D: Scalar> Record<D> {
             derivatives: vec![Vec::new(); parameters],
             taken: Vec::new(),
             energies: None,
-            reactions: None,
+            has_reactions: false,
             work: Work::default(),
             stepping: Duration::ZERO,
             keeps: true,
@@ -100,8 +101,8 @@ impl<D: Scalar> Record<D> {
         &self.motion
     }
 
-    /// Appends a record at `time`, s: the motions of the tracked nodes, then of the axes, [`width`](Self::width) in
-    /// all.
+    /// Appends a record at `time`, s: the motions of the tracked nodes, then of the axes, then the reactions if they are
+    /// recorded, [`width`](Self::width) in all.
     pub fn push(&mut self, time: f64, motions: impl Iterator<Item = Motion<D>>) {
         self.times.push(time);
         self.motion.extend(motions);
@@ -121,7 +122,7 @@ impl<D: Scalar> Record<D> {
         }
     }
 
-    /// Removes all records after the first `times`, with their derivatives, energies and reactions, and the ends of
+    /// Removes all records after the first `times`, with their derivatives and energies, and the ends of
     /// accepted steps after the last remaining time. Work and stability checks stay.
     pub fn truncate(&mut self, times: usize) {
         let motions = times * self.width();
@@ -129,7 +130,6 @@ impl<D: Scalar> Record<D> {
         self.motion.truncate(motions);
         self.derivatives.iter_mut().for_each(|list| list.truncate(motions));
         self.energies.iter_mut().for_each(|list| list.truncate(times));
-        self.reactions.iter_mut().for_each(|list| list.truncate(times));
         // Halves of a removed step are accepted steps too, and must not remain.
         let last = self.times.last().copied().unwrap_or(0.0);
         self.taken.retain(|end| *end <= last);
@@ -154,9 +154,10 @@ impl<D: Scalar> Record<D> {
         Ok(k * self.width() + column)
     }
 
-    /// The number of recorded motions per time: one for each tracked node, three for each recorded edge.
+    /// The number of recorded motions per time: one for each tracked node, three for each recorded edge, and two with
+    /// reactions.
     fn width(&self) -> usize {
-        self.tracked.len() + 3 * self.edges.len()
+        self.tracked.len() + 3 * self.edges.len() + 2 * usize::from(self.has_reactions)
     }
 
     /// The parts of the record: times, s; motions, record after record; and their derivatives in the same order, one
@@ -168,7 +169,13 @@ impl<D: Scalar> Record<D> {
     /// A view of the record in its own numbers, which interpolates at any recorded time.
     pub fn read(&self) -> RecordView<'_, D> {
         let motions = RecordedMotions::Own(&self.motion);
-        RecordView { tracked: &self.tracked, edges: &self.edges, times: &self.times, motions }
+        RecordView {
+            tracked: &self.tracked,
+            edges: &self.edges,
+            has_reactions: self.has_reactions,
+            times: &self.times,
+            motions,
+        }
     }
 }
 
@@ -177,6 +184,7 @@ impl<D: Scalar> Record<D> {
 pub(crate) struct RecordView<'a, D = f64> {
     tracked: &'a [usize],
     edges: &'a [usize],
+    has_reactions: bool,
     times: &'a [f64],
     motions: RecordedMotions<'a, D>,
 }
@@ -203,9 +211,24 @@ impl<D: Scalar> RecordView<'_, D> {
         }
     }
 
-    /// The number of recorded motions per time: one for each tracked node, three for each recorded edge.
+    /// The number of recorded motions per time, as [`Record::width`].
     fn width(&self) -> usize {
-        self.tracked.len() + 3 * self.edges.len()
+        self.tracked.len() + 3 * self.edges.len() + 2 * usize::from(self.has_reactions)
+    }
+
+    /// Times of the records, s.
+    pub fn times(&self) -> &[f64] {
+        self.times
+    }
+
+    /// The reactions of the supports at every recorded time; empty if they are not recorded.
+    pub fn reactions(self) -> impl Iterator<Item = Reactions<D>> {
+        let (width, count) = (self.width(), self.times.len() * usize::from(self.has_reactions));
+        (1..=count).map(move |k| {
+            let [start, end] = [2, 1].map(|place| self.at(k * width - place));
+            let [start, end] = [start, end].map(|[force, moment]| Reaction { force, moment });
+            Reactions { start, end }
+        })
     }
 
     /// The position of a point at a time, s, in world axes, m: the weighted sum over the nodes of its `stencil`.
@@ -264,6 +287,19 @@ impl<D: Scalar> RecordView<'_, D> {
         };
         let columns = self.columns(stencil)?;
         Ok([position, self.interpolate(&columns, k, &rates)?])
+    }
+
+    /// The value at a time, s, of a list with a value at every recorded time, linear between these. Errors are those of
+    /// [`position`](Self::position).
+    pub fn linear(&self, values: &[D], time: f64) -> Result<D, Error> {
+        self.check(time)?;
+        let k = self.step_at(time);
+        // A record of one time has its value at any accepted time.
+        let (Some(end), Some(after)) = (self.times.get(k), values.get(k)) else {
+            return Ok(values[k - 1]);
+        };
+        let part = (time - self.times[k - 1]) / (end - self.times[k - 1]);
+        Ok(values[k - 1] + (*after - values[k - 1]) * part)
     }
 
     /// The recorded motions from which the position of a point at a time is interpolated: index in the list of motions,
@@ -388,7 +424,13 @@ impl Record {
     pub fn along(&self, k: Option<usize>) -> RecordView<'_, Dual64> {
         let rates = k.map(|k| &self.derivatives[k][..]);
         let motions = RecordedMotions::Along(&self.motion, rates, motion_with_rates);
-        RecordView { tracked: &self.tracked, edges: &self.edges, times: &self.times, motions }
+        RecordView {
+            tracked: &self.tracked,
+            edges: &self.edges,
+            has_reactions: self.has_reactions,
+            times: &self.times,
+            motions,
+        }
     }
 }
 

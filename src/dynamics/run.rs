@@ -11,6 +11,7 @@
 use crate::dynamics::bisection::{BisectedSteps, advance};
 use crate::dynamics::director_axes::DirectorAxes;
 use crate::dynamics::record::{Motion, Record};
+use crate::dynamics::recorded_reactions::RecordedReactions;
 use crate::dynamics::sensitivity::{Nodes, Sensitivities};
 use crate::dynamics::sensitivity_carrier::SensitivityCarrier;
 use crate::dynamics::sensitivity_pipeline::{self, ActiveRun};
@@ -23,7 +24,7 @@ use crate::numerics::scalar::Nestable;
 use crate::problem::{Discretized, FramesOf, Model, Problem};
 use crate::rod::{Energies, Sensitive, State};
 use crate::scene::{Parameter, Stencil};
-use crate::statics::MotionResistances;
+use crate::statics::Reactions;
 use std::time::Instant;
 
 /// The state of a running simulation in world coordinates, whatever its model.
@@ -36,6 +37,9 @@ pub trait Snapshot {
     fn energies(&self) -> Energies;
     /// Counts of the numerical work so far.
     fn work(&self) -> Work;
+    /// Forces and moments of the supports on the rod, in world axes, computed at every call; `None` unless the run
+    /// [keeps reactions](crate::Trajectory::keep_reactions).
+    fn reactions(&self) -> Option<Reactions>;
     /// Position of a point on the rod in world coordinates, m: the weighted sum of node positions of its `stencil`.
     fn place(&self, stencil: &Stencil) -> [f64; 3] {
         stencil.place(|i| self.position(i))
@@ -44,8 +48,9 @@ pub trait Snapshot {
 
 /// The snapshot of a simulation with its model, which converts to world coordinates.
 struct SimulationSnapshot<'a, M: Model> {
-    model: &'a M,
+    discretized: &'a Discretized<'a, M>,
     simulation: &'a Simulation<f64, M::Rod<f64>>,
+    reactions: Option<&'a RecordedReactions<M>>,
 }
 
 impl<M: Model> Snapshot for SimulationSnapshot<'_, M> {
@@ -55,7 +60,7 @@ impl<M: Model> Snapshot for SimulationSnapshot<'_, M> {
     }
     /// Position of node `i` in world coordinates, m, converted by the model.
     fn position(&self, i: usize) -> [f64; 3] {
-        self.model.position(&self.simulation.state().q, i)
+        self.discretized.model.position(&self.simulation.state().q, i)
     }
     /// Energies of the present state by term, J, computed at every call.
     fn energies(&self) -> Energies {
@@ -64,6 +69,10 @@ impl<M: Model> Snapshot for SimulationSnapshot<'_, M> {
     /// Counts of the numerical work of the simulation so far; that of linearizing steps again is not included.
     fn work(&self) -> Work {
         self.simulation.work()
+    }
+    /// Forces and moments of the supports on the rod in the present state; `None` unless requested.
+    fn reactions(&self) -> Option<Reactions> {
+        Some(self.reactions?.of(self.discretized, self.simulation.state()))
     }
 }
 
@@ -123,20 +132,13 @@ where
     task.discretized.check_step()?;
     let mut simulation = task.discretized.simulation()?;
     let sensitivities = task.discretized.sensitivities(task.parameters)?;
-    let axes = DirectorAxes::new(task.discretized, task.parameters, record);
+    let outputs = DerivedOutputs::new(task, record);
     // Most schemes are linearized again at the ends of their steps. Averaging schemes keep the
     // tangents of their stages.
     let has_parameters = !task.parameters.is_empty();
     let relinearizes = has_parameters && simulation.can_linearize_again();
     if relinearizes && asynchronous {
-        return run_asynchronously(
-            task,
-            simulation,
-            sensitivities,
-            axes.as_ref(),
-            record,
-            observers,
-        );
+        return run_asynchronously(task, simulation, sensitivities, &outputs, record, observers);
     }
     if has_parameters && !relinearizes {
         simulation.keep_tangent();
@@ -145,7 +147,7 @@ where
     // own.
     let relinearized = relinearizes.then(|| Box::new(simulation.linear()));
     let mut carrier = SensitivityCarrier::Synchronous { sensitivities, relinearized };
-    let result = take_steps(task, &mut simulation, &mut carrier, axes.as_ref(), record, observers);
+    let result = take_steps(task, &mut simulation, &mut carrier, &outputs, record, observers);
     if let SensitivityCarrier::Synchronous { relinearized: Some(linear), .. } = carrier {
         record.work += linear.work();
     }
@@ -159,7 +161,7 @@ fn run_asynchronously<M: Model>(
     task: &RunTask<'_, M>,
     mut simulation: Simulation<f64, M::Rod<f64>>,
     sensitivities: Sensitivities<M::Rod<f64>>,
-    axes: Option<&DirectorAxes>,
+    outputs: &DerivedOutputs<M>,
     record: &mut Record,
     observers: &mut RunObservers<'_, M>,
 ) -> Result<(), Error>
@@ -167,7 +169,7 @@ where
     M::Rod<f64>: Sensitive,
 {
     let tracked = record.tracked();
-    let recorder = DerivativeRecorder { discretized: task.discretized, tracked: &tracked, axes };
+    let recorder = DerivativeRecorder { discretized: task.discretized, tracked: &tracked, outputs };
     // Derivatives of the initial state.
     if record.keeps {
         for k in 0..sensitivities.count() {
@@ -184,7 +186,7 @@ where
         };
         let consuming = scope.spawn(consume);
         let mut carrier = SensitivityCarrier::Asynchronous(producer);
-        let result = take_steps(task, &mut simulation, &mut carrier, axes, record, observers);
+        let result = take_steps(task, &mut simulation, &mut carrier, outputs, record, observers);
         let since = Instant::now();
         if let SensitivityCarrier::Asynchronous(producer) = carrier {
             producer.finish();
@@ -218,22 +220,23 @@ fn take_steps<M: Model>(
     task: &RunTask<'_, M>,
     simulation: &mut Simulation<f64, M::Rod<f64>>,
     carrier: &mut SensitivityCarrier<M::Rod<f64>>,
-    axes: Option<&DirectorAxes>,
+    outputs: &DerivedOutputs<M>,
     record: &mut Record,
     observers: &mut RunObservers<'_, M>,
 ) -> Result<(), Error>
 where
     M::Rod<f64>: Sensitive,
 {
-    let (time, model) = (task.problem.time()?, task.discretized.model);
+    let (time, discretized) = (task.problem.time()?, task.discretized);
+    let reactions = outputs.reactions.as_ref();
     let mut control = StepControl::new(task.problem.scene(), simulation);
     if let SensitivityCarrier::Synchronous { .. } = carrier {
         // The derivatives of another thread grow in lists of their own.
         record.make_room(task.steps + 1);
     }
     // Initial state.
-    record_state(task.discretized, simulation, carrier, axes, record);
-    (observers.after_step)(&SimulationSnapshot { model, simulation });
+    record_state(task.discretized, simulation, carrier, outputs, record);
+    (observers.after_step)(&SimulationSnapshot { discretized, simulation, reactions });
     (observers.after_substep)(simulation);
     for k in 1..=task.steps {
         // Interruption by the user or by a limit of time.
@@ -254,7 +257,7 @@ where
         result?;
 
         // Record of the state and its derivatives.
-        record_state(task.discretized, simulation, carrier, axes, record);
+        record_state(task.discretized, simulation, carrier, outputs, record);
 
         // Stability of some states.
         if let Some(stability) = &mut record.stability
@@ -265,7 +268,7 @@ where
         }
 
         // Report to the caller.
-        (observers.after_step)(&SimulationSnapshot { model, simulation });
+        (observers.after_step)(&SimulationSnapshot { discretized, simulation, reactions });
     }
     Ok(())
 }
@@ -311,14 +314,14 @@ impl<R: Sensitive> BisectedSteps for RunSteps<'_, R> {
     }
 }
 
-/// Appends the present state to `record`: time, motions of tracked nodes and axes, and energies and reactions if
+/// Appends the present state to `record`: time, motions of tracked nodes and axes, reactions and energies if
 /// requested. Its derivatives are appended too, unless another thread records them; then the step is marked for that
 /// thread. If `record.keeps` is false, only the list of accepted steps is cleared.
 fn record_state<M: Model>(
     discretized: &Discretized<'_, M>,
     simulation: &Simulation<f64, M::Rod<f64>>,
     carrier: &mut SensitivityCarrier<M::Rod<f64>>,
-    axes: Option<&DirectorAxes>,
+    outputs: &DerivedOutputs<M>,
     record: &mut Record,
 ) where
     M::Rod<f64>: Sensitive,
@@ -332,19 +335,16 @@ fn record_state<M: Model>(
     if let Some(energies) = &mut record.energies {
         energies.push(simulation.energies());
     }
-    if let Some(reactions) = &mut record.reactions {
-        let resistances =
-            MotionResistances { damping: simulation.damping().clone(), drag: simulation.drag() };
-        reactions.push(discretized.reactions(simulation.rod(), resistances, state));
-    }
     let tracked = record.tracked();
-    // Positions and velocities of tracked nodes, then three axes of every recorded edge.
+    // Positions and velocities of tracked nodes, three axes of every recorded edge, then the reactions.
     let motion = |i: &usize| [model.position(&state.q, *i), model.rate(&state.v, *i)];
-    let director_motions = axes.into_iter().flat_map(|axes| axes.motions(discretized, state));
-    record.push(state.time, tracked.iter().map(motion).chain(director_motions));
+    let DerivedOutputs { axes, reactions } = outputs;
+    let axes = axes.iter().flat_map(|axes| axes.motions(discretized, state));
+    let reactions = reactions.iter().flat_map(|reactions| reactions.of(discretized, state).parts());
+    record.push(state.time, tracked.iter().map(motion).chain(axes).chain(reactions));
     match carrier {
         SensitivityCarrier::Synchronous { sensitivities, .. } => {
-            let recorder = DerivativeRecorder { discretized, tracked: &tracked, axes };
+            let recorder = DerivativeRecorder { discretized, tracked: &tracked, outputs };
             for k in 0..sensitivities.count() {
                 recorder.push(sensitivities, k, state, record.derivatives_mut(k));
             }
@@ -353,11 +353,31 @@ fn record_state<M: Model>(
     }
 }
 
-/// Appends derivatives of tracked nodes and director axes to a record.
+/// Outputs of a run that are computed from its states, if they are requested.
+struct DerivedOutputs<M: Model> {
+    /// Director axes of recorded edges.
+    axes: Option<DirectorAxes>,
+    /// Reactions of the supports.
+    reactions: Option<RecordedReactions<M>>,
+}
+
+impl<M: Model> DerivedOutputs<M> {
+    /// The outputs of a run that its `record` requests, with what their derivatives need.
+    fn new(RunTask { discretized, parameters, .. }: &RunTask<'_, M>, record: &Record) -> Self {
+        Self {
+            axes: DirectorAxes::new(discretized, parameters, record),
+            reactions: record
+                .has_reactions
+                .then(|| RecordedReactions::new(discretized, parameters)),
+        }
+    }
+}
+
+/// Appends derivatives of tracked nodes, director axes and reactions to a record.
 struct DerivativeRecorder<'a, M: Model> {
     discretized: &'a Discretized<'a, M>,
     tracked: &'a [usize],
-    axes: Option<&'a DirectorAxes>,
+    outputs: &'a DerivedOutputs<M>,
 }
 
 impl<M: Model> DerivativeRecorder<'_, M>
@@ -365,7 +385,7 @@ where
     M::Rod<f64>: Sensitive,
 {
     /// Appends to `list` the derivatives by parameter `k` of the recorded motions of a state, in world axes: position
-    /// and velocity of each tracked node, then of the axes.
+    /// and velocity of each tracked node, then of the axes and the reactions.
     fn push(
         &self,
         sensitivities: &Sensitivities<M::Rod<f64>>,
@@ -379,14 +399,17 @@ where
         sensitivities.of_nodes(k, nodes, |[q, v]| {
             list.push([model.rate(&q, 0), model.rate(&v, 0)]);
         });
-        if let Some(axes) = self.axes {
+        if let Some(axes) = &self.outputs.axes {
             list.extend(axes.rates(self.discretized, sensitivities, k, state));
+        }
+        if let Some(reactions) = &self.outputs.reactions {
+            list.extend(reactions.rates(self.discretized, sensitivities, k, state));
         }
     }
 }
 
 /// Repeats a run over the scalar `D`, with the ends of the accepted steps of the `plain` record, bisected ones
-/// included. Records the same nodes and axes at the same times, without derivatives lists, energies and reactions.
+/// included. Records the same nodes, axes and reactions at the same times, without derivatives lists and energies.
 /// `seed` converts the value of each parameter to the scalar. No step is bisected or checked again.
 pub(super) fn repeat_over<D: Nestable, M: Model>(
     discretized: &Discretized<'_, M>,
@@ -396,8 +419,11 @@ pub(super) fn repeat_over<D: Nestable, M: Model>(
     let model = discretized.model;
     let (tracked, edges) = (plain.tracked(), plain.edges());
     let mut record = Record::new(tracked.clone(), 0).with_axes(edges.clone());
+    record.has_reactions = plain.has_reactions;
     let directors =
         (!edges.is_empty()).then(|| discretized.directors(&discretized.setup_over(&seed)));
+    let reactions =
+        plain.has_reactions.then(|| discretized.reactions_in_motion(discretized.setup_over(&seed)));
     let mut simulation = discretized.simulation_over(seed)?;
     let mut ends = plain.times().iter().peekable();
     // No step for the initial state, then the accepted steps of the plain run: bisection decided
@@ -414,7 +440,9 @@ pub(super) fn repeat_over<D: Nestable, M: Model>(
                 let State { q, v, frames, .. } = state;
                 edges.iter().flat_map(move |e| discretized.axes(directors, q, v, frames, *e))
             });
-            record.push(state.time, tracked.iter().map(motion).chain(axes));
+            let reactions =
+                reactions.iter().flat_map(|model| discretized.reactions(model, state).parts());
+            record.push(state.time, tracked.iter().map(motion).chain(axes).chain(reactions));
         }
     }
     record.taken = plain.taken.clone();

@@ -16,9 +16,9 @@ use crate::dynamics::unstable_state::StabilityChecks;
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::problem::{AnyProblem, Discretized, Model, Problem};
-use crate::rod::Energies;
+use crate::rod::{Energies, State};
 use crate::scene::{Parameter, Point, Stencil};
-use crate::statics::Reactions;
+use crate::statics::{EquilibriumOutputs, Reactions};
 use nalgebra::Vector3;
 use num_dual::Dual64;
 use std::time::Duration;
@@ -145,9 +145,10 @@ impl Trajectory {
         self
     }
 
-    /// Requests the [reactions](Self::reactions) of the supports at every recorded time of the run to come.
+    /// Requests the [reactions](Self::reactions) of the supports at every recorded time of the run to come, with their
+    /// derivatives by the parameters.
     pub fn keep_reactions(mut self) -> Self {
-        self.record.reactions = Some(Vec::new());
+        self.record.has_reactions = true;
         self
     }
 
@@ -172,9 +173,30 @@ impl Trajectory {
         tracked: &[usize],
         parameters: &[Parameter],
     ) -> Result<Self, Error> {
-        let mut trajectory = Self { rests: true, ..Self::new(problem, tracked, parameters)? };
-        let record = &mut trajectory.record;
-        match problem.discretized() {
+        Self::new(problem, tracked, parameters)?.find_equilibrium()
+    }
+
+    /// The [equilibrium](Self::at_rest) of the problem in this empty trajectory, with the reactions of the supports if they [are
+    /// kept](Self::keep_reactions).
+    ///
+    /// ```
+    /// use rodfit::{Parameter, Scene, Trajectory};
+    /// let problem = Scene::load("data/cantilever.toml")?.problem()?;
+    /// let rest = Trajectory::new(&problem, &[], &[Parameter::Density])?.keep_reactions();
+    /// let rest = rest.find_equilibrium()?;
+    /// assert!(rest.reactions()[0].start.force[1] > 0.0); // N
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`Self::at_rest`], and [`Error::Invalid`] for a trajectory that is not empty.
+    pub fn find_equilibrium(self) -> Result<Self, Error> {
+        if !self.times().is_empty() {
+            return Err(Error::invalid("trajectory", "a record", "an empty trajectory"));
+        }
+        let mut trajectory = Self { rests: true, ..self };
+        let (record, parameters) = (&mut trajectory.record, &trajectory.parameters[..]);
+        match trajectory.problem.discretized() {
             AnyProblem::Planar(planar) => rest(&planar, parameters, record)?,
             AnyProblem::Spatial(spatial) => rest(&spatial, parameters, record)?,
         }
@@ -306,13 +328,16 @@ impl Trajectory {
             return repeat_over(discretized, &self.record, seed);
         }
         let tracked = self.record.tracked();
-        let nodes = discretized.nodes_at_equilibrium(
+        let has_reactions = self.record.has_reactions;
+        let outputs = discretized.outputs_at_equilibrium(
             &discretized.checked_equilibrium()?,
             &tracked,
+            has_reactions,
             seed,
         )?;
         let mut record = Record::new(tracked, 0);
-        record.push(0.0, nodes.into_iter().map(|x| [x, [D::from(0.0); 3]]));
+        record.has_reactions = has_reactions;
+        record.push(0.0, motions_at_rest(&outputs));
         Ok(record)
     }
 
@@ -327,21 +352,23 @@ impl Trajectory {
         self.record.energies.as_deref().unwrap_or_default()
     }
 
-    /// Forces, N, and moments, N m, of the supports on the rod at each of [`times`](Self::times), in world axes.
-    /// Empty unless they were requested by [`keep_reactions`](Self::keep_reactions).
+    /// Derivatives of the [reactions](Self::reactions) by each of [`parameters`](Self::parameters), at each of
+    /// [`times`](Self::times), in N and N m per unit of the parameter. The lists are empty unless reactions were requested.
     ///
     /// ```
-    /// use rodfit::{Scene, Trajectory};
+    /// use rodfit::{Parameter, Scene, Trajectory};
     /// let problem = Scene::load("data/cantilever.toml")?.problem()?;
-    /// let mut run = Trajectory::new(&problem, &[], &[])?.keep_reactions();
+    /// let mut run = Trajectory::new(&problem, &[], &[Parameter::Density])?.keep_reactions();
     /// run.run(&problem, 100, |_| {})?;
-    /// let wall = &run.reactions()[100].start;
-    /// let (lift, turning) = (wall.force[1], wall.moment[2]); // N, N m
-    /// # assert!(lift.is_finite() && turning > 0.0);
+    /// let by_density = &run.reaction_rates()[0][100];
+    /// let by_density = by_density.start.moment[2]; // N m per kg/m^3
+    /// # assert!(by_density.is_finite() && by_density != 0.0);
     /// # Ok::<(), rodfit::Error>(())
     /// ```
-    pub fn reactions(&self) -> &[Reactions] {
-        self.record.reactions.as_deref().unwrap_or_default()
+    pub fn reaction_rates(&self) -> Vec<Vec<Reactions>> {
+        let rates =
+            |k: usize| self.record.along(Some(k)).reactions().map(|dual| dual.map(|x| x.eps));
+        (0..self.parameters.len()).map(|k| rates(k).collect()).collect()
     }
 
     /// Position of a point at a time, s, in world axes, m, and its derivative by each of
@@ -418,6 +445,23 @@ impl<D: Scalar> Trajectory<D> {
         self.problem.nodes()
     }
 
+    /// Forces, N, and moments, N m, of the supports on the rod at each of [`times`](Self::times), in world axes.
+    /// Empty unless they were requested by [`keep_reactions`](Self::keep_reactions).
+    ///
+    /// ```
+    /// use rodfit::{Scene, Trajectory};
+    /// let problem = Scene::load("data/cantilever.toml")?.problem()?;
+    /// let mut run = Trajectory::new(&problem, &[], &[])?.keep_reactions();
+    /// run.run(&problem, 100, |_| {})?;
+    /// let wall = run.reactions()[100].start;
+    /// let (lift, turning) = (wall.force[1], wall.moment[2]); // N, N m
+    /// # assert!(lift.is_finite() && turning > 0.0);
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
+    pub fn reactions(&self) -> Vec<Reactions<D>> {
+        self.record.read().reactions().collect()
+    }
+
     /// Position of the rod's end after `k` steps in world coordinates, m: its last node, or the wall that holds this end
     /// between two nodes. Panics if `k` was not recorded or its nodes not tracked.
     ///
@@ -452,8 +496,9 @@ impl<D: Scalar> Trajectory<D> {
 }
 
 /// Finds the equilibrium of a problem and appends it to `record` at time 0: positions of the tracked nodes with zero
-/// velocities, and their derivatives by `parameters`. Sets the count of Newton iterations. [`Error::Indifferent`] for a
-/// motion without resistance other than a rigid one or a spin; other errors are those of the search.
+/// velocities, reactions of the supports if requested, and their derivatives by `parameters`. Sets the count of Newton
+/// iterations. [`Error::Indifferent`] for a motion without resistance other than a rigid one or a spin; other errors are
+/// those of the search.
 fn rest<M: Model>(
     discretized: &Discretized<'_, M>,
     parameters: &[Parameter],
@@ -462,17 +507,30 @@ fn rest<M: Model>(
     let settled = discretized.checked_equilibrium()?;
     let rest = &settled.rest;
     record.work.newton_iterations = rest.newton_iterations;
-    let tracked = record.tracked();
-    let place = |i: &usize| [discretized.model.position(&rest.q, *i), [0.0; 3]];
-    record.push(0.0, tracked.iter().map(place));
+    let (tracked, has_reactions) = (record.tracked(), record.has_reactions);
+    let nodes = tracked.iter().map(|i| discretized.model.position(&rest.q, *i)).collect();
+    let still = || State::at_rest(rest.q.clone(), rest.frames.clone());
+    let reactions = has_reactions.then(|| {
+        discretized.reactions_at_rest(discretized.setup_over(|_, value: f64| value), &still())
+    });
+    record.push(0.0, motions_at_rest(&EquilibriumOutputs { nodes, reactions }));
     // The equilibrium is searched once; each parameter takes linear systems with its tangent only.
     for (k, parameter) in parameters.iter().enumerate() {
         let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
-        let nodes = discretized.nodes_at_equilibrium(&settled, &tracked, seed)?;
-        let rates = nodes.iter().map(|x| [x.map(|x| x.eps), [0.0; 3]]);
+        let outputs =
+            discretized.outputs_at_equilibrium(&settled, &tracked, has_reactions, seed)?;
+        let rates = motions_at_rest(&outputs).map(|motion| motion.map(|x| x.map(|x| x.eps)));
         record.derivatives_mut(k).extend(rates);
     }
     Ok(())
+}
+
+/// The motions of a record at rest: positions with zero velocities, then force and moment of both supports if requested.
+fn motions_at_rest<D: Scalar>(
+    EquilibriumOutputs { nodes, reactions }: &EquilibriumOutputs<D>,
+) -> impl Iterator<Item = Motion<D>> {
+    let nodes = nodes.iter().map(|x| [*x, [D::from(0.0); 3]]);
+    nodes.chain(reactions.iter().flat_map(|reactions| reactions.parts()))
 }
 
 /// Positions, m, and velocities, m/s, of the tracked nodes, record after record.

@@ -3,8 +3,8 @@
 //! Input: the deserialized table, the folder of the fit file and the prepared scene. A file is read as one marker (at
 //! the tip by default), or as several with their points. `markers = "free"` takes all markers of the recording in
 //! `supports.path` that prescribe neither an end nor an inner node. `duration`, s, with `fps`, Hz, plans an
-//! observation without data. Output: one [`Measurement`] per point, m and s, each with the table's offset, standard
-//! deviation, loss and `held_out`. Keys that exclude each other and missing keys are errors with the key; a file that
+//! observation without data. With `quantity` the table is that of a sensor (`sensor_form`). Output: one [`Measurement`] per
+//! point, m and s, each with the table's offset, standard deviation, loss and `held_out`. Keys that exclude each other and missing keys are errors with the key; a file that
 //! cannot be read is an error with its path, and the line if it has one. [`Sigma`] (a number, m, or columns of the
 //! file) is shared with `[[shape]]`.
 
@@ -12,8 +12,10 @@ use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Glitches, Observation};
+use crate::fit::measurement::sensor::ReactionPart;
+use crate::fit::sensor_form::{SensorFilter, SensorForm, TareForm};
 use crate::problem::Problem;
-use crate::scene::{Point, StructurePoint};
+use crate::scene::{End, Point, StructurePoint};
 use marker_files::{Axes, ColumnRules, Format, Recording, SigmaColumns, Vertical};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -165,6 +167,17 @@ struct ObservationKeys {
     time_zero: Option<f64>,
     /// Duration of a planned observation, s, instead of a file.
     duration: Option<f64>,
+    /// Quantity of a sensor instead of a position: force or moment of a support on the rod.
+    quantity: Option<ReactionPart>,
+    /// End of the rod with the support of the sensor.
+    of: Option<End>,
+    /// Rotation vector of the frame of the sensor in the world, rad, beyond `axes`.
+    #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
+    rotation: Option<[f64; 3]>,
+    /// Offset of the sensor: `"free"`, or three numbers in the axes of the file, N or N m; default 0.
+    tare: Option<TareForm>,
+    /// Filter of the sensor, which is applied to the model too.
+    filter: Option<SensorFilter>,
 }
 
 impl ObservationForm {
@@ -199,6 +212,46 @@ impl ObservationForm {
             time_zero,
             sigma: sigma_columns,
         };
+        if let Some(quantity) = form.quantity {
+            let positions = [
+                ("duration", form.duration.is_some()),
+                ("markers", markers.is_some()),
+                ("every", form.every.is_some()),
+                ("glitches", form.glitches.is_some()),
+                ("point", point.is_some()),
+                ("offset", offset != [0.0; 3]),
+            ];
+            for (own, is_given) in positions {
+                let found = "a key of a position with quantity";
+                let allowed = "this key with positions only";
+                ensure(!is_given, format!("{key}.{own}"), found, allowed)?;
+            }
+            let rotation = form.rotation.unwrap_or_default();
+            let (of, tare, filter) = (form.of, form.tare, form.filter);
+            let form = SensorForm {
+                quantity,
+                of,
+                file,
+                rotation,
+                tare,
+                filter,
+                recording,
+                sigma,
+                loss,
+                held_out,
+            };
+            return form.read(folder, problem, key);
+        }
+        let sensors = [
+            ("of", form.of.is_some()),
+            ("rotation", form.rotation.is_some()),
+            ("tare", form.tare.is_some()),
+            ("filter", form.filter.is_some()),
+        ];
+        for (own, is_given) in sensors {
+            let allowed = "together with quantity = \"force\" or \"moment\" only";
+            ensure(!is_given, format!("{key}.{own}"), "a key of a sensor", allowed)?;
+        }
         // A planned observation has times and coordinates, and no keys of files.
         if let Some(duration) = form.duration {
             let recorded = Recording { axes: None, fps: None, ..recording.clone() };

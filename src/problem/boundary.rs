@@ -23,7 +23,7 @@ use crate::rod::{ReferenceFrames, Rod};
 use crate::scene::path::RecordedNode;
 use crate::scene::prescribed_motion::MotionTime;
 use crate::scene::{End, Motion, Track};
-use num_dual::{Dual, Dual2_64, Dual64};
+use num_dual::{Dual, Dual2, Dual64};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -249,6 +249,13 @@ impl<D: Nestable> BoundaryMotion<D> {
         self.write_rates(now, Dual::from_re, |rate| rate.eps, v);
     }
 
+    /// Overwrites the accelerations of the coordinates of held and recorded nodes in `a`, m/s^2, at a time, s. They are
+    /// second derivatives of the positions in dual numbers. Those of angles are unchanged.
+    pub fn accelerations(&self, time: f64, a: &mut [D]) {
+        let now = Dual2::from_re(D::from(time)).derivative();
+        self.write_rates(now, Dual2::from_re, |rate| rate.v2, a);
+    }
+
     /// Overwrites the entries of the coordinates of held and recorded nodes in `rates` by derivatives of their positions by
     /// time. `now` is the time, s, as a dual number, and `convert` returns a number without derivatives by time. `derivative`
     /// takes the wanted derivative from a position.
@@ -292,13 +299,6 @@ impl BoundaryMotion<Dual64> {
 }
 
 impl BoundaryMotion {
-    /// Overwrites the accelerations of the coordinates of held and recorded nodes in `a`, m/s^2, at a time, s. They are
-    /// second derivatives of the positions in dual numbers. Those of angles are unchanged.
-    pub fn accelerations(&self, time: f64, a: &mut [f64]) {
-        let now = Dual2_64::from_re(time).derivative();
-        self.write_rates(now, Dual2_64::from_re, |rate| rate.v2, a);
-    }
-
     /// Moves all nodes in `q` with the ends, as an initial guess of the next stage of an equilibrium. Each end adds to node
     /// `i` the displacement by its rigid motion between the two times, times `weight(end, i)`. In space the angle of edge `i`
     /// changes by the weight times the change of twist. Recorded ends have no effect.

@@ -137,11 +137,6 @@ impl<M: Model> Discretized<'_, M> {
         setup.scene.supports.move_ends().then(|| self.held_ends(setup))
     }
 
-    /// [`boundary_motion`](Self::boundary_motion) over `f64`: none for a scene without `supports.motion` and recording.
-    pub(crate) fn moved_ends(&self) -> Option<BoundaryMotion> {
-        self.boundary_motion(self.setup)
-    }
-
     /// Prescribed motion of clamped and pinned ends, moved or not, and of recorded nodes. A clamped end has its two outermost
     /// nodes and its edge with tangent and director in the initial shape, a pinned end one node. The end rotates about the
     /// middle of the edge of a clamp at mid-edge, else about the outermost node. Rollers and free ends are not held.

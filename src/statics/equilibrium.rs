@@ -210,7 +210,8 @@ fn model_equilibrium<M: Model>(
     let rod = discretized.rod();
     let energies = rod.energies(&rest.q, &rest.frames);
     let still = State::at_rest(rest.q.clone(), rest.frames.clone());
-    let reactions = discretized.reactions_at_rest(&rod, &still);
+    let reactions =
+        discretized.reactions_at_rest(discretized.setup_over(|_, value: f64| value), &still);
     let nodes: Vec<[f64; 3]> =
         (0..problem.nodes()).map(|i| discretized.model.position(&rest.q, i)).collect();
     // Large strains are outside of the linear law of the material.

@@ -14,11 +14,12 @@ use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::tangent::{Factors, Singular};
 use crate::problem::{Discretized, FramesOf, Model, Setup};
-use crate::rod::{ReferenceFrames, Rod};
+use crate::rod::{ReferenceFrames, Rod, State};
 use crate::scene::prescribed_motion::MotionTime;
 use crate::scene::{End, Parameter, Support};
 use crate::statics::descent::EquilibriumState;
 use crate::statics::pencil::Pencil;
+use crate::statics::reaction::Reactions;
 
 /// Stiffness that is added to the tangent at a neutral equilibrium, over the negligible one: then rounding errors of
 /// the edges' stiffness cause no motion.
@@ -33,6 +34,14 @@ pub(crate) struct CheckedEquilibrium<F> {
     pub rest: EquilibriumState<F>,
     /// Whether the rod can move without resistance.
     neutral: bool,
+}
+
+/// Outputs of an equilibrium over a scalar with derivatives.
+pub(crate) struct EquilibriumOutputs<D> {
+    /// Positions of the tracked nodes, m.
+    pub nodes: Vec<[D; 3]>,
+    /// Reactions of the supports, if requested.
+    pub reactions: Option<Reactions<D>>,
 }
 
 impl<M: Model> Discretized<'_, M> {
@@ -70,17 +79,26 @@ impl<M: Model> Discretized<'_, M> {
         Ok((rod, q))
     }
 
-    /// World positions of the nodes `tracked` at an equilibrium, m, in their order, with derivatives. `seed` returns
-    /// the number of a parameter over `D` from the parameter and its value. Errors are those of
-    /// [`differentiated_equilibrium`](Self::differentiated_equilibrium).
-    pub(crate) fn nodes_at_equilibrium<D: Nestable>(
+    /// World positions of the nodes `tracked` at an equilibrium, m, in their order, and the reactions of the supports if
+    /// `has_reactions`, with derivatives. `seed` returns the number of a parameter over `D` from the parameter and its value.
+    /// Errors are those of [`differentiated_equilibrium`](Self::differentiated_equilibrium).
+    pub(crate) fn outputs_at_equilibrium<D: Nestable>(
         &self,
         equilibrium: &CheckedEquilibrium<FramesOf<M>>,
         tracked: &[usize],
+        has_reactions: bool,
         seed: impl Fn(Parameter, f64) -> D,
-    ) -> Result<Vec<[D; 3]>, Error> {
-        let (_, q) = self.differentiated_equilibrium(equilibrium, &self.setup_over(seed))?;
-        Ok(tracked.iter().map(|i| self.model.position(&q, *i)).collect())
+    ) -> Result<EquilibriumOutputs<D>, Error> {
+        let setup = self.setup_over(seed);
+        let (_, q) = self.differentiated_equilibrium(equilibrium, &setup)?;
+        let nodes = tracked.iter().map(|i| self.model.position(&q, *i)).collect();
+        let reactions = has_reactions.then(|| {
+            // Derivatives by coordinates are forces only in frames at the current shape, with all derivatives.
+            let mut frames = M::frames_over(&equilibrium.rest.frames);
+            M::Rod::<D>::rebase(&mut frames, &q);
+            self.reactions_at_rest(setup, &State::at_rest(q, frames))
+        });
+        Ok(EquilibriumOutputs { nodes, reactions })
     }
 
     /// Adds the derivatives to the unknowns `q` of an equilibrium of `rod` by Newton steps: hand-derived gradient, and

@@ -14,12 +14,13 @@
 //! that force and moment at rest balance the rod from the wall on. Kelvin-Voigt stress is that of the mean strain
 //! rates over the last step. The rotational inertia of a held edge that spins is left out too. At rest there are
 //! elastic forces and dead loads only. Output: [`Reactions`], force, and moment about `c`, of both ends; zero for a
-//! free end.
+//! free end. A [`ReactionModel`] is over any scalar of a rod: with dual numbers its output has derivatives by parameters.
 
-use crate::numerics::vector::{add, cross, scale, sub, unit};
-use crate::problem::Model;
+use crate::numerics::scalar::Nestable;
+use crate::numerics::vector::{Vector, add, cross, scale, sub, unit};
 use crate::problem::behind_walls;
-use crate::problem::{Discretized, FramesOf};
+use crate::problem::boundary::BoundaryMotion;
+use crate::problem::{Discretized, Model, Setup};
 use crate::rod::{NodalDrag, Rod, State, Viscosity};
 use crate::scene::{Damping, End, Support};
 use serde::{Deserialize, Serialize};
@@ -27,93 +28,140 @@ use std::ops::Range;
 
 /// Force and moment that a support exerts on the rod, in world axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct Reaction {
+#[cfg_attr(test, derive(schemars::JsonSchema), schemars(rename = "Reaction"))]
+pub struct Reaction<D = f64> {
     /// The force, N.
-    pub force: [f64; 3],
+    pub force: [D; 3],
     /// The moment about the point of the support, N m.
-    pub moment: [f64; 3],
+    pub moment: [D; 3],
 }
 
 /// The reactions at both ends of the rod; zero where an end is free.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct Reactions {
+#[cfg_attr(test, derive(schemars::JsonSchema), schemars(rename = "Reactions"))]
+pub struct Reactions<D = f64> {
     /// Reaction of the support at the first node.
-    pub start: Reaction,
+    pub start: Reaction<D>,
     /// Reaction of the support at the last node.
-    pub end: Reaction,
+    pub end: Reaction<D>,
 }
 
-/// Forces against a motion: damping and drag.
-#[derive(Clone, Default)]
-pub(crate) struct MotionResistances<'a> {
+impl<D: Copy> Reactions<D> {
+    /// The reactions with all components converted by `convert`.
+    pub(crate) fn map<E>(&self, convert: impl Fn(D) -> E + Copy) -> Reactions<E> {
+        let of = |reaction: &Reaction<D>| Reaction {
+            force: reaction.force.map(convert),
+            moment: reaction.moment.map(convert),
+        };
+        Reactions { start: of(&self.start), end: of(&self.end) }
+    }
+
+    /// Force and moment of the start, then of the end, as a record stores them.
+    pub(crate) fn parts(self) -> [[[D; 3]; 2]; 2] {
+        [self.start, self.end].map(|reaction| [reaction.force, reaction.moment])
+    }
+}
+
+/// A state of the rod of a model over the scalar `D`.
+pub(crate) type ModelState<M, D> = State<D, <<M as Model>::Rod<D> as Rod<D>>::Frames>;
+
+/// The rod of a scene over the scalar `D` with the forces against its motion, from which the reactions in a state follow.
+pub(crate) struct ReactionModel<D: Nestable, M: Model> {
+    setup: Setup<D, M>,
+    /// The rod under loads without signals; built anew at every time if there are signals.
+    rod: M::Rod<D>,
     /// Damping of mass and strain rates.
-    pub damping: Damping<f64>,
-    /// Drag of a fluid.
-    pub drag: Option<&'a NodalDrag<f64>>,
+    damping: Damping<D>,
+    /// Drag of a fluid; none at rest.
+    drag: Option<NodalDrag<D>>,
+    /// Motion of the supports; none at rest and for fixed supports.
+    supports: Option<BoundaryMotion<D>>,
+    /// Whether loads or actuators have signals.
+    has_signals: bool,
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// The reactions at both ends in a `state` of motion of the rod, in world axes. They include viscous stress at the
-    /// strain rates stored in the state, drag, mass damping and the inertia of ends that `supports.motion` or a
-    /// recording moves.
-    pub(crate) fn reactions(
+    /// The model of the reactions of a rod in motion: they include viscous stress at the strain rates stored in the state,
+    /// drag, mass damping and the inertia of ends that `supports.motion` or a recording moves.
+    pub(crate) fn reactions_in_motion<D: Nestable>(
         &self,
-        rod: &M::Rod<f64>,
-        resistances: MotionResistances<'_>,
-        state: &State<f64, FramesOf<M>>,
-    ) -> Reactions {
-        let mut acceleration = vec![0.0; state.q.len()];
-        if let Some(boundary_motion) = self.moved_ends() {
-            boundary_motion.accelerations(state.time, &mut acceleration);
+        setup: Setup<D, M>,
+    ) -> ReactionModel<D, M> {
+        ReactionModel {
+            rod: setup.rod(self.model),
+            damping: setup.scene.loads.damping.clone(),
+            drag: setup.drag(self.model),
+            supports: self.boundary_motion(&setup),
+            has_signals: self.scene().used_signals().next().is_some(),
+            setup,
         }
+    }
+
+    /// The reactions at both ends of a rod at rest in `state`, in world axes: elastic forces and dead loads only, with
+    /// signals at `loads.at_time`.
+    pub(crate) fn reactions_at_rest<D: Nestable>(
+        &self,
+        setup: Setup<D, M>,
+        state: &ModelState<M, D>,
+    ) -> Reactions<D> {
+        let model = ReactionModel {
+            rod: setup.rod(self.model),
+            // Without velocities and strain rates there is no damping.
+            damping: setup.scene.loads.damping.clone(),
+            drag: None,
+            supports: None,
+            has_signals: false,
+            setup,
+        };
+        self.reactions_with(&model, &model.rod, state, self.scene().loads.at_time)
+    }
+
+    /// The reactions at both ends in a `state` of the motion of the rod, in world axes.
+    pub(crate) fn reactions<D: Nestable>(
+        &self,
+        model: &ReactionModel<D, M>,
+        state: &ModelState<M, D>,
+    ) -> Reactions<D> {
         // Loads with signals are no part of the rod of a simulation.
-        if self.scene().used_signals().next().is_some() {
-            let rod = self.setup.rod_at(self.model, state.time);
-            return self.reactions_with(&rod, resistances, state, &acceleration, state.time);
+        match model.has_signals {
+            true => {
+                let rod = model.setup.rod_at(self.model, state.time);
+                self.reactions_with(model, &rod, state, state.time)
+            }
+            false => self.reactions_with(model, &model.rod, state, state.time),
         }
-        self.reactions_with(rod, resistances, state, &acceleration, state.time)
     }
 
-    /// The reactions at both ends of a rod at rest in `state`, in world axes: elastic forces and dead loads only.
-    pub(crate) fn reactions_at_rest(
+    /// The reactions at both ends of `rod` in a state, with signals at `time`, s. Drag, inertia and mass damping of nodes
+    /// behind a wall are left out. A clamp holds two nodes, a recorded end those at its held markers, other supports one. A
+    /// free end has zero.
+    fn reactions_with<D: Nestable>(
         &self,
-        rod: &M::Rod<f64>,
-        state: &State<f64, FramesOf<M>>,
-    ) -> Reactions {
-        let still = vec![0.0; state.q.len()];
-        let at_time = self.scene().loads.at_time;
-        self.reactions_with(rod, MotionResistances::default(), state, &still, at_time)
-    }
-
-    /// The reactions at both ends in a state whose held unknowns have the given `acceleration`, m/s^2 (one entry per
-    /// unknown), with signals at `time`, s. Drag, inertia and mass damping of nodes behind a wall are left out. A clamp holds two nodes, a
-    /// recorded end those at its held markers, other supports one. A free end has zero.
-    fn reactions_with(
-        &self,
-        rod: &M::Rod<f64>,
-        MotionResistances { damping, drag }: MotionResistances<'_>,
-        state: &State<f64, FramesOf<M>>,
-        acceleration: &[f64],
+        ReactionModel { setup, damping, drag, supports, .. }: &ReactionModel<D, M>,
+        rod: &M::Rod<D>,
+        state: &ModelState<M, D>,
         time: f64,
-    ) -> Reactions {
+    ) -> Reactions<D> {
         let State { q, frames, v, internal, .. } = state;
         let strain_rate = &internal.strain_rate;
-        let mut force = vec![0.0; q.len()];
+        let zero = D::from(0.0);
+        let (mut force, mut acceleration) = (vec![zero; q.len()], vec![zero; q.len()]);
+        if let Some(supports) = supports {
+            supports.accelerations(state.time, &mut acceleration);
+        }
         // Elastic forces, with the viscous stress of the last strain rates.
         match strain_rate.is_empty() {
             true => rod.gradient(q, frames, self.derivatives(), &mut force),
             false => {
                 let mut viscosity =
                     Viscosity::none(strain_rate.len(), damping.has_additional_times());
-                viscosity.now(&damping, internal);
+                viscosity.now(damping, internal);
                 let mut viscous = rod.clone();
                 viscous.set_viscous(rod, &viscosity);
                 viscous.gradient(q, frames, self.derivatives(), &mut force);
             }
         }
-        let mut dragged = vec![0.0; q.len()];
+        let mut dragged = vec![zero; q.len()];
         if let Some(drag) = drag {
             let mut tangents = Vec::new();
             drag.tangents(q, &mut tangents);
@@ -129,14 +177,14 @@ impl<M: Model> Discretized<'_, M> {
         let (free, prescribed, last) = (self.free(), self.prescribed(), self.nodes() - 1);
         // Forces on free unknowns are balanced without a support.
         for i in free.clone().filter(|i| !prescribed.contains(*i)) {
-            force[i] = 0.0;
+            force[i] = zero;
         }
         let held = |end| match (&self.scene().supports.path, self.scene().supports.at(end)) {
             (Some(path), Support::Recorded) => path.held_nodes(last),
             (_, Support::Clamped) => 2,
             _ => 1,
         };
-        let loads = self.loads_at_state(rod, q, frames, time);
+        let loads = loads_at_state(self.model, setup, rod, q, frames, time);
         let start: Vec<usize> = (0..held(End::Start)).collect();
         let end: Vec<usize> = (0..held(End::End)).map(|k| last - k).collect();
         Reactions {
@@ -148,23 +196,24 @@ impl<M: Model> Discretized<'_, M> {
     /// The reaction of a support that holds the unknowns `held` and the `nodes`, the outermost one first, from the
     /// `force` on every unknown. `next` is the second node from that end. The moment is about the point of the
     /// support; dead loads on a node behind a wall are left out. Zero if nothing is held.
-    fn reaction(
+    fn reaction<D: Nestable>(
         &self,
         held: Range<usize>,
         nodes: &[usize],
         next: usize,
-        loads: &[[f64; 3]],
-        q: &[f64],
-        force: &[f64],
-    ) -> Reaction {
-        let mut reaction = Reaction::default();
+        loads: &[Vector<D>],
+        q: &[D],
+        force: &[D],
+    ) -> Reaction<D> {
+        let zero = [D::from(0.0); 3];
+        let mut reaction = Reaction { force: zero, moment: zero };
         let (false, [outermost, ..]) = (held.is_empty(), nodes) else { return reaction };
         let outermost = *outermost;
         let position = |i: usize| self.model.position(q, i);
         let behind = self.fraction_behind_wall(outermost);
         let edge = sub(position(next), position(outermost));
         // Where a wall cuts the outermost edge, the support is at the wall.
-        let point = add(position(outermost), scale(edge, behind));
+        let point = add(position(outermost), scale(edge, D::from(behind)));
         for node in nodes.iter().copied() {
             let mut on_node = self.model.rate(force, node);
             // The gradient contains minus the loads; those on a node behind the wall are the wall's own.
@@ -176,7 +225,7 @@ impl<M: Model> Discretized<'_, M> {
             reaction.moment = add(reaction.moment, moment);
         }
         // The derivative by a held angle is the torque about the edge.
-        for i in held.filter(|i| M::Rod::<f64>::is_angle(*i)) {
+        for i in held.filter(|i| M::Rod::<D>::is_angle(*i)) {
             let edge = i / M::STRIDE;
             let tangent = unit(sub(position(edge + 1), position(edge)));
             reaction.moment = add(reaction.moment, scale(tangent, force[i]));
@@ -194,7 +243,7 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// [`nodal_loads`](Self::nodal_loads) and the forces of loads without a potential at the unknowns `q`, N.
+    /// [`loads_at_state`] over plain numbers.
     pub(super) fn loads_at_state(
         &self,
         rod: &M::Rod<f64>,
@@ -202,26 +251,46 @@ impl<M: Model> Discretized<'_, M> {
         frames: &FramesOf<M>,
         time: f64,
     ) -> Vec<[f64; 3]> {
-        let mut loads = self.nodal_loads(rod.mass(), time);
-        if rod.has_follower_loads() {
-            let mut followers = vec![0.0; q.len()];
-            rod.add_follower_forces(q, frames, &mut followers);
-            for (i, load) in loads.iter_mut().enumerate() {
-                *load = add(*load, self.model.rate(&followers, i));
-            }
-        }
-        loads
+        loads_at_state(self.model, self.setup, rod, q, frames, time)
     }
 
-    /// Weight (gravity times the mass of the node), point and line forces on every node, N, in world axes, one entry
-    /// per node. `mass` has the masses of all unknowns. Signals have their values at `time`, s. Moments and
-    /// follower loads are left out.
+    /// Weight, point and line forces on every node, N, in world axes, one entry per node, as [`nodal_loads`] over plain numbers.
     pub(super) fn nodal_loads(&self, mass: &[f64], time: f64) -> Vec<[f64; 3]> {
-        let weight = |i: usize| scale(self.scene().loads.gravity, mass[M::STRIDE * i]);
-        let mut forces: Vec<[f64; 3]> = (0..self.nodes()).map(weight).collect();
-        for load in self.setup.loads_at(self.model, Some(time)) {
-            forces[load.node] = add(forces[load.node], load.force);
-        }
-        forces
+        nodal_loads::<f64, M>(self.setup, mass, time)
     }
+}
+
+/// Weight (gravity times the mass of the node), point and line forces on every node, N, in world axes, one entry per node.
+/// `mass` has the masses of all unknowns. Signals have their values at `time`, s. Moments and follower loads are left out.
+fn nodal_loads<D: Nestable, M: Model>(
+    setup: &Setup<D, M>,
+    mass: &[D],
+    time: f64,
+) -> Vec<Vector<D>> {
+    let weight = |i: usize| scale(setup.scene.loads.gravity, mass[M::STRIDE * i]);
+    let mut forces: Vec<Vector<D>> = (0..setup.mesh.nodes.len()).map(weight).collect();
+    for load in setup.loads_at(Some(time)) {
+        forces[load.node] = add(forces[load.node], load.force);
+    }
+    forces
+}
+
+/// [`nodal_loads`] and the forces of loads without a potential at the unknowns `q`, N.
+fn loads_at_state<D: Nestable, M: Model>(
+    model: &M,
+    setup: &Setup<D, M>,
+    rod: &M::Rod<D>,
+    q: &[D],
+    frames: &<M::Rod<D> as Rod<D>>::Frames,
+    time: f64,
+) -> Vec<Vector<D>> {
+    let mut loads = nodal_loads::<D, M>(setup, rod.mass(), time);
+    if rod.has_follower_loads() {
+        let mut followers = vec![D::from(0.0); q.len()];
+        rod.add_follower_forces(q, frames, &mut followers);
+        for (i, load) in loads.iter_mut().enumerate() {
+            *load = add(*load, model.rate(&followers, i));
+        }
+    }
+    loads
 }

@@ -11,4 +11,6 @@ mod hostile_bytes;
 mod measurements;
 mod names;
 mod own_energy;
+mod reactions;
 mod runs;
+mod sensors;

@@ -81,7 +81,7 @@ fn spinning(free_twist: &[End]) -> Vec<(f64, [f64; 2])> {
     let problem = scene.problem().unwrap();
     let mut run = Trajectory::new(&problem, &[], &[]).unwrap().keep_reactions().keep_energies();
     run.run(&problem, 150, |_| {}).unwrap();
-    let torques = run.reactions().iter().map(|r| [r.start.moment[0], r.end.moment[0]]);
+    let torques = run.reactions().into_iter().map(|r| [r.start.moment[0], r.end.moment[0]]);
     run.energies().iter().map(|e| e.kinetic).zip(torques).collect()
 }
 

@@ -24,6 +24,7 @@ use crate::dynamics::step_map::{
     DualSimulation, ParameterRates, StateRates, StepMap, StepWorkspace,
 };
 use crate::error::Error;
+use crate::numerics::lanes::Lanes;
 use crate::rod::{DualFrames, InternalVariables, Sensitive, State, set_dual_frames};
 use num_dual::Dual64;
 
@@ -71,6 +72,10 @@ trait LaneGroup<R: Sensitive>: Send + Sync {
     /// The reference frames `now` with their derivatives along the parameter in `lane`.
     fn frames(&self, lane: usize, now: &R::Frames) -> DualFrames<R, f64>;
 
+    /// The internal variables `now` with their derivatives along the parameter in `lane`; zero ones where no stress depends
+    /// on the past.
+    fn internal(&self, lane: usize, now: &InternalVariables<f64>) -> InternalVariables<Dual64>;
+
     /// Advances the derivatives from the start of a linearized step to its end. [`Error::SingularTangent`] where the
     /// step has no derivatives.
     fn advance(&mut self, step: &Linearization<'_, f64, R>) -> Result<(), Error>;
@@ -87,6 +92,21 @@ impl<R: Sensitive, const G: usize> LaneGroup<R> for Implicit<R, G> {
         let mut dual = self.dual_frames[lane].clone();
         set_dual_frames(now, &self.state.frames, lane, &mut dual);
         dual
+    }
+
+    /// The internal variables `now` with their derivatives along the parameter in `lane`.
+    fn internal(&self, lane: usize, now: &InternalVariables<f64>) -> InternalVariables<Dual64> {
+        let dual = |now: &[f64], rates: &[Lanes<G>]| {
+            let rates = rates.iter().map(|rate| rate.0[lane]).chain(std::iter::repeat(0.0));
+            now.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, rate)).collect()
+        };
+        let rates = &self.state.internal;
+        InternalVariables {
+            strain: dual(&now.strain, &rates.strain),
+            strain_rate: dual(&now.strain_rate, &rates.strain_rate),
+            slid: dual(&now.slid, &rates.slid),
+            relaxing: dual(&now.relaxing, &rates.relaxing),
+        }
     }
 
     /// Advances the derivatives from the start of a linearized step to its end, by [`StepMap::apply`].
@@ -199,26 +219,31 @@ impl<R: Sensitive> Sensitivities<R> {
         }
     }
 
-    /// Unknowns, velocities and frames of the state `plain` as dual numbers, with their derivatives along parameter
-    /// `k`, in this order. The values are those of `plain`; the frames of schemes that solve no equations are those of
-    /// the dual simulation.
-    pub(crate) fn motion(
+    /// The state `plain` as dual numbers with the derivatives along parameter `k`: unknowns, velocities, frames and internal
+    /// variables; accelerations and forces are left out. The values are those of `plain`; frames and internal variables of
+    /// schemes that solve no equations are those of the dual simulation.
+    pub(crate) fn dual_state(
         &self,
         k: usize,
         plain: &State<f64, R::Frames>,
-    ) -> (Vec<Dual64>, Vec<Dual64>, DualFrames<R, f64>) {
-        let frames = match &self.0 {
-            SensitivityMethod::Direct(simulations) => simulations[k].state().frames.clone(),
+    ) -> State<Dual64, DualFrames<R, f64>> {
+        let (frames, internal) = match &self.0 {
+            SensitivityMethod::Direct(simulations) => {
+                let state = simulations[k].state();
+                (state.frames.clone(), state.internal.clone())
+            }
             SensitivityMethod::Implicit(groups, places) => {
                 let LanePlace { group, lane } = places[k];
-                groups[group].frames(lane, &plain.frames)
+                let group = &groups[group];
+                (group.frames(lane, &plain.frames), group.internal(lane, &plain.internal))
             }
         };
         let dual = |x: &[f64], part: usize| {
             let rates = (0..x.len()).map(|i| self.rate(k, i)[part]);
             x.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, rate)).collect()
         };
-        (dual(&plain.q, 0), dual(&plain.v, 1), frames)
+        let (q, v) = (dual(&plain.q, 0), dual(&plain.v, 1));
+        State { time: plain.time, v, internal, ..State::at_rest(q, frames) }
     }
 
     /// `[dq/dp, dv/dp]` of unknown `i` along parameter `k`: from its group and lane, or from its dual simulation for

@@ -8,6 +8,7 @@
 use crate::error::Error;
 use crate::fit::field::plan::FieldFit;
 use crate::fit::file::FitFile;
+use crate::fit::measurement::MeasuredData;
 use crate::fit::structure::structure_problem::refuse_structure;
 use crate::fit::uncertainty::analysis::Analysis;
 
@@ -47,6 +48,9 @@ impl FitFile {
                         "fitted observations \
                                            only",
                     );
+                }
+                None if matches!(measurement.data, MeasuredData::SensorReadings(_)) => {
+                    return refused("observation.quantity", "a sensor", "recorded motions");
                 }
                 None => return refused("shape, frequencies", "one", "recorded motions"),
             }

@@ -50,7 +50,7 @@ pub enum Abscissa {
 
 /// The values of one coordinate of a measurement, by index and abscissa, in the order of the residuals.
 pub(crate) struct Coordinate {
-    /// x, y, z, f of frequencies, or g of gauges.
+    /// x, y, z, f of frequencies, g of gauges, or the component of a sensor.
     pub axis: &'static str,
     pub values: Vec<CoordinateValue>,
 }
@@ -282,8 +282,9 @@ pub trait DataKind: Debug + Send + Sync {
         vec![None; self.values()]
     }
 
-    /// Number of arc lengths that are fitted to the values, each of which takes a degree of freedom; 0 by default.
-    fn fitted_arc_lengths(&self) -> usize {
+    /// Number of nuisance parameters (arc lengths, offsets) that are fitted to the values, each of which takes a degree of
+    /// freedom; 0 by default.
+    fn fitted_nuisances(&self) -> usize {
         0
     }
 
@@ -396,12 +397,12 @@ impl dyn DataKind + '_ {
         }
     }
 
-    /// Degrees of freedom that remain beside fitted arc lengths, over the number of values; 1 without these, at least one
+    /// Degrees of freedom that remain beside fitted nuisance parameters, over the number of values; 1 without these, at least one
     /// degree.
     pub(crate) fn free_share(&self) -> f64 {
-        // Each fitted arc length removes the residual along the rod at one point.
+        // Each fitted nuisance removes one direction of the residuals.
         let values = self.values().max(1) as f64;
-        (1.0 - self.fitted_arc_lengths() as f64 / values).max(1.0 / values)
+        (1.0 - self.fitted_nuisances() as f64 / values).max(1.0 / values)
     }
 
     /// The outputs of a simulation (points, times, modes) with which the values are compared.

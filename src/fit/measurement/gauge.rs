@@ -127,13 +127,7 @@ impl DataKind for GaugeReadings {
     /// Root mean square of the readings about their mean, in their unit; the magnitude of a single reading, or of readings
     /// that are all equal.
     fn size(&self, _problem: &Problem) -> f64 {
-        let values = || self.readings.iter().map(|r| r.value);
-        let n = self.readings.len().max(1) as f64;
-        // The only reading has no spread about its mean: its size is its value.
-        let mean = if n > 1.0 { values().sum::<f64>() / n } else { 0.0 };
-        let spread = (values().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
-        // Equal readings have no spread; their size is the value.
-        if spread > 0.0 { spread } else { mean.abs() }
+        spread_or_size(&self.readings)
     }
 
     /// Rejects points that are not on the rod and readings that are not finite. Times must strictly increase within 0 to the
@@ -147,17 +141,7 @@ impl DataKind for GaugeReadings {
                 Error::invalid(format!("{label}: points"), error, "points of the rod")
             })?;
         }
-        // Readings over time need increasing times within the simulation.
-        let times: Vec<f64> = self.readings.iter().filter_map(|r| r.time).collect();
-        if !times.is_empty() {
-            let end = problem.time()?.end;
-            let is_inside = |t: &f64| *t >= 0.0 && *t <= end * (1.0 + 1e-9);
-            let are_valid = times.iter().all(is_inside) && times.windows(2).all(|w| w[0] < w[1]);
-            let allowed = format!("increasing times in 0 .. {end} s, time.end");
-            ensure(are_valid, *label, "other times", allowed)?;
-        }
-        let are_finite = self.readings.iter().all(|r| r.value.is_finite());
-        ensure(are_finite, *label, "other readings", "finite values")
+        check_readings(&self.readings, context)
     }
 
     /// Removes readings after the `horizon`, s, in place. Readings at rest stay.
@@ -205,4 +189,35 @@ impl DataKind for GaugeReadings {
         }
         Ok(())
     }
+}
+
+/// Root mean square of readings about their mean, in their unit; the magnitude of a single reading, or of readings that are
+/// all equal.
+pub(crate) fn spread_or_size(readings: &[Reading]) -> f64 {
+    let values = || readings.iter().map(|r| r.value);
+    let n = readings.len().max(1) as f64;
+    // The only reading has no spread about its mean: its size is its value.
+    let mean = if n > 1.0 { values().sum::<f64>() / n } else { 0.0 };
+    let spread = (values().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
+    // Equal readings have no spread; their size is the value.
+    if spread > 0.0 { spread } else { mean.abs() }
+}
+
+/// Rejects readings that are not finite, and times that do not strictly increase within 0 to the end of the simulation.
+/// Readings at rest have no times to check. Errors have the label. An error also for times with a scene that has none.
+pub(crate) fn check_readings(
+    readings: &[Reading],
+    ValidationContext { problem, label, .. }: &ValidationContext,
+) -> Result<(), Error> {
+    // Readings over time need increasing times within the simulation.
+    let times: Vec<f64> = readings.iter().filter_map(|r| r.time).collect();
+    if !times.is_empty() {
+        let end = problem.time()?.end;
+        let is_inside = |t: &f64| *t >= 0.0 && *t <= end * (1.0 + 1e-9);
+        let are_valid = times.iter().all(is_inside) && times.windows(2).all(|w| w[0] < w[1]);
+        let allowed = format!("increasing times in 0 .. {end} s, time.end");
+        ensure(are_valid, *label, "other times", allowed)?;
+    }
+    let are_finite = readings.iter().all(|r| r.value.is_finite());
+    ensure(are_finite, *label, "other readings", "finite values")
 }

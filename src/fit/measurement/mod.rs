@@ -1,7 +1,9 @@
-//! Measurements of a rod: its motion, its shape at rest, its natural frequencies, and user-defined quantities.
+//! Measurements of a rod: its motion, its shape at rest, its natural frequencies, forces and moments of its supports, and
+//! user-defined quantities.
 //!
 //! [`Measurement`] is a data set of any of these kinds ([`MeasuredData`]) with its header (noise, loss, source). Each
-//! kind has its file here: `motion`, `shape`, `frequencies`, `gauge` (with `quantity`). `dataset` has the header and
+//! kind has its file here: `motion`, `shape`, `frequencies`, `gauge` (with `quantity`), `sensor` (with
+//! `sensor_table`). `dataset` has the header and
 //! the interface of the kinds, `loss` the robust losses, `simulated` the outputs of a simulation with which they are
 //! compared. Others concern their preparation: `experiment` groups measurements with a scene, `inspection` and
 //! `inspection_summary` examine marker files, `constant_axes` and `repeated_frames` detect faulty data. Every kind
@@ -19,6 +21,8 @@ pub(crate) mod loss;
 pub(crate) mod motion;
 pub(crate) mod quantity;
 pub(crate) mod repeated_frames;
+pub(crate) mod sensor;
+pub(crate) mod sensor_table;
 pub(crate) mod shape;
 pub(crate) mod simulated;
 
@@ -29,6 +33,7 @@ use crate::fit::measurement::gauge::GaugeReadings;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Observation, PointMotion};
 use crate::fit::measurement::quantity::GaugeScalar;
+use crate::fit::measurement::sensor::SensorReadings;
 use crate::fit::measurement::shape::EquilibriumShape;
 use crate::fit::measurement::simulated::SimulatedOutput;
 use marker_files::Dropped;
@@ -96,6 +101,8 @@ kinds! {
     ModeFrequencies,
     /// Readings of a user-defined quantity, in its own unit.
     GaugeReadings,
+    /// Components of the reaction of a support, N or N m.
+    SensorReadings,
 }
 
 /// Measured values of any kind with their header, as a fit handles them.
@@ -159,7 +166,7 @@ impl Measurement {
         self.motion()?.marker.as_deref()
     }
 
-    /// Symbol of the unit of the values: m, rad/s, or that of a gauge.
+    /// Symbol of the unit of the values: m, rad/s, N, N m, or that of a gauge.
     pub(crate) fn unit(&self) -> &str {
         &self.header.unit
     }

@@ -340,7 +340,7 @@ impl DataKind for EquilibriumShape {
     }
 
     /// Number of fitted arc lengths: one per point if they are unknown, else zero.
-    fn fitted_arc_lengths(&self) -> usize {
+    fn fitted_nuisances(&self) -> usize {
         if self.arc_lengths_fitted { self.sightings.len() } else { 0 }
     }
 

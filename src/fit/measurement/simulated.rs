@@ -1,7 +1,7 @@
 //! Outputs of a simulation with which data are compared.
 //!
 //! [`Requirements`] lists the outputs that the measurements of an experiment require, so that a simulation computes no others.
-//! These are points in motion and at rest (of a rod or a structure), modes, and the last times, s, on the clocks of the camera
+//! These are points in motion and at rest (of a rod or a structure), reactions of supports, modes, and the last times, s, on the clocks of the camera
 //! and the motion. [`SimulatedOutput`] has the computed ones over a scalar type with derivatives. It has motion and
 //! equilibrium (None if not required), angular frequencies of the required modes, rad/s, camera, scene and mesh. Each kind of
 //! data subtracts its values from these; [`SimulatedOutput::compare`] does so for the observed coordinates of a position, m.
@@ -27,6 +27,10 @@ pub struct Requirements {
     pub moving_places: Vec<StructurePoint>,
     /// Points of a structure with a measured position at rest.
     pub resting_places: Vec<StructurePoint>,
+    /// Whether the reactions of the supports in a motion are required.
+    pub moving_reactions: bool,
+    /// Whether the reactions of the supports at rest are required.
+    pub resting_reactions: bool,
     /// Whether all nodes of the rod at rest are required.
     pub whole_rest: bool,
     /// Modes with a measured frequency.
@@ -38,14 +42,15 @@ pub struct Requirements {
 }
 
 impl Requirements {
-    /// Whether the equilibrium of the rod is required: any point, or all nodes, at rest.
+    /// Whether the equilibrium of the rod is required: any point, or all nodes, or the reactions at rest.
     pub fn is_at_rest(&self) -> bool {
-        self.whole_rest || !self.resting.is_empty() || !self.resting_places.is_empty()
+        let has_points = !self.resting.is_empty() || !self.resting_places.is_empty();
+        self.whole_rest || has_points || self.resting_reactions
     }
 
     /// Whether a motion is required.
     pub fn has_motion(&self) -> bool {
-        !self.moving.is_empty() || !self.moving_places.is_empty()
+        !self.moving.is_empty() || !self.moving_places.is_empty() || self.moving_reactions
     }
 }
 

@@ -178,10 +178,13 @@ impl ObservedExperiment {
             return self.run_structure(problem, structure, steps, &parameters, count);
         }
         let mut moving = None;
-        if !self.required.moving.is_empty() {
+        if self.required.has_motion() {
             let mut trajectory =
                 Trajectory::new(&problem, &nodes(&self.required.moving, &problem)?, &parameters)?
                     .keep_axes(&edges(&self.required.beside, &problem)?);
+            if self.required.moving_reactions {
+                trajectory = trajectory.keep_reactions();
+            }
             // Work counts also where the run fails, so that failed trials are not free.
             let outcome = trajectory.run(&problem, steps, |simulation| after(&problem, simulation));
             let steps = trajectory.work().steps + usize::from(outcome.is_err());
@@ -197,8 +200,14 @@ impl ObservedExperiment {
             false if self.required.is_at_rest() => Some(nodes(&self.required.resting, &problem)?),
             false => None,
         };
-        let resting = resting.map(|nodes| Trajectory::at_rest(&problem, &nodes, &parameters));
-        let resting = resting.transpose()?;
+        let at_rest = |nodes: Vec<usize>| {
+            let trajectory = Trajectory::new(&problem, &nodes, &parameters)?;
+            match self.required.resting_reactions {
+                true => trajectory.keep_reactions().find_equilibrium(),
+                false => trajectory.find_equilibrium(),
+            }
+        };
+        let resting = resting.map(at_rest).transpose()?;
         Ok(ExperimentRun { problem, moving, resting, structure: None })
     }
 

@@ -78,9 +78,9 @@ pub struct FitReport {
     pub residual_rms: f64,
     /// Standard deviation of the noise of each measurement, given or estimated, in `units`.
     pub sigma: Vec<f64>,
-    /// Unit of each `sigma`: m or rad/s.
+    /// Unit of each `sigma`: m, rad/s, N or N m.
     pub units: Vec<String>,
-    /// Unit of each measurement in its file: m, Hz or rad/s. The displayed report and the page use it; the values of the
+    /// Unit of each measurement in its file: m, Hz, rad/s, N or N m. The displayed report and the page use it; the values of the
     /// JSON are in `units`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub data_units: Vec<String>,

@@ -64,7 +64,7 @@ pub struct Series {
     pub experiment: String,
     /// Name of the measurement.
     pub label: String,
-    /// Coordinate: x, y or z; f for frequencies, g for user-defined measurements.
+    /// Coordinate: x, y or z; f for frequencies, g for user-defined measurements, fx to mz for sensors.
     pub axis: String,
     /// Unit of `observed`, `simulated` and `sigma`.
     pub unit: String,

@@ -113,7 +113,7 @@ impl Adequacy {
             let MeasuredResiduals { index, experiment, measurement, .. } = own;
             let is_motion = measurement.motion().is_some();
             // Offsets from a line of unknown arc lengths have no scale of their own in the samples.
-            let is_shape = measurement.shape().is_some() && measurement.fitted_arc_lengths() == 0;
+            let is_shape = measurement.shape().is_some() && measurement.fitted_nuisances() == 0;
             if !is_motion && (!is_shape || measurement.sigma().is_some()) {
                 continue;
             }

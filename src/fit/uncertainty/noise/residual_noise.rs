@@ -52,7 +52,7 @@ impl ResidualNoise {
         // A value with the leverage weight w counts as w^2 values; unknown arc lengths use up a value each.
         let growth_weights = search.growth_weights().iter();
         let lost: f64 = growth_weights.map(|weight| 1.0 - weight * weight).sum();
-        let arc_lengths: usize = all(search.experiments).map(|(_, m)| m.fitted_arc_lengths()).sum();
+        let arc_lengths: usize = all(search.experiments).map(|(_, m)| m.fitted_nuisances()).sum();
         let freedom = (total - search.unknowns.len()) as f64 - lost - arc_lengths as f64;
         let freedom = if lost > 0.0 || arc_lengths > 0 { freedom.max(1.0) } else { freedom };
 

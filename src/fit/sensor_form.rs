@@ -1,0 +1,157 @@
+//! `[[observation]]` with the key `quantity`: force or moment of a support, from the table of a sensor.
+//!
+//! Input: the keys of the table, the folder of the fit file and the prepared scene. The components of the file are mapped to
+//! the world by `axes` and then turned by `rotation`, rad. Output: one [`Measurement`] per component that the file has and
+//! `axes` does not leave out, N or N m, each with its tare, filter, standard deviation, loss and `held_out`. Errors have the
+//! key: an end without a support, a filter or tare that is not valid, and keys of positions.
+
+use crate::error::{Error, ensure};
+use crate::fit::measurement::Measurement;
+use crate::fit::measurement::loss::Loss;
+use crate::fit::measurement::sensor::{Channel, ReactionPart, Sensor, Tare};
+use crate::fit::measurement::sensor_table::SensorTable;
+use crate::problem::Problem;
+use crate::scene::validate::positive;
+use crate::scene::{End, Support};
+use marker_files::{Axes, Recording};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// Offset of a sensor in a fit file.
+#[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema), schemars(rename = "Tare"))]
+#[serde(
+    untagged,
+    expecting = "expected \"free\", or three numbers, N or N m, in the axes of the file"
+)]
+pub(crate) enum TareForm {
+    /// Unknown constant offsets, one of each component.
+    Nuisance(NuisanceTare),
+    /// Known offsets of x, y and z, N or N m, in the axes of the file.
+    Known([f64; 3]),
+}
+
+/// Offset that is a nuisance parameter.
+#[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum NuisanceTare {
+    /// Unknown constant.
+    Free,
+}
+
+/// Filter of a sensor.
+#[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SensorFilter {
+    /// Cutoff frequency of a first-order low-pass filter, Hz.
+    pub low_pass: f64,
+}
+
+/// Keys of `[[observation]]` that sensors have.
+pub(crate) struct SensorForm {
+    /// Measured part of the reaction.
+    pub quantity: ReactionPart,
+    /// End of the rod.
+    pub of: Option<End>,
+    /// File of the readings.
+    pub file: Option<PathBuf>,
+    /// Rotation vector of the frame of the sensor, rad.
+    pub rotation: [f64; 3],
+    /// Offset of the sensor.
+    pub tare: Option<TareForm>,
+    /// Filter of the sensor.
+    pub filter: Option<SensorFilter>,
+    /// Interpretation of the file.
+    pub recording: Recording,
+    /// Standard deviation of a reading, N or N m.
+    pub sigma: Option<f64>,
+    /// Loss function of the residuals.
+    pub loss: Loss,
+    /// Whether the readings are validation data.
+    pub held_out: bool,
+}
+
+impl SensorForm {
+    /// The measurements of the table, one per component, with paths relative to `folder`. `key` is that of the table in the fit
+    /// file, for errors.
+    pub fn read(
+        self,
+        folder: &Path,
+        problem: &Problem,
+        key: &str,
+    ) -> Result<Vec<Measurement>, Error> {
+        let Some(of) = self.of else {
+            let found = "no such key with quantity";
+            return Err(Error::invalid(format!("{key}.of"), found, "\"start\" or \"end\""));
+        };
+        // A scene of several rods is refused by the check of the measurement.
+        let supports = &problem.scene().supports;
+        let (name, support) = match of {
+            End::Start => ("start", supports.start),
+            End::End => ("end", supports.end),
+        };
+        let is_held = support != Support::Free || problem.scene().structure.is_some();
+        let found = format!("\"{name}\", a free end");
+        ensure(is_held, format!("{key}.of"), found, "an end that a support holds")?;
+        if let Some(filter) = self.filter {
+            positive(&format!("{key}.filter.low_pass"), filter.low_pass)?;
+        }
+        let recording = &self.recording;
+        let other = [
+            ("format", recording.format.is_some()),
+            ("marker", recording.marker.is_some()),
+            ("likelihood", recording.likelihood.is_some()),
+            ("scale", recording.scale.is_some()),
+            ("origin", recording.origin.is_some()),
+            ("y", recording.y.is_some()),
+            ("sigma", recording.sigma.is_some()),
+        ];
+        for (own, is_given) in other {
+            let allowed = "this key with positions only; a sensor has one number as sigma";
+            ensure(
+                !is_given,
+                format!("{key}.{own}"),
+                "a key of a position with quantity",
+                allowed,
+            )?;
+        }
+        let path = marker_files::file::at(folder, &self.file.unwrap_or_default());
+        let table = SensorTable {
+            part: self.quantity,
+            of,
+            columns: recording.columns.as_ref(),
+            fps: recording.fps,
+            time_zero: recording.time_zero,
+        };
+        let read = table.read(&path)?;
+        let mut measurements = Vec::new();
+        for (axis, readings) in read.components.into_iter().enumerate() {
+            let Some(direction) = world_direction(recording.axes, axis) else { continue };
+            if readings.is_empty() {
+                continue;
+            }
+            let channel = Channel { of, part: self.quantity, axis, direction };
+            let tare = match self.tare {
+                None => Tare::Known(0.0),
+                Some(TareForm::Nuisance(NuisanceTare::Free)) => Tare::Free,
+                Some(TareForm::Known(offsets)) => Tare::Known(offsets[axis]),
+            };
+            let mut sensor = Sensor::new(channel.rotated(self.rotation), readings).tare(tare);
+            sensor.data.low_pass = self.filter.map(|filter| filter.low_pass);
+            let sensor = sensor.with_source(&path, recording, read.dropped);
+            measurements.push(sensor.with_properties(self.sigma, self.loss, self.held_out).into());
+        }
+        let found = "none of the components of the file";
+        ensure(!measurements.is_empty(), format!("{key}.axes"), found, "at least one of them")?;
+        Ok(measurements)
+    }
+}
+
+/// The direction in the world of axis `axis` (0 to 2) of a file; `None` for an axis that `axes` leaves out.
+fn world_direction(axes: Option<Axes>, axis: usize) -> Option<[f64; 3]> {
+    let own: [Option<f64>; 3] = std::array::from_fn(|c| (c == axis).then_some(1.0));
+    let world = axes.map_or(own, |axes| axes.to_world(own));
+    world.iter().any(Option::is_some).then(|| world.map(|c| c.unwrap_or(0.0)))
+}
