@@ -20,7 +20,7 @@ use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{Vector, add, cross, scale, sub, unit};
 use crate::problem::behind_walls;
 use crate::problem::boundary::BoundaryMotion;
-use crate::problem::{Discretized, Model, Setup};
+use crate::problem::{Discretized, FramesOf, Model, Setup};
 use crate::rod::{NodalDrag, Rod, State, Viscosity};
 use crate::scene::{Damping, End, Support};
 use serde::{Deserialize, Serialize};
@@ -256,20 +256,21 @@ impl<M: Model> Discretized<'_, M> {
 
     /// Weight, point and line forces on every node, N, in world axes, one entry per node, as [`nodal_loads`] over plain numbers.
     pub(super) fn nodal_loads(&self, mass: &[f64], time: f64) -> Vec<[f64; 3]> {
-        nodal_loads::<f64, M>(self.setup, mass, time)
+        nodal_loads::<f64, M>(self.model, self.setup, mass, time)
     }
 }
 
 /// Weight (gravity times the mass of the node), point and line forces on every node, N, in world axes, one entry per node.
 /// `mass` has the masses of all unknowns. Signals have their values at `time`, s. Moments and follower loads are left out.
 fn nodal_loads<D: Nestable, M: Model>(
+    model: &M,
     setup: &Setup<D, M>,
     mass: &[D],
     time: f64,
 ) -> Vec<Vector<D>> {
     let weight = |i: usize| scale(setup.scene.loads.gravity, mass[M::STRIDE * i]);
     let mut forces: Vec<Vector<D>> = (0..setup.mesh.nodes.len()).map(weight).collect();
-    for load in setup.loads_at(Some(time)) {
+    for load in setup.loads_at(model, Some(time)) {
         forces[load.node] = add(forces[load.node], load.force);
     }
     forces
@@ -284,7 +285,7 @@ fn loads_at_state<D: Nestable, M: Model>(
     frames: &<M::Rod<D> as Rod<D>>::Frames,
     time: f64,
 ) -> Vec<Vector<D>> {
-    let mut loads = nodal_loads::<D, M>(setup, rod.mass(), time);
+    let mut loads = nodal_loads::<D, M>(model, setup, rod.mass(), time);
     if rod.has_follower_loads() {
         let mut followers = vec![D::from(0.0); q.len()];
         rod.add_follower_forces(q, frames, &mut followers);

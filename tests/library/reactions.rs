@@ -116,6 +116,7 @@ fn rich(planar: bool, scheme: Scheme) -> Scene {
         force,
         moment,
         signal: name,
+        follower: false,
     });
     scene.signals = vec![Signal {
         kind: Some(SignalKind::Sine),
