@@ -446,9 +446,14 @@ impl StructureScene {
         };
         let allowed = "\"newmark-beta\" or \"generalised-alpha\", with damping of joints";
         ensure(!self.joints.iter().any(is_damped), "time.scheme", &found, allowed)?;
-        let is_recorded = self.supports.iter().any(|own| own.kind == Support::Recorded);
+        let is_recorded = self.has_recorded_ends();
         let allowed = "\"newmark-beta\" or \"generalised-alpha\", with recorded supports";
         ensure(!is_recorded, "time.scheme", &found, allowed)
+    }
+
+    /// Whether the end of a rod follows recorded markers.
+    pub(crate) fn has_recorded_ends(&self) -> bool {
+        self.supports.iter().any(|own| own.kind == Support::Recorded)
     }
 }
 

@@ -16,6 +16,7 @@
 //! others without a whip.
 
 use crate::error::Error;
+use crate::fit::measurement::experiment::Experiment;
 use crate::fit::misfit::residuals::Evaluation;
 use crate::fit::search::Search;
 use crate::fit::search::coarse::ScanModel;
@@ -54,11 +55,16 @@ struct WeightedOptimum {
 }
 
 impl Search<'_> {
-    /// Whether any experiment has a recorded motion, and in all that have one, a recording (`supports.path`) prescribes the
-    /// ends.
+    /// Whether any experiment has a recorded motion, and in all that have one, a recording prescribes ends: `supports.path` of
+    /// a rod, recorded supports of a structure.
     pub fn is_displacement_driven(&self) -> bool {
+        let is_driven = |experiment: &Experiment| {
+            let scene = experiment.problem.scene();
+            let structure = scene.structure.as_ref();
+            scene.supports.path.is_some() || structure.is_some_and(|own| own.has_recorded_ends())
+        };
         let mut moving = self.experiments.iter().filter(|e| e.moves()).peekable();
-        moving.peek().is_some() && moving.all(|e| e.problem.scene().supports.path.is_some())
+        moving.peek().is_some() && moving.all(is_driven)
     }
 
     /// The optimum with the lowest objective of all starts on the whole recordings. Two optima are compared with the smaller
@@ -138,10 +144,14 @@ impl Search<'_> {
     }
 
     /// The start of an unknown, in its unit: the given one, else the mean of the prior, else the value of the scene. `None`
-    /// for Young's modulus without start and prior, which is scanned, and where the scene has no value to start from.
+    /// for Young's modulus without start and prior, which is scanned, and where the scene has no value to start from. Of
+    /// several moduli of a structure none is scanned: that would cost the product of their values.
     pub(super) fn driven_start(&self, unknown: &Unknown) -> Option<f64> {
         let hint = unknown.start.or(unknown.prior.map(|prior| prior.mean));
-        if hint.is_some() || unknown.is_stiffness() {
+        let of_structure = |unknown: &Unknown| unknown.parameter.is_of_structure();
+        let moduli =
+            self.unknowns.iter().filter(|own| own.is_stiffness() && of_structure(own)).count();
+        if hint.is_some() || (unknown.is_stiffness() && (!of_structure(unknown) || moduli == 1)) {
             return hint;
         }
         self.scene_value(unknown)

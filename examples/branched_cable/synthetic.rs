@@ -1,14 +1,11 @@
 //! Stiffnesses and joint of a branched cable whose ends follow recorded markers, from its other markers.
 //!
-//! Without arguments, the recording is a simulation with 0.1 mm of noise, and the identified numbers are compared with those
-//! of the simulation. With the path of a fit file, such as one of recorded cables, that fit is solved and printed.
-//!
-//! `cargo run --release --example branched_cable [-- fit.toml]`
+//! The recording is a simulation with 0.1 mm of noise, and the identified numbers are compared with those of the simulation.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use rodfit::fit::{Analysis, Experiment, FitFile, Refinement, Sample};
+use rodfit::fit::{Analysis, Experiment, Refinement, Sample};
 use rodfit::numerics::rotation::{exponential, times};
 use rodfit::numerics::vector::add;
 use rodfit::scene::structure::{RodEnd, StructureSupport, SupportedEnd};
@@ -159,11 +156,8 @@ fn observations() -> Result<Vec<Observation>, Error> {
     Ok(pairs.map(|(samples, place)| Observation::new(samples).of_structure(place)).collect())
 }
 
-fn main() -> Result<(), Error> {
-    if let Some(path) = std::env::args().nth(1) {
-        println!("{}", FitFile::load(path)?.fit().solve()?);
-        return Ok(());
-    }
+/// Fits the synthetic cable and prints the report.
+pub fn run() -> Result<(), Error> {
     let experiment = Experiment::of_structure("", scene(|number| number.2)?)?;
     let experiment = observations()?.into_iter().fold(experiment, Experiment::observe);
     let unknown = |number: &(&str, f64, f64)| {
