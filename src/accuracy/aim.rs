@@ -3,12 +3,13 @@
 //!
 //! The Newton tolerance of a step, over the rod length, is a fraction of the requested accuracy ([`RUN_TOLERANCE`],
 //! [`TRIAL_TOLERANCE`]), at most [`LARGEST_TOLERANCE`]. It is set only where the program chose the scheme and that
-//! has Newton iterations. Meshes at rest, and the first mesh of any purpose, have at most [`MAX_SEGMENTS`] edges. Those of
-//! modes have at most [`MAX_SEGMENTS_OF_MODES`], unless the first one has more. Markers of a recorded path round these
-//! numbers up. `allowed_edges` returns the smallest number of edges, at least the given one,
-//! at which every marker of a recorded path is at a node. Without such a path it is the given one. `begins_with_velocity_jump`
-//! returns whether a motion begins with a jump of velocities: `supports.motion`, or an initial velocity or angular
-//! velocity that is not zero. The choice of numerics uses them.
+//! has Newton iterations. Compared meshes at rest, and the first mesh of any purpose, have at most [`MAX_SEGMENTS`]
+//! edges. Compared meshes of modes have at most [`MAX_SEGMENTS_OF_MODES`], unless the first one has more. The chosen
+//! mesh may have up to twice as many, by extrapolation. Markers of a recorded path round these numbers up.
+//! `allowed_edges` returns the smallest number of edges, at least the given one, at which every marker of a recorded
+//! path is at a node. Without such a path it is the given one. `begins_with_velocity_jump` returns whether a motion
+//! begins with a jump of velocities: `supports.motion`, or an initial velocity or angular velocity that is not zero.
+//! The choice of numerics uses them.
 
 use crate::scene::{Recorded, Scene, StepTolerance, Time};
 
@@ -19,10 +20,10 @@ pub(super) const RUN_TOLERANCE: f64 = 1e-5;
 pub(super) const TRIAL_TOLERANCE: f64 = 1e-4;
 /// Largest Newton tolerance of a step, over the length, for low requested accuracies.
 pub(super) const LARGEST_TOLERANCE: f64 = 1e-6;
-/// Largest number of edges of a chosen mesh at rest, and of the first mesh of a motion.
+/// Largest number of edges of a compared mesh at rest, and of the first mesh.
 pub(super) const MAX_SEGMENTS: usize = 20_000;
-/// Largest number of edges for modes, unless the first mesh has more. Rounding errors of frequencies grow with the fourth power of the edges, and are
-/// 1e-5 at 1e3 edges.
+/// Largest number of edges of a compared mesh for modes, unless the first mesh has more. Rounding errors of frequencies grow
+/// with the fourth power of the edges, and are 1e-5 at 1e3 edges.
 pub(super) const MAX_SEGMENTS_OF_MODES: usize = 1_000;
 
 /// Purpose that mesh, step and scheme are chosen for.

@@ -6,9 +6,9 @@
 //! shape if there is no equilibrium. The error follows by Richardson extrapolation with the observed order
 //! (`difference`). The chosen mesh follows by extrapolation: from half of the last mesh to [`MAX_EXTRAPOLATION`]
 //! times it, which is 1 to 2 by the number of compared meshes. It has at least 2 edges per mode. A mesh without an
-//! equilibrium is skipped if a finer one is allowed. Meshes have at most [`MAX_SEGMENTS`] edges, those of modes
-//! [`MAX_SEGMENTS_OF_MODES`] or the first number. The search ends there, or where rounding errors dominate; then the
-//! requested error is not reached.
+//! equilibrium is skipped if a finer one is allowed. Compared meshes have at most [`MAX_SEGMENTS`] edges
+//! ([`MAX_SEGMENTS_OF_MODES`], or the first number, for modes). The search ends there, or where rounding errors
+//! dominate; then the requested error is not reached.
 //! Output: [`StaticMesh`] with the number of edges, the estimated error (over the length, or relative for modes), and
 //! the reason in that case. Failed solutions are errors.
 
@@ -56,8 +56,8 @@ pub(super) struct StaticMesh {
 /// Chooses the mesh of an equilibrium or of modes. The number of edges is doubled from `first` on. After each solution the
 /// number for [`TARGET_PART`] of the requested error is extrapolated. The search ends if that is at most
 /// [`MAX_EXTRAPOLATION`] times the last one. The chosen number is that one, but at least half of the last one, 2, or 2 per
-/// mode, and at most the largest mesh. A mesh without an equilibrium is skipped if a finer one is allowed. If the largest mesh
-/// is not sufficient, the reason is [`Bound::Work`]. Where differences below [`MAX_ROUNDING`] do not decrease, it is half of the last mesh,
+/// mode. A mesh without an equilibrium is skipped if a finer one is allowed. At the largest mesh the result is that mesh,
+/// with the reason [`Bound::Work`]. Where differences below [`MAX_ROUNDING`] do not decrease, it is half of the last mesh,
 /// with the same reason. The error is then the last estimate, or else the last difference. `step`, s, is that of the scene.
 ///
 /// # Errors
@@ -103,11 +103,10 @@ pub(super) fn choose_static_mesh(
             let power = if is_none { order } else { differences.order_or(order) };
             let finer = (error / allowed).powf(power.recip());
             if finer <= far {
-                let needed = (segments as f64 * finer.max(0.5)).ceil() as usize;
-                let chosen = allowed_edges(scene, needed.max(least).min(most));
+                let chosen = (segments as f64 * finer.max(0.5)).ceil() as usize;
+                let chosen = allowed_edges(scene, chosen.max(least));
                 let error = error * (chosen as f64 / segments as f64).powf(-power);
-                let bound = (needed > chosen).then_some(Bound::Work);
-                return Ok(StaticMesh { segments: chosen, error: Some(error), bound });
+                return Ok(StaticMesh { segments: chosen, error: Some(error), bound: None });
             }
         }
         if differences.count() > 2 && !differences.is_falling() && last < Some(MAX_ROUNDING) {

@@ -1,7 +1,7 @@
 //! `rodfit export`: a rod as a file for another simulator, or its motion as frames for ParaView.
 //!
 //! `--to` is the format. A file of MuJoCo, PyElastica, USD or CSV goes to `--out`, by default standard output; notes on what it
-//! does not have are printed on standard error. `--to vtk` simulates the scene and writes the files of `--frames` frames
+//! does not have, or has in another form, are printed on standard error. `--to vtk` simulates the scene and writes the files of `--frames` frames
 //! into the folder `--out`. `--segments` replaces the mesh of the scene; an open mesh is that of an equilibrium, for
 //! VTK that of the motion. Structures are rejected.
 
@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 pub struct ExportOptions {
     /// Scene file (TOML), such as one saved by `rodfit fit --save`.
     scene: PathBuf,
-    /// FormatOption of the export.
+    /// Format of the export.
     #[arg(long)]
     to: FormatOption,
     /// Write to this file, for VTK into this folder; `-`, the default, is standard output.
@@ -33,10 +33,10 @@ pub struct ExportOptions {
     frames: u32,
 }
 
-/// FormatOption of an export.
+/// Format of an export.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum FormatOption {
-    /// MJCF of MuJoCo 3 and 4.
+    /// MJCF of MuJoCo 4.
     Mujoco,
     /// Python script for PyElastica 1.
     Pyelastica,
@@ -92,6 +92,11 @@ fn write_frames(
     if options.out == Path::new("-") {
         return Err(Error::invalid("--out", "-", "a folder, for --to vtk"));
     }
+    // An unusable folder is an error before the simulation.
+    let folder = Some(options.out.as_path());
+    let mut first = Outputs::empty(global);
+    first.add_in_folder("--out", folder, "rod.pvd");
+    first.check(&scene.files())?;
     limits::mesh_cost(scene).admit(global)?;
     let (problem, check) = scene.checked_problem()?;
     let stop = terminal::stop_on_ctrl_c(global);
@@ -104,7 +109,6 @@ fn write_frames(
     })?;
     let files = problem.export_motion(&motion, options.frames as usize)?;
     let mut outputs = Outputs::empty(global);
-    let folder = Some(options.out.as_path());
     let places: Vec<_> =
         files.iter().map(|file| outputs.add_in_folder("--out", folder, &file.name)).collect();
     outputs.check(&scene.files())?;

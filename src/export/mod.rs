@@ -146,7 +146,7 @@ fn omitted(scene: &Scene, target: ExportFormat) -> Vec<String> {
         (!scene.energies.is_empty(), "user-defined energies"),
         (!scene.rod.mass.is_empty() && !is_simulated && !is_table, "point masses"),
         (is_compliant, "compliance of clamps"),
-        (has_start, "the initial state: the file starts at rest without stress"),
+        (has_start, "the initial state; the motion starts at rest in the rest shape"),
         (has_law, "nonlinear laws of the material"),
     ];
     let absent = parts.into_iter().filter(|(is_there, _)| *is_there);

@@ -22,7 +22,7 @@ pub(super) fn script(chain: &RodChain, notes: &mut Vec<String>) -> String {
         );
     }
     notes.push(
-        "the rod shears: its tip differs by a fraction of the order of (radius/length)^2".into(),
+        "this rod shears, with Timoshenko's coefficient; the model of the scene does not".into(),
     );
     let stretch = (moduli.young / moduli.density).sqrt();
     // Of every edge: the time of a wave, and the period of a section that turns against its shear stiffness.
