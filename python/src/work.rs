@@ -2,6 +2,7 @@
 //! is passed to a Python function.
 
 use crate::error::{failed, raised};
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use rodfit::Error;
 use std::sync::Arc;
@@ -40,7 +41,8 @@ impl Drop for DoneOnDrop {
 
 /// Runs `work` without the interpreter's lock, while the calling thread checks for Ctrl-C and calls `progress` with the
 /// lock. A Ctrl-C or an exception of `progress` stops the work. The result is the exception, else the value that the work
-/// returned, else a KeyboardInterrupt after a Ctrl-C, else the error of the work.
+/// returned, else a KeyboardInterrupt after a Ctrl-C, else the error of the work. A KeyboardInterrupt that `progress`
+/// raises is a Ctrl-C, not an exception.
 pub fn interruptible<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
@@ -61,7 +63,10 @@ pub fn interruptible<T: Send + 'static>(
         match event {
             Ok(WorkEvent::Done) | Err(RecvTimeoutError::Disconnected) => break,
             Ok(WorkEvent::Progress { stage, simulations }) if exception.is_none() => {
-                exception = progress.and_then(|call| call.call1((stage, simulations)).err());
+                match progress.and_then(|call| call.call1((stage, simulations)).err()) {
+                    Some(error) if error.is_instance_of::<PyKeyboardInterrupt>(py) => interrupted = Some(error),
+                    error => exception = error,
+                }
             }
             _ => {}
         }

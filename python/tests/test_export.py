@@ -22,7 +22,7 @@ gravity = [0, 0, -9.81]
 STRAIGHT = 'shape = { kind = "straight", length = 0.5, direction = [1, 0, 0] }'
 HELIX = CANTILEVER.replace(
     STRAIGHT,
-    'shape = { kind = "helix", length = 0.5, radius = 0.02, pitch = 0.05, axis = [0, 0, -1] }',
+    'shape = { kind = "helix", length = 0.5, radius = 0.02, pitch = 0.05, axis = [0, 0, -1], handedness = "right" }',
 ).replace("segments = 30", "segments = 60")
 # Its stress-free shape is another one than its rest shape, and twisted.
 ARC = CANTILEVER.replace(

@@ -469,6 +469,15 @@ def test_ctrl_c_stops_a_fit_with_its_best_values():
     assert min(times) < 0.1
 
 
+def test_ctrl_c_within_a_progress_function_keeps_the_best_values():
+    def report(stage, work):
+        if stage.startswith("iteration"):
+            raise KeyboardInterrupt
+
+    result = rodfit.Fit.load(DATA / "cantilever-fit.toml").solve(progress=report)
+    assert result.interrupted and 0.9e8 < result.params["youngs_modulus"].value < 1.1e8
+
+
 def command(*words, **options):
     run = [sys.executable, "-m", "rodfit", *map(str, words)]
     return subprocess.run(run, capture_output=True, text=True, timeout=60, **options)
