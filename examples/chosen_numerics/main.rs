@@ -4,7 +4,7 @@
 //! `cargo run --release --example chosen_numerics -- [costs] [SCENES] [FIRST SEED]`; 10 scenes if no number is given. The true
 //! error is the largest distance of eight points along the rod, at 200 times, from a reference: a run on a finer mesh with
 //! smaller steps. Its own error is estimated by another run; where it is too large to decide whether the request is kept, the
-//! scene counts as undecided.
+//! scene counts as undecided. The errors and costs are summarized for each kind of scene, and over all.
 //! `costs` also compares the work with the least one of numerics picked by hand, which takes many times as long. `-- schemes
 //! [SCENES] [FIRST SEED]` prints the errors of the step alone, by scheme. `-- fits [SCENES] [FIRST SEED]` fits E to the tip of
 //! each scene, with everything chosen, and counts the intervals that hold.
@@ -13,12 +13,14 @@ mod by_hand;
 mod fits;
 mod reference;
 mod scenes;
+mod summary;
 
 use rayon::prelude::*;
 use reference::Reference;
 use rodfit::accuracy::simulate_checked;
 use rodfit::{Error, Point, Problem, Scene, Trajectory};
 use scenes::{KINDS, scene};
+use summary::{Comparison, Outcome, summarize};
 
 /// Requested errors over the length.
 const REQUESTED: [f64; 2] = [1e-2, 1e-3];
@@ -132,29 +134,6 @@ fn main() -> Result<(), Error> {
 /// The results of a scene, one for each request.
 type Scenes = [Outcome; 2];
 
-/// The result of a scene for a request.
-enum Outcome {
-    /// The simulation failed.
-    Failed,
-    /// The error of the reference is too large to decide.
-    Undecided {
-        is_warned: bool,
-    },
-    Compared(Comparison),
-}
-
-/// A run by chosen numerics next to the true motion.
-struct Comparison {
-    /// True error over the requested one.
-    ratio: f64,
-    is_within: bool,
-    is_warned: bool,
-    /// Work of choosing over that of the chosen run.
-    choosing: f64,
-    /// Work of choosing and of the run over the least work by hand.
-    cost: Option<f64>,
-}
-
 /// Simulates a scene for both requests, and compares the runs with its true motion.
 fn compare(seed: u64, with_costs: bool) -> Scenes {
     let text = scene(seed);
@@ -213,48 +192,8 @@ fn compare(seed: u64, with_costs: bool) -> Scenes {
         );
         let ratio = error / requested;
         match is_within {
-            Some(is_within) => Outcome::Compared(Comparison { ratio, is_within, is_warned, choosing, cost }),
+            Some(is_within) => Outcome::Compared(Comparison { kind, ratio, is_within, is_warned, choosing, cost }),
             None => Outcome::Undecided { is_warned },
         }
     })
-}
-
-/// Prints the counts of a request over all scenes.
-fn summarize(requested: f64, outcomes: &[&Outcome]) {
-    let compared: Vec<&Comparison> = outcomes
-        .iter()
-        .filter_map(|outcome| match outcome {
-            Outcome::Compared(comparison) => Some(comparison),
-            _ => None,
-        })
-        .collect();
-    let count = |is: &dyn Fn(&Comparison) -> bool| compared.iter().filter(|one| is(one)).count();
-    let undecided: Vec<bool> = outcomes
-        .iter()
-        .filter_map(|outcome| match outcome {
-            Outcome::Undecided { is_warned } => Some(*is_warned),
-            _ => None,
-        })
-        .collect();
-    println!(
-        "requested {requested:.0e}: {} of {} within, {} exceeded without a warning, {} warned although within, {} failed; {} \
-         undecided, {} of them without a warning; median error {:.2} of the requested one, choosing \
-         takes {:.2} runs in the median and {:.2} at most",
-        count(&|one| one.is_within),
-        compared.len(),
-        count(&|one| !one.is_within && !one.is_warned),
-        count(&|one| one.is_within && one.is_warned),
-        outcomes.iter().filter(|outcome| matches!(outcome, Outcome::Failed)).count(),
-        undecided.len(),
-        undecided.iter().filter(|is_warned| !**is_warned).count(),
-        median(compared.iter().map(|one| one.ratio).collect()),
-        median(compared.iter().map(|one| one.choosing).collect()),
-        compared.iter().map(|one| one.choosing).fold(0.0, f64::max),
-    );
-    // The cost relative to numerics selected by hand.
-    let costs: Vec<f64> = compared.iter().filter_map(|one| one.cost).collect();
-    if !costs.is_empty() {
-        let number = costs.len();
-        println!("  {:.2} times the least work by hand in the median of {number}", median(costs));
-    }
 }
