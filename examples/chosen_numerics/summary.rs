@@ -66,7 +66,9 @@ pub fn summarize(requested: f64, outcomes: &[&Outcome]) {
             println!("  {kind}: {}", costs(&of_kind));
         }
     }
-    println!("  all kinds: {}", costs(&compared));
+    if !compared.is_empty() {
+        println!("  all kinds: {}", costs(&compared));
+    }
 }
 
 /// Medians of the scenes: true error over the requested one, the work of choosing over that of the run, and, where they
