@@ -297,6 +297,17 @@ impl Error {
         self
     }
 
+    /// The error without the scene or fit file, if that is `path`: for inputs that were given as text.
+    pub(crate) fn without_file(mut self, path: &Path) -> Self {
+        if let Self::Parse { file, .. }
+        | Self::Invalid { file, .. }
+        | Self::Io { named_in: file, .. } = &mut self
+        {
+            file.take_if(|file| file == path);
+        }
+        self
+    }
+
     /// The code of a failed computation, by its kind. None for invalid input, which the message explains.
     pub fn code(&self) -> Option<Code> {
         Some(match self {

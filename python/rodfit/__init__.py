@@ -9,7 +9,9 @@ All numbers are in SI units.
 """
 
 from ._errors import ComputationError, InputError, RodfitError
-from ._fit import Fit, Residuals
+from ._fit import Fit
+from ._reports import Design, Prediction
+from ._residuals import Residuals
 from ._result import FitResult, Parameter
 from ._rodfit import __version__
 from ._scene import Equilibrium, Modes, Run, Scene
@@ -17,12 +19,14 @@ from ._structure import Structure, StructureRun
 
 __all__ = [
     "ComputationError",
+    "Design",
     "Equilibrium",
     "Fit",
     "FitResult",
     "InputError",
     "Modes",
     "Parameter",
+    "Prediction",
     "Residuals",
     "RodfitError",
     "Run",

@@ -8,6 +8,8 @@ import sys
 from . import _rodfit
 from ._errors import refused
 from ._renamed import warn
+from ._reports import Design, Prediction
+from ._residuals import Residuals
 from ._result import FitResult
 from ._scene import Scene
 from ._structure import Structure
@@ -18,7 +20,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from typing import Any
 
-    import numpy as np
     from numpy.typing import ArrayLike
 
     Progress = Callable[[str, float], object]
@@ -60,6 +61,11 @@ class Fit:
         return cls._of(_rodfit.Fit.from_toml(text, os.fspath(folder)))
 
     @classmethod
+    def load_plan(cls, path: str | os.PathLike[str]) -> Fit:
+        """The plan of a TOML file for ``design``: its measurements may have a duration and a rate instead of data."""
+        return cls._of(_rodfit.Fit.load_plan(os.fspath(path)))
+
+    @classmethod
     def _of(cls, native: _rodfit.Fit) -> Fit:
         fit = cls.__new__(cls)
         fit._native = native
@@ -95,8 +101,8 @@ class Fit:
         if isinstance(t, (str, os.PathLike)):
             if xyz is not None:
                 raise refused("xyz", "both numbers and a file", "one of the two")
-            # The key `markers` gives the points of several markers.
-            point = None if "markers" in recording else at
+            # The key `markers` gives the points of several markers, `of` the support of a sensor.
+            point = None if {"markers", "of"} & recording.keys() else at
             keys = {"file": t, "point": point, "sigma": sigma, "loss": loss, "held_out": held_out}
             return self._add("observation", keys | recording)
         if recording:
@@ -118,6 +124,11 @@ class Fit:
         noise: list[float] = [] if sigma is None else np.atleast_1d(np.asarray(sigma, dtype=float)).tolist()
         self._native.observe(times, positions, written(at), noise, written(loss), held_out)
         return self
+
+    def plan(self, *, duration: float, fps: float, at: str | int | Mapping[str, Any] = "tip", sigma: float, **keys: Any) -> Fit:
+        """Adds a planned observation for ``design``: the motion of the point ``at`` over a duration, s, with a frame rate, 1/s,
+        and a standard deviation, m. The other keys are those of ``[[observation]]`` in a plan, such as ``axes``."""
+        return self._add("observation", {"point": at, "duration": duration, "fps": fps, "sigma": sigma} | keys)
 
     def shape(self, file: str | os.PathLike[str], **keys: Any) -> Fit:
         """Adds a measured shape at rest from a file, with the keys of ``[[shape]]``, such as ``sigma``, ``scale`` and ``origin``."""
@@ -187,9 +198,26 @@ class Fit:
             if isinstance(callback, _ProgressLine):
                 callback.clear()
 
-    def residuals(self) -> Residuals:
-        """The residuals with their exact derivatives, for other solvers."""
-        return Residuals(self._native.residuals())
+    def residuals(self, *, log: bool = False, mesh_of: FitResult | None = None) -> Residuals:
+        """The residuals with their exact derivatives, for other solvers, as functions of the parameters in SI units. With
+        ``log=True`` positive parameters are replaced by their logarithms. Mesh and step are those of the scenes;
+        ``mesh_of`` is a result of this fit whose mesh and step are used instead."""
+        return Residuals(self._native.residuals(None if mesh_of is None else mesh_of._native), log)
+
+    def design(self) -> Design:
+        """The expected uncertainties of the parameters, before anything is recorded or with existing data, of which only the
+        times are used. They are evaluated at the start values, or else at the values of the scenes."""
+        return Design(self._native.design())
+
+    def predict(self, *, plots: bool = False) -> Prediction:
+        """Compares the scenes, with their own values, with all measurements; nothing is fitted. ``plots`` keeps the data of the
+        plots in ``report()``."""
+        return Prediction(self._native.predict(plots))
+
+    def __repr__(self) -> str:
+        names, measurements = self._native.summary()
+        experiments = "" if len(measurements) == 1 else f" of {len(measurements)} experiments"
+        return f"Fit({', '.join(names) or 'no parameters'}; {sum(measurements)} measurements{experiments})"
 
 
 class _ProgressLine:
@@ -222,65 +250,3 @@ def _columns(frame: Any) -> tuple[Any, Any]:
     for axis in axes:
         positions[:, "xyz".index(axis)] = frame[axis]
     return clock, positions
-
-
-class Residuals:
-    """Residuals over their standard deviations, for ``scipy.optimize.least_squares(r, r.x0, jac=r.jac, bounds=r.bounds)``.
-    ``x`` is on the solver's scale: the logarithm of positive parameters."""
-
-    def __init__(self, native: _rodfit.Residuals):
-        self._native = native
-
-    @property
-    def names(self) -> list[str]:
-        """The parameters, in the order of ``x``."""
-        return self._native.names
-
-    @property
-    def x0(self) -> np.ndarray:
-        """Start values on the solver's scale."""
-        import numpy as np
-
-        starts = self._native.x0
-        without = [name for name, x in zip(self.names, starts) if x is None]
-        if without:
-            raise refused("x0", f"{', '.join(without)} without a start", "add(name, value)")
-        return np.asarray(starts, dtype=float)
-
-    @property
-    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper bounds on the solver's scale."""
-        import numpy as np
-
-        low, high = zip(*self._native.bounds)
-        return np.asarray(low), np.asarray(high)
-
-    def values(self, x: ArrayLike) -> dict[str, float]:
-        """Parameters in SI units."""
-        return dict(zip(self.names, self._native.values(_numbers(x))))
-
-    def scaled(self, values: Mapping[str, float]) -> np.ndarray:
-        """Parameters in SI units, converted to the solver's scale."""
-        import numpy as np
-
-        return np.asarray(self._native.scaled([float(values[name]) for name in self.names]))
-
-    def __len__(self) -> int:
-        return len(self._native)
-
-    def __call__(self, x: ArrayLike) -> np.ndarray:
-        return self._native.fun(_numbers(x))
-
-    def jac(self, x: ArrayLike) -> np.ndarray:
-        """Exact derivatives: (residuals, parameters)."""
-        return self._native.jac(_numbers(x))
-
-    def hess(self, x: ArrayLike) -> np.ndarray:
-        """The exact Hessian of half the sum of squares."""
-        return self._native.hess(_numbers(x))
-
-
-def _numbers(x: ArrayLike) -> list[float]:
-    import numpy as np
-
-    return list(np.atleast_1d(np.asarray(x, dtype=float)))

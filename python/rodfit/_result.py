@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 NAN = float("nan")
 
+# Labels of abscissas with a unit.
+ABSCISSAS = {"time": "time, s", "arc_length": "arc length, m"}
+
 
 class Parameter:
     """An estimate: ``value``, ``stderr``, ``interval`` (95 %). Other entries of the report are attributes."""
@@ -189,7 +192,7 @@ class FitResult:
             off = [(s - o) / one["sigma"] for s, o in zip(one["simulated"], one["observed"])]
             left.plot(one["abscissa_values"], off, ".", ms=2)
             left.set_ylabel("residual, sigma")
-            left.set_xlabel(one["abscissa"].replace("_", " "))
+            left.set_xlabel(ABSCISSAS.get(one["abscissa"], one["abscissa"].replace("_", " ")))
         if series:
             axes[0, 0].legend(fontsize="small")
         return figure

@@ -156,14 +156,27 @@ class Run:
 
         return np.asarray(self._native.arc_length())
 
-    def at(self, point: str | int | Mapping[str, float] = "tip", t: ArrayLike | None = None) -> np.ndarray:
-        """Where a point of the rod is, m: "tip", a node, or {"arc_length": metres from the wall}. At a time ``t``, s: (3,);
-        at several: (times, 3); by default at all times of the run. Between steps it is the cubic that has their places and
-        velocities, as in a fit."""
+    def at(
+        self,
+        point: str | int | Mapping[str, float] = "tip",
+        t: ArrayLike | None = None,
+        *,
+        derivative: str | None = None,
+    ) -> np.ndarray:
+        """The position of a point of the rod, m: "tip", a node, or {"arc_length": meters from the wall}. At a time ``t``, s:
+        (3,); at several: (times, 3); by default at all times of the run. Between steps it is the cubic with their positions
+        and velocities, as in a fit. With ``derivative``, the name of a parameter of ``simulate(derivatives=..)``, it is the
+        exact derivative of that position by the parameter."""
         import numpy as np
 
+        source = self._motion
+        if derivative is not None:
+            if derivative not in self._derivatives:
+                known = ", ".join(self._derivatives) or "none; name the parameter in simulate(derivatives=..)"
+                raise refused("derivative", derivative, known)
+            source = self._derivatives[derivative]
         nodes, weights = self._native.stencil(written(point))
-        motion: np.ndarray = np.einsum("tnmc,n->mtc", self._motion[:, nodes], weights)
+        motion: np.ndarray = np.einsum("tnmc,n->mtc", source[:, nodes], weights)
         if t is None:
             return np.asarray(motion[0])
         asked = np.asarray(t, dtype=float)

@@ -18,7 +18,7 @@ import numpy as np
 from ._errors import refused
 
 if TYPE_CHECKING:
-    from ._fit import Residuals
+    from ._residuals import Residuals
 
 
 def residuals(r: Residuals) -> Callable[[jax.Array], jax.Array]:

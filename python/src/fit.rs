@@ -1,5 +1,5 @@
-//! Fits in Python: their construction from scenes, arrays or files, their solution, their results, and their residuals with
-//! derivatives for other solvers (SciPy).
+//! Fits in Python: their construction from scenes, arrays or files, their solution, their results, predictions and designs,
+//! and their residuals with derivatives for other solvers (SciPy).
 //!
 //! Arrays are in SI units; missing coordinates are NaN. Results pass as JSON.
 
@@ -9,7 +9,9 @@ use crate::scene::{PyScene, json_to_toml};
 use crate::work::{WorkEvent, interruptible};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
-use rodfit::fit::{Experiment, FitFile, FitReport, PlotData, Sample, with_current_names};
+use rodfit::fit::{
+    Design, Experiment, FitFile, FitReport, PlotData, Sample, ValidationReport, with_current_names,
+};
 use rodfit::{Observation, Parameter, Unknown};
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -73,6 +75,22 @@ impl PyFit {
             .and_then(FitFile::of_parameters)
             .map_err(|error| raised(py, error))?;
         Ok(Self::new_from(file.fit()))
+    }
+
+    /// The fit of a plan file (TOML), whose measurements may have no data yet.
+    #[staticmethod]
+    fn load_plan(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let file = FitFile::load_plan_if(path, |_| Ok(()))
+            .and_then(FitFile::of_parameters)
+            .map_err(|error| raised(py, error))?;
+        Ok(Self::new_from(file.fit()))
+    }
+
+    /// The parameters to identify, and the number of measurements of each experiment.
+    fn summary(&self) -> (Vec<String>, Vec<usize>) {
+        let fit = self.lock();
+        let names = fit.unknowns().iter().map(ToString::to_string).collect();
+        (names, fit.experiments().iter().map(|e| e.measurements.len()).collect())
     }
 
     /// A copy of the fit in its current state.
@@ -175,10 +193,72 @@ impl PyFit {
         Ok(FitResult { report })
     }
 
-    /// The residuals of the fit, for other solvers.
-    fn residuals(&self, py: Python<'_>) -> PyResult<PyResiduals> {
-        let residuals = self.lock().residuals().map_err(|error| raised(py, error))?;
-        Ok(PyResiduals { residuals })
+    /// The residuals of the fit, for other solvers: on the meshes of the scenes, or on those of a result of the fit.
+    #[pyo3(signature = (result=None))]
+    fn residuals(&self, py: Python<'_>, result: Option<Py<FitResult>>) -> PyResult<PyResiduals> {
+        let fit = self.lock().clone();
+        let residuals = match &result {
+            Some(result) => fit.with_resolution_of(&result.get().report).and_then(|f| f.residuals()),
+            None => fit.residuals(),
+        };
+        Ok(PyResiduals { residuals: residuals.map_err(|error| raised(py, error))? })
+    }
+
+    /// The expected uncertainties of planned or existing measurements. Ctrl-C stops the work.
+    fn design(&self, py: Python<'_>) -> PyResult<PyReport> {
+        let fit = self.lock().clone();
+        let design = interruptible(py, None, move |hooks| fit.stop_when(hooks.stop).design())?;
+        Ok(PyReport { content: ReportContent::Design(Box::new(design)) })
+    }
+
+    /// The errors of all measurements with the values of the scenes, without a fit. `plots`: with the data of plots, which
+    /// pages need. Ctrl-C stops the work.
+    fn predict(&self, py: Python<'_>, plots: bool) -> PyResult<PyReport> {
+        let fit = self.lock().clone();
+        let fit = if plots { fit.keep_plot_data() } else { fit };
+        let report = interruptible(py, None, move |hooks| fit.stop_when(hooks.stop).predict())?;
+        Ok(PyReport { content: ReportContent::Prediction(Box::new(report)) })
+    }
+}
+
+/// Content of a report that is not the result of a fit.
+enum ReportContent {
+    /// Expected uncertainties.
+    Design(Box<Design>),
+    /// Errors of predictions.
+    Prediction(Box<ValidationReport>),
+}
+
+/// A design or a prediction.
+#[pyclass(frozen, name = "Report", module = "rodfit._rodfit")]
+pub struct PyReport {
+    content: ReportContent,
+}
+
+#[pymethods]
+impl PyReport {
+    /// The report in JSON, as the command writes it.
+    fn json(&self, py: Python<'_>) -> PyResult<String> {
+        match &self.content {
+            ReportContent::Design(design) => to_json(py, design),
+            ReportContent::Prediction(report) => to_json(py, report),
+        }
+    }
+
+    /// The summary that the command prints.
+    fn words(&self) -> String {
+        match &self.content {
+            ReportContent::Design(design) => design.to_string(),
+            ReportContent::Prediction(report) => report.to_string(),
+        }
+    }
+
+    /// The HTML page of the command.
+    fn page(&self, title: &str) -> String {
+        match &self.content {
+            ReportContent::Design(design) => rodfit::page::design_page(design, title),
+            ReportContent::Prediction(report) => rodfit::page::prediction_page(report, title),
+        }
     }
 }
 
@@ -273,6 +353,12 @@ impl PyResiduals {
     #[getter]
     fn bounds(&self) -> Vec<[f64; 2]> {
         self.residuals.unknowns().iter().map(Unknown::scaled_bounds).collect()
+    }
+
+    /// Whether the solver's number of each parameter is the logarithm of its value.
+    #[getter]
+    fn logarithmic(&self) -> Vec<bool> {
+        self.residuals.unknowns().iter().map(|unknown| unknown.parameter.is_positive()).collect()
     }
 
     /// Number of residuals.

@@ -48,6 +48,7 @@ fn _rodfit(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<structure::PyStructureRun>()?;
     module.add_class::<fit::PyFit>()?;
     module.add_class::<fit::FitResult>()?;
+    module.add_class::<fit::PyReport>()?;
     module.add_class::<fit::PyResiduals>()?;
     Ok(())
 }

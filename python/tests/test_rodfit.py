@@ -301,9 +301,12 @@ def own(scene):
 
 def test_scipy_finds_the_same_optimum(scene):
     optimize = pytest.importorskip("scipy.optimize")
-    r = fit(scene).residuals()
-    found = optimize.least_squares(r, r.x0, jac=r.jac, bounds=r.bounds, xtol=1e-14, ftol=1e-14, gtol=1e-14)
-    assert r.values(found.x)["youngs_modulus"] == pytest.approx(own(scene), rel=1e-8)
+    for log in (False, True):
+        r = fit(scene).residuals(log=log)
+        options = {"jac": r.jac, "bounds": r.bounds, "x_scale": r.x_scale, "xtol": 1e-14, "ftol": 1e-14, "gtol": 1e-14}
+        found = optimize.least_squares(r, r.x0, **options)
+        assert r.values(found.x)["youngs_modulus"] == pytest.approx(own(scene), rel=1e-8)
+        assert log or found.x[0] == r.values(found.x)["youngs_modulus"]
     # A fit that ends where nobody sees a difference is as near as it says.
     early = fit(scene).solve().params["youngs_modulus"]
     assert abs(early.value - own(scene)) < 1e-3 * early.stderr
@@ -311,11 +314,88 @@ def test_scipy_finds_the_same_optimum(scene):
 
 def test_lmfit_finds_the_same_optimum(scene):
     lmfit = pytest.importorskip("lmfit")
+    r = fit(scene).add("damping.mass", 0.1).residuals()
+    params = r.to_lmfit()
+    assert list(params) == ["youngs_modulus", "damping_mass"] and params["youngs_modulus"].min >= 0.0
+    found = lmfit.minimize(r, params, Dfun=r.jac, xtol=1e-14, ftol=1e-14)
+    both = fit(scene).add("damping.mass", 0.1).solve(tolerance=1e-7).params
+    assert found.params["youngs_modulus"].value == pytest.approx(both["youngs_modulus"].value, rel=1e-7)
+    # A parameter that does not vary keeps its value, and has no column.
+    params["damping_mass"].set(value=1e-9, vary=False)
+    assert r.jac(params).shape == (len(r), 1)
+    found = lmfit.minimize(r, params, Dfun=r.jac, xtol=1e-14, ftol=1e-14)
+    assert found.params["youngs_modulus"].value == pytest.approx(own(scene), rel=1e-6)
+
+
+def test_residuals_scale_signed_parameters_by_their_effect(scene):
+    r = rodfit.Fit(scene).observe(*tip(), sigma=1e-3).add("camera.time_offset", 0.0).residuals()
+    shift = r.x_scale[0]
+    assert r.x0[0] == 0.0 and shift > 0.0
+    assert np.sqrt(np.mean((r.jac(r.x0)[:, 0] * shift) ** 2)) == pytest.approx(1.0)
+    assert "camera.time_offset" in repr(r)
+
+
+def test_residuals_take_only_positive_values_of_positive_parameters(scene):
     r = fit(scene).residuals()
-    start = lmfit.Parameters()
-    start.add("x", value=r.x0[0])
-    found = lmfit.minimize(lambda p: r([p["x"].value]), start, Dfun=lambda p: r.jac([p["x"].value]), xtol=1e-14, ftol=1e-14)
-    assert r.values([found.params["x"].value])["youngs_modulus"] == pytest.approx(own(scene), rel=1e-8)
+    with pytest.raises(rodfit.InputError, match="youngs_modulus = -1.*above 0"):
+        r([-1.0])
+
+
+def test_residuals_on_the_mesh_of_a_result_have_its_optimum(scene):
+    optimize = pytest.importorskip("scipy.optimize")
+    table = scene.to_dict()
+    del table["rod"]["segments"], table["time"]["step"]
+    free = fit(rodfit.Scene.from_dict(table))
+    result = free.solve(tolerance=1e-7)
+    on_mesh, other = free.residuals(mesh_of=result), free.residuals()
+    value = lambda r: r.values(optimize.least_squares(r, r.x0, jac=r.jac, x_scale=r.x_scale, xtol=1e-14, ftol=1e-14, gtol=1e-14).x)["youngs_modulus"]
+    # The result is corrected for the error of its mesh and step.
+    corrected = value(on_mesh) * (1.0 + result.discretization[0]["correction"])
+    assert result.params["youngs_modulus"].value == pytest.approx(corrected, rel=1e-6)
+    assert value(other) != pytest.approx(value(on_mesh), rel=1e-9)
+    with pytest.raises(rodfit.InputError, match="report"):
+        two = rodfit.Fit().experiment("a", scene).experiment("b", scene).observe(*tip()).add("youngs_modulus", 1e8)
+        two.residuals(mesh_of=result)
+
+
+def test_design_has_the_errors_that_the_fit_then_has(scene):
+    plan = rodfit.Fit(scene).plan(duration=1.0, fps=100, sigma=1e-3, axes=["x", "y", "none"]).add("youngs_modulus")
+    design = plan.design()
+    expected = design.parameters[0]["std_error"]
+    t = np.arange(0.01, 1.005, 0.01)
+    place = scene.simulate().at("tip", t)
+    measured = rodfit.Fit(scene).observe(t, place[:, :2], sigma=1e-3).add("youngs_modulus", 1e8).design()
+    assert expected == pytest.approx(measured.parameters[0]["std_error"], rel=0.05)
+    assert "youngs_modulus" in repr(design) and design.advice
+
+
+def test_prediction_of_exact_data_has_no_error(scene, tmp_path):
+    t = np.linspace(0.1, 0.9, 9)
+    prediction = rodfit.Fit(scene).observe(t, scene.simulate().at("tip", t), sigma=1e-3).predict(plots=True)
+    assert len(prediction.errors) == 1 and prediction.errors[0]["rms"] < 1e-12
+    prediction.report(tmp_path / "p.html")
+    assert (tmp_path / "p.html").read_text().startswith("<!doctype html>")
+
+
+def test_derivatives_between_steps_equal_differences(scene):
+    run = scene.simulate(derivatives=["youngs_modulus"])
+    modulus, t = scene.to_dict()["material"]["youngs_modulus"], [0.1234, 0.5678]
+    h = 1e-5 * modulus
+    low, high = (scene.with_values({"youngs_modulus": modulus + d}).simulate().at("tip", t) for d in (-h, h))
+    exact = run.at("tip", t, derivative="youngs_modulus")
+    assert exact == pytest.approx((high - low) / (2 * h), abs=1e-6 * np.abs(exact).max())
+    with pytest.raises(rodfit.InputError, match="derivative"):
+        run.at("tip", t, derivative="density")
+
+
+def test_messages_of_texts_name_no_file():
+    with pytest.raises(rodfit.InputError) as error:
+        rodfit.Scene.from_toml("[rod]\nsegmnts = 3\n")
+    assert error.value.file is None and str(error.value).startswith("line 2")
+
+
+def test_fit_names_its_parameters(scene):
+    assert repr(fit(scene)) == "Fit(youngs_modulus; 1 measurements)"
 
 
 def test_sigma_of_each_time_scales_residuals(scene):
@@ -333,14 +413,16 @@ def test_sigma_of_each_time_scales_residuals(scene):
 
 
 def test_derivatives_of_residuals_equal_differences(scene):
-    r = fit(scene).residuals()
-    x, h = r.x0, 1e-5
-    jac, hess = r.jac(x), r.hess(x)
-    assert len(r) == len(r(x)) == len(jac)
-    difference = (r(x + h) - r(x - h)) / (2 * h)
-    assert np.abs(jac[:, 0] - difference).max() < 1e-6 * np.abs(jac).max()
-    slope = [float(r.jac(x + s)[:, 0] @ r(x + s)) for s in (h, -h)]
-    assert hess[0, 0] == pytest.approx((slope[0] - slope[1]) / (2 * h), rel=1e-6)
+    for log in (False, True):
+        r = fit(scene).residuals(log=log)
+        x = r.x0
+        h = 1e-5 * r.x_scale
+        jac, hess = r.jac(x), r.hess(x)
+        assert len(r) == len(r(x)) == len(jac)
+        difference = (r(x + h) - r(x - h)) / (2 * h)
+        assert np.abs(jac[:, 0] - difference).max() < 1e-6 * np.abs(jac).max()
+        slope = [float(r.jac(x + s)[:, 0] @ r(x + s)) for s in (h, -h)]
+        assert hess[0, 0] == pytest.approx((slope[0] - slope[1]) / (2 * h[0]), rel=1e-6)
 
 
 def test_jax_derivatives_are_exact(scene):
@@ -348,7 +430,7 @@ def test_jax_derivatives_are_exact(scene):
     jax.config.update("jax_enable_x64", True)
     import rodfit.jax
 
-    r = fit(scene).add("damping.mass", 0.1).residuals()
+    r = fit(scene).add("damping.mass", 0.1).residuals(log=True)
     x = r.x0
     fun, misfit = rodfit.jax.residuals(r), rodfit.jax.misfit(r)
     for jacobian in (jax.jacfwd, jax.jacrev):
@@ -357,7 +439,7 @@ def test_jax_derivatives_are_exact(scene):
     assert np.allclose(jax.hessian(misfit)(x), r.hess(x), rtol=1e-10, atol=0)
     assert np.allclose(jax.jit(jax.grad(misfit))(x), r.jac(x).T @ r(x), rtol=1e-12, atol=0)
     # Newton's method on what JAX differentiates ends where rodfit does.
-    r = fit(scene).residuals()
+    r = fit(scene).residuals(log=True)
     misfit, x = rodfit.jax.misfit(r), r.x0
     for _ in range(12):
         x = x - np.linalg.solve(jax.hessian(misfit)(x), jax.grad(misfit)(x))

@@ -416,14 +416,14 @@ impl FitFile {
         Self::read(&marker_files::file::text(path)?, path, &check_scene)
     }
 
-    /// Reads and validates the text of a fit file. Paths in it are relative to `folder`; messages name the text as if it were
-    /// a file `fit` there.
+    /// Reads and validates the text of a fit file. Paths in it are relative to `folder`.
     ///
     /// # Errors
     ///
     /// Those of [`load`](Self::load) other than planned measurements, which are accepted.
     pub fn from_toml(text: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
-        Self::read(text, &folder.as_ref().join("fit"), &|_| Ok(()))
+        let path = folder.as_ref().join("fit");
+        Self::read(text, &path, &|_| Ok(())).map_err(|error| error.without_file(&path))
     }
 
     /// Reads and validates the `text` of a fit file at `path`, its scenes and its data, planned ones included. `check_scene`

@@ -149,7 +149,8 @@ use crate::fit::measurement::repeated_frames::all_repeated_frames;
 use crate::fit::misfit::initial_sigmas::first_sigmas;
 use crate::fit::report::outcome::FitOutcome;
 use crate::fit::resolution::{
-    RefinedStart, refined_start, with_initial_resolution, with_smooth_steps,
+    RefinedStart, refined_start, with_initial_resolution, with_reported_resolution,
+    with_smooth_steps,
 };
 use crate::fit::search::Search;
 use crate::fit::search::data_precheck::DataPrecheck;
@@ -249,6 +250,16 @@ impl Fit {
         }
     }
 
+    /// The experiments with their measurements, in the order in which they were added.
+    pub fn experiments(&self) -> &[Experiment] {
+        &self.experiments
+    }
+
+    /// The parameters to identify, in the order in which they were added.
+    pub fn unknowns(&self) -> &[Unknown] {
+        &self.unknowns
+    }
+
     /// Adds an experiment. Later measurements are added to it.
     pub fn experiment(mut self, experiment: Experiment) -> Self {
         self.experiments.push(experiment);
@@ -306,7 +317,7 @@ impl Fit {
     /// unknowns, and their derivatives, for any solver of argmin. They are those of all fitted measurements over the whole
     /// records with their robust losses, then of the priors; validation data are left out. Meshes and steps are those of the
     /// scenes, also where the program chose these for a simulation. [`solve`](Self::solve) chooses them by the accuracy that
-    /// the data require.
+    /// the data require; [`with_resolution_of`](Self::with_resolution_of) has the fit on these.
     ///
     /// # Errors
     ///
@@ -318,6 +329,18 @@ impl Fit {
         let horizons = vec![f64::MAX; fitted.len()];
         let (sigmas, work) = (first_sigmas(&fitted), full_work(&fitted)?);
         Residuals::new(&fitted, &sigmas, &self.unknowns, &horizons, work)
+    }
+
+    /// The fit on the meshes and with the steps on which `report`, a result of it, ended, where its scenes leave them open. Its
+    /// [`residuals`](Self::residuals) are then minimal at the values of the report less the corrections of their
+    /// discretization errors ([`DiscretizationError`]), within the tolerance of the search.
+    ///
+    /// # Errors
+    ///
+    /// A report of a fit with another number of experiments.
+    pub fn with_resolution_of(&self, report: &FitReport) -> Result<Self, Error> {
+        let experiments = with_reported_resolution(&self.experiments, &report.resolution)?;
+        Ok(Self { experiments, ..self.clone() })
     }
 
     /// The expected uncertainty of planned or existing measurements, without a fit: standard errors, intervals and budgets at

@@ -9,7 +9,8 @@
 //! residuals; the step also where steps were halved. There are at most [`ROUNDS`] refinements, within [`MOST_WORK`]
 //! (steps times edges of one simulation of all experiments). [`with_smooth_steps`] keeps meshes and steps of the
 //! scenes. Where the program chose the scheme, it replaces the tolerance of the steps by the smaller default one, so
-//! that the residuals are smooth functions of the unknowns. Output: the refined experiments, with the optimum that is
+//! that the residuals are smooth functions of the unknowns. [`with_reported_resolution`] restores the meshes and steps of a report.
+//! Output: the refined experiments, with the optimum that is
 //! expected on them as the next start; None where mesh and step are given, suffice, or are at a limit.
 
 use crate::accuracy::{Aim, ErrorModel};
@@ -20,7 +21,7 @@ use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::discretization::bias::{DiscretizationBias, REMAINING_FRACTION};
 use crate::fit::unknown::Unknown;
-use crate::scene::StepTolerance;
+use crate::scene::{Resolution, StepTolerance};
 
 /// Largest discretization error that may remain after correction, as a fraction of the standard error. At a quarter it widens
 /// a combined standard error by 3 %.
@@ -90,6 +91,30 @@ pub(crate) fn with_smooth_steps(experiments: Vec<Experiment>) -> Result<Vec<Expe
         Ok(experiment.with_problem(other))
     };
     experiments.into_iter().map(smooth).collect()
+}
+
+/// The experiments with the edges and steps of a report's `resolutions`, one for each experiment in their order, where their
+/// scenes leave these open. Experiments without a reported resolution are unchanged. An error if the numbers of both lists
+/// differ, unless the report has no resolutions at all.
+pub(crate) fn with_reported_resolution(
+    experiments: &[Experiment],
+    resolutions: &[Option<Resolution>],
+) -> Result<Vec<Experiment>, Error> {
+    if resolutions.is_empty() {
+        return Ok(experiments.to_vec());
+    }
+    if resolutions.len() != experiments.len() {
+        let found = format!("the meshes of {} experiments", resolutions.len());
+        let allowed = format!("a report of this fit, with {}", experiments.len());
+        return Err(Error::invalid("report", found, allowed));
+    }
+    let on_mesh = |(own, reported): (&Experiment, &Option<Resolution>)| match reported {
+        Some(Resolution { segments, step, .. }) => {
+            with_resolution(own.clone(), *segments, step.unwrap_or(step_size(own)))
+        }
+        None => Ok(own.clone()),
+    };
+    experiments.iter().zip(resolutions).map(on_mesh).collect()
 }
 
 /// The time step of an experiment's scene, s; 1 without one.

@@ -82,8 +82,7 @@ impl Scene {
         Self::read_with(&marker_files::file::text(path)?, path, give)
     }
 
-    /// Reads and validates the text of a scene file. Paths in it are relative to `folder`; messages name
-    /// the text as if it were a file `scene` there.
+    /// Reads and validates the text of a scene file. Paths in it are relative to `folder`.
     ///
     /// # Errors
     ///
@@ -94,11 +93,12 @@ impl Scene {
     /// let text = std::fs::read_to_string("data/cantilever.toml")?;
     /// assert_eq!(Scene::from_toml(&text, "data")?.rod, Scene::load("data/cantilever.toml")?.rod);
     /// let error = Scene::from_toml("[rod]", "data").unwrap_err().to_string();
-    /// assert!(error.starts_with("data/scene: missing keys: rod.shape"), "{error}");
+    /// assert!(error.starts_with("missing keys: rod.shape"), "{error}");
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn from_toml(text: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
-        Self::read(text, &folder.as_ref().join("scene"))
+        let path = folder.as_ref().join("scene");
+        Self::read(text, &path).map_err(|error| error.without_file(&path))
     }
 
     /// Reads and validates the text of a scene file with this path, and reads the files that it names. Errors have the path.

@@ -56,7 +56,8 @@ impl StructureScene {
     /// assert!(error.contains("rods[0].shape"), "{error}");
     /// ```
     pub fn from_toml(text: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
-        Self::read(text, &folder.as_ref().join("scene"))
+        let path = folder.as_ref().join("scene");
+        Self::read(text, &path).map_err(|error| error.without_file(&path))
     }
 
     /// Paths of the files of the structure: first its own, if it has one, then those of polylines and of the recording, below its

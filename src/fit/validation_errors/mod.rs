@@ -43,14 +43,17 @@ impl Fit {
             let mut names: Vec<String> =
                 self.unknowns.iter().map(|u| u.parameter.to_string()).collect();
             names.dedup();
-            let words = format!(
-                "all data are validation data: {} not fitted. The predictions use the values of the scenes. Remove \
-                 held_out from a measurement to fit",
-                match &names[..] {
-                    [one] => format!("{one} is"),
-                    several => format!("{} are", several.join(", ")),
-                }
-            );
+            let not_fitted = match &names[..] {
+                [one] => format!("{one} is not fitted"),
+                several => format!("{} are not fitted", several.join(", ")),
+            };
+            let words = match self.is_validation_only() {
+                true => format!(
+                    "all data are validation data: {not_fitted}. The predictions use the values of the scenes. \
+                     Remove held_out from a measurement to fit"
+                ),
+                false => format!("{not_fitted}: the predictions use the values of the scenes"),
+            };
             // This warning comes first, as it concerns all predictions.
             report.warnings.insert(0, Code::NotFitted.behind(words));
             report.warning_codes.insert(0, Code::NotFitted);

@@ -1,0 +1,169 @@
+"""Residuals of fits with exact derivatives, for the solvers of scipy, lmfit and JAX."""
+
+from __future__ import annotations
+
+from . import _rodfit
+from ._errors import refused
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Any
+
+    import lmfit
+    import numpy as np
+    from numpy.typing import ArrayLike
+
+
+class Residuals:
+    """Residuals over their standard deviations, as a function of the parameters in SI units::
+
+        scipy.optimize.least_squares(r, r.x0, jac=r.jac, bounds=r.bounds, x_scale=r.x_scale)
+        lmfit.minimize(r, r.to_lmfit(), Dfun=r.jac)
+
+    With ``log=True`` the numbers in ``x`` are the logarithms of positive parameters and the values of others."""
+
+    def __init__(self, native: _rodfit.Residuals, log: bool):
+        self._native, self._log = native, log
+
+    @property
+    def names(self) -> list[str]:
+        """The parameters, in the order of ``x``."""
+        return self._native.names
+
+    @property
+    def log(self) -> bool:
+        """Whether ``x`` has the logarithms of positive parameters."""
+        return self._log
+
+    @property
+    def x0(self) -> np.ndarray:
+        """Start values."""
+        import numpy as np
+
+        starts = self._native.x0
+        without = [name for name, x in zip(self.names, starts) if x is None]
+        if without:
+            raise refused("x0", f"{', '.join(without)} without a start", "add(name, value)")
+        return self._to_x(np.asarray(starts, dtype=float))
+
+    @property
+    def x_scale(self) -> np.ndarray:
+        """Sizes of the parameters for the steps of a solver: the start value of a positive parameter, 1 for a logarithm. For
+        others the larger of the start value and of the change that shifts the residuals by one standard deviation (root
+        mean square)."""
+        import numpy as np
+
+        x0 = self.x0
+        scale = np.where(self._positive & self._log, 1.0, np.abs(x0))
+        if not self._positive.all():
+            columns = np.sqrt(np.mean(self.jac(x0) ** 2, axis=0))
+            changes = np.divide(1.0, columns, out=np.ones_like(columns), where=columns > 0.0)
+            scale = np.where(self._positive, scale, np.maximum(scale, changes))
+        return np.asarray(scale)
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper bounds."""
+        import numpy as np
+
+        low, high = zip(*self._native.bounds)
+        return self._to_x(np.asarray(low)), self._to_x(np.asarray(high))
+
+    def values(self, x: ArrayLike) -> dict[str, float]:
+        """The parameters at ``x``, in SI units, by name."""
+        return dict(zip(self.names, self._native.values(list(self._to_native(x)))))
+
+    def scaled(self, values: Mapping[str, float]) -> np.ndarray:
+        """The ``x`` of parameters in SI units."""
+        import numpy as np
+
+        return self._to_x(np.asarray(self._native.scaled([float(values[name]) for name in self.names])))
+
+    def to_lmfit(self) -> lmfit.Parameters:
+        """The parameters with start values and bounds for lmfit, with underscores for points in their names."""
+        import lmfit
+
+        params = lmfit.Parameters()
+        for name, value, low, high in zip(self.names, self.x0, *self.bounds):
+            params.add(_identifier(name), value=value, min=low, max=high)
+        return params
+
+    def __len__(self) -> int:
+        return len(self._native)
+
+    def __call__(self, x: ArrayLike | lmfit.Parameters) -> np.ndarray:
+        return self._native.fun(list(self._to_native(self._array(x))))
+
+    def jac(self, x: ArrayLike | lmfit.Parameters) -> np.ndarray:
+        """Exact derivatives: (residuals, parameters); only by the parameters that vary for those of lmfit."""
+        array = self._array(x)
+        jacobian = self._native.jac(list(self._to_native(array))) * self._slope(array)
+        if hasattr(x, "valuesdict"):
+            jacobian = jacobian[:, [x[_identifier(name)].vary for name in self.names]]
+        return jacobian
+
+    def hess(self, x: ArrayLike) -> np.ndarray:
+        """The exact Hessian of half the sum of squares."""
+        import numpy as np
+
+        native, slope = self._to_native(x), self._slope(x)
+        hessian = self._native.hess(list(native))
+        if self._log or not self._positive.any():
+            return hessian
+        # d2f/dx2 by the chain rule for s = ln x: slope H slope - (df/ds)/x2 on the diagonal.
+        gradient = self._native.jac(list(native)).T @ self._native.fun(list(native))
+        curvature = np.where(self._positive, gradient * slope**2, 0.0)
+        return np.asarray(hessian * np.outer(slope, slope) - np.diag(curvature))
+
+    def __repr__(self) -> str:
+        scale = "logarithms of positive parameters" if self._log else "SI units"
+        return f"Residuals({len(self)} residuals of {', '.join(self.names)}; x in {scale})"
+
+    @property
+    def _positive(self) -> np.ndarray:
+        """Flags of the parameters that are positive."""
+        import numpy as np
+
+        return np.asarray(self._native.logarithmic, dtype=bool)
+
+    def _array(self, x: ArrayLike | lmfit.Parameters) -> np.ndarray:
+        """``x`` as an array; parameters of lmfit by their names."""
+        import numpy as np
+
+        values: Any = x
+        if hasattr(x, "valuesdict"):
+            values = [x[_identifier(name)].value for name in self.names]
+        return np.atleast_1d(np.asarray(values, dtype=float))
+
+    def _to_native(self, x: ArrayLike) -> np.ndarray:
+        """``x`` with the logarithms of positive parameters."""
+        import numpy as np
+
+        x = self._array(x)
+        if self._log or len(x) != len(self.names):
+            return x
+        bad = [f"{name} = {value:g}" for name, value, p in zip(self.names, x, self._positive) if p and not value > 0.0]
+        if bad:
+            raise refused("x", ", ".join(bad), "numbers above 0")
+        return np.log(x, out=x.copy(), where=self._positive)
+
+    def _to_x(self, native: np.ndarray) -> np.ndarray:
+        """The inverse of ``_to_native``."""
+        import numpy as np
+
+        return native if self._log else np.exp(native, out=native.copy(), where=self._positive)
+
+    def _slope(self, x: ArrayLike) -> np.ndarray:
+        """Derivatives of the numbers of ``_to_native`` by those of ``x``."""
+        import numpy as np
+
+        x = self._array(x)
+        if self._log or len(x) != len(self.names):
+            return np.ones(len(x))
+        return np.divide(1.0, x, out=np.ones_like(x), where=self._positive)
+
+
+def _identifier(name: str) -> str:
+    """The name of a parameter as lmfit takes it."""
+    return name.replace(".", "_")
