@@ -54,11 +54,11 @@ class Equilibrium(_Table):
     _absent = {"stable_in_plane": None, "resolution": None, "warnings": (), "warning_codes": ()}
 
     @property
-    def stable(self) -> bool:
+    def stable(self) -> bool | None:
         """Whether no examined direction lowers the energy. A planar scene without ``shear_modulus`` and
-        ``poisson_ratio`` is examined in its plane only."""
-        in_plane = self._table.get("stable_in_plane")
-        return bool(self._table.get("stable", in_plane))
+        ``poisson_ratio`` is examined in its plane only. None with loads without a potential, which are not examined."""
+        stable = self._table.get("stable", self._table.get("stable_in_plane"))
+        return None if stable is None else bool(stable)
 
     @property
     def tip(self) -> np.ndarray:
@@ -75,7 +75,8 @@ class Equilibrium(_Table):
         return np.asarray(self._table["nodes"])
 
     def __repr__(self) -> str:
-        plane = "" if "stable" in self._table else ", examined in its plane only"
+        is_planar = "stable" not in self._table and self._table.get("stable_in_plane") is not None
+        plane = ", examined in its plane only" if is_planar else ""
         return f"Equilibrium(tip={self._table['tip']}, stable={self.stable}{plane})"
 
 
