@@ -75,6 +75,10 @@ pub(super) fn choose_static_mesh(
         Aim::Modes(count) => (MAX_SEGMENTS_OF_MODES.max(first), 2 * count),
         _ => (MAX_SEGMENTS, 2),
     };
+    // The search ends before its target, which is below the requested error, but perhaps within the latter.
+    let bound = |error: Option<f64>| {
+        error.is_none_or(|error| error > scene.asked()).then_some(Bound::Work)
+    };
     loop {
         let now = match compared_quantities(&scene.resolved(segments, step).build()?, aim) {
             // A coarse mesh may have no equilibrium where a finer one has.
@@ -111,12 +115,11 @@ pub(super) fn choose_static_mesh(
         }
         if differences.count() > 2 && !differences.is_falling() && last < Some(MAX_ROUNDING) {
             // Finer meshes have larger rounding errors.
-            let bound = Some(Bound::Work);
-            return Ok(StaticMesh { segments: segments / 2, error: last, bound });
+            return Ok(StaticMesh { segments: segments / 2, error: last, bound: bound(last) });
         }
         if 2 * segments > most {
-            let bound = Some(Bound::Work);
-            return Ok(StaticMesh { segments, error: error.or(last), bound });
+            let error = error.or(last);
+            return Ok(StaticMesh { segments, error, bound: bound(error) });
         }
         segments *= 2;
     }

@@ -170,6 +170,7 @@ fn summary(problem: &Problem, report: &SimulationReport) -> Summary {
     summary
         .fact("Energy", energy.strip_prefix("energy ").unwrap_or(&energy))
         .warnings(&report.warnings)
+        .naming_warnings()
         .facts("Numerics", report.resolution.iter().map(|resolution| resolution.words()))
         .fact("Rod", format!("{} m long", problem.length()))
         .fact(

@@ -107,12 +107,12 @@ pub enum Dimension {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Discretization {
-    /// Chords and plain stiffnesses, as in the paper; a curved rod is too stiff.
+    /// Edges as chords of a curved rod, with the stiffnesses of the arc, as in the paper: a curved rod is too stiff.
     Paper,
-    /// Arc lengths, stiffnesses that make up for the polygon, and sums that end at walls in the
-    /// middle of an edge: see [`crate::problem::model`].
+    /// Edges with the arc lengths of a curved rod, stiffnesses corrected for the polygon, and clamps in the middle of an
+    /// edge.
     Corrected,
-    /// As `corrected`, with corrected joints at the walls of straight rods: more accurate sags,
+    /// As `corrected`, with corrected joints at the clamps of straight rods: more accurate deflections,
     /// less accurate frequencies.
     CorrectedStatics,
 }

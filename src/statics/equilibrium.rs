@@ -135,6 +135,7 @@ impl Equilibrium {
                 format!("{:.6e} J (elastic energy and potential of the loads)", self.energy),
             )
             .warnings(coarse.into_iter().chain(self.warnings.iter().cloned()))
+            .naming_warnings()
             .fact("Model", &self.model);
         if let Some(resolution) = resolution {
             summary = summary.fact("Numerics", resolution.words_over("the length"));

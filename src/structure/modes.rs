@@ -175,6 +175,6 @@ impl StructureModes {
                 false => [number(w / TAU, DIGITS), number(*w, DIGITS), String::new()],
             });
         }
-        summary.table("", table).warnings(&self.warnings)
+        summary.table("", table).warnings(&self.warnings).naming_warnings()
     }
 }

@@ -371,6 +371,7 @@ impl StructureReport {
                 format!("changes by up to {change:.2e} J; largest kinetic energy {kinetic:.2e} J"),
             )
             .warnings(&self.warnings)
+            .naming_warnings()
             .fact(
                 "Numerics",
                 format!(

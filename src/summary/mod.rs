@@ -143,6 +143,21 @@ impl Summary {
         self
     }
 
+    /// The summary with the codes of its warnings in the status, so that the first line says that the result may be wrong:
+    /// `completed, with warnings: unstable-state`. Without warnings, or codes behind them, it is unchanged.
+    pub fn naming_warnings(mut self) -> Self {
+        let mut codes: Vec<&str> = Vec::new();
+        for warning in &self.warnings {
+            let code = warning.strip_suffix(']').and_then(|text| Some(text.rsplit_once('[')?.1));
+            codes.extend(code.filter(|code| !codes.contains(code)));
+        }
+        if !codes.is_empty() {
+            let status = format!("{}, with warnings: {}", self.status, codes.join(", "));
+            self.status = status;
+        }
+        self
+    }
+
     /// Ends the result: all blocks that are added later are details, which are shown after the warnings behind an empty line.
     pub fn details(self) -> Self {
         self.warnings(None::<String>)

@@ -31,6 +31,17 @@ fn sample() -> Summary {
 }
 
 #[test]
+fn status_names_the_codes_of_warnings_once() {
+    let summary = Summary::new("completed", Tone::Doubtful)
+        .warnings(["a [unstable-state]", "b", "c [large-strain]", "d [unstable-state]"])
+        .naming_warnings();
+    let first = summary.to_string();
+    assert!(first.starts_with("completed, with warnings: unstable-state, large-strain\n"), "{first}");
+    let silent = Summary::new("completed", Tone::Good).warnings(["without a code"]);
+    assert_eq!(silent.clone().naming_warnings(), silent);
+}
+
+#[test]
 fn summary_has_status_result_warnings_and_details_in_order() {
     let expected = "\
 data/fit.toml: converged [trustworthy]

@@ -568,7 +568,7 @@ impl Modes {
         let coarse = resolution.and_then(|resolution| resolution.warning_over("a frequency"));
         warnings.extend(coarse.map(|(code, words)| code.behind(words)));
         warnings.extend(self.warnings.iter().cloned());
-        let summary = summary.table("", self.table()).warnings(warnings);
+        let summary = summary.table("", self.table()).warnings(warnings).naming_warnings();
         match resolution {
             Some(resolution) => summary.fact("Numerics", resolution.words_over("a frequency")),
             None => summary,

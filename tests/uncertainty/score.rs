@@ -4,7 +4,7 @@ use rodfit::fit::{Analysis, FitFile, ScoreTest};
 use rodfit::scene::{
     Along, BendingLaw, Compliance, Drag, Friction, Maxwell, PointMass, Scene, Shape,
 };
-use rodfit::{FitReport, Parameter, Point};
+use rodfit::{Code, FitReport, Parameter, Point};
 
 use crate::common::coarse;
 use crate::common::fits::{fit_with, noisy, observe, of_a_right_mesh, same_mesh};
@@ -123,6 +123,29 @@ fn missing_parts_of_the_material_law_are_found() {
     assert!(test.is_significant(), "{test}");
     assert!(of(&fit_of(&truth, &truth, 1), branch).is_none());
     assert!(of(&fit_of(&truth, &with(fast.into()), 1), branch).is_none());
+}
+
+/// A clamp with rotational compliance and nonlinear bending exclude each other in a scene: where one is identified, the
+/// other is not tested, and all other effects are.
+#[test]
+fn identified_effect_does_not_prevent_the_tests_of_others() {
+    let mut with_law = scene();
+    with_law.material.bending_law = Some(BendingLaw::Cubic { coefficient: 5e-3 });
+    let identified = [
+        (with_law, "material.bending_law.coefficient", "supports.start_compliance.rotation"),
+        (scene(), "supports.start_compliance.rotation", "material.bending_law.coefficient"),
+    ];
+    for (model, number, other) in identified {
+        let mut truth = model.clone();
+        // 1 % of the mass of the rod.
+        truth.rod.mass = vec![PointMass::new(Point::Tip, 5e-4)];
+        let data = noisy(&observe(&truth, 120), SIGMA, 5).sigma(SIGMA);
+        let unknowns = [Parameter::YoungsModulus, number.parse().unwrap()];
+        let report = fit_with(&model, &data, &unknowns, of_a_right_mesh());
+        assert!(!report.warning_codes.contains(&Code::NoSensitivityAnalysis), "{report}");
+        assert!(!report.score_tests.is_empty() && !report.undetected_bias.is_empty(), "{report}");
+        assert!(report.undetected_bias.iter().all(|bias| bias.source != other), "{report}");
+    }
 }
 
 /// Plausible sizes of the fit file scale the undetected biases; unknown effects are rejected by name.

@@ -427,8 +427,9 @@ impl<'a> Release<'a> {
         // A mean above the start by half the spread is a motion against gravity.
         if -mean > UPWARD * spread {
             return Some(format!(
-                "{label}: the point moves up from its start, against gravity. The y axis or gravity has the wrong \
-                 sign. Set y = \"down\" for image coordinates, or change loads.gravity"
+                "{label}: the point moves up from its start, against gravity. The vertical axis of the recording or \
+                 gravity has the wrong sign. Set y = \"down\" for coordinates that point down, y = \"up\" for those that \
+                 point up, or change loads.gravity"
             ));
         }
         // Times at which the point passes its mean position, after a distance from it on the other side.

@@ -33,8 +33,10 @@ struct DataLayout {
 /// error for files with numbers of DEC or SGI, without points, with a content that contradicts the header, or cut off.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let refused = |message: String| Error::data(path, 1, message);
-    let header =
-        || refused(format!("found {} bytes, allowed: a header of {BLOCK} bytes", bytes.len()));
+    let header = || {
+        let found = bytes.len();
+        refused(format!("found a file that ends after {found} bytes, allowed: a header of {BLOCK} bytes, parameters and points"))
+    };
     let [block @ 1..=u8::MAX, MARK, ..] = bytes else {
         let message = "found other first bytes than those of a C3D file, allowed: the number of the parameter block and \
                        0x50. If this is no C3D file, set format, as in format = \"csv\"";

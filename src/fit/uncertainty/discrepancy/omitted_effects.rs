@@ -107,11 +107,16 @@ const GRIP_STIFFNESS: &str = "rod.taper.youngs_modulus.0";
 const SECOND_BRANCH: &str = "loads.damping.maxwell.1.stiffness";
 /// Path of the first attached mass.
 const TIP_MASS: &str = "rod.mass.0.mass";
+/// Path of the coefficient of nonlinear bending.
+const NONLINEAR_BENDING: &str = "material.bending_law.coefficient";
+/// Paths of the rotational compliance of both clamps, in which a bending law must be linear.
+const CLAMP_ROTATIONS: [&str; 2] =
+    ["supports.start_compliance.rotation", "supports.end_compliance.rotation"];
 
 /// All omitted effects that a fit tests, in the order of the tests.
 pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 22] = [
     OmittedEffect {
-        path: "supports.start_compliance.rotation",
+        path: CLAMP_ROTATIONS[0],
         name: "compliant clamp",
         test: ANOTHER_LENGTH,
         plausible: |s| Some(CLAMP_EXTENSION * s.thickness / s.bending),
@@ -291,7 +296,7 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 22] = [
         ..EVERY_SCENE
     },
     OmittedEffect {
-        path: "material.bending_law.coefficient",
+        path: NONLINEAR_BENDING,
         name: "nonlinear bending",
         test: "record another amplitude",
         add: |scene, sizes| {
@@ -327,7 +332,7 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 22] = [
         ..EVERY_SCENE
     },
     OmittedEffect {
-        path: "supports.end_compliance.rotation",
+        path: CLAMP_ROTATIONS[1],
         name: "compliant clamp at the end",
         test: ANOTHER_LENGTH,
         plausible: |s| Some(CLAMP_EXTENSION * s.thickness / s.bending),
@@ -393,6 +398,17 @@ impl OmittedEffect {
                 GRIP_STIFFNESS => scene.rod.taper.youngs_modulus.is_some(),
                 path => path.starts_with("supports.") && !has_clamp,
             }
+    }
+
+    /// Whether no scene can have the effect beside other values of the `stated` parameters: a clamp with rotational compliance
+    /// and nonlinear bending exclude each other.
+    pub fn is_excluded_beside(&self, stated: &[Parameter]) -> bool {
+        let is_stated = |path: &str| stated.iter().any(|parameter| parameter.path() == path);
+        match self.path {
+            NONLINEAR_BENDING => CLAMP_ROTATIONS.into_iter().any(is_stated),
+            path if CLAMP_ROTATIONS.contains(&path) => is_stated(NONLINEAR_BENDING),
+            _ => false,
+        }
     }
 
     /// A copy of the problem with the term of the effect added, if it needs one; its size is zero, or small where zero is not

@@ -138,7 +138,7 @@ pub(crate) fn warn_of_omitted_effects(tests: &[ScoreTest], warnings: &mut Warnin
 impl ScoreTestInputs<'_> {
     /// Score tests and undetected biases with the warnings, after a search that cost `spent` simulations. Empty after an
     /// interruption, where the analysis excludes them, without any standard error, or where even a coarse model is too
-    /// expensive. A run that fails leaves them empty too, with a note.
+    /// expensive. A run that fails leaves them empty too, with a warning that lowers the grade.
     pub fn assess(self, spent: f64) -> (ModelDiscrepancy, Warnings) {
         let mut warnings = Warnings::default();
         let FitStatistics { fitted, estimates, .. } = self.statistics;
@@ -153,7 +153,7 @@ impl ScoreTestInputs<'_> {
                 "omitted effects were not tested: the run of a coarse model failed ({error}). A missing effect may \
                  bias the estimates. Check the scene"
             );
-            warnings.add(Severity::Note, Code::NoSensitivityAnalysis, text);
+            warnings.add(Severity::Ambiguous, Code::NoSensitivityAnalysis, text);
             ModelDiscrepancy::default()
         });
         (found, warnings)

@@ -1,7 +1,8 @@
 //! Omitted effects of a fit with their plausible sizes, and the experiments with their terms added.
 //!
 //! [`ExtendedExperiments::new`] goes through the table of omitted effects, and then through those of structures. It leaves
-//! out those that are identified, known inputs, stated in the scenes or not defined for them. The terms of all others are
+//! out those that are identified, known inputs, stated in the scenes, not defined for them or excluded by an identified
+//! parameter. The terms of all others are
 //! added to copies of the experiments, each of which takes those that its scene can have. The first experiment in which an
 //! effect of the table is defined determines its plausible size, unless the analysis options give one. Sizes of structure
 //! effects are always the usual ones. The results are these experiments, and each effect with the change of the scenes by
@@ -57,7 +58,10 @@ impl ExtendedExperiments {
         let identified = search.unknowns.iter().map(|u| u.parameter);
         let stated: Vec<Parameter> = identified.chain(knowns.iter().map(|k| k.parameter)).collect();
         let mut effects = Vec::new();
-        for effect in OMITTED_EFFECTS.iter().filter(|e| !stated.contains(&e.parameter())) {
+        let is_possible = |e: &&OmittedEffect| {
+            !stated.contains(&e.parameter()) && !e.is_excluded_beside(&stated)
+        };
+        for effect in OMITTED_EFFECTS.iter().filter(is_possible) {
             let requested = analysis.plausible.get(effect.path).copied();
             // The first experiment in which the effect is defined determines its size.
             let mut plausible = sizes.iter().filter_map(|sizes| (effect.plausible)(sizes));
