@@ -15,6 +15,12 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 
+# Bounds of a positive parameter beyond these are no limits.
+SMALLEST, LARGEST = 1e-300, 1e300
+# Value of a positive parameter that stands for zero; its derivatives are those at zero.
+ZERO = 1e-150
+
+
 class Residuals:
     """Residuals over their standard deviations, as a function of the parameters in SI units::
 
@@ -64,11 +70,15 @@ class Residuals:
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper bounds."""
+        """Lower and upper bounds; 0 or minus infinity, and infinity, where a side is unlimited."""
         import numpy as np
 
-        low, high = zip(*self._native.bounds)
-        return self._to_x(np.asarray(low)), self._to_x(np.asarray(high))
+        low, high = (self._to_x(np.asarray(side)) for side in zip(*self._native.bounds))
+        if not self._log:
+            # The limits of a number that is only positive are the smallest and largest ones of double precision.
+            low = np.where(self._positive & (low < SMALLEST), 0.0, low)
+            high = np.where(high > LARGEST, np.inf, high)
+        return low, high
 
     def values(self, x: ArrayLike) -> dict[str, float]:
         """The parameters at ``x``, in SI units, by name."""
@@ -98,16 +108,19 @@ class Residuals:
     def jac(self, x: ArrayLike | lmfit.Parameters) -> np.ndarray:
         """Exact derivatives: (residuals, parameters); only by the parameters that vary for those of lmfit."""
         array = self._array(x)
-        jacobian = self._native.jac(list(self._to_native(array))) * self._slope(array)
-        if hasattr(x, "valuesdict"):
-            jacobian = jacobian[:, [x[_identifier(name)].vary for name in self.names]]
+        jacobian: np.ndarray = self._native.jac(list(self._to_native(array))) * self._slope(array)
+        params = _lmfit_parameters(x)
+        if params is not None:
+            jacobian = jacobian[:, [params[_identifier(name)].vary for name in self.names]]
         return jacobian
 
     def hess(self, x: ArrayLike) -> np.ndarray:
-        """The exact Hessian of half the sum of squares."""
+        """The exact Hessian of half the sum of squares; positive parameters have to be above 0."""
         import numpy as np
 
         native, slope = self._to_native(x), self._slope(x)
+        if not self._log and (self._array(x)[self._positive] <= ZERO).any():
+            raise refused("x", "a positive parameter of 0", "numbers above 0")
         hessian = self._native.hess(list(native))
         if self._log or not self._positive.any():
             return hessian
@@ -131,9 +144,8 @@ class Residuals:
         """``x`` as an array; parameters of lmfit by their names."""
         import numpy as np
 
-        values: Any = x
-        if hasattr(x, "valuesdict"):
-            values = [x[_identifier(name)].value for name in self.names]
+        params = _lmfit_parameters(x)
+        values: Any = x if params is None else [params[_identifier(name)].value for name in self.names]
         return np.atleast_1d(np.asarray(values, dtype=float))
 
     def _to_native(self, x: ArrayLike) -> np.ndarray:
@@ -143,16 +155,17 @@ class Residuals:
         x = self._array(x)
         if self._log or len(x) != len(self.names):
             return x
-        bad = [f"{name} = {value:g}" for name, value, p in zip(self.names, x, self._positive) if p and not value > 0.0]
+        bad = [f"{name} = {value:g}" for name, value, p in zip(self.names, x, self._positive) if p and not value >= 0.0]
         if bad:
-            raise refused("x", ", ".join(bad), "numbers above 0")
-        return np.log(x, out=x.copy(), where=self._positive)
+            raise refused("x", ", ".join(bad), "numbers of 0 or more")
+        # Zero, as of an absent damping, has no logarithm.
+        return np.asarray(np.log(np.maximum(x, ZERO), out=x.copy(), where=self._positive))
 
     def _to_x(self, native: np.ndarray) -> np.ndarray:
         """The inverse of ``_to_native``."""
         import numpy as np
 
-        return native if self._log else np.exp(native, out=native.copy(), where=self._positive)
+        return native if self._log else np.asarray(np.exp(native, out=native.copy(), where=self._positive))
 
     def _slope(self, x: ArrayLike) -> np.ndarray:
         """Derivatives of the numbers of ``_to_native`` by those of ``x``."""
@@ -161,7 +174,12 @@ class Residuals:
         x = self._array(x)
         if self._log or len(x) != len(self.names):
             return np.ones(len(x))
-        return np.divide(1.0, x, out=np.ones_like(x), where=self._positive)
+        return np.asarray(np.divide(1.0, np.maximum(x, ZERO), out=np.ones_like(x), where=self._positive))
+
+
+def _lmfit_parameters(x: Any) -> Any:
+    """``x`` if it has parameters of lmfit, else None."""
+    return x if hasattr(x, "valuesdict") else None
 
 
 def _identifier(name: str) -> str:

@@ -39,8 +39,10 @@ class StructureRun:
     def at(self, point: Mapping[str, Any]) -> np.ndarray:
         """Positions of a point at all times, m: (times, 3). ``point`` is {"rod": name, "at": "tip"} or {"body": name}, with
         the other keys of an observed point."""
+        import numpy as np
+
         nodes, weights = self._native.stencil(written(point))
-        return sum(weight * self._motion[:, node, 0, :] for node, weight in zip(nodes, weights))
+        return np.asarray(sum(weight * self._motion[:, node, 0, :] for node, weight in zip(nodes, weights)))
 
     @property
     def energy(self) -> dict[str, np.ndarray]:
