@@ -198,7 +198,9 @@ impl PyFit {
     fn residuals(&self, py: Python<'_>, result: Option<Py<FitResult>>) -> PyResult<PyResiduals> {
         let fit = self.lock().clone();
         let residuals = match &result {
-            Some(result) => fit.with_resolution_of(&result.get().report).and_then(|f| f.residuals()),
+            Some(result) => {
+                fit.with_resolution_of(&result.get().report).and_then(|f| f.residuals())
+            }
             None => fit.residuals(),
         };
         Ok(PyResiduals { residuals: residuals.map_err(|error| raised(py, error))? })

@@ -76,9 +76,8 @@ pub(super) fn choose_static_mesh(
         _ => (MAX_SEGMENTS, 2),
     };
     // The search ends before its target, which is below the requested error, but perhaps within the latter.
-    let bound = |error: Option<f64>| {
-        error.is_none_or(|error| error > scene.asked()).then_some(Bound::Work)
-    };
+    let bound =
+        |error: Option<f64>| error.is_none_or(|error| error > scene.asked()).then_some(Bound::Work);
     loop {
         let now = match compared_quantities(&scene.resolved(segments, step).build()?, aim) {
             // A coarse mesh may have no equilibrium where a finer one has.

@@ -36,7 +36,10 @@ fn status_names_the_codes_of_warnings_once() {
         .warnings(["a [unstable-state]", "b", "c [large-strain]", "d [unstable-state]"])
         .naming_warnings();
     let first = summary.to_string();
-    assert!(first.starts_with("completed, with warnings: unstable-state, large-strain\n"), "{first}");
+    assert!(
+        first.starts_with("completed, with warnings: unstable-state, large-strain\n"),
+        "{first}"
+    );
     let silent = Summary::new("completed", Tone::Good).warnings(["without a code"]);
     assert_eq!(silent.clone().naming_warnings(), silent);
 }

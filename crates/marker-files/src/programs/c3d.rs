@@ -35,7 +35,9 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let refused = |message: String| Error::data(path, 1, message);
     let header = || {
         let found = bytes.len();
-        refused(format!("found a file that ends after {found} bytes, allowed: a header of {BLOCK} bytes, parameters and points"))
+        refused(format!(
+            "found a file that ends after {found} bytes, allowed: a header of {BLOCK} bytes, parameters and points"
+        ))
     };
     let [block @ 1..=u8::MAX, MARK, ..] = bytes else {
         let message = "found other first bytes than those of a C3D file, allowed: the number of the parameter block and \

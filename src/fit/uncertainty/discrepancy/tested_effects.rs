@@ -58,9 +58,8 @@ impl ExtendedExperiments {
         let identified = search.unknowns.iter().map(|u| u.parameter);
         let stated: Vec<Parameter> = identified.chain(knowns.iter().map(|k| k.parameter)).collect();
         let mut effects = Vec::new();
-        let is_possible = |e: &&OmittedEffect| {
-            !stated.contains(&e.parameter()) && !e.is_excluded_beside(&stated)
-        };
+        let is_possible =
+            |e: &&OmittedEffect| !stated.contains(&e.parameter()) && !e.is_excluded_beside(&stated);
         for effect in OMITTED_EFFECTS.iter().filter(is_possible) {
             let requested = analysis.plausible.get(effect.path).copied();
             // The first experiment in which the effect is defined determines its size.
