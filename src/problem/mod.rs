@@ -10,13 +10,14 @@
 //! dynamics, vibration and fits compute with it.
 //!
 //! The models are in [`model`], `planar` and `spatial`; their parts in `rest_line`, `section_profile`, `tributary`,
-//! `curved_joints` and `soft_clamp`. Loads and energies: `line_loads`, `setup`, `own`. Start and supports: `start`,
+//! `curved_joints` and `soft_clamp`. Loads and energies: `line_loads`, `setup`, `own`, `contact`. Start and supports: `start`,
 //! `boundary`, `perturbation`. Checks: `parameters`, `planarity`, `natural_turn`. Warnings: `warnings`,
 //! `plausibility`, `strain`. Points and meshes: `points`, `axes`, `remesh`.
 
 mod actuation;
 mod axes;
 pub(crate) mod boundary;
+pub(crate) mod contact;
 mod curved_joints;
 mod follower_loads;
 mod layout;

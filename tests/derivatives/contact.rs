@@ -1,0 +1,117 @@
+//! Derivatives of motions and equilibria in contact by every number of the scene: against dual numbers and differences.
+
+use rodfit::scene::*;
+use rodfit::{Parameter, Problem};
+
+use crate::common::differences::{at_rest, difference};
+use crate::recorded::check;
+
+/// A clamped rod with weight above an inclined floor and two round obstacles, which it reaches in the motion, or at rest.
+fn scene(planar: bool, scheme: Scheme) -> Scene {
+    let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
+    let mut material = Material::new(1200.0, 2e6);
+    material.poisson_ratio = Some(0.35);
+    let radius = 0.005;
+    let mut scene = Scene::new(7, shape, Section::Circle { radius }, material);
+    scene.rod.dimension = if planar { Dimension::Auto } else { Dimension::Spatial };
+    let z = if planar { 0.0 } else { 1.0 };
+    scene.loads.gravity = [0.0, -9.8, 0.5 * z];
+    scene.loads.damping.stiffness = 1e-3;
+    scene.initial.velocity = [0.0, -1.0, 0.1 * z];
+    let stiffness = Some(3e8);
+    scene.contacts = vec![
+        Contact::Plane {
+            point: [0.1, -0.012, 0.0],
+            normal: [0.02, 1.3, 0.1 * z],
+            stiffness: None,
+            contact_radius: None,
+        },
+        Contact::Sphere {
+            center: [0.34, -0.036, 0.01 * z],
+            radius: 0.03,
+            stiffness,
+            contact_radius: Some(0.0045),
+        },
+        match planar {
+            true => Contact::Cylinder {
+                point: [0.2, -0.0265, 0.03],
+                axis: [0.0, 0.0, 2.0],
+                radius: 0.02,
+                stiffness,
+                contact_radius: None,
+            },
+            // The rod lies beside its cylinder and its first end.
+            false => Contact::Capsule {
+                from: [0.17, -0.0265, -0.01],
+                to: [0.27, -0.028, 0.05],
+                radius: 0.02,
+                stiffness,
+                contact_radius: None,
+            },
+        },
+    ];
+    scene.time = Some(Time { scheme, beta: 0.6, rho_inf: 0.4, ..Time::new(12e-3, 1e-3) });
+    scene
+}
+
+/// The parameters of contacts, and the modulus.
+fn own(problem: &Problem) -> Vec<Parameter> {
+    let is_own = |p: &Parameter| p.path().starts_with("contacts") || p.path().contains("modulus");
+    let all = Parameter::all(problem.scene()).into_iter().filter(is_own);
+    all.filter(|p| problem.check_parameter(*p).is_ok()).collect()
+}
+
+#[test]
+fn derivatives_of_motions_in_contact_equal_those_in_dual_numbers_and_differences() {
+    for scheme in [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha, Scheme::AverageVectorField] {
+        for planar in [true, false] {
+            let problem = scene(planar, scheme).problem().unwrap();
+            println!("{scheme:?}, planar: {planar}");
+            assert_eq!(problem.planar().is_some(), planar, "{:?}", problem.model());
+            let checked = check(&problem, true);
+            assert!(checked >= 20, "{checked}");
+        }
+    }
+}
+
+#[test]
+fn derivatives_of_equilibria_in_contact_equal_differences() {
+    for planar in [true, false] {
+        let mut scene = scene(planar, Scheme::NewmarkBeta);
+        (scene.time, scene.initial) = (None, Initial::default());
+        let problem = scene.problem().unwrap();
+        let own = own(&problem);
+        assert!(own.len() >= 10, "{own:?}");
+        let run = at_rest(&problem, &own);
+        let mut moved = 0;
+        for (k, parameter) in own.iter().enumerate() {
+            let positions = |problem: &Problem| {
+                let run = at_rest(problem, &[]);
+                (0..problem.nodes()).flat_map(|i| run.node(i, 0)).collect::<Vec<f64>>()
+            };
+            let value = parameter.of(problem.scene()).unwrap();
+            let h = 1e-4 * if value == 0.0 { 1e-2 } else { value.abs() };
+            let numbers = difference(&problem, *parameter, h, positions);
+            let exact: Vec<f64> = (0..problem.nodes())
+                .flat_map(|i| run.at(Point::Node(i), 0.0).unwrap().1[k])
+                .collect();
+            let size = exact.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            let off =
+                exact.iter().zip(&numbers).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+            println!("{parameter}: {size:.1e}, differences {:.1e}", off / size);
+            // Derivatives whose effect is below 1e-9 m have no digits.
+            let has_effect = size * value.abs().max(1e-2) > 1e-6;
+            moved += usize::from(has_effect);
+            assert!(off < 1e-6 * size || !has_effect, "{parameter}: {off:e} {size:e}");
+        }
+        assert!(moved >= 5, "{moved}");
+    }
+}
+
+/// The adjoint does not take contacts; the error has their key.
+#[test]
+fn adjoint_rejects_contacts() {
+    let problem = scene(true, Scheme::NewmarkBeta).problem().unwrap();
+    let message = problem.check_reversible().unwrap_err().to_string();
+    assert!(message.contains("contacts: found"), "{message}");
+}
