@@ -101,6 +101,9 @@ impl Overlap<f64> {
     /// The interval within `bounds`, fractions of the edge from `a` to `b`, in which the overlap is positive; `None` without
     /// one.
     pub fn positive(&self, nodes: [Vector<f64>; 2], bounds: [f64; 2]) -> Option<[f64; 2]> {
+        if bounds[0] >= bounds[1] {
+            return None;
+        }
         let [c0, c1, c2] = self.coefficients(nodes);
         let discriminant = c1 * c1 - 4.0 * c2 * c0;
         if discriminant < 0.0 {
