@@ -2,8 +2,8 @@
 //!
 //! [`contact_energies`] returns an energy over all edges for each contact. The part of an edge behind a wall has none. Without
 //! a stiffness in the scene the force per length is `w + E I/L^3` at an overlap of [`OVERLAP_AT_REST`] radii: the weight of
-//! the rod per length, and the line load that bends it by about a tenth of its length. [`check_start`] rejects a shape that
-//! overlaps an obstacle. [`PenetrationRecord`] holds the largest overlap of a motion, and its warning above
+//! the rod per length, and the line load that bends it by about a tenth of its length. [`Problem::check_contacts`] rejects a start
+//! that overlaps an obstacle. [`PenetrationRecord`] holds the largest overlap of a motion, and its warning above
 //! [`LARGEST_PENETRATION`].
 
 use crate::code::Code;
@@ -14,7 +14,7 @@ use crate::energy::place::Spot;
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, dot};
-use crate::problem::Problem;
+use crate::problem::{Problem, with_model};
 use crate::rod::Placed;
 use crate::scene::Scene;
 use crate::scene::contact::{Contact, Obstacle};
@@ -143,20 +143,24 @@ impl Obstacles {
     }
 }
 
-/// Rejects a shape with `nodes`, m, at the start that overlaps an obstacle of the scene. `Ok` without contacts.
-pub(crate) fn check_start(scene: &Scene, mesh: &Mesh, nodes: &[Vector<f64>]) -> Result<(), Error> {
-    if scene.contacts.is_empty() {
-        return Ok(());
-    }
-    match Obstacles::new(scene, mesh).largest(|i| nodes[i], None) {
-        Some(Penetration { contact, relative, overlap, place, .. }) if relative > ROUNDING => {
-            let found = format!(
-                "an overlap with the rod of {overlap:.3e} m at the start, {place:.3e} m along the rod"
-            );
-            let allowed = "an obstacle that the rod does not overlap at the start";
-            Err(Error::invalid(format!("contacts[{contact}]"), found, allowed))
+impl Problem {
+    /// Rejects an initial shape, or else a rest shape, that overlaps an obstacle. `Ok` without contacts.
+    pub(super) fn check_contacts(&self) -> Result<(), Error> {
+        let scene = self.scene();
+        if scene.contacts.is_empty() {
+            return Ok(());
         }
-        _ => Ok(()),
+        let nodes = with_model!(self, |discretized| discretized.start_positions());
+        match Obstacles::new(scene, &scene.made_mesh()).largest(|i| nodes[i], None) {
+            Some(Penetration { contact, relative, overlap, place, .. }) if relative > ROUNDING => {
+                let found = format!(
+                    "an overlap with the rod of {overlap:.3e} m at the start, {place:.3e} m along the rod"
+                );
+                let allowed = "an obstacle that the rod does not overlap at the start";
+                Err(Error::invalid(format!("contacts[{contact}]"), found, allowed))
+            }
+            _ => Ok(()),
+        }
     }
 }
 

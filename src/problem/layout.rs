@@ -12,7 +12,6 @@
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, dot, sub};
-use crate::problem::contact::check_start;
 use crate::problem::line_loads::check_line_loads;
 use crate::problem::model::Correction;
 use crate::problem::model_with_setup::{AnyModel, ModelWithSetup};
@@ -110,7 +109,7 @@ pub(crate) fn correction(scene: &Scene, mesh: &Mesh, varying: &[Parameter]) -> C
 }
 
 /// Rejects a section whose `up` is along the first edge. Also rejected are energies, loads and masses outside the rod,
-/// recorded markers between nodes, a start that overlaps an obstacle, and initial shapes that do not fit the mesh. The error has the key and the allowed range.
+/// recorded markers between nodes, and initial shapes that do not fit the mesh. The error has the key and the allowed range.
 /// Returns the nodes of the initial shape, m; none if that is the rest shape.
 pub(crate) fn check_on_mesh(scene: &Scene, mesh: &Mesh) -> Result<Option<Vec<Vector<f64>>>, Error> {
     scene.rod.section.check_up(&mesh.nodes)?;
@@ -129,7 +128,6 @@ pub(crate) fn check_on_mesh(scene: &Scene, mesh: &Mesh) -> Result<Option<Vec<Vec
         let recorded = scene.supports.path.is_some();
         check_edges(if recorded { "supports.path" } else { "initial.shape" }, start)?;
     }
-    check_start(scene, mesh, start.as_deref().unwrap_or(&mesh.nodes))?;
     setup::nodal(&scene.loads.point, "loads", mesh)?;
     check_line_loads(&scene.loads.line, mesh.length.value())?;
     setup::nodal(&scene.initial.point, "initial", mesh)?;

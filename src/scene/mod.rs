@@ -458,10 +458,6 @@ impl Scene {
             let allowed = "no such key with initial.shape, which gives the position of the rod";
             return Err(Error::invalid("supports.angle", self.supports.angle, allowed));
         }
-        if self.supports.angle != 0.0 && !self.contacts.is_empty() {
-            let allowed = "0 beside contacts, whose positions do not turn with it";
-            return Err(Error::invalid("supports.angle", self.supports.angle, allowed));
-        }
         self.supports.check()?;
         self.check_recorded_start()?;
         if let Some(time) = &self.time {
