@@ -4,7 +4,7 @@ use rodfit::Trajectory;
 use rodfit::code::Code;
 use rodfit::dynamics::SimulationReport;
 use rodfit::scene::*;
-use rodfit::vibration::LinearizationPoint;
+use rodfit::vibration::{LinearizationPoint, Mode, ModePlane};
 use std::f64::consts::PI;
 
 use crate::common::{at_tip, rest};
@@ -131,9 +131,12 @@ fn modes_in_contact_are_those_of_a_supported_beam() {
         scene.loads.gravity = [0.0, -9.81, 0.0];
         scene.contacts = vec![obstacle];
         let problem = scene.problem().unwrap();
-        let modes = problem.modes(1, LinearizationPoint::Equilibrium).unwrap();
+        let modes = problem.modes(3, LinearizationPoint::Equilibrium).unwrap();
         let wave = (bending_stiffness(modulus) / (DENSITY * PI * RADIUS.powi(2))).sqrt();
-        let ratio = modes.frequencies_rad_s[0] / ((3.926_602 / LENGTH).powi(2) * wave);
+        // Out of the plane nothing holds the end.
+        let in_plane = |mode: &&Mode| mode.plane == Some(ModePlane::In);
+        let lowest = modes.modes.iter().find(in_plane).unwrap().frequency_rad_s;
+        let ratio = lowest / ((3.926_602 / LENGTH).powi(2) * wave);
         println!("lowest frequency {ratio:.5} of theory");
         assert!((ratio - 1.0).abs() < 1e-2, "{ratio}");
     }
