@@ -23,7 +23,6 @@ use crate::energy::adapter::{AnyEnergy, MOST, Over, OwnLocal, Site};
 use crate::energy::by_unknowns::{self, Function};
 use crate::energy::overlap::{EdgePart, Surface};
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::term_bound::Terms;
 use crate::numerics::vector::{Vector, components, dot, map_components};
 use crate::scene::contact::{Obstacle, ObstacleKind};
 use crate::scene::number::Quantity;
@@ -236,29 +235,22 @@ impl AnyEnergy for EdgeContact {
         true
     }
 
-    /// Sums of the absolute terms in each entry of the gradient and Hessian by `q`, for relative errors.
+    /// Sizes of gradient and Hessian at an overlap of the distance of touching, which errors are relative to: the overlap is a
+    /// difference of lengths of that size. Entries of angles are zero.
     fn terms(&self, site: &Site<f64>, q: &[f64]) -> OwnLocal<f64> {
-        if q.len() == IN_PLANE {
-            return terms_of_edge::<IN_PLANE>(self, site, q);
+        let edge = EdgePart::new(self.0, site, |x| x);
+        let reach = edge.overlap.reach;
+        let slope = edge.stiffness * edge.length * reach;
+        let mut local = ([0.0; MOST], [[0.0; MOST]; MOST]);
+        let is_place = |i: usize| i % site.chart.stride() < 3;
+        for r in (0..q.len()).filter(|r| is_place(*r)) {
+            local.0[r] = slope * reach;
+            for c in (0..q.len()).filter(|c| is_place(*c)) {
+                local.1[r][c] = 2.0 * slope;
+            }
         }
-        terms_of_edge::<IN_SPACE>(self, site, q)
+        local
     }
-}
-
-/// Sums of the absolute terms by `Q` unknowns; other entries are zero.
-fn terms_of_edge<const Q: usize>(
-    contact: &EdgeContact,
-    site: &Site<f64>,
-    q: &[f64],
-) -> OwnLocal<f64> {
-    let q: &[f64; Q] = q.first_chunk().expect("as many unknowns as an edge has");
-    let Terms { first, second, .. } = contact.value(site, Terms::from, &Terms::rounded_unknowns(q));
-    let mut local = ([0.0; MOST], [[0.0; MOST]; MOST]);
-    local.0[..Q].copy_from_slice(&first);
-    for (to, row) in local.1.iter_mut().zip(&second) {
-        to[..Q].copy_from_slice(row);
-    }
-    local
 }
 
 #[cfg(test)]
