@@ -2,8 +2,8 @@
 //!
 //! [`contact_energies`] returns an energy over all edges for each contact. The part of an edge behind a wall has none. Without
 //! a stiffness in the scene the force per length is `w + E I/L^3` at an overlap of [`OVERLAP_AT_REST`] radii: the weight of
-//! the rod per length, and the line load that bends it by about a tenth of its length. [`Problem::check_contacts`] rejects a start
-//! that overlaps an obstacle. [`PenetrationRecord`] holds the largest overlap of a motion, and its warning above
+//! the rod per length, and the line load that bends it by about a tenth of its length. [`Problem::check_contacts`] rejects a
+//! start that overlaps an obstacle. [`PenetrationRecord`] holds the largest overlap of a motion, and its warning above
 //! [`LARGEST_PENETRATION`].
 
 use crate::code::Code;
@@ -120,8 +120,8 @@ impl Obstacles {
         Self { list }
     }
 
-    /// The largest overlap, over the radius of the rod, of a shape with nodes at `position(i)`, m, at a time, s, or at rest. `None`
-    /// without contacts.
+    /// The largest overlap, over the radius of the rod, of a shape with nodes at `position(i)`, m, at a time, s, or at rest.
+    /// `None` without contacts.
     fn largest(
         &self,
         position: impl Fn(usize) -> Vector<f64>,
