@@ -3,8 +3,11 @@
 use super::*;
 use crate::energy::adapter::Chart;
 use crate::energy::overlap::ContactPart;
+use crate::numerics::vector::{cross, sub};
 use num_dual::Dual64;
 
+/// Index of the axis of the obstacle in the values of a contact.
+const AXIS: usize = 5;
 const AXES: [[f64; 3]; 3] = [[0.6, 0.8, 0.0], [-0.48, 0.36, 0.8], [0.64, -0.48, 0.6]];
 
 fn charts<D: Scalar>() -> [Chart<D>; 3] {
@@ -26,8 +29,7 @@ fn unknowns(chart: &Chart<f64>, nodes: [[f64; 3]; 2]) -> Vec<f64> {
     let mut q = vec![0.3; chart.unknowns(2)];
     for (i, node) in nodes.iter().enumerate() {
         for k in 0..axes {
-            q[chart.stride() * i + k] =
-                dot(chart.axis(k), crate::numerics::vector::sub(*node, origin));
+            q[chart.stride() * i + k] = dot(chart.axis(k), sub(*node, origin));
         }
     }
     q
@@ -104,13 +106,17 @@ fn hand_derived_derivatives_equal_those_in_dual_numbers() {
                         assert!(off <= 1e-10 * size(&dual), "{kind:?} {k} {r} {c}: {off:e}");
                     }
                 }
-                // The same with a derivative by the stiffness, the radii and the obstacle.
+                // The same with a derivative by the stiffness, the radii and the obstacle, whose axis turns.
                 let chart = &charts::<Dual64>()[k];
                 let seeded = |x: &[f64]| -> Vec<Dual64> {
                     let rate = |i: usize| 0.1 + 0.03 * i as f64;
                     x.iter().enumerate().map(|(i, x)| Dual64::new(*x, x * rate(i))).collect()
                 };
-                let (values, place, q) = (seeded(&values), seeded(&place), seeded(&q));
+                let turn = cross([0.3, -0.2, 0.5], obstacle.axis);
+                let (mut values, place, q) = (seeded(&values), seeded(&place), seeded(&q));
+                for c in 0..3 {
+                    values[AXIS + c] = Dual64::new(obstacle.axis[c], turn[c]);
+                }
                 let site =
                     Site { chart, frames: &[], values: &values, place: &place, weight: None };
                 let empty = ([Dual64::from(0.0); MOST], [[Dual64::from(0.0); MOST]; MOST]);
@@ -147,7 +153,7 @@ fn derivatives_equal_differences() {
                 contact.tangent(&site, &q, Derivatives::Hand, &mut local);
                 (contact.energy(&site, &q), local)
             };
-            let (h, (_, local)) = (1e-6, at(0, 0.0));
+            let (h, (_, local)) = (1e-7, at(0, 0.0));
             let force = local.0.iter().fold(1.0, |most: f64, x| most.max(x.abs()));
             let stiff = local.1.iter().flatten().fold(1e3, |most: f64, x| most.max(x.abs()));
             for c in 0..q.len() {
