@@ -132,7 +132,7 @@ impl Overlap<f64> {
 /// Obstacle and part of an edge in contact, at one place of a rod.
 pub(crate) struct EdgePart<D> {
     kind: ObstacleKind,
-    overlap: Overlap<D>,
+    pub overlap: Overlap<D>,
     pub stiffness: D,
     /// Distance of the centers of the ends of a capsule, m.
     axis_length: D,

@@ -154,8 +154,8 @@ fn derivatives_equal_differences() {
                 (contact.energy(&site, &q), local)
             };
             let (h, (_, local)) = (1e-7, at(0, 0.0));
-            let force = local.0.iter().fold(1.0, |most: f64, x| most.max(x.abs()));
-            let stiff = local.1.iter().flatten().fold(1e3, |most: f64, x| most.max(x.abs()));
+            let force = local.0.iter().fold(10.0, |most: f64, x| most.max(x.abs()));
+            let stiff = local.1.iter().flatten().fold(1e5, |most: f64, x| most.max(x.abs()));
             for c in 0..q.len() {
                 let ((more, after), (less, before), (_, local)) = (at(c, h), at(c, -h), at(c, 0.0));
                 let slope = (more - less) / (2.0 * h);
