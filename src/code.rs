@@ -128,6 +128,7 @@ codes! {
     CoarseCurvature "coarse-curvature",
     StepBeyondEnd "step-beyond-end",
     LargeStrain "large-strain",
+    DeepContact "deep-contact",
     StructureScope "structure-scope",
     NumericalDamping "numerical-damping",
     // Problems of equilibria and of derivatives.

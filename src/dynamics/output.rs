@@ -18,6 +18,7 @@ use crate::dynamics::trajectory::Trajectory;
 use crate::error::Error;
 use crate::numerics::simd::simd_level;
 use crate::problem::Problem;
+use crate::problem::contact::PenetrationRecord;
 use crate::problem::strain::StrainRecord;
 use crate::scene::{Resolution, Scene, Scheme};
 use crate::statics::{Reaction, Reactions};
@@ -170,6 +171,9 @@ pub struct SimulationReport {
     /// The largest strain so far.
     #[serde(skip)]
     strains: StrainRecord,
+    /// Largest overlap with an obstacle so far.
+    #[serde(skip)]
+    penetration: PenetrationRecord,
     /// Whether `tip`, `energy` and `reactions` are recorded.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     has_series: bool,
@@ -227,6 +231,7 @@ impl SimulationReport {
             negligible_energy: negligible_energy(problem),
             last_tip: None,
             strains: StrainRecord::new(problem),
+            penetration: PenetrationRecord::new(problem),
             has_series: true,
         }
     }
@@ -254,6 +259,7 @@ impl SimulationReport {
         let [x, y, z] = simulation.place(&problem.tip());
         let total = e.total();
         self.strains.add(|i| simulation.position(i), t);
+        self.penetration.add(|i| simulation.position(i), Some(t));
         // The first state is the start, and no step.
         match self.last_tip {
             None => self.start_energy = total,
@@ -274,8 +280,8 @@ impl SimulationReport {
     }
 
     /// Completes the report with the work and time of the run `trajectory` and its status: `completed`, or `stopped: `
-    /// with the error of `outcome` and its code. Appends warnings about large strains, numerical damping and an
-    /// unstable state, in this order, with their codes; the last one only if [stability was
+    /// with the error of `outcome` and its code. Appends warnings about large strains, deep contacts, numerical damping and
+    /// an unstable state, in this order, with their codes; the last one only if [stability was
     /// checked](Trajectory::check_stability).
     pub fn finish(&mut self, trajectory: &Trajectory, outcome: &Result<(), Error>) {
         self.work = trajectory.work();
@@ -288,7 +294,8 @@ impl SimulationReport {
         let end = self.scene.time.as_ref().map_or(f64::INFINITY, |time| time.end);
         let stability = trajectory.record().stability.as_ref();
         let unstable = stability.and_then(|checks| checks.found).map(|state| state.warning(end));
-        for (code, words) in strained.into_iter().chain(unbalanced).chain(unstable) {
+        let deep = self.penetration.warning();
+        for (code, words) in strained.into_iter().chain(deep).chain(unbalanced).chain(unstable) {
             self.warnings.push(code.behind(words));
             self.warning_codes.push(code);
         }

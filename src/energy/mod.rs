@@ -9,7 +9,8 @@
 //! energy. They agree to rounding; `rodfit check` compares them on any scene.
 //!
 //! An energy of one's own on a rod implements [`OwnEnergy`] ([`own`]); `attach` adds it to a scene, [`place`] finds
-//! its elements, and `adapter` with `by_unknowns` derives it by the unknowns. `tie` is a spring to a fixed point.
+//! its elements, and `adapter` with `by_unknowns` derives it by the unknowns. `tie` is a spring to a fixed point,
+//! `edge_contact` the contact of an edge with an obstacle.
 //! Outside a rod an energy implements [`Energy`], and [`Analytic`] if its derivatives are derived by hand.
 //!
 //! Read [`stretch`] first: it is the simplest complete element.
@@ -20,12 +21,14 @@ pub mod bend_twist;
 pub(crate) mod by_unknowns;
 pub mod dead_load;
 pub mod dead_moment;
+pub(crate) mod edge_contact;
 pub(crate) mod edge_tie;
 pub mod follower_load;
 pub mod frame;
 pub(crate) mod hyperelastic_stretch;
 pub(crate) mod joint;
 pub mod law;
+pub(crate) mod overlap;
 pub mod own;
 pub mod place;
 pub mod planar_bend;

@@ -144,6 +144,7 @@ fn omitted(scene: &Scene, target: ExportFormat) -> Vec<String> {
         ),
         (!scene.actuation.is_empty(), "actuators"),
         (!scene.energies.is_empty(), "user-defined energies"),
+        (!scene.contacts.is_empty(), "contacts"),
         (!scene.rod.mass.is_empty() && !is_simulated && !is_table, "point masses"),
         (is_compliant, "compliance of clamps"),
         (has_start, "the initial state; the motion starts at rest in the rest shape"),

@@ -53,6 +53,7 @@ pub(crate) const SCENE: FileKind = FileKind {
         "energy",
         "signals",
         "actuation",
+        "contacts",
     ],
 };
 

@@ -10,13 +10,14 @@
 //! dynamics, vibration and fits compute with it.
 //!
 //! The models are in [`model`], `planar` and `spatial`; their parts in `rest_line`, `section_profile`, `tributary`,
-//! `curved_joints` and `soft_clamp`. Loads and energies: `line_loads`, `setup`, `own`. Start and supports: `start`,
+//! `curved_joints` and `soft_clamp`. Loads and energies: `line_loads`, `setup`, `own`, `contact`. Start and supports: `start`,
 //! `boundary`, `perturbation`. Checks: `parameters`, `planarity`, `natural_turn`. Warnings: `warnings`,
 //! `plausibility`, `strain`. Points and meshes: `points`, `axes`, `remesh`.
 
 mod actuation;
 mod axes;
 pub(crate) mod boundary;
+pub(crate) mod contact;
 mod curved_joints;
 mod follower_loads;
 mod layout;
@@ -150,7 +151,7 @@ impl Problem {
     /// problem `like`, its model is kept, and only the fit of the keys to the mesh is checked. Errors, without the file:
     /// files that cannot be read, a missing number of edges, edges of extreme length. A natural curvature factor other than 1
     /// of a straight rod, and joints that turn by half a turn or more, are errors too. Further ones are those of [`choose`],
-    /// [`check_sizes`](Self::check_sizes) and [`check_own`](Self::check_own).
+    /// [`check_sizes`](Self::check_sizes), [`check_own`](Self::check_own) and [`check_contacts`](Self::check_contacts).
     fn new(mut scene: Scene, varying: Vec<Parameter>, like: Option<&Self>) -> Result<Self, Error> {
         // The default becomes explicit, so that a saved scene stays the same under another
         // default.
@@ -197,6 +198,7 @@ impl Problem {
         };
         problem.check_sizes()?;
         problem.check_own()?;
+        problem.check_contacts()?;
         Ok(problem)
     }
 

@@ -2,7 +2,7 @@
 //! there.
 //!
 //! [`PlanarVectors`] lists with their keys those in the plane: forces, displacements, velocities of nodes and
-//! fluid, a roller, recorded positions, and the initial shape. Moments, rotations and angular velocities are normal
+//! fluid, obstacles, a roller, recorded positions, and the initial shape. Moments, rotations and angular velocities are normal
 //! to it. `rotations_about_rod` lists the twists, which a planar rod has not. [`leaves_plane_to_first_order`] takes
 //! a scene in dual numbers, with the derivatives by one parameter. It returns the key of the first quantity that
 //! leaves, or `None`: a section with equal second moments that begin to differ, then energies, then vectors with
@@ -16,6 +16,7 @@ use crate::problem::follower_loads::follower_vector;
 use crate::problem::model::{Model, first_director};
 use crate::problem::own::find_nonplanar;
 use crate::scene::actuation::actuated_directions;
+use crate::scene::contact::contact_directions;
 use crate::scene::mesh::Mesh;
 use crate::scene::plane::KeyedVector;
 use crate::scene::prescribed_motion::MotionTime;
@@ -68,6 +69,9 @@ impl<D: Scalar> PlanarVectors<D> {
             let director = first_director(scene, nodes);
             within.extend(actuated_directions(&scene.actuation, nodes, director));
         }
+        let [in_plane, across] = contact_directions(&scene.contacts, nodes[0]);
+        within.extend(in_plane);
+        normal.extend(across);
         // Motions of the ends, also recorded ones at every frame.
         for (i, motion) in scene.supports.motion.iter().enumerate() {
             let key = format!("supports.motion[{i}]");

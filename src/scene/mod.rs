@@ -7,7 +7,7 @@
 //! keys. [`Scene::load`] reads a file, and the module `problem` builds the rod. [`StructureScene`] is the scene of
 //! several rods.
 //!
-//! Files: `rod`, `material`, `section`, `taper`, `along`, `break_points`, `mass`, `loads`, `drag`, `initial`, `camera`, `time`,
+//! Files: `contact`, `rod`, `material`, `section`, `taper`, `along`, `break_points`, `mass`, `loads`, `drag`, `initial`, `camera`, `time`,
 //! `scheme`, `tolerance` (tables); `shape`, `polyline`, `mesh`, `plane`, `point`, `marker` (geometry); `support`,
 //! `supports`, `prescribed_motion`, `motion_rate`, `path`, `track`, `recorded_point`, `recorded_motion`, `fault`,
 //! `faults` (ends and recordings); `own` (user-defined energies); `structure`, `structure_point`,
@@ -18,6 +18,7 @@ pub mod actuation;
 pub mod along;
 pub mod break_points;
 pub mod camera;
+pub mod contact;
 mod drag;
 pub mod fault;
 pub mod faults;
@@ -73,6 +74,7 @@ pub use actuation::{ActuatedStrain, Actuation, RoutePoint, Tension};
 pub use along::{Along, Linear};
 pub use break_points::BreakPoints;
 pub use camera::Camera;
+pub use contact::Contact;
 pub use drag::Drag;
 pub use fault::Fault;
 pub use faults::{LostFrames, SwappedLabels};
@@ -151,6 +153,9 @@ table! {
         /// Actuators in the rod.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         pub actuation: Vec<Actuation<D>> = TABLE,
+        /// Obstacles, fixed in space, that the rod touches.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub contacts: Vec<Contact<D>> = TABLE,
         /// Initial state of the rod at t = 0.
         #[serde(default, skip_serializing_if = "Initial::is_rest")]
         pub initial: Initial<D> = TABLE,
@@ -206,9 +211,11 @@ impl<D> Scene<D> {
 }
 
 impl<D> Scene<D> {
-    /// Whether the rod has energies beside those of its elements: user-defined ones or tendons.
+    /// Whether the rod has energies beside those of its elements: user-defined ones, tendons or contacts.
     pub(crate) fn has_own_energies(&self) -> bool {
-        !self.energies.is_empty() || self.actuation.iter().any(Actuation::is_tendon)
+        !self.energies.is_empty()
+            || !self.contacts.is_empty()
+            || self.actuation.iter().any(Actuation::is_tendon)
     }
 }
 
@@ -253,6 +260,7 @@ impl Scene {
             loads: Loads::default(),
             signals: Vec::new(),
             actuation: Vec::new(),
+            contacts: Vec::new(),
             initial: Initial::default(),
             time: None,
             camera: Camera::default(),
@@ -416,6 +424,7 @@ impl Scene {
         self.check_signals()?;
         actuation::check_actuation(&self.actuation, &self.signals, self.material.stretch_law)?;
         self.check_signals_act()?;
+        contact::check_contacts(&self.contacts, &self.rod.section)?;
         self.initial.check()?;
         self.camera.check_numbers("camera", TABLE)?;
         own::check(&self.energies)?;

@@ -11,6 +11,7 @@ use crate::scene::Scene;
 use crate::scene::actuation::{ActuatedStrain, Actuation, RoutePoint, Tension};
 use crate::scene::along::Along;
 use crate::scene::break_points::BreakPoints;
+use crate::scene::contact::Contact;
 use crate::scene::drag::Drag;
 use crate::scene::initial::Initial;
 use crate::scene::loads::{Damping, Friction, LineForce, Loads, PointForce};
@@ -610,6 +611,7 @@ fn catalog_scenes() -> [Scene; 10] {
         scene.rod.natural_bending = vec![[1.0; 2]];
         scene.signals = vec![catalog_signal()];
         scene.actuation = catalog_actuation();
+        scene.contacts = catalog_contacts();
         scene.initial = Initial { shape: Some(shape), point, ..Initial::default() };
         let scheme = if whole { Scheme::GeneralisedAlpha } else { Scheme::NewmarkBeta };
         scene.time = Some(Time { scheme, ..Time::new(1.0, 1.0) });
@@ -629,6 +631,29 @@ fn catalog_actuation() -> Vec<Actuation> {
             gain: 1.0,
         },
         Actuation::Tendon { tension: Tension::Constant(1.0), route },
+    ]
+}
+
+/// Contacts with every number that a contact may have.
+fn catalog_contacts() -> Vec<Contact> {
+    let (point, length, own) = ([1.0; 3], 1.0, Some(1.0));
+    vec![
+        Contact::Plane { point, normal: point, stiffness: own, contact_radius: own },
+        Contact::Sphere { center: point, radius: length, stiffness: own, contact_radius: own },
+        Contact::Cylinder {
+            point,
+            axis: point,
+            radius: length,
+            stiffness: own,
+            contact_radius: own,
+        },
+        Contact::Capsule {
+            from: point,
+            to: point,
+            radius: length,
+            stiffness: own,
+            contact_radius: own,
+        },
     ]
 }
 

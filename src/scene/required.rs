@@ -9,7 +9,7 @@
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 
 /// Required keys of every table of a scene file.
-pub(crate) const REQUIRED: [Rule; 14] = [
+pub(crate) const REQUIRED: [Rule; 15] = [
     always("rod", |_| &["shape", "section"]),
     always("material", |_| &["density", "youngs_modulus"]),
     if_there("rod.shape", shape_keys),
@@ -21,6 +21,7 @@ pub(crate) const REQUIRED: [Rule; 14] = [
     if_there("loads.line[]", |_| &["force"]),
     if_there("signals[]", |_| &["name"]),
     if_there("actuation[]", actuation_keys),
+    if_there("contacts[]", contact_keys),
     if_there("initial.point[]", |_| &["node"]),
     if_there("supports.motion[]", |_| &["end"]),
     if_there("supports.path", |_| &["file"]),
@@ -44,6 +45,17 @@ fn actuation_keys(actuator: &toml::Table) -> Keys {
     match actuator.get("kind").and_then(toml::Value::as_str) {
         Some("curvature") => &["component", "gain"],
         Some("tendon") => &["tension", "route"],
+        _ => &["kind"],
+    }
+}
+
+/// Required keys of a contact by its `kind`. Only `kind` if that is missing or unknown.
+fn contact_keys(contact: &toml::Table) -> Keys {
+    match contact.get("kind").and_then(toml::Value::as_str) {
+        Some("plane") => &["point", "normal"],
+        Some("sphere") => &["center", "radius"],
+        Some("cylinder") => &["point", "axis", "radius"],
+        Some("capsule") => &["from", "to", "radius"],
         _ => &["kind"],
     }
 }

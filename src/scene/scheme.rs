@@ -52,6 +52,8 @@ pub struct Traits {
     pub takes_friction: bool,
     /// Whether it takes drag.
     pub takes_drag: bool,
+    /// Whether it takes contacts, whose forces begin and end within a step.
+    pub takes_contacts: bool,
     /// Whether it takes moving supports.
     pub takes_boundary_motion: bool,
     /// Whether it takes signals that are not smooth: with jumps or kinks.
@@ -86,6 +88,7 @@ const IMPLICIT: Traits = Traits {
     takes_viscosity: true,
     takes_friction: true,
     takes_drag: true,
+    takes_contacts: true,
     takes_boundary_motion: true,
     takes_rough_signals: true,
     takes_timed_actuation: true,
@@ -94,11 +97,12 @@ const IMPLICIT: Traits = Traits {
     parameter: None,
 };
 
-/// Properties of schemes for elastic rods without damping, drag and moving supports.
+/// Properties of schemes for elastic rods without damping, drag, contacts and moving supports.
 const ELASTIC: Traits = Traits {
     takes_viscosity: false,
     takes_friction: false,
     takes_drag: false,
+    takes_contacts: false,
     takes_boundary_motion: false,
     energy: EnergyConservation::OnAverage,
     ..IMPLICIT

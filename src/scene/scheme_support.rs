@@ -1,9 +1,9 @@
-//! Terms of the equation of motion (damping, friction, drag, moving supports) that an integration scheme does not
+//! Terms of the equation of motion (damping, friction, drag, contacts, moving supports) that an integration scheme does not
 //! support.
 //!
 //! `unsupported_by` compares a scene with the [`Traits`] of a scheme. Output is a list of terms, each with its key,
 //! found value and the schemes that support it. Their order is Kelvin-Voigt time above zero, friction, Maxwell
-//! branch, drag, moving supports. Only the first of several Kelvin-Voigt times is listed. The list is empty if the
+//! branch, drag, contacts, moving supports. Only the first of several Kelvin-Voigt times is listed. The list is empty if the
 //! scheme supports all. The validation of a scene reports the first term, and studies try the schemes without such
 //! terms.
 
@@ -11,13 +11,13 @@ use crate::scene::Scene;
 use crate::scene::scheme::{Scheme, Traits};
 
 impl Scene {
-    /// Whether a scheme supports all terms of the scene: damping, friction, drag and moving supports.
+    /// Whether a scheme supports all terms of the scene: damping, friction, drag, contacts and moving supports.
     pub(crate) fn is_supported_by(&self, scheme: Scheme) -> bool {
         self.unsupported_by(scheme).is_empty()
     }
 
     /// Terms of the scene that a scheme does not support, each with key, found value and the schemes that support it. Order:
-    /// one Kelvin-Voigt time above zero, friction, Maxwell branch, drag, moving supports. Empty if it supports all.
+    /// one Kelvin-Voigt time above zero, friction, Maxwell branch, drag, contacts, moving supports. Empty if it supports all.
     pub(super) fn unsupported_by(&self, scheme: Scheme) -> Vec<UnsupportedTerm> {
         let (damping, traits) = (&self.loads.damping, scheme.traits());
         let mut unsupported = Vec::new();
@@ -37,6 +37,9 @@ impl Scene {
         }
         if !traits.takes_drag && self.loads.drag.is_some() {
             add("loads.drag", beside("drag"), |traits| traits.takes_drag);
+        }
+        if !traits.takes_contacts && !self.contacts.is_empty() {
+            add("contacts", beside("contacts"), |traits| traits.takes_contacts);
         }
         if !traits.takes_boundary_motion && self.supports.move_ends() {
             let is_recorded = self.supports.path.is_some();

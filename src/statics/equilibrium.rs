@@ -12,6 +12,7 @@
 use crate::code::Code;
 use crate::error::Error;
 use crate::problem::Model;
+use crate::problem::contact::PenetrationRecord;
 use crate::problem::strain::StrainGauge;
 use crate::problem::{AnyProblem, Discretized, Problem, Purpose};
 use crate::rod::State;
@@ -60,7 +61,7 @@ pub struct Equilibrium {
     /// The mesh that the command chose, and its error; absent for a stated mesh.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolution: Option<Resolution>,
-    /// Reasons to doubt the result: implausible values (other units than SI), no gravity, large strains.
+    /// Reasons to doubt the result: implausible values (other units than SI), no gravity, large strains, deep contacts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
     /// The codes of the warnings, in their order.
@@ -226,6 +227,9 @@ fn model_equilibrium<M: Model>(
     };
     let modulus = problem.scene().material.youngs_modulus;
     warnings.extend(strain.and_then(|strain| strain.warning(modulus)));
+    let mut penetration = PenetrationRecord::new(problem);
+    penetration.add(|i| nodes[i], None);
+    warnings.extend(penetration.warning());
     Ok(Equilibrium {
         model: problem.model().0.into(),
         tip: problem.tip().place(|i| nodes[i]),

@@ -6,6 +6,7 @@ mod common;
 
 mod actuation;
 mod adjoint;
+mod contact;
 mod follower_loads;
 mod hessian;
 mod hyperelastic;

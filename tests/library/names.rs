@@ -31,10 +31,10 @@ arrays assembly assessment attach attachment autocorrelation averaging axes band
 bisection blocks blueprint bodies bootstrap bordered boundary branch_relaxation break_points budget
 by_unknowns cable camera campaign candidate_designs card carrying changes chart check checkpoints
 cluster_jackknife coarse code coefficients collect columns combinations combined command comparison compute
-constant_axes contributions convergence conversion coordinate_series correlation covariance coverage_factor
+constant_axes contact contributions convergence conversion coordinate_series correlation covariance coverage_factor
 csv csv_table curved_joints damping data data_precheck dataset dead_load dead_moment definition descent design
 determined_groups difference director_axes discrepancy discrete discretization displacement_driven display
-drag drag_forces drawing duplicates dynamics edge_coordinates edge_tie edges effects elimination energy
+drag drag_forces drawing duplicates dynamics edge_contact edge_coordinates edge_tie edges effects elimination energy
 energy_balance entries envelope envelope_lu equilibrium equilibrium_derivatives error errors estimate
 estimate_table experiment experiment_estimates explain export extend extra extrapolation fault faults field
 figure file film find_equilibrium findings finite_difference fit fit_name fit_pattern fit_run fit_statistics
@@ -50,7 +50,7 @@ misfit missing_keys mode_numbers model model_with_setup modes moments momentum m
 mujoco name natural_turn nearest neighbors neutral_equilibrium newton nodal noise noise_scale nonlinear
 nonlinear_bending number numbers numerics observation_form observation_row observed_experiment
 observed_information observed_nodes omitted_effects one_sided_bound onset operators optimum out_of_line
-outcome outlying_experiments output own page parameter parameter_form parameters part_file path pencil
+outcome outlying_experiments output overlap own page parameter parameter_form parameters part_file path pencil
 per_axis perturbation phi_function place placement plan planar planar_bend planarity plane platform
 plausibility player plot_data plotted point points polyline predict prediction predictor prescribed_dofs
 prescribed_motion prior problem products profile profile_likelihood pyelastica quantity quoted random_states

@@ -5,6 +5,7 @@ mod common;
 
 mod accuracy;
 mod actuation;
+mod contact;
 mod corrections;
 mod damping;
 mod drag;

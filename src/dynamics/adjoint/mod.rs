@@ -105,6 +105,9 @@ impl Problem {
         if !scene.energies.is_empty() {
             return refused("energies", "user-defined energies", "none");
         }
+        if !scene.contacts.is_empty() {
+            return refused("contacts", "contacts", "none");
+        }
         if let Some(load) = scene.loads.first_follower(self.spatial().is_some()) {
             return refused(&load.key(), "a load without a potential", "no such load");
         }

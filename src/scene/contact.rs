@@ -1,0 +1,214 @@
+//! `[[contacts]]`: obstacles, fixed in space, that the rod touches without friction.
+//!
+//! An obstacle is a half-space (`plane`), a `sphere`, an endless `cylinder`, or a `capsule`, which is a cylinder with round ends.
+//! The rod is a tube of its outer radius, or of `contact_radius`. `stiffness` is the force per length over the square of the
+//! overlap, N/m^3; without it, the program takes one from the weight and the bending stiffness of the rod. Rejected are
+//! directions without length, the same two ends of a capsule, and sections without a radius where `contact_radius` is missing.
+//! Output: the numbers of an obstacle over any number type, and the vectors that the plane of a planar rod must contain.
+
+use crate::error::Error;
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{Vector, dot, scale, sub, unit};
+use crate::scene::number::Quantity;
+use crate::scene::plane::KeyedVector;
+use crate::scene::section::Section;
+use crate::scene::table::{NumberTree, TABLE, table};
+use crate::scene::validate::direction;
+
+/// Quantity of the coordinates of a point, m.
+const POINT: Quantity = Quantity::signed("m");
+/// Quantity of a radius, m.
+const RADIUS: Quantity = Quantity::positive("m");
+/// Quantity of the components of a direction.
+const DIRECTION: Quantity = Quantity::signed("");
+/// Quantity of the contact stiffness.
+const STIFFNESS: Quantity = Quantity::positive("N/m^3");
+
+table! {
+    /// `[[contacts]]`: an obstacle, fixed in space, that the rod touches without friction.
+    pub enum Contact {
+        /// The half-space behind a plane.
+        Plane {
+            /// A point of the plane, m.
+            #[serde(deserialize_with = "crate::input::arrays::numbers")]
+            point: [D; 3] = POINT,
+            /// Normal of the plane towards the rod, of any length.
+            #[serde(deserialize_with = "crate::input::arrays::numbers")]
+            normal: [D; 3] = DIRECTION,
+            /// Force per length over the square of the overlap, N/m^3; default: by the weight and bending stiffness of the rod.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            stiffness: Option<D> = STIFFNESS,
+            /// Radius of the rod in contact, m; default: the outer radius of its section.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            contact_radius: Option<D> = RADIUS,
+        },
+        /// A sphere.
+        Sphere {
+            /// Center, m.
+            #[serde(deserialize_with = "crate::input::arrays::numbers")]
+            center: [D; 3] = POINT,
+            /// Radius, m.
+            radius: D = RADIUS,
+            /// Force per length over the square of the overlap, N/m^3; default: by the weight and bending stiffness of the rod.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            stiffness: Option<D> = STIFFNESS,
+            /// Radius of the rod in contact, m; default: the outer radius of its section.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            contact_radius: Option<D> = RADIUS,
+        },
+        /// A cylinder without ends.
+        Cylinder {
+            /// A point of the axis, m.
+            #[serde(deserialize_with = "crate::input::arrays::numbers")]
+            point: [D; 3] = POINT,
+            /// Direction of the axis, of any length.
+            #[serde(deserialize_with = "crate::input::arrays::numbers")]
+            axis: [D; 3] = DIRECTION,
+            /// Radius, m.
+            radius: D = RADIUS,
+            /// Force per length over the square of the overlap, N/m^3; default: by the weight and bending stiffness of the rod.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            stiffness: Option<D> = STIFFNESS,
+            /// Radius of the rod in contact, m; default: the outer radius of its section.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            contact_radius: Option<D> = RADIUS,
+        },
+        /// A cylinder with a half sphere at either end.
+        Capsule {
+            /// Center of the first half sphere, m.
+            #[serde(deserialize_with = "crate::input::arrays::numbers")]
+            from: [D; 3] = POINT,
+            /// Center of the second half sphere, m.
+            #[serde(deserialize_with = "crate::input::arrays::numbers")]
+            to: [D; 3] = POINT,
+            /// Radius, m.
+            radius: D = RADIUS,
+            /// Force per length over the square of the overlap, N/m^3; default: by the weight and bending stiffness of the rod.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            stiffness: Option<D> = STIFFNESS,
+            /// Radius of the rod in contact, m; default: the outer radius of its section.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            contact_radius: Option<D> = RADIUS,
+        },
+    }
+}
+
+/// Shape of an obstacle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ObstacleKind {
+    /// Half-space.
+    Plane,
+    /// Sphere.
+    Sphere,
+    /// Endless cylinder.
+    Cylinder,
+    /// Cylinder with round ends.
+    Capsule,
+}
+
+/// Shape and size of an obstacle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Obstacle<D> {
+    /// Its kind.
+    pub kind: ObstacleKind,
+    /// Its radius, m; zero of a plane.
+    pub radius: D,
+    /// A point of the plane or of the axis, or the center, m.
+    pub point: Vector<D>,
+    /// Unit normal of the plane, or unit vector along the axis; not used by a sphere.
+    pub axis: Vector<D>,
+    /// Distance of the centers of the ends of a capsule, m; not used by others.
+    pub length: D,
+}
+
+impl<D: Scalar> Contact<D> {
+    /// Shape and size of the obstacle.
+    pub(crate) fn obstacle(&self) -> Obstacle<D> {
+        let zero = D::from(0.0);
+        let (kind, radius, point, axis, length) = match *self {
+            Self::Plane { point, normal, .. } => {
+                (ObstacleKind::Plane, zero, point, unit(normal), zero)
+            }
+            Self::Sphere { center, radius, .. } => {
+                (ObstacleKind::Sphere, radius, center, [zero; 3], zero)
+            }
+            Self::Cylinder { point, axis, radius, .. } => {
+                (ObstacleKind::Cylinder, radius, point, unit(axis), zero)
+            }
+            Self::Capsule { from, to, radius, .. } => {
+                let way = sub(to, from);
+                let length = dot(way, way).sqrt();
+                (ObstacleKind::Capsule, radius, from, scale(way, length.recip()), length)
+            }
+        };
+        Obstacle { kind, radius, point, axis, length }
+    }
+
+    /// Stiffness of the contact that the scene gives, N/m^3.
+    pub(crate) fn given_stiffness(&self) -> Option<D> {
+        match self {
+            Self::Plane { stiffness, .. }
+            | Self::Sphere { stiffness, .. }
+            | Self::Cylinder { stiffness, .. }
+            | Self::Capsule { stiffness, .. } => *stiffness,
+        }
+    }
+
+    /// Radius, m, of a rod of this section in the contact: that of the contact, or the outer one of the section. `None` for a
+    /// section without a radius where the contact gives none.
+    pub(crate) fn rod_radius(&self, section: &Section<D>) -> Option<D> {
+        let own = match self {
+            Self::Plane { contact_radius, .. }
+            | Self::Sphere { contact_radius, .. }
+            | Self::Cylinder { contact_radius, .. }
+            | Self::Capsule { contact_radius, .. } => *contact_radius,
+        };
+        own.or(match section {
+            Section::Circle { radius } | Section::Tube { radius, .. } => Some(*radius),
+            Section::Rectangle { .. } | Section::Custom { .. } => None,
+        })
+    }
+}
+
+/// Rejects the first contact with invalid numbers, a direction of no length, or without a radius of the rod.
+pub(super) fn check_contacts(contacts: &[Contact], section: &Section) -> Result<(), Error> {
+    for (i, contact) in contacts.iter().enumerate() {
+        let key = format!("contacts[{i}]");
+        contact.check_numbers(&key, TABLE)?;
+        match contact {
+            Contact::Plane { normal, .. } => direction(&format!("{key}.normal"), normal)?,
+            Contact::Cylinder { axis, .. } => direction(&format!("{key}.axis"), axis)?,
+            Contact::Capsule { from, to, .. } if from == to => {
+                let allowed = "another point than from; a sphere has a single center";
+                return Err(Error::invalid(format!("{key}.to"), format!("{to:?}"), allowed));
+            }
+            Contact::Capsule { .. } | Contact::Sphere { .. } => {}
+        }
+        if contact.rod_radius(section).is_none() {
+            let allowed = "a radius of the rod, m, for a section that is not a circle or a tube";
+            return Err(Error::invalid(format!("{key}.contact_radius"), "no value", allowed));
+        }
+    }
+    Ok(())
+}
+
+/// Vectors of the obstacles with their keys, for a planar rod whose first node is `origin`: those that its plane must contain,
+/// then those that must be normal to it. A cylinder or capsule keeps the plane with its axis normal to it.
+pub(crate) fn contact_directions<D: Scalar>(
+    contacts: &[Contact<D>],
+    origin: Vector<D>,
+) -> [Vec<KeyedVector<D>>; 2] {
+    let (mut within, mut normal) = (Vec::new(), Vec::new());
+    for (i, contact) in contacts.iter().enumerate() {
+        let keyed =
+            |name: &str, vector| KeyedVector { key: format!("contacts[{i}].{name}"), vector };
+        match *contact {
+            Contact::Plane { normal, .. } => within.push(keyed("normal", normal)),
+            Contact::Sphere { center, .. } => within.push(keyed("center", sub(center, origin))),
+            Contact::Cylinder { axis, .. } => normal.push(keyed("axis", axis)),
+            // The plane of the rod must meet the cylinder between the ends.
+            Contact::Capsule { from, to, .. } => normal.push(keyed("to", sub(to, from))),
+        }
+    }
+    [within, normal]
+}

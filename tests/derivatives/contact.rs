@@ -1,0 +1,163 @@
+//! Derivatives of motions and equilibria in contact by every number of the scene: against dual numbers and differences.
+
+use rodfit::check::{Tolerance, check_problem};
+use rodfit::scene::*;
+use rodfit::{Parameter, Problem};
+
+use crate::common::differences::{at_rest, difference};
+use crate::recorded::check;
+
+/// Rounding error of positions, m.
+const ROUNDING: f64 = 4e-15;
+/// Step of the motions, s, in which no step is halved.
+const STEP: f64 = 2.5e-4;
+
+/// A clamped rod with weight above an inclined floor and two round obstacles, which it reaches in the motion, or at rest.
+fn scene(planar: bool, scheme: Scheme) -> Scene {
+    let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
+    let mut material = Material::new(1200.0, 2e6);
+    material.poisson_ratio = Some(0.35);
+    let radius = 0.005;
+    let mut scene = Scene::new(7, shape, Section::Circle { radius }, material);
+    scene.rod.dimension = if planar { Dimension::Auto } else { Dimension::Spatial };
+    let z = if planar { 0.0 } else { 1.0 };
+    scene.loads.gravity = [0.0, -9.8, 0.5 * z];
+    scene.loads.damping.stiffness = 1e-3;
+    scene.initial.velocity = [0.0, -1.0, 0.1 * z];
+    let stiffness = Some(3e8);
+    scene.contacts = vec![
+        Contact::Plane {
+            point: [0.1, -0.0075, 0.0],
+            normal: [0.02, 1.3, 0.1 * z],
+            stiffness: None,
+            contact_radius: None,
+        },
+        Contact::Sphere {
+            center: [0.34, -0.036, 0.01 * z],
+            radius: 0.03,
+            stiffness,
+            contact_radius: Some(0.0045),
+        },
+        match planar {
+            true => Contact::Cylinder {
+                point: [0.2, -0.0265, 0.03],
+                axis: [0.0, 0.0, 2.0],
+                radius: 0.02,
+                stiffness,
+                contact_radius: None,
+            },
+            // The rod lies beside its cylinder and its first end.
+            false => Contact::Capsule {
+                from: [0.17, -0.0265, -0.01],
+                to: [0.27, -0.028, 0.05],
+                radius: 0.02,
+                stiffness,
+                contact_radius: None,
+            },
+        },
+    ];
+    scene.time = Some(Time { scheme, beta: 0.6, rho_inf: 0.4, ..Time::new(6e-3, STEP) });
+    scene
+}
+
+/// The parameters of contacts, and the modulus.
+fn own(problem: &Problem) -> Vec<Parameter> {
+    let is_own = |p: &Parameter| p.path().starts_with("contacts") || p.path().contains("modulus");
+    let all = Parameter::all(problem.scene()).into_iter().filter(is_own);
+    all.filter(|p| problem.check_parameter(*p).is_ok()).collect()
+}
+
+/// Compares `exact(k)`, the derivatives of positions by parameter `k`, with differences in steps of the part `little` of its
+/// value.
+fn compare(
+    problem: &Problem,
+    parameters: &[Parameter],
+    little: f64,
+    exact: impl Fn(usize) -> Vec<f64>,
+    positions: impl Fn(&Problem) -> Vec<f64> + Copy,
+) {
+    let mut moved = 0;
+    for (k, parameter) in parameters.iter().enumerate() {
+        let value = parameter.of(problem.scene()).unwrap().abs();
+        let h = little * if value == 0.0 { 1e-2 } else { value };
+        let numbers = difference(problem, *parameter, h, positions);
+        let exact = exact(k);
+        let size = exact.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let pairs = exact.iter().zip(&numbers);
+        let off = pairs.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+        println!("{parameter}: {size:.1e}, differences {:.1e}", off / size);
+        // Positions have rounding errors, which differences divide by the step.
+        let rounding = ROUNDING / h;
+        moved += usize::from(1e-6 * size > rounding);
+        assert!(off < 1e-6 * size + rounding, "{parameter}: {off:e} {size:e}");
+    }
+    assert!(moved >= 5, "{moved}");
+}
+
+#[test]
+fn derivatives_of_motions_in_contact_equal_those_in_dual_numbers_and_differences() {
+    for scheme in [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha, Scheme::AverageVectorField] {
+        for planar in [true, false] {
+            let problem = scene(planar, scheme).problem().unwrap();
+            println!("{scheme:?}, planar: {planar}");
+            assert_eq!(problem.planar().is_some(), planar, "{:?}", problem.model());
+            // In steps of the differences of all numbers the rod touches an obstacle earlier or later.
+            let checked = check(&problem, false);
+            assert!(checked >= 20, "{checked}");
+            let own = own(&problem);
+            let run = problem.simulate_with(&own).unwrap();
+            // Runs in dual numbers do not halve steps.
+            assert_eq!(run.work().steps, 24);
+            let end = problem.scene().time.as_ref().unwrap().end;
+            let exact = |k: usize| -> Vec<f64> {
+                let rates = |i| run.at(Point::Node(i), end).unwrap().1[k];
+                (0..problem.nodes()).flat_map(rates).collect()
+            };
+            let positions = |problem: &Problem| {
+                let run = problem.simulate_with(&[]).unwrap();
+                let place = |i| run.at(Point::Node(i), end).unwrap().0;
+                (0..problem.nodes()).flat_map(place).collect::<Vec<f64>>()
+            };
+            compare(&problem, &own, 1e-5, exact, positions);
+        }
+    }
+}
+
+#[test]
+fn derivatives_of_equilibria_in_contact_equal_differences() {
+    for planar in [true, false] {
+        let mut scene = scene(planar, Scheme::NewmarkBeta);
+        (scene.time, scene.initial) = (None, Initial::default());
+        let problem = scene.problem().unwrap();
+        let own = own(&problem);
+        assert!(own.len() >= 10, "{own:?}");
+        let run = at_rest(&problem, &own);
+        let exact = |k: usize| -> Vec<f64> {
+            let rates = |i| run.at(Point::Node(i), 0.0).unwrap().1[k];
+            (0..problem.nodes()).flat_map(rates).collect()
+        };
+        let positions = |problem: &Problem| {
+            let run = at_rest(problem, &[]);
+            (0..problem.nodes()).flat_map(|i| run.node(i, 0)).collect::<Vec<f64>>()
+        };
+        compare(&problem, &own, 1e-4, exact, positions);
+    }
+}
+
+/// `rodfit check` compares the derivatives of contacts, in contact and apart.
+#[test]
+fn check_of_a_scene_with_contacts_agrees() {
+    for planar in [true, false] {
+        let problem = scene(planar, Scheme::NewmarkBeta).problem().unwrap();
+        let report = check_problem(&problem, Tolerance::default()).unwrap();
+        assert!(report.passed(), "{report}");
+    }
+}
+
+/// The adjoint does not take contacts; the error has their key.
+#[test]
+fn adjoint_rejects_contacts() {
+    let problem = scene(true, Scheme::NewmarkBeta).problem().unwrap();
+    let message = problem.check_reversible().unwrap_err().to_string();
+    assert!(message.contains("contacts: found"), "{message}");
+}
