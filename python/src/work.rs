@@ -64,7 +64,9 @@ pub fn interruptible<T: Send + 'static>(
             Ok(WorkEvent::Done) | Err(RecvTimeoutError::Disconnected) => break,
             Ok(WorkEvent::Progress { stage, simulations }) if exception.is_none() => {
                 match progress.and_then(|call| call.call1((stage, simulations)).err()) {
-                    Some(error) if error.is_instance_of::<PyKeyboardInterrupt>(py) => interrupted = Some(error),
+                    Some(error) if error.is_instance_of::<PyKeyboardInterrupt>(py) => {
+                        interrupted = Some(error)
+                    }
                     error => exception = error,
                 }
             }

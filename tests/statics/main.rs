@@ -14,3 +14,4 @@ mod prescribed_motion;
 mod soft_clamps;
 mod stability;
 mod tapered;
+mod thick_bars;
