@@ -5,9 +5,11 @@
 //! frequencies with derivatives by parameters, about the equilibrium ([`NaturalFrequency`]). A mode is selected by
 //! number and filter ([`ModeName`]). Named frequencies are reduced by shear and rotary inertia of thick rods, which the
 //! model omits, where the name requests it; the reductions also serve a check of fits. Frequencies are angular, in
-//! rad/s; tables also have Hz. These parts are in `modes`, `frequencies`, `name`, `timoshenko` and `thickness`. `follower_modes` has
+//! rad/s; tables also have Hz. These parts are in `modes`, `frequencies`, `name`, `timoshenko` and `thickness`.
+//! `critical_load` has the load at which the lowest mode loses its stiffness. `follower_modes` has
 //! frequencies and growth rates under loads without a potential.
 
+mod critical_load;
 mod follower_modes;
 mod frequencies;
 mod modes;
@@ -15,6 +17,7 @@ mod name;
 mod thickness;
 mod timoshenko;
 
+pub use critical_load::CriticalLoad;
 pub use frequencies::NaturalFrequency;
 pub use modes::{LinearizationPoint, Mode, ModeKind, ModePlane, Modes};
 pub use name::{ModeFilter, ModeName};

@@ -209,7 +209,7 @@ fn derivatives_of_thick_frequencies_equal_differences() {
         Parameter::Density,
         Parameter::Height,
         Parameter::Width,
-        Parameter::at("rod.shape.length"),
+        "rod.shape.length".parse().unwrap(),
     ];
     for dimension in [Dimension::Planar, Dimension::Spatial] {
         scene.rod.dimension = dimension;

@@ -4,6 +4,7 @@
 mod common;
 
 mod bifurcations;
+mod critical_loads;
 mod equilibrium;
 mod flutter;
 mod growth;
