@@ -139,6 +139,15 @@ class Fit:
         ``[[frequencies]]``, such as ``modes`` and ``plane``."""
         return self._add("frequencies", {"hz": hz, "sigma": sigma} | keys)
 
+    def load_deflection(self, load: str, file: str | os.PathLike[str], **keys: Any) -> Fit:
+        """Adds displacements of a point at rest under several values of a ``load``, such as ``"loads.point.0.force.y"``, from a
+        file, with the keys of ``[[load_deflection]]``, such as ``sigma`` and ``load_factor``."""
+        return self._add("load_deflection", {"load": load, "file": file} | keys)
+
+    def buckling(self, load: str, value: float, *, sigma: float, **keys: Any) -> Fit:
+        """Adds the measured critical ``value`` of a ``load``, such as ``"loads.point.0.force.x"``, N or N m."""
+        return self._add("buckling", {"load": load, "value": value, "sigma": sigma} | keys)
+
     def add(
         self,
         name: str,

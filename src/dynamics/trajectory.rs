@@ -15,10 +15,10 @@ use crate::dynamics::step::Work;
 use crate::dynamics::unstable_state::StabilityChecks;
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::problem::{AnyProblem, Discretized, Model, Problem};
+use crate::problem::{AnyProblem, Discretized, FramesOf, Model, Problem};
 use crate::rod::{Energies, State};
 use crate::scene::{Parameter, Point, Stencil};
-use crate::statics::{EquilibriumOutputs, Reactions};
+use crate::statics::{CheckedEquilibrium, EquilibriumOutputs, Reactions};
 use nalgebra::Vector3;
 use num_dual::Dual64;
 use std::time::Duration;
@@ -201,6 +201,43 @@ impl Trajectory {
             AnyProblem::Spatial(spatial) => rest(&spatial, parameters, record)?,
         }
         Ok(trajectory)
+    }
+
+    /// The equilibria of `problems` of one rod under other loads, with the positions of the nodes `tracked` and derivatives by
+    /// `parameters`. They follow each other: each search begins at the equilibrium before.
+    ///
+    /// # Errors
+    /// Those of [`Self::at_rest`].
+    pub(crate) fn load_path(
+        problems: &[Problem],
+        tracked: &[usize],
+        parameters: &[Parameter],
+    ) -> Result<Vec<Self>, Error> {
+        let (mut planar, mut spatial) = (None, None);
+        let mut equilibria = Vec::with_capacity(problems.len());
+        for problem in problems {
+            let mut own = Self { rests: true, ..Self::new(problem, tracked, parameters)? };
+            match problem.discretized() {
+                AnyProblem::Planar(own_problem) => {
+                    follow_load(&own_problem, &mut planar, parameters, &mut own.record)?;
+                }
+                AnyProblem::Spatial(own_problem) => {
+                    follow_load(&own_problem, &mut spatial, parameters, &mut own.record)?;
+                }
+            }
+            equilibria.push(own);
+        }
+        Ok(equilibria)
+    }
+
+    /// Multiplies the recorded derivatives by `parameter` by a factor; nothing without such derivatives.
+    pub(crate) fn scale_derivatives(&mut self, parameter: Parameter, factor: f64) {
+        for k in 0..self.parameters.len() {
+            if self.parameters[k] == parameter {
+                let motions = self.record.derivatives_mut(k).iter_mut().flatten().flatten();
+                motions.for_each(|x| *x *= factor);
+            }
+        }
     }
 
     /// Simulates `steps` steps of the scene from its start and records them, the start included. `after` is called
@@ -504,7 +541,16 @@ fn rest<M: Model>(
     parameters: &[Parameter],
     record: &mut Record,
 ) -> Result<(), Error> {
-    let settled = discretized.checked_equilibrium()?;
+    record_rest(discretized, &discretized.checked_equilibrium()?, parameters, record)
+}
+
+/// Records an equilibrium at time 0, with its derivatives by the parameters, in their order.
+fn record_rest<M: Model>(
+    discretized: &Discretized<'_, M>,
+    settled: &CheckedEquilibrium<FramesOf<M>>,
+    parameters: &[Parameter],
+    record: &mut Record,
+) -> Result<(), Error> {
     let rest = &settled.rest;
     record.work.newton_iterations = rest.newton_iterations;
     let (tracked, has_reactions) = (record.tracked(), record.has_reactions);
@@ -517,12 +563,25 @@ fn rest<M: Model>(
     // The equilibrium is searched once; each parameter takes linear systems with its tangent only.
     for (k, parameter) in parameters.iter().enumerate() {
         let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
-        let outputs =
-            discretized.outputs_at_equilibrium(&settled, &tracked, has_reactions, seed)?;
+        let outputs = discretized.outputs_at_equilibrium(settled, &tracked, has_reactions, seed)?;
         let rates = motions_at_rest(&outputs).map(|motion| motion.map(|x| x.map(|x| x.eps)));
         record.derivatives_mut(k).extend(rates);
     }
     Ok(())
+}
+
+/// Searches the equilibrium from that `before`, if there is one, which it replaces, and records it.
+fn follow_load<M: Model>(
+    discretized: &Discretized<'_, M>,
+    before: &mut Option<CheckedEquilibrium<FramesOf<M>>>,
+    parameters: &[Parameter],
+    record: &mut Record,
+) -> Result<(), Error> {
+    let found = match before.take() {
+        Some(before) => discretized.next_equilibrium(&before)?,
+        None => discretized.checked_equilibrium()?,
+    };
+    record_rest(discretized, before.insert(found), parameters, record)
 }
 
 /// The motions of a record at rest: positions with zero velocities, then force and moment of both supports if requested.

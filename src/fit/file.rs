@@ -14,9 +14,12 @@
 use crate::accuracy::Aim;
 use crate::error::{Error, ensure};
 use crate::fit::Fit;
+use crate::fit::buckling_form::BucklingForm;
 use crate::fit::field::Field;
 use crate::fit::frequencies_form::FrequenciesForm;
 use crate::fit::known::{self, Known};
+use crate::fit::load_deflection_form::LoadDeflectionForm;
+use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::observation_form::ObservationForm;
 use crate::fit::parameter_form::{KnownForm, ParameterForm};
@@ -73,6 +76,12 @@ struct FitForm {
     /// Measured natural frequencies.
     #[serde(default)]
     frequencies: Vec<FrequenciesForm>,
+    /// Measured load-deflection curves.
+    #[serde(default)]
+    load_deflection: Vec<LoadDeflectionForm>,
+    /// Measured critical loads.
+    #[serde(default)]
+    buckling: Vec<BucklingForm>,
     /// Experiments with their own scenes, instead of `scene`.
     #[serde(default)]
     experiment: Vec<NamedForm>,
@@ -116,6 +125,12 @@ struct ExperimentForm {
     /// Measured natural frequencies.
     #[serde(default)]
     frequencies: Vec<FrequenciesForm>,
+    /// Measured load-deflection curves.
+    #[serde(default)]
+    load_deflection: Vec<LoadDeflectionForm>,
+    /// Measured critical loads.
+    #[serde(default)]
+    buckling: Vec<BucklingForm>,
 }
 
 /// A scene in a fit file.
@@ -278,36 +293,84 @@ impl ExperimentForm {
         mut experiment: Experiment,
         folder: &Path,
     ) -> Result<Experiment, Error> {
-        add_measurements(&mut experiment, self.observation, self.shape, self.frequencies, folder)?;
+        let tables = MeasurementTables {
+            observation: self.observation,
+            shape: self.shape,
+            frequencies: self.frequencies,
+            load_deflection: self.load_deflection,
+            buckling: self.buckling,
+        };
+        tables.add_to(&mut experiment, folder)?;
         Ok(if self.held_out { experiment.held_out() } else { experiment })
     }
 }
 
-/// Reads the measurements of these three kinds of tables and adds them to an experiment, in the order observations, shapes,
-/// frequencies. Paths are relative to `folder`. An error also if positions of any measurement of the experiment are in a unit
-/// that does not fit the size of the scene.
-fn add_measurements(
-    experiment: &mut Experiment,
+/// Tables of measurements of one experiment.
+struct MeasurementTables {
     observation: Vec<ObservationForm>,
     shape: Vec<ShapeForm>,
     frequencies: Vec<FrequenciesForm>,
-    folder: &Path,
-) -> Result<(), Error> {
-    // Keys of messages count the tables of this text, not the measurements that the experiment already has.
-    let mut measurements = Vec::new();
-    for (k, observation) in observation.into_iter().enumerate() {
-        let key = experiment.key(&format!("observation[{k}]"));
-        measurements.extend(observation.read(folder, &experiment.problem, &key)?);
+    load_deflection: Vec<LoadDeflectionForm>,
+    buckling: Vec<BucklingForm>,
+}
+
+impl MeasurementTables {
+    /// Whether there is no table.
+    fn is_empty(&self) -> bool {
+        self.observation.is_empty()
+            && self.shape.is_empty()
+            && self.frequencies.is_empty()
+            && self.load_deflection.is_empty()
+            && self.buckling.is_empty()
     }
-    for (k, shape) in shape.into_iter().enumerate() {
-        measurements.push(shape.read(folder, &experiment.key(&format!("shape[{k}]")))?);
+
+    /// Reads the measurements and adds them to an experiment, in the order observations, shapes, frequencies,
+    /// load-deflection curves, critical loads. Paths are relative to `folder`. An error also if positions of any measurement of the
+    /// experiment are in a unit that does not fit the size of the scene.
+    fn add_to(self, experiment: &mut Experiment, folder: &Path) -> Result<(), Error> {
+        // Keys of messages count the tables of this text, not the measurements that the experiment already has.
+        let mut measurements = Vec::new();
+        for (k, observation) in self.observation.into_iter().enumerate() {
+            let key = experiment.key(&format!("observation[{k}]"));
+            measurements.extend(observation.read(folder, &experiment.problem, &key)?);
+        }
+        for (k, shape) in self.shape.into_iter().enumerate() {
+            measurements.push(shape.read(folder, &experiment.key(&format!("shape[{k}]")))?);
+        }
+        for (k, frequencies) in self.frequencies.into_iter().enumerate() {
+            let key = experiment.key(&format!("frequencies[{k}]"));
+            measurements.push(frequencies.read(&key)?);
+        }
+        for (k, curve) in self.load_deflection.into_iter().enumerate() {
+            let key = experiment.key(&format!("load_deflection[{k}]"));
+            measurements.extend(curve.read(folder, &key)?);
+        }
+        measurements.extend(self.buckling.iter().map(BucklingForm::read));
+        experiment.measurements.extend(measurements);
+        set_loads(experiment);
+        // Units that do not fit the scene are found before the search.
+        experiment.measurements.iter().try_for_each(|m| m.check_units(experiment))
     }
-    for (k, frequencies) in frequencies.into_iter().enumerate() {
-        measurements.push(frequencies.read(&experiment.key(&format!("frequencies[{k}]")))?);
+}
+
+/// Part of a critical load that the scene has: the rod is stable, and its mesh is chosen for the lowest mode under the load.
+const PART_OF_CRITICAL_LOAD: f64 = 0.5;
+
+/// Sets the loads of load-deflection curves to their largest values in the scene of an experiment without other measurements
+/// than these and critical loads, which are set to a part. The mesh is chosen for these loads. A load that the scene cannot
+/// have is left to the check of the measurement.
+fn set_loads(experiment: &mut Experiment) {
+    let of = |m: &Measurement| match (m.load_curve(), m.buckling()) {
+        (Some(curve), _) => Some((curve.load, curve.largest_load())),
+        (_, Some(own)) => Some((own.load, PART_OF_CRITICAL_LOAD * own.value)),
+        _ => None,
+    };
+    let loads: Option<Vec<_>> = experiment.measurements.iter().map(of).collect();
+    for load in loads.unwrap_or_default() {
+        if let Ok(loaded) = experiment.problem.with([load]) {
+            experiment.problem = loaded;
+        }
     }
-    experiment.measurements.extend(measurements);
-    // Units that do not fit the scene are found before the search.
-    experiment.measurements.iter().try_for_each(|m| m.check_units(experiment))
 }
 
 /// Tables of a fit file that can be added to a fit.
@@ -318,14 +381,16 @@ struct Tables {
     observation: Vec<ObservationForm>,
     shape: Vec<ShapeForm>,
     frequencies: Vec<FrequenciesForm>,
+    load_deflection: Vec<LoadDeflectionForm>,
+    buckling: Vec<BucklingForm>,
     parameter: Vec<ParameterForm>,
     known: Vec<KnownForm>,
     analysis: Option<Analysis>,
 }
 
 impl Fit {
-    /// Adds the tables in `text` to a copy of the fit: `[[observation]]`, `[[shape]]` and `[[frequencies]]` to the last
-    /// experiment, `[[parameter]]` and `[[known]]` to the fit. `[analysis]` replaces the analyses. Paths are relative to
+    /// Adds the tables in `text` to a copy of the fit: `[[observation]]`, `[[shape]]`, `[[frequencies]]`, `[[load_deflection]]` and
+    /// `[[buckling]]` to the last experiment, `[[parameter]]` and `[[known]]` to the fit. `[analysis]` replaces the analyses. Paths are relative to
     /// `folder`. Measurements without an experiment are an error. The fit as a whole is checked when it is solved.
     ///
     /// # Errors
@@ -339,16 +404,19 @@ impl Fit {
         let analysis = tables.analysis.unwrap_or(analysis);
         let fields = Vec::new();
         let mut file = FitFile { experiments, unknowns, knowns, fields, analysis };
-        let Tables { observation, shape, frequencies, .. } = tables;
+        let Tables { observation, shape, frequencies, load_deflection, buckling, .. } = tables;
+        let (parameter, known) = (tables.parameter, tables.known);
+        let tables =
+            MeasurementTables { observation, shape, frequencies, load_deflection, buckling };
         match file.experiments.last_mut() {
-            Some(last) => add_measurements(last, observation, shape, frequencies, folder.as_ref())?,
-            None if observation.is_empty() && shape.is_empty() && frequencies.is_empty() => {}
+            Some(last) => tables.add_to(last, folder.as_ref())?,
+            None if tables.is_empty() => {}
             None => {
                 let allowed = "an experiment of the fit that they belong to";
                 return Err(Error::invalid("experiment", "measurements without one", allowed));
             }
         }
-        file.add(tables.parameter, tables.known)?;
+        file.add(parameter, known)?;
         Ok(Self { progress, keep_plot_data, ..file.fit() })
     }
 }
@@ -551,6 +619,8 @@ impl FitForm {
         let observation = std::mem::take(&mut self.observation);
         let shape = std::mem::take(&mut self.shape);
         let frequencies = std::mem::take(&mut self.frequencies);
+        let load_deflection = std::mem::take(&mut self.load_deflection);
+        let buckling = std::mem::take(&mut self.buckling);
         // Either the file has a scene with measurements of its own, or a list of experiments. Mixed forms are ambiguous.
         match self.scene.take() {
             Some(scene) if listed.is_empty() => Ok(vec![ExperimentForm {
@@ -562,6 +632,8 @@ impl FitForm {
                 observation,
                 shape,
                 frequencies,
+                load_deflection,
+                buckling,
             }]),
             Some(_) => {
                 let allowed = "one scene, or a scene in each [[experiment]]";
@@ -574,6 +646,8 @@ impl FitForm {
                 let tables = [
                     ("observation", observation.is_empty()),
                     ("shape", shape.is_empty()),
+                    ("load_deflection", load_deflection.is_empty()),
+                    ("buckling", buckling.is_empty()),
                     ("frequencies", frequencies.is_empty()),
                 ];
                 for (table, is_empty) in tables {

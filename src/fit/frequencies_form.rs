@@ -1,8 +1,8 @@
 //! `[[frequencies]]` of a fit file: its keys, and their conversion to a measurement of natural frequencies.
 //!
 //! Input: the deserialized table with frequencies in Hz or rad/s, and their standard deviation in the same unit. Optional are
-//! mode numbers (from 1, default: the lowest modes), filters of the modes (plane, kind, direction), a loss function, and the
-//! use as validation data. Output: a [`Measurement`] in rad/s, or an error with the key: both or neither unit, a frequency that
+//! mode numbers (from 1, default: the lowest modes), filters of the modes (plane, kind, direction), the reduction by shear and
+//! rotary inertia, a loss function, and the use as validation data. Output: a [`Measurement`] in rad/s, or an error with the key: both or neither unit, a frequency that
 //! is not above 0, or another number of mode numbers than frequencies. Used by `fit::file`.
 
 use crate::error::Error;
@@ -30,6 +30,9 @@ pub(crate) struct FrequenciesForm {
     /// Direction of most of the motion, in spatial scenes, instead of a plane.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     direction: Option<[f64; 3]>,
+    /// Whether shear deformation and rotary inertia reduce the simulated frequencies of bending modes, as in a thick bar.
+    #[serde(default)]
+    timoshenko: bool,
     /// Standard deviation in the unit of the frequencies.
     sigma: f64,
     /// Loss function of the residuals.
@@ -76,8 +79,9 @@ impl FrequenciesForm {
             }
             frequencies = frequencies.of_modes(&modes)?;
         }
-        let Self { plane, kind, direction, loss, held_out, .. } = self;
+        let Self { plane, kind, direction, timoshenko, loss, held_out, .. } = self;
         frequencies.among = ModeFilter { plane, kind, direction };
+        frequencies.timoshenko = timoshenko;
         Ok(frequencies.with_properties(None, loss, held_out).into())
     }
 }

@@ -19,6 +19,7 @@
 //! plans, `field` fits lists along the rod, `validation_errors` compares without a fit, and `structure` serves scenes
 //! of several rods.
 
+mod buckling_form;
 pub(crate) mod design;
 mod duplicates;
 mod extend;
@@ -26,6 +27,7 @@ mod field;
 mod file;
 mod frequencies_form;
 mod known;
+mod load_deflection_form;
 pub(crate) mod measurement;
 pub(crate) mod misfit;
 mod observation_form;
@@ -51,11 +53,13 @@ pub use file::FitFile;
 pub use known::{Correlation, Known};
 pub use marker_files::{Axes, AxisColumnNames, Dropped, Format, Recording, SigmaColumns, Vertical};
 pub use marker_files::{ColumnKey, ColumnRule, ColumnRules, ColumnWithUnit};
+pub use measurement::buckling::{Buckling, BucklingLoad};
 pub use measurement::dataset::{Abscissa, Dataset, Header};
 pub use measurement::experiment::Experiment;
 pub use measurement::frequencies::{Frequencies, Frequency, ModeFrequencies};
 pub use measurement::gauge::{Gauge, GaugeReadings, Reading};
 pub use measurement::inspection::{InspectedMarker, Inspection};
+pub use measurement::load_deflection::{LoadCurve, LoadDeflection, LoadedPoint};
 pub use measurement::loss::Loss;
 pub use measurement::motion::{Glitches, Observation, PointMotion, Sample};
 pub use measurement::quantity::{PointState, Quantity, Sight};

@@ -10,7 +10,7 @@ use crate::input::missing_keys::{Keys, Rule, always, if_there};
 
 /// The rules for the required keys of every table of a fit file. The first is that of the file itself; the others apply to
 /// every table of their name.
-pub(crate) const REQUIRED: [Rule; 13] = [
+pub(crate) const REQUIRED: [Rule; 17] = [
     always("", fit_keys),
     if_there("field[]", |_| &["name", "sigma", "length"]),
     if_there("parameter[]", |_| &["name"]),
@@ -20,10 +20,14 @@ pub(crate) const REQUIRED: [Rule; 13] = [
     if_there("observation[]", observation_keys),
     if_there("shape[]", shape_keys),
     if_there("frequencies[]", |_| &["sigma"]),
+    if_there("load_deflection[]", |_| &["load", "file"]),
+    if_there("buckling[]", |_| &["load", "value", "sigma"]),
     if_there("experiment[]", experiment_keys),
     if_there("experiment[].observation[]", observation_keys),
     if_there("experiment[].shape[]", shape_keys),
     if_there("experiment[].frequencies[]", |_| &["sigma"]),
+    if_there("experiment[].load_deflection[]", |_| &["load", "file"]),
+    if_there("experiment[].buckling[]", |_| &["load", "value", "sigma"]),
 ];
 
 /// Required keys of the file: `parameter`. None if the file fits lists along the rod (`field`), or if every `[[experiment]]`

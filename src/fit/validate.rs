@@ -133,7 +133,7 @@ fn check_experiments(experiments: &[Experiment]) -> Result<(), Error> {
         let (key, found) = (format!("experiment[{i}]"), format!("no measurement in {name}"));
         let is_new = experiments[..i].iter().all(|e| e.name != *name);
         ensure(is_new, format!("{key}.name"), format!("{name:?}"), "each name once")?;
-        let allowed = "at least one observation, shape or frequencies";
+        let allowed = "at least one observation, shape, frequencies, load_deflection or buckling";
         ensure(!experiment.measurements.is_empty(), key, found, allowed)?;
     }
     Ok(())
@@ -175,6 +175,15 @@ fn check_measurements(
     for (i, measurement) in experiment.measurements.iter().enumerate() {
         let key = measurement_key(experiment, i);
         measurement.check(experiment, &key, other_clock)?;
+        // The values of the load are those of the measurement.
+        let is_load = |u: &Unknown| {
+            let curve = measurement.load_curve().map(|curve| curve.load);
+            let load = curve.or(measurement.buckling().map(|own| own.load));
+            load == Some(u.parameter) && u.is_of(experiment)
+        };
+        let is_unknown = unknowns.iter().any(is_load);
+        let allowed = "a load that is no parameter of the fit";
+        ensure(!is_unknown, format!("{key}.load"), "a [[parameter]]", allowed)?;
         let allowed = "\"tip\" or { arc_length = distance from the wall in m }, and a column s \
                        instead of node, as nodes have no index without rod.segments";
         // The index of a node has a meaning only on a given mesh.
@@ -222,7 +231,9 @@ fn names_nodes(measurement: &Measurement) -> bool {
     let is_node = |point: Point| matches!(point, Point::Node(_));
     let of_motion = |m: &PointMotion| m.marker.is_none() && is_node(m.point);
     let of_shape = |s: &EquilibriumShape| s.sightings.iter().any(|s| is_node(s.point));
-    measurement.motion().is_some_and(of_motion) || measurement.shape().is_some_and(of_shape)
+    measurement.motion().is_some_and(of_motion)
+        || measurement.shape().is_some_and(of_shape)
+        || measurement.load_curve().is_some_and(|curve| is_node(curve.point))
 }
 
 /// The key of measurement `i` of an experiment in the fit file: name of the experiment, table, and index in the table, as

@@ -146,6 +146,7 @@ fn coordinate(series: &Series, tests: &str) -> String {
         Abscissa::ArcLength => ("m", "arc length"),
         Abscissa::Mode => ("", "mode number"),
         Abscissa::Reading => ("", "reading number"),
+        Abscissa::Load => ("", "load, N or N m"),
     };
     let is_counted = matches!(series.abscissa, Abscissa::Mode | Abscissa::Reading);
     let abscissas = || series.abscissa_values.iter().copied();

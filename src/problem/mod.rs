@@ -54,7 +54,7 @@ pub(crate) use plausibility::Purpose;
 pub(crate) use section_profile::SectionProfile;
 pub(crate) use setup::{Setup, between_markers, nodal as nodal_loads, nodal_masses};
 pub use spatial::SpatialModel;
-pub(crate) use start::UnknownsAndFrames;
+pub(crate) use start::{FramesOver, UnknownsAndFrames};
 
 use crate::energy::Derivatives;
 use crate::energy::bend_twist::JointLaw;

@@ -51,7 +51,29 @@ impl<M: Model> Discretized<'_, M> {
     /// # Errors
     /// Those of [`equilibrium`](Self::equilibrium) and [`is_neutral`](Self::is_neutral).
     pub(crate) fn checked_equilibrium(&self) -> Result<CheckedEquilibrium<FramesOf<M>>, Error> {
-        let rest = self.equilibrium()?;
+        self.checked(self.equilibrium()?)
+    }
+
+    /// The equilibrium that a descent from that of another load, `before`, reaches, or else that from the initial shape, with
+    /// the result of [`is_neutral`](Self::is_neutral).
+    ///
+    /// # Errors
+    /// Those of [`checked_equilibrium`](Self::checked_equilibrium).
+    pub(crate) fn next_equilibrium(
+        &self,
+        before: &CheckedEquilibrium<FramesOf<M>>,
+    ) -> Result<CheckedEquilibrium<FramesOf<M>>, Error> {
+        match self.descend(&self.rod(), before.rest.q.clone(), before.rest.frames.clone()) {
+            Ok(found) => self.checked(found),
+            Err(_) => self.checked_equilibrium(),
+        }
+    }
+
+    /// An equilibrium with the result of [`is_neutral`](Self::is_neutral).
+    fn checked(
+        &self,
+        rest: EquilibriumState<FramesOf<M>>,
+    ) -> Result<CheckedEquilibrium<FramesOf<M>>, Error> {
         Ok(CheckedEquilibrium { neutral: self.is_neutral(&rest.q, &rest.frames)?, rest })
     }
 

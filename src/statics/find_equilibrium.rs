@@ -85,7 +85,7 @@ impl<M: Model> Discretized<'_, M> {
     /// The equilibrium of `rod` that one descent from the unknowns `q`, measured from `frames`, reaches with the
     /// supports of the scene, without springs; in edge coordinates for long rods. [`Error::Equilibrium`] where none is
     /// found.
-    fn descend(
+    pub(super) fn descend(
         &self,
         rod: &M::Rod<f64>,
         q: Vec<f64>,

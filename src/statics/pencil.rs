@@ -11,7 +11,7 @@
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::banded::BandMatrix;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::tangent::{Factors, Singular, Tangent, UnsymmetricTangent};
 use crate::problem::Model;
 use crate::problem::{Discretized, FramesOf};
@@ -193,9 +193,9 @@ impl<D: Nestable> Pencil<D, TangentOf<SpatialRod<D>, D>> {
 /// The unknowns of the spatial rod, four per node, for a motion [out of the plane](Pencil::out_of_plane).
 /// `deflections` has two numbers per node, its deflection along the `normal` and the angle of the edge after it; the
 /// last node has no angle.
-pub(crate) fn spatial_motion(deflections: &[f64], normal: [f64; 3]) -> Vec<f64> {
-    let node = |x: &[f64]| {
-        let [a, b, c] = normal.map(|n| n * x[0]);
+pub(crate) fn spatial_motion<D: Scalar>(deflections: &[D], normal: [f64; 3]) -> Vec<D> {
+    let node = |x: &[D]| {
+        let [a, b, c] = normal.map(|n| x[0] * n);
         [a, b, c].into_iter().chain(x.get(1).copied())
     };
     deflections.chunks(2).flat_map(node).collect()

@@ -10,6 +10,7 @@
 //! bias of a fit without shear is estimated from it. `internal_forces` returns the internal force (N) in every edge.
 
 use crate::error::Error;
+use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{add, dot, scale, sub};
 use crate::problem::{AnyProblem, Discretized, Model, Problem, behind_walls};
 use crate::rod::Rod;
@@ -29,13 +30,13 @@ impl Problem {
 /// Internal force in every edge, N: the sum of the external forces `on_node(i)` (loads and reactions) on the nodes up
 /// to its start. It is the force of the part before the edge on the part behind it. The outermost edge at a clamp, if
 /// there is more than one edge, has the force of its neighbor, as a clamp holds both of its nodes.
-pub(crate) fn internal_forces<M: Model>(
+pub(crate) fn internal_forces<M: Model, D: Scalar>(
     discretized: &Discretized<'_, M>,
-    on_node: impl Fn(usize) -> [f64; 3],
-) -> Vec<[f64; 3]> {
+    on_node: impl Fn(usize) -> [D; 3],
+) -> Vec<[D; 3]> {
     let (supports, edges) = (&discretized.scene().supports, discretized.nodes() - 1);
     let mut forces = Vec::with_capacity(edges);
-    let mut sum = [0.0; 3];
+    let mut sum = [D::from(0.0); 3];
     for i in 0..edges {
         sum = add(sum, on_node(i));
         forces.push(sum);

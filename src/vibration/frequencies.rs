@@ -11,7 +11,8 @@
 //! starts from the mode that [`modes`](crate::vibration::modes) finds in plain numbers. Every iteration reduces the
 //! components of `x` along other modes, and those of its derivatives. The factor is the ratio of the distances of the
 //! shift from `lambda` and from the next eigenvalue. The error of the quotient is of second order in them. First
-//! derivatives agree with the Hellmann-Feynman theorem; second ones include the change of the mode.
+//! derivatives agree with the Hellmann-Feynman theorem; second ones include the change of the mode. Names with
+//! `timoshenko` have frequencies that shear and rotary inertia reduce (`timoshenko`).
 //!
 //! Input: names of modes ([`ModeName`]) and parameters. Output: one angular frequency per name, in their order,
 //! rad/s, with its derivative by each parameter. Errors: a mode without stiffness, a number above that of the
@@ -28,8 +29,9 @@ use crate::problem::{AnyProblem, Model, ModelWithSetup, Problem, SpatialModel};
 use crate::rod::Rod;
 use crate::scene::Parameter;
 use crate::statics::{CheckedEquilibrium, Pencil};
-use crate::vibration::modes::{Eigenpair, ModePlane, VibratingRod, spatial_state};
+use crate::vibration::modes::{Eigenpair, ModeKind, ModePlane, VibratingRod, spatial_state};
 use crate::vibration::name::ModeName;
+use crate::vibration::timoshenko::VibrationState;
 use num_dual::Dual64;
 
 /// Relative distance of the shift from the eigenvalue. A smaller one converges faster, with larger rounding errors of
@@ -68,11 +70,12 @@ impl Problem {
     ) -> Result<Vec<NaturalFrequency>, Error> {
         let modes: Vec<ModeName> = modes.iter().map(|name| (*name).into()).collect();
         let named = NamedModes::new(self, &modes, !parameters.is_empty())?;
-        let without_derivatives = |mode: &PlaneMode| NaturalFrequency {
-            frequency_rad_s: mode.pair.frequency(),
+        let without_derivatives = |frequency_rad_s: f64| NaturalFrequency {
+            frequency_rad_s,
             derivatives: Vec::with_capacity(parameters.len()),
         };
-        let mut frequencies: Vec<_> = named.modes.iter().map(without_derivatives).collect();
+        let plain = named.plain_frequencies()?;
+        let mut frequencies: Vec<_> = plain.into_iter().map(without_derivatives).collect();
         for parameter in parameters {
             self.check_parameter(*parameter)?;
             let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
@@ -109,6 +112,8 @@ enum AnyEquilibrium {
 struct PlaneMode {
     plane: Option<ModePlane>,
     pair: Eigenpair,
+    /// Whether its frequency includes shear deformation and rotary inertia.
+    timoshenko: bool,
 }
 
 /// Named modes of a problem, in plain numbers, with the equilibrium that they are about.
@@ -124,7 +129,7 @@ impl<'a> NamedModes<'a> {
     /// must have a frequency of its own in its plane. Errors are those of [`Problem::natural_frequencies`].
     fn new(problem: &'a Problem, names: &[ModeName], differentiated: bool) -> Result<Self, Error> {
         for name in names {
-            name.among.check(problem, "modes")?;
+            name.check(problem, "modes")?;
         }
         let scene = problem.scene();
         if let Some(load) = scene.loads.first_follower(problem.spatial().is_some()) {
@@ -169,11 +174,22 @@ impl<'a> NamedModes<'a> {
             }
         };
         // Back in the order of the names.
-        let modes = planes.iter().filter_map(|plane| {
+        let modes = planes.iter().zip(names).filter_map(|(plane, name)| {
             let own = if *plane == Some(ModePlane::Out) { &mut outside } else { &mut inside };
-            Some(PlaneMode { plane: *plane, pair: own.next()? })
+            let pair = own.next()?;
+            let timoshenko = name.timoshenko && pair.kind == ModeKind::Bending;
+            Some(PlaneMode { plane: *plane, pair, timoshenko })
         });
         Ok(Self { problem, modes: modes.collect(), equilibrium })
+    }
+
+    /// The frequencies, rad/s, in the order of the modes, without derivatives.
+    fn plain_frequencies(&self) -> Result<Vec<f64>, Error> {
+        // Those of slender rods need no inverse iteration.
+        match self.modes.iter().any(|mode| mode.timoshenko) {
+            true => self.frequencies(|_, value| value),
+            false => Ok(self.modes.iter().map(|mode| mode.pair.frequency()).collect()),
+        }
     }
 
     /// The frequencies, rad/s, in the order of the modes, with the derivatives that `D` carries, by inverse iteration
@@ -184,10 +200,10 @@ impl<'a> NamedModes<'a> {
         seed: impl Fn(Parameter, f64) -> D,
     ) -> Result<Vec<D>, Error> {
         let mut frequencies = vec![D::from(0.0); self.modes.len()];
-        let mut set = |plane, frequency: &dyn Fn(&Eigenpair) -> Result<D, Error>| {
+        let mut set = |plane, frequency: &dyn Fn(&PlaneMode) -> Result<D, Error>| {
             for (own, mode) in frequencies.iter_mut().zip(&self.modes) {
                 if mode.plane == plane {
-                    *own = frequency(&mode.pair)?;
+                    *own = frequency(mode)?;
                 }
             }
             Ok::<(), Error>(())
@@ -197,8 +213,15 @@ impl<'a> NamedModes<'a> {
                 // The equilibrium with derivatives first, then stiffness and masses there.
                 let setup = discretized.setup_over(&seed);
                 let (rod, q) = discretized.differentiated_equilibrium(equilibrium, &setup)?;
-                let pencil = Pencil::at(&discretized, &rod, &q, &());
-                set(Some(ModePlane::In), &|pair| frequency(&pencil, pair))?;
+                let state = VibrationState {
+                    discretized: &discretized,
+                    setup: &setup,
+                    q: &q,
+                    frames: &(),
+                    pencil: &Pencil::at(&discretized, &rod, &q, &()),
+                    plane: Some(ModePlane::In),
+                };
+                set(Some(ModePlane::In), &|mode| frequency(&state, mode))?;
                 // Modes out of the plane: the same shape with derivatives in the spatial model.
                 if let Some(model) = spatial.as_deref() {
                     let place = |i: usize| discretized.model.position(&q, i);
@@ -208,8 +231,15 @@ impl<'a> NamedModes<'a> {
                     let (q, frames) = discretized.placed(&setup, &nodes);
                     let rod = setup.rod(discretized.model);
                     let normal = discretized.model.components(discretized.normal());
-                    let pencil = Pencil::at(&discretized, &rod, &q, &frames).out_of_plane(normal);
-                    set(Some(ModePlane::Out), &|pair| frequency(&pencil, pair))?;
+                    let state = VibrationState {
+                        discretized: &discretized,
+                        setup: &setup,
+                        q: &q,
+                        frames: &frames,
+                        pencil: &Pencil::at(&discretized, &rod, &q, &frames).out_of_plane(normal),
+                        plane: Some(ModePlane::Out),
+                    };
+                    set(Some(ModePlane::Out), &|mode| frequency(&state, mode))?;
                 }
             }
             (AnyProblem::Spatial(discretized), AnyEquilibrium::Spatial(equilibrium)) => {
@@ -218,8 +248,15 @@ impl<'a> NamedModes<'a> {
                 // The inertia of angles is diagonal only about the frames at the equilibrium.
                 let mut frames = SpatialModel::frames_over::<D>(&equilibrium.rest.frames);
                 <SpatialModel as Model>::Rod::<D>::rebase(&mut frames, &q);
-                let pencil = Pencil::at(&discretized, &rod, &q, &frames);
-                set(None, &|pair| frequency(&pencil, pair))?;
+                let state = VibrationState {
+                    discretized: &discretized,
+                    setup: &setup,
+                    q: &q,
+                    frames: &frames,
+                    pencil: &Pencil::at(&discretized, &rod, &q, &frames),
+                    plane: None,
+                };
+                set(None, &|mode| frequency(&state, mode))?;
             }
             _ => unreachable!("a problem keeps its model"),
         }
@@ -301,12 +338,14 @@ fn checked_mode(
 }
 
 /// The angular frequency of a mode, rad/s, with the derivatives that `D` carries: [`ITERATIONS`] inverse iterations on
-/// the pencil over `D` from the mode `pair` in plain numbers. The squared value is that of `pair`, the derivatives are
-/// those of the last quotient. [`Error::SingularEquilibrium`] for a zero pivot.
-fn frequency<D: Nestable, T: Tangent<D>>(
-    pencil: &Pencil<D, T>,
-    pair: &Eigenpair,
+/// the pencil over `D` from the mode in plain numbers. The squared value is that of the mode, the derivatives are those
+/// of the last quotient. With `timoshenko` it is reduced by shear and rotary inertia. [`Error::SingularEquilibrium`] for
+/// a zero pivot.
+fn frequency<D: Nestable, M: Model, T: Tangent<D>>(
+    state: &VibrationState<'_, D, M, T>,
+    PlaneMode { pair, timoshenko, .. }: &PlaneMode,
 ) -> Result<D, Error> {
+    let pencil = state.pencil;
     let Pencil { tangent, mass, free } = pencil;
     let mut factors = tangent.new_factors();
     let mut x: Vec<D> = pair.vector.iter().map(|x| D::from(*x)).collect();
@@ -335,7 +374,8 @@ fn frequency<D: Nestable, T: Tangent<D>>(
         x.iter_mut().for_each(|x| *x *= scale);
     }
     // Rounding errors of the quotient are larger than those of the modes.
-    Ok((squared - D::from(squared.value()) + pair.squared).sqrt())
+    let slender = (squared - D::from(squared.value()) + pair.squared).sqrt();
+    Ok(if *timoshenko { slender * state.frequency_factor(slender, &x) } else { slender })
 }
 
 /// One step of iterative refinement of the solution `x` of `(K - shift M) x = right`; returns the refined solution if

@@ -3,21 +3,26 @@
 //!
 //! Output: the lowest modes with frequencies, shapes and kinds, and all unstable ones ([`Modes`]); natural
 //! frequencies with derivatives by parameters, about the equilibrium ([`NaturalFrequency`]). A mode is selected by
-//! number and filter ([`ModeName`]). The reductions by shear and rotary inertia of thick rods, which the model
-//! omits, are estimated for a check of fits; they are not applied. Frequencies are angular, in rad/s; tables also
-//! have Hz. These parts are in `modes`, `frequencies`, `name` and `thickness`, in this order. `follower_modes` has
+//! number and filter ([`ModeName`]). Named frequencies are reduced by shear and rotary inertia of thick rods, which the
+//! model omits, where the name requests it; the reductions also serve a check of fits. Frequencies are angular, in
+//! rad/s; tables also have Hz. These parts are in `modes`, `frequencies`, `name`, `timoshenko` and `thickness`.
+//! `critical_load` has the load at which the lowest mode loses its stiffness. `follower_modes` has
 //! frequencies and growth rates under loads without a potential.
 
+mod critical_load;
 mod follower_modes;
 mod frequencies;
 mod modes;
 mod name;
 mod thickness;
+mod timoshenko;
 
+pub use critical_load::CriticalLoad;
 pub use frequencies::NaturalFrequency;
 pub use modes::{LinearizationPoint, Mode, ModeKind, ModePlane, Modes};
 pub use name::{ModeFilter, ModeName};
 pub(crate) use thickness::thickness_effects;
+pub(crate) use timoshenko::{LARGEST_FACTOR, USUAL_RATIO};
 
 #[doc(hidden)]
 #[deprecated(since = "0.2.0", note = "renamed to LinearizationPoint")]

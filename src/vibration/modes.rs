@@ -16,6 +16,7 @@
 
 use crate::code::Code;
 use crate::error::Error;
+use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::Tangent;
 use crate::numerics::total_order;
 use crate::numerics::vector::{dot, sub, unit};
@@ -245,6 +246,21 @@ pub(super) fn spatial_state(
     spatial.placed_still(&(0..planar.nodes()).map(place).collect::<Vec<_>>())
 }
 
+/// The unknowns of a model for a `vector` over those of the pencil of a `plane`: deflections out of the plane become
+/// motions along its normal, other vectors are copied.
+pub(super) fn motion_in_model<M: Model, D: Scalar>(
+    discretized: &Discretized<'_, M>,
+    plane: Option<ModePlane>,
+    vector: &[D],
+) -> Vec<D> {
+    match plane {
+        Some(ModePlane::Out) => {
+            spatial_motion(vector, discretized.model.components(discretized.normal()))
+        }
+        _ => vector.to_vec(),
+    }
+}
+
 /// A mode with its eigenvector in the unknowns of a [`Pencil`].
 #[derive(Clone, Debug)]
 pub(crate) struct Eigenpair {
@@ -420,13 +436,8 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
 
     /// The unknowns of the model for a `vector` over those of the pencil: deflections out of the plane become motions
     /// along its normal, other vectors are copied.
-    pub(super) fn in_model(&self, vector: &[f64]) -> Vec<f64> {
-        match self.plane {
-            Some(ModePlane::Out) => {
-                spatial_motion(vector, self.discretized.model.components(self.discretized.normal()))
-            }
-            _ => vector.to_vec(),
-        }
+    fn in_model(&self, vector: &[f64]) -> Vec<f64> {
+        motion_in_model(self.discretized, self.plane, vector)
     }
 
     /// Kind of a mode from its `rates` of the unknowns and its nodal `shape`. Rigid: without strains, or a spin with

@@ -6,7 +6,8 @@
 //! of the normal are out of the plane of a planar scene, all others in it; modes in space have no plane. Modes are
 //! counted from 1 on in ascending order of frequency; free rigid motions are not counted. `check` rejects a zero or
 //! infinite direction, a plane in space, torsion in the plane, axial modes out of it, and modes out of it without
-//! torsional stiffness or with moments. `words` is the filter as text.
+//! torsional stiffness or with moments. `words` is the filter as text. A name also states whether its frequency is that
+//! of a slender rod, or of Timoshenko's beam.
 
 use crate::error::Error;
 use crate::numerics::vector::dot;
@@ -32,13 +33,47 @@ pub struct ModeName {
     pub number: usize,
     /// The modes that are counted.
     pub among: ModeFilter,
+    /// Whether the frequency of a bending mode includes shear deformation and rotary inertia.
+    pub timoshenko: bool,
+}
+
+impl ModeName {
+    /// The mode with this number, from 1 on, among those of a filter: of a slender rod, without shear deformation and
+    /// rotary inertia.
+    pub fn new(number: usize, among: ModeFilter) -> Self {
+        Self { number, among, timoshenko: false }
+    }
+
+    /// Rejects modes that the problem cannot have; `key` names the table in messages. See [`ModeFilter::check`]. With
+    /// `timoshenko` these are also torsion and axial modes, and scenes without Poisson's ratio or shear modulus.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] with the key, the value and the allowed values.
+    pub(crate) fn check(&self, problem: &Problem, key: &str) -> Result<(), Error> {
+        self.among.check(problem, key)?;
+        if !self.timoshenko {
+            return Ok(());
+        }
+        let key = format!("{key}.timoshenko");
+        if let Some(kind @ (ModeKind::Torsion | ModeKind::Axial)) = self.among.kind {
+            let found = format!("true, with kind = \"{}\"", kind.name());
+            return Err(Error::invalid(key, found, "bending modes"));
+        }
+        let material = &problem.scene().material;
+        if material.poisson_ratio.is_none() && material.shear_modulus.is_none() {
+            let found = "true, in a scene without Poisson's ratio";
+            let allowed = "poisson_ratio or shear_modulus in [material], on which shear depends";
+            return Err(Error::invalid(key, found, allowed));
+        }
+        Ok(())
+    }
 }
 
 impl From<usize> for ModeName {
     /// The mode with this number, from 1 on, among those of the default filter: in a planar scene the modes in its
     /// plane, in a spatial one all.
     fn from(number: usize) -> Self {
-        Self { number, among: ModeFilter::default() }
+        Self::new(number, ModeFilter::default())
     }
 }
 

@@ -195,6 +195,49 @@ fn derivatives_of_frequencies_equal_differences() {
     }
 }
 
+/// A tapered bar that sags, with frequencies of thick rods in its plane, out of it and in space.
+#[test]
+fn derivatives_of_thick_frequencies_equal_differences() {
+    let mut scene = sagging();
+    let length = 0.1;
+    scene.rod.shape = Shape::Straight { length, direction: [1.0, 0.0, 0.0] };
+    scene.rod.section = Section::Rectangle { width: 0.02, height: 0.012, up: [0.0, 1.0, 0.0] };
+    scene.material.poisson_ratio = Some(0.3);
+    let parameters = [
+        Parameter::YoungsModulus,
+        Parameter::PoissonRatio,
+        Parameter::Density,
+        Parameter::Height,
+        Parameter::Width,
+        "rod.shape.length".parse().unwrap(),
+    ];
+    for dimension in [Dimension::Planar, Dimension::Spatial] {
+        scene.rod.dimension = dimension;
+        let problem = scene.problem().unwrap();
+        let planes = match dimension {
+            Dimension::Spatial => vec![None],
+            _ => vec![Some(ModePlane::In), Some(ModePlane::Out)],
+        };
+        for plane in planes {
+            let among = ModeFilter { plane, kind: Some(ModeKind::Bending), direction: None };
+            let names = [1, 2].map(|number| ModeName { number, among, timoshenko: true });
+            let found = problem.natural_frequencies(&names, &parameters).unwrap();
+            let plain = |problem: &Problem| -> Vec<f64> {
+                let found = problem.natural_frequencies(&names, &[]).unwrap();
+                found.iter().map(|f| f.frequency_rad_s).collect()
+            };
+            for (k, parameter) in parameters.iter().enumerate() {
+                let expected = difference(&problem, *parameter, step(&problem, *parameter), plain);
+                let scale = parameter.of(&scene).unwrap();
+                for (f, expected) in found.iter().zip(expected) {
+                    let off = (f.derivatives[k] - expected).abs() * scale / f.frequency_rad_s;
+                    assert!(off < 1e-7, "{plane:?}, {parameter}: {f:?} {expected} off {off:.1e}");
+                }
+            }
+        }
+    }
+}
+
 /// Second derivatives of frequencies in hyper-dual numbers against differences of the first.
 #[test]
 fn second_derivatives_of_frequencies_equal_differences() {
@@ -283,7 +326,7 @@ fn frequency_derivatives_of_a_free_bar_follow_power_laws() {
             false => ModeFilter { plane: Some(ModePlane::Out), ..of(ModeKind::Bending) },
         };
         let names = [of(ModeKind::Bending), edge, of(ModeKind::Torsion), of(ModeKind::Axial)];
-        let names = names.map(|among| ModeName { number: 1, among });
+        let names = names.map(|among| ModeName::new(1, among));
         let natural_frequencies = problem
             .natural_frequencies(
                 &names,
@@ -327,7 +370,7 @@ fn modes_of_impossible_kinds_are_rejected() {
     let [torsion, axial] = [ModeKind::Torsion, ModeKind::Axial].map(Some);
     let refused = |problem: &Problem, plane, kind, direction, key: &str| {
         let among = ModeFilter { plane, kind, direction };
-        let found = problem.natural_frequencies(&[ModeName { number: 1, among }], &[]);
+        let found = problem.natural_frequencies(&[ModeName::new(1, among)], &[]);
         assert!(matches!(&found, Err(Error::Invalid { key: k, .. }) if k == key), "{found:?}");
     };
     refused(&problem, outside, None, None, "modes");

@@ -14,6 +14,7 @@ mod field;
 mod formats;
 mod helix;
 mod layout;
+mod load_deflection;
 mod markers;
 mod minima;
 mod nist;

@@ -28,23 +28,24 @@ const REPEATED_TYPES: &[(&str, &str)] = &[
 const MODULES: &str = "
 acceleration accuracy actuation actuators adapter adequacy adjoint adjoint_gradient aim along analysis ar1
 arrays assembly assessment attach attachment autocorrelation averaging axes banded basis bench bend_twist bias
-bisection blocks blueprint bodies bootstrap bordered boundary branch_relaxation break_points budget
-by_unknowns cable camera campaign candidate_designs card carrying changes chart check checkpoints
-cluster_jackknife coarse code coefficients collect columns combinations combined command comparison compute
-constant_axes contact contributions convergence conversion coordinate_series correlation covariance coverage_factor
-csv csv_table curved_joints damping data data_precheck dataset dead_load dead_moment definition descent design
-determined_groups difference director_axes discrepancy discrete discretization displacement_driven display
-drag drag_forces drawing duplicates dynamics edge_contact edge_coordinates edge_tie edges effects elimination energy
-energy_balance entries envelope envelope_lu equilibrium equilibrium_derivatives error errors estimate
-estimate_table experiment experiment_estimates explain export extend extra extrapolation fault faults field
-figure file film find_equilibrium findings finite_difference fit fit_name fit_pattern fit_run fit_statistics
-fit_summary fitted follower_load follower_loads follower_modes foot_point force_rates forces form
-former_results forward_derivatives frame frame_products frames free_run frequencies frequencies_form gauge
-gauss_newton generate geometry grade grid hash held_nodes hermite hessian hints history html hyperelastic
-hyperelastic_stretch identifiability inertia init initial initial_sigmas input input_changes input_directions
-input_errors input_sensitivities inspect inspection inspection_summary job_script joined_rods joint joint_law
-journal known lanczos lanes largest_step law layout ldlt levenberg_marquardt limit limits line_loads
-linearization linearized links lists loads local_analysis local_minima loss lowest_eigenvalues lu marker
+bisection blocks blueprint bodies bootstrap bordered boundary branch_relaxation break_points buckling
+buckling_form budget by_unknowns cable camera campaign candidate_designs card carrying changes chart check
+checkpoints cluster_jackknife coarse code coefficients collect columns combinations combined command
+comparison compute constant_axes contact contributions convergence conversion coordinate_series correlation
+covariance coverage_factor critical_load csv csv_table curved_joints damping data data_precheck dataset
+dead_load dead_moment definition descent design determined_groups difference director_axes discrepancy
+discrete discretization displacement_driven display drag drag_forces drawing duplicates dynamics edge_contact
+edge_coordinates edge_tie edges effects elimination energy energy_balance entries envelope envelope_lu
+equilibrium equilibrium_derivatives error errors estimate estimate_table experiment experiment_estimates
+explain export extend extra extrapolation fault faults field figure file film find_equilibrium findings
+finite_difference fit fit_name fit_pattern fit_run fit_statistics fit_summary fitted follower_load
+follower_loads follower_modes foot_point force_rates forces form former_results forward_derivatives frame
+frame_products frames free_run frequencies frequencies_form gauge gauss_newton generate geometry grade grid
+hash held_nodes hermite hessian hints history html hyperelastic hyperelastic_stretch identifiability inertia
+init initial initial_sigmas input input_changes input_directions input_errors input_sensitivities inspect
+inspection inspection_summary job_script joined_rods joint joint_law journal known lanczos lanes largest_step
+law layout ldlt levenberg_marquardt limit limits line_loads linearization linearized links lists
+load_deflection load_deflection_form loads local_analysis local_minima loss lowest_eigenvalues lu marker
 marker_place mass material maxwell measured_run measurement measures member mesh minimum minimum_comparison
 misfit missing_keys mode_numbers model model_with_setup modes moments momentum motion motion_rate moving
 mujoco name natural_turn nearest neighbors neutral_equilibrium newton nodal noise noise_scale nonlinear
@@ -69,8 +70,8 @@ structure_catalog structure_effects structure_experiment structure_file structur
 structure_motion structure_places structure_point structure_problem structure_recording structure_run
 structure_shape structure_support study style substitution summaries summary support supports sweep sweeps
 synthetic_data table tangent taper target tendon tensions term_bound terminal tested_effects tests text_cell
-thickness tie time timed_forces timed_loads tolerance track trajectory transposed trial tributary trigonometry
-tuning uncertainty undetected_bias unknown unstable_state usable_rows usd validate validation
+thickness tie time timed_forces timed_loads timoshenko tolerance track trajectory transposed trial tributary
+trigonometry tuning uncertainty undetected_bias unknown unstable_state usable_rows usd validate validation
 validation_errors vector vibration viscosity vtk warning_list warnings weighted_search work workspace writer
 zero_bound
 ";

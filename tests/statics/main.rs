@@ -4,6 +4,7 @@
 mod common;
 
 mod bifurcations;
+mod critical_loads;
 mod equilibrium;
 mod flutter;
 mod growth;
@@ -14,3 +15,4 @@ mod prescribed_motion;
 mod soft_clamps;
 mod stability;
 mod tapered;
+mod thick_bars;

@@ -46,6 +46,8 @@ pub enum Abscissa {
     Mode,
     /// The number of a reading, from 1 on.
     Reading,
+    /// Load, N or N m.
+    Load,
 }
 
 /// The values of one coordinate of a measurement, by index and abscissa, in the order of the residuals.

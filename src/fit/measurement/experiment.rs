@@ -84,10 +84,15 @@ impl Experiment {
         self.records().count() < self.measurements.len()
     }
 
-    /// The highest number of a mode whose frequency was measured; 0 without any.
+    /// The highest number of a mode whose frequency or critical load was measured; 0 without any.
     pub(crate) fn highest_mode(&self) -> usize {
-        let modes = self.measurements.iter().flat_map(|m| m.requirements().modes);
-        modes.map(|mode| mode.number).max().unwrap_or(0)
+        let highest = self.measurements.iter().filter_map(|m| {
+            let required = m.requirements();
+            // A rod buckles in its lowest mode.
+            let lowest = (!required.buckling_cases.is_empty()).then_some(1);
+            required.modes.iter().map(|mode| mode.number).chain(lowest).max()
+        });
+        highest.max().unwrap_or(0)
     }
 
     /// The time of the latest sample of the recorded motions and of gauges over time, s; zero without any.
@@ -104,9 +109,12 @@ impl Experiment {
         Ok(steps * self.problem.segments() as f64 + self.rest_work())
     }
 
-    /// Work of the static solutions, [`STEPS_OF_REST`] times segments; zero without a measurement at rest.
+    /// Work of the static solutions, [`STEPS_OF_REST`] times segments each; zero without a measurement at rest.
     pub(crate) fn rest_work(&self) -> f64 {
-        if self.rests() { STEPS_OF_REST * self.problem.segments() as f64 } else { 0.0 }
+        // Every load of a curve has an equilibrium of its own.
+        let cases = self.measurements.iter().map(|m| m.requirements().load_cases.len());
+        let equilibria = cases.sum::<usize>().max(usize::from(self.rests()));
+        STEPS_OF_REST * (equilibria * self.problem.segments()) as f64
     }
 
     /// The simulation by whose accuracy the mesh is chosen: the motion if any is measured, else the modes up to the highest

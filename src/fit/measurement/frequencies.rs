@@ -36,6 +36,9 @@ pub struct ModeFrequencies {
     pub values: Vec<Frequency>,
     /// The modes among which the numbers count; default: those in the plane of a planar scene, all of a spatial one.
     pub among: ModeFilter,
+    /// Whether the frequencies of bending modes include shear deformation and rotary inertia; default: those of a slender
+    /// rod.
+    pub timoshenko: bool,
 }
 
 /// Measured natural frequencies, rad/s, with their header.
@@ -47,7 +50,7 @@ impl Frequencies {
     pub fn new(rad_s: &[f64], sigma: f64) -> Self {
         let number = |(k, rad_s): (usize, &f64)| Frequency { mode: k + 1, rad_s: *rad_s };
         let values = rad_s.iter().enumerate().map(number).collect();
-        let data = ModeFrequencies { values, among: ModeFilter::default() };
+        let data = ModeFrequencies { values, among: ModeFilter::default(), timoshenko: false };
         Self { header: Header::with_sigma("rad/s", sigma), data }
     }
 
@@ -92,6 +95,13 @@ impl Frequencies {
         self
     }
 
+    /// The frequencies of bending modes as those of Timoshenko's beam, with shear deformation and rotary inertia. The scene
+    /// has Poisson's ratio or a shear modulus.
+    pub fn timoshenko(mut self) -> Self {
+        self.timoshenko = true;
+        self
+    }
+
     /// The frequencies with mode numbers that count only the modes with most of their motion along a direction in world axes,
     /// besides other filters that are set.
     pub fn along(mut self, direction: [f64; 3]) -> Self {
@@ -103,7 +113,8 @@ impl Frequencies {
 impl ModeFrequencies {
     /// The name of the mode of every frequency, in their order: number and filter.
     pub(crate) fn names(&self) -> impl Iterator<Item = ModeName> {
-        self.values.iter().map(|value| ModeName { number: value.mode, among: self.among })
+        let Self { among, timoshenko, .. } = *self;
+        self.values.iter().map(move |f| ModeName { number: f.mode, among, timoshenko })
     }
 }
 
@@ -155,7 +166,8 @@ impl DataKind for ModeFrequencies {
         // Filters are defined for the modes of one rod. Those of a structure are all in its plane.
         match problem.scene().structure {
             Some(_) => check_names(&self.names().collect::<Vec<_>>(), key)?,
-            None => self.among.check(problem, key)?,
+            None => ModeName { number: 1, among: self.among, timoshenko: self.timoshenko }
+                .check(problem, key)?,
         }
         for (k, value) in self.values.iter().enumerate() {
             let is_valid = value.rad_s.is_finite() && value.rad_s > 0.0;

@@ -1,15 +1,16 @@
-//! Measurements of a rod: its motion, its shape at rest, its natural frequencies, forces and moments of its supports, and
-//! user-defined quantities.
+//! Measurements of a rod: its motion, its shape at rest, its natural frequencies, forces and moments of its supports,
+//! load-deflection curves, critical loads, and user-defined quantities.
 //!
 //! [`Measurement`] is a data set of any of these kinds ([`MeasuredData`]) with its header (noise, loss, source). Each
-//! kind has its file here: `motion`, `shape`, `frequencies`, `gauge` (with `quantity`), `sensor` (with
-//! `sensor_table`). `dataset` has the header and
+//! kind has its file here: `motion`, `shape`, `frequencies`, `load_deflection`, `buckling`, `gauge` (with `quantity`), `sensor`
+//! (with `sensor_table`). `dataset` has the header and
 //! the interface of the kinds, `loss` the robust losses, `simulated` the outputs of a simulation with which they are
 //! compared. Others concern their preparation: `experiment` groups measurements with a scene, `inspection` and
 //! `inspection_summary` examine marker files, `constant_axes` and `repeated_frames` detect faulty data. Every kind
 //! provides the differences simulated less measured value (`DataKind::differences`), of which `fit::misfit` makes
 //! residuals.
 
+pub(crate) mod buckling;
 pub(crate) mod constant_axes;
 pub(crate) mod dataset;
 pub(crate) mod experiment;
@@ -17,6 +18,7 @@ pub(crate) mod frequencies;
 pub(crate) mod gauge;
 pub(crate) mod inspection;
 mod inspection_summary;
+pub(crate) mod load_deflection;
 pub(crate) mod loss;
 pub(crate) mod motion;
 pub(crate) mod quantity;
@@ -27,9 +29,11 @@ pub(crate) mod shape;
 pub(crate) mod simulated;
 
 use crate::error::Error;
+use crate::fit::measurement::buckling::BucklingLoad;
 use crate::fit::measurement::dataset::{DataKind, DataUnit, Dataset};
 use crate::fit::measurement::frequencies::ModeFrequencies;
 use crate::fit::measurement::gauge::GaugeReadings;
+use crate::fit::measurement::load_deflection::LoadCurve;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Observation, PointMotion};
 use crate::fit::measurement::quantity::GaugeScalar;
@@ -103,6 +107,10 @@ kinds! {
     GaugeReadings,
     /// Components of the reaction of a support, N or N m.
     SensorReadings,
+    /// Displacements of a point at rest under several values of a load, m.
+    LoadCurve,
+    /// Critical value of a load, N or N m.
+    BucklingLoad,
 }
 
 /// Measured values of any kind with their header, as a fit handles them.
@@ -159,6 +167,16 @@ impl Measurement {
     /// The natural frequencies; `None` if the measurement is of another kind.
     pub(crate) fn frequencies(&self) -> Option<&ModeFrequencies> {
         if let MeasuredData::ModeFrequencies(own) = &self.data { Some(own) } else { None }
+    }
+
+    /// The load-deflection curve; `None` if the measurement is of another kind.
+    pub(crate) fn load_curve(&self) -> Option<&LoadCurve> {
+        if let MeasuredData::LoadCurve(curve) = &self.data { Some(curve) } else { None }
+    }
+
+    /// The measured critical load; `None` if the measurement is of another kind.
+    pub(crate) fn buckling(&self) -> Option<&BucklingLoad> {
+        if let MeasuredData::BucklingLoad(own) = &self.data { Some(own) } else { None }
     }
 
     /// Name of the marker in the recording that prescribes the ends; `None` of other measurements.

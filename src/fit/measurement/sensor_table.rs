@@ -16,9 +16,9 @@ use marker_files::{ColumnRules, Dropped};
 use std::path::Path;
 
 /// Units of force with their sizes in N.
-const FORCES: [(&str, f64); 3] = [("N", 1.0), ("mN", 1e-3), ("kN", 1e3)];
+pub(crate) const FORCES: [(&str, f64); 3] = [("N", 1.0), ("mN", 1e-3), ("kN", 1e3)];
 /// Units of moment with their sizes in N m.
-const MOMENTS: [(&str, f64); 8] = [
+pub(crate) const MOMENTS: [(&str, f64); 8] = [
     ("N m", 1.0),
     ("Nm", 1.0),
     ("N*m", 1.0),

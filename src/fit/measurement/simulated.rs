@@ -3,16 +3,36 @@
 //! [`Requirements`] lists the outputs that the measurements of an experiment require, so that a simulation computes no others.
 //! These are points in motion and at rest (of a rod or a structure), reactions of supports, modes, and the last times, s, on the clocks of the camera
 //! and the motion. [`SimulatedOutput`] has the computed ones over a scalar type with derivatives. It has motion and
-//! equilibrium (None if not required), angular frequencies of the required modes, rad/s, camera, scene and mesh. Each kind of
+//! equilibrium (None if not required), angular frequencies of the required modes, rad/s, equilibria of the load cases, camera, scene and mesh. Each kind of
 //! data subtracts its values from these; [`SimulatedOutput::compare`] does so for the observed coordinates of a position, m.
 
 use crate::dynamics::record::RecordView;
 use crate::fit::misfit::camera::View;
 use crate::numerics::scalar::Scalar;
 use crate::scene::mesh::Mesh;
-use crate::scene::{Point, Scene, StructurePoint};
+use crate::scene::{Parameter, Point, Scene, StructurePoint};
 use crate::structure::StructureNodes;
 use crate::vibration::ModeName;
+
+/// An equilibrium of the rod under another value of one of its loads.
+#[derive(Clone, Copy, Debug)]
+pub struct LoadCase {
+    /// The number of the scene that takes the value.
+    pub load: Parameter,
+    /// The value, in the unit of the number.
+    pub value: f64,
+    /// The point whose position is measured.
+    pub point: Point,
+}
+
+/// A load at whose critical value the rod buckles.
+#[derive(Clone, Copy, Debug)]
+pub struct BucklingCase {
+    /// The number of the scene that takes the value.
+    pub load: Parameter,
+    /// The measured critical value, whose sign the simulated one has.
+    pub expected: f64,
+}
 
 /// Outputs of a simulation that measurements require, collected over all measurements of an experiment.
 #[derive(Debug, Default)]
@@ -35,6 +55,10 @@ pub struct Requirements {
     pub whole_rest: bool,
     /// Modes with a measured frequency.
     pub modes: Vec<ModeName>,
+    /// Equilibria under values of a load, those of each measurement in the order in which they follow each other.
+    pub load_cases: Vec<LoadCase>,
+    /// Loads with a measured critical value.
+    pub buckling_cases: Vec<BucklingCase>,
     /// Time of the last sample on the clock of the camera, s.
     pub last_recorded: f64,
     /// Time of the last sample on the clock of the motion, s.
@@ -63,6 +87,10 @@ pub struct SimulatedOutput<'a, D> {
     pub(crate) resting: Option<RecordView<'a, D>>,
     /// Angular frequencies of the required modes, rad/s; in the comparison of one measurement those of its modes.
     pub(crate) frequencies: &'a [D],
+    /// The equilibria of the required load cases; in the comparison of one measurement those of its cases.
+    pub(crate) load_cases: &'a [RecordView<'a, D>],
+    /// The critical loads of the required cases; in the comparison of one measurement its own.
+    pub(crate) critical_loads: &'a [D],
     /// The camera.
     pub(crate) view: &'a View<D>,
     pub(crate) scene: &'a Scene<D>,

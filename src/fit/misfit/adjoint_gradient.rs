@@ -98,6 +98,8 @@ impl ObservedExperiment {
                     moving: Some(record.along(None)),
                     resting: None,
                     frequencies: &[],
+                    load_cases: &[],
+                    critical_loads: &[],
                     view: &View::new(&problem, seed),
                     scene: &scene,
                     mesh: &scene.made_mesh(),

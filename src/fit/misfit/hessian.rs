@@ -75,12 +75,17 @@ impl Residuals {
             self.unknowns()[u].value(HyperDual64::new(x[u], along(i), along(j), 0.0))
         };
         // The plain run determines the steps, halved ones included: the run over hyper-dual numbers repeats them.
-        let ExperimentRun { problem, moving, resting, structure } = run;
+        let ExperimentRun { problem, moving, resting, load_cases, structure } = run;
         if let Some(structure) = structure {
             return self.second_derivative_of_structure(experiment, run, structure, weights, seed);
         }
+        if experiment.has_critical_loads() {
+            return Err(Error::Fit("critical loads have no second derivatives".into()));
+        }
         let over = |plain: &Option<Trajectory>| plain.as_ref().map(|t| t.over(seed)).transpose();
         let (moving, resting) = (over(moving)?, over(resting)?);
+        let load_cases: Vec<Trajectory<HyperDual64>> =
+            load_cases.iter().map(|own| own.over(seed)).collect::<Result<_, Error>>()?;
         // Frequencies have no recorded base: they are solved anew over hyper-dual numbers.
         let frequencies = match experiment.modes() {
             [] => Vec::new(),
@@ -91,6 +96,8 @@ impl Residuals {
             moving: moving.as_ref().map(|motion| motion.record().read()),
             resting: resting.as_ref().map(|rest| rest.record().read()),
             frequencies: &frequencies,
+            load_cases: &load_cases.iter().map(|own| own.record().read()).collect::<Vec<_>>(),
+            critical_loads: &[],
             view: &View::new(problem, seed),
             scene: &scene,
             mesh: &scene.made_mesh(),
@@ -122,6 +129,8 @@ impl Residuals {
             moving: moving.as_ref().map(Record::read),
             resting: resting.as_ref().map(Record::read),
             frequencies: &[],
+            load_cases: &[],
+            critical_loads: &[],
             view: &View::new(&run.problem, &seed),
             scene: &scene,
             mesh: &scene.made_mesh(),

@@ -15,7 +15,7 @@ use crate::fit::measurement::MeasuredData;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::quantity::GaugeScalar;
-use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
+use crate::fit::measurement::simulated::{LoadCase, Requirements, SimulatedOutput};
 use crate::fit::misfit::camera::View;
 use crate::fit::structure::structure_frequencies::structure_frequencies;
 use crate::fit::structure::structure_problem::structure_of;
@@ -23,7 +23,7 @@ use crate::fit::unknown::{ParameterPoint, Unknown};
 use crate::problem::Problem;
 use crate::scene::{Parameter, Point};
 use crate::structure::Structure;
-use crate::vibration::{ModeName, NaturalFrequency};
+use crate::vibration::{CriticalLoad, ModeName, NaturalFrequency};
 use num_dual::Dual64;
 use std::collections::BTreeSet;
 
@@ -60,6 +60,8 @@ pub(crate) struct ExperimentRun {
     pub moving: Option<Trajectory>,
     /// The equilibrium; none if no measurement needs it.
     pub resting: Option<Trajectory>,
+    /// The equilibria of the required load cases.
+    pub load_cases: Vec<Trajectory>,
     /// The structure of the problem; none of one rod.
     pub structure: Option<Structure>,
 }
@@ -208,7 +210,48 @@ impl ObservedExperiment {
             }
         };
         let resting = resting.map(at_rest).transpose()?;
-        Ok(ExperimentRun { problem, moving, resting, structure: None })
+        let load_cases = self.load_case_equilibria(&problem, &parameters)?;
+        Ok(ExperimentRun { problem, moving, resting, load_cases, structure: None })
+    }
+
+    /// Whether a critical load was measured.
+    pub(super) fn has_critical_loads(&self) -> bool {
+        !self.required.buckling_cases.is_empty()
+    }
+
+    /// The critical loads of the required cases, in their order, with derivatives by `parameters`.
+    fn critical_loads(
+        &self,
+        problem: &Problem,
+        parameters: &[Parameter],
+    ) -> Result<Vec<CriticalLoad>, Error> {
+        let cases = self.required.buckling_cases.iter();
+        cases.map(|case| problem.critical_load(case.load, case.expected, parameters)).collect()
+    }
+
+    /// The equilibria of the required load cases, in their order, with derivatives by `parameters`. Those of one measurement
+    /// follow each other. The derivative by their load is that of a common factor.
+    fn load_case_equilibria(
+        &self,
+        problem: &Problem,
+        parameters: &[Parameter],
+    ) -> Result<Vec<Trajectory>, Error> {
+        let mut equilibria = Vec::with_capacity(self.required.load_cases.len());
+        for series in &self.series {
+            let cases = series.data.requirements().load_cases;
+            let Some(LoadCase { point, .. }) = cases.first() else { continue };
+            let tracked: Vec<usize> = problem.nodes_around(*point)?.collect();
+            let under_load = |case: &LoadCase| problem.with_fixed_layout([(case.load, case.value)]);
+            let problems = cases.iter().map(under_load).collect::<Result<Vec<_>, Error>>()?;
+            let mut own = Trajectory::load_path(&problems, &tracked, parameters)?;
+            // The loads of a curve are proportional to the number in the scene: an error of it scales all of them.
+            for (equilibrium, LoadCase { load, value, .. }) in own.iter_mut().zip(&cases) {
+                let of_scene = load.of(problem.scene()).filter(|own| *own != 0.0);
+                equilibrium.scale_derivatives(*load, of_scene.map_or(0.0, |own| value / own));
+            }
+            equilibria.extend(own);
+        }
+        Ok(equilibria)
     }
 
     /// The plain residuals `(simulated - measured)/sigma` of a `run` at the point, in the order of measurements and values.
@@ -230,11 +273,14 @@ impl ObservedExperiment {
             },
         };
         let frequencies: Vec<f64> = natural_frequencies.iter().map(|t| t.frequency_rad_s).collect();
+        let critical_loads = self.critical_loads(&run.problem, &parameters)?;
         let structure = run.structure.as_ref().map(Structure::nodes);
         let simulated = SimulatedOutput {
             moving: run.moving.as_ref().map(|motion| motion.record().read()),
             resting: run.resting.as_ref().map(|rest| rest.record().read()),
             frequencies: &frequencies,
+            load_cases: &run.load_cases.iter().map(|own| own.record().read()).collect::<Vec<_>>(),
+            critical_loads: &critical_loads.iter().map(|own| own.value).collect::<Vec<_>>(),
             view: &View::new(&run.problem, |_, value| value),
             scene: run.problem.scene(),
             mesh: &run.problem.scene().made_mesh(),
@@ -259,6 +305,9 @@ impl ObservedExperiment {
                 .iter()
                 .map(|t| Dual64::new(t.frequency_rad_s, rate(t)))
                 .collect();
+            let slope_of = |own: &CriticalLoad| track.map_or(0.0, |track| own.derivatives[track]);
+            let critical_loads: Vec<Dual64> =
+                critical_loads.iter().map(|own| Dual64::new(own.value, slope_of(own))).collect();
             let scene = run.problem.scene().over_parameters(seed);
             let of_path = |path: &str, value, _| seed(Parameter::at(path), value);
             let structure = match &run.structure {
@@ -269,6 +318,12 @@ impl ObservedExperiment {
                 moving: run.moving.as_ref().map(|motion| motion.record().along(track)),
                 resting: run.resting.as_ref().map(|rest| rest.record().along(track)),
                 frequencies: &frequencies,
+                load_cases: &run
+                    .load_cases
+                    .iter()
+                    .map(|own| own.record().along(track))
+                    .collect::<Vec<_>>(),
+                critical_loads: &critical_loads,
                 view: &View::new(&run.problem, seed),
                 scene: &scene,
                 mesh: &scene.made_mesh(),
@@ -292,12 +347,21 @@ impl ObservedExperiment {
         simulated: &SimulatedOutput<D>,
         mut each: impl FnMut(D, Loss),
     ) -> Result<(), Error> {
-        let mut frequencies = simulated.frequencies;
+        let SimulatedOutput { mut frequencies, mut load_cases, mut critical_loads, .. } =
+            *simulated;
         for ObservedSeries { data, weights, loss } in &self.series {
-            // Frequencies of all measurements are solved together: each measurement takes its own.
-            let (own, others) = frequencies.split_at(data.requirements().modes.len());
-            frequencies = others;
-            let simulated = SimulatedOutput { frequencies: own, ..*simulated };
+            // Frequencies, load cases and critical loads of all measurements are solved together: each takes its own.
+            let required = data.requirements();
+            let own = frequencies.split_off(..required.modes.len()).unwrap_or_default();
+            let own_cases = load_cases.split_off(..required.load_cases.len()).unwrap_or_default();
+            let own_loads =
+                critical_loads.split_off(..required.buckling_cases.len()).unwrap_or_default();
+            let simulated = SimulatedOutput {
+                frequencies: own,
+                load_cases: own_cases,
+                critical_loads: own_loads,
+                ..*simulated
+            };
             let mut weights = weights.iter().copied();
             data.differences(&simulated, &mut |difference| {
                 if let Some(weight) = weights.next() {

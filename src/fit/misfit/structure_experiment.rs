@@ -67,7 +67,9 @@ impl ObservedExperiment {
             let tracked = nodes_of(&structure, &self.required.resting_places)?;
             resting = Some(equilibrium(&problem, &structure, &tracked, parameters)?);
         }
-        Ok(ExperimentRun { problem, structure: Some(structure), moving, resting })
+        // Structures have no load-deflection curves.
+        let load_cases = Vec::new();
+        Ok(ExperimentRun { problem, structure: Some(structure), moving, resting, load_cases })
     }
 }
 

@@ -40,9 +40,12 @@ pub(crate) fn structure_frequencies(
     Ok(frequencies)
 }
 
-/// Rejects filters of modes: those of a structure are all in its plane.
+/// Rejects filters of modes, which are all in the plane of a structure, and the correction for thick rods.
 pub(crate) fn check_names(modes: &[ModeName], key: &str) -> Result<(), Error> {
     let is_plain = modes.iter().all(|mode| mode.among == ModeFilter::default());
     let allowed = "no such keys for a structure, whose modes are all in its plane";
-    ensure(is_plain, key, "plane, kind or direction", allowed)
+    ensure(is_plain, key, "plane, kind or direction", allowed)?;
+    let is_slender = modes.iter().all(|mode| !mode.timoshenko);
+    let allowed = "no such key for a structure, whose rods are slender";
+    ensure(is_slender, format!("{key}.timoshenko"), "true", allowed)
 }

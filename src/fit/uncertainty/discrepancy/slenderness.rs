@@ -1,7 +1,7 @@
 //! Bias of the estimates by shear deformation and rotary inertia, which the model leaves out: whether the rod is
 //! slender enough.
 //!
-//! Both make a real rod softer than the model (Timoshenko). To first order in `I/(A L^2)` the squared frequency of a
+//! Both make a real rod softer than the model (Timoshenko). The squared frequency of a
 //! mode is lower by the [thickness effects](thickness_effects). A rod at rest deflects more by its [shear
 //! deflections](Problem::shear_deflections). A motion is taken for one in the first bending mode, which then has a
 //! Young's modulus lower by the same fraction. By these changes of the simulated values the parameters would move by
@@ -10,6 +10,7 @@
 //! the largest is above [`LOWERS_THE_GRADE`] it is a warning that lowers the grade. It names up to [`NAMED`]
 //! estimates, the largest bias first. If the response to the modulus of a motion is unknown, a note has the softening
 //! alone. Softenings below [`SMALLEST_SOFTENING`], those that the residuals exclude, and structures are not reported.
+//! Frequencies that are simulated with both effects have no bias; a warning states where they exceed [`LARGEST_FACTOR`].
 
 use crate::code::Code;
 use crate::error::Error;
@@ -29,7 +30,10 @@ use crate::numerics::total_order;
 use crate::numerics::vector::{add, dot, scale, sub};
 use crate::problem::Problem;
 use crate::scene::{Parameter, Scene};
-use crate::vibration::{LinearizationPoint, ModeFilter, ModeKind, ModeName, thickness_effects};
+use crate::vibration::{
+    LARGEST_FACTOR, LinearizationPoint, ModeFilter, ModeKind, ModeName, USUAL_RATIO,
+    thickness_effects,
+};
 use std::cmp::Reverse;
 use std::f64::consts::PI;
 
@@ -47,8 +51,6 @@ const LARGEST_SLOPE: f64 = 1.3;
 const EXCLUDED_AMPLITUDE: f64 = 0.5;
 /// Standard errors by which the amplitude must be below that limit.
 const CERTAIN: f64 = 3.0;
-/// Poisson's ratio assumed for a rod whose scene has none. Larger: a slightly larger shear flexibility.
-const USUAL_RATIO: f64 = 0.3;
 /// Largest number of parameters in a warning.
 const NAMED: usize = 3;
 
@@ -71,12 +73,10 @@ impl ShearFlexibility {
         let implied = material.shear_modulus.map(ratio);
         let possible = implied.filter(|nu| (-1.0..=0.5).contains(nu));
         let nu = material.poisson_ratio.or(possible).unwrap_or(USUAL_RATIO);
-        let flexibility = |modulus_ratio: f64| modulus_ratio / section.shear_coefficient(nu);
+        let isotropic = section.shear_flexibility(nu);
         let stated = material.shear_modulus.filter(|_| possible.is_none());
-        Self {
-            isotropic: flexibility(2.0 * (1.0 + nu)),
-            stated: stated.map(|shear| flexibility(material.youngs_modulus / shear)),
-        }
+        let relative = |shear: f64| material.youngs_modulus / (2.0 * (1.0 + nu) * shear);
+        Self { isotropic, stated: stated.map(|shear| isotropic * relative(shear)) }
     }
 }
 
@@ -88,6 +88,8 @@ struct Softening {
     largest: f64,
     /// The same of motions whose Young's modulus is not identified: no row of the Jacobian has their change.
     without_row: f64,
+    /// Largest factor of a squared frequency by which simulated frequencies are corrected; 1 without a correction.
+    corrected: f64,
 }
 
 /// Bias of an estimate by shear deformation and rotary inertia.
@@ -118,6 +120,16 @@ pub(crate) fn check_slenderness(
     let softening = |ratio: fn(&ShearFlexibility) -> Option<f64>| softening(fitted, ratio).ok()?;
     // The isotropic ratio decides on the finding; a stated shear modulus only adds a second size to the text.
     let Some(isotropic) = softening(|flexibility| Some(flexibility.isotropic)) else { return };
+    if isotropic.corrected > LARGEST_FACTOR {
+        let lower = |factor: f64| percent(1.0 - factor.sqrt().recip());
+        let text = format!(
+            "the rod is too thick for timoshenko = true: shear deformation and rotary inertia lower a frequency by {}, and \
+             up to {} the correction is accurate to 0.3 %. Leave out the highest modes, or measure a longer or thinner rod",
+            lower(isotropic.corrected),
+            lower(LARGEST_FACTOR)
+        );
+        warnings.add(Severity::Validity, Code::ThickRod, text);
+    }
     let isotropic_response = response(&isotropic);
     if isotropic.largest < SMALLEST_SOFTENING
         || is_excluded(&isotropic_response, &optimum.residuals, &local.noise)
@@ -162,10 +174,15 @@ pub(crate) fn check_slenderness(
     };
     let is_large = worst.std_errors.abs() > LOWERS_THE_GRADE;
     let severity = if is_large { Severity::Validity } else { Severity::Note };
+    let is_of_frequencies = |own: &MeasuredResiduals| own.measurement.frequencies().is_some();
+    let remedy = match fitted.measured().all(|own| is_of_frequencies(&own)) {
+        true => "Set timoshenko = true in [[frequencies]], or measure a longer or thinner rod",
+        false => "Measure a longer or thinner rod, or correct the value",
+    };
     let each = named.iter().take(NAMED).map(|(bias, stated)| bias.describe(*stated));
     let text = format!(
         "the rod is too thick for the model: {}. It leaves out shear deformation and rotary inertia, which make the rod \
-         softer by up to {softer}. Measure a longer or thinner rod, or correct the value",
+         softer by up to {softer}. {remedy}",
         each.collect::<Vec<_>>().join(", ")
     );
     warnings.add(severity, Code::ThickRod, text);
@@ -243,8 +260,12 @@ fn softening(
     ratio: fn(&ShearFlexibility) -> Option<f64>,
 ) -> Result<Option<Softening>, Error> {
     let Fitted { search, optimum } = fitted;
-    let mut softening =
-        Softening { change: vec![0.0; optimum.residuals.len()], largest: 0.0, without_row: 0.0 };
+    let mut softening = Softening {
+        change: vec![0.0; optimum.residuals.len()],
+        largest: 0.0,
+        without_row: 0.0,
+        corrected: 1.0,
+    };
     let mut is_defined = false;
     for experiment in search.experiments {
         let problem = fitted.problem(experiment)?;
@@ -258,6 +279,7 @@ fn softening(
         if !may_be_thick(experiment, &problem, largest) {
             continue;
         }
+        let of_scene = flexibility.stated.unwrap_or(flexibility.isotropic);
         // A scene without a value of its own has that of an isotropic material.
         let flexibility = ratio(&flexibility).unwrap_or(flexibility.isotropic);
         // All motions of an experiment share one first mode, which is computed once.
@@ -266,6 +288,13 @@ fn softening(
         for MeasuredResiduals { measurement, sigma, rows, .. } in own {
             let sigmas = measurement.sigmas(sigma).into_iter();
             let reduction = match &measurement.data {
+                // The simulated frequencies include the effects: only their size is of interest.
+                MeasuredData::ModeFrequencies(frequencies) if frequencies.timoshenko => {
+                    let reductions = reductions(&problem, frequencies, of_scene)?;
+                    let factor = reductions.into_iter().fold(0.0, f64::max) + 1.0;
+                    softening.corrected = softening.corrected.max(factor);
+                    0.0
+                }
                 MeasuredData::ModeFrequencies(frequencies) => {
                     let reductions = reductions(&problem, frequencies, flexibility)?;
                     let values = frequencies.values.iter().zip(&reductions).zip(sigmas);
@@ -330,15 +359,15 @@ fn reductions(
 ) -> Result<Vec<f64>, Error> {
     let names: Vec<ModeName> = frequencies.names().collect();
     let effects = thickness_effects(problem, &names, LinearizationPoint::Equilibrium)?;
-    Ok(effects.iter().map(|effect| effect.reduction(flexibility)).collect())
+    Ok(effects.iter().map(|effect| effect.factor(flexibility) - 1.0).collect())
 }
 
 /// Relative reduction of the squared frequency of the first bending mode about the rest shape: without loads that is
 /// proportional to Young's modulus. Error: the mode cannot be computed.
 fn first_mode_reduction(problem: &Problem, flexibility: f64) -> Result<f64, Error> {
     let among = ModeFilter { kind: Some(ModeKind::Bending), ..ModeFilter::default() };
-    let first = [ModeName { number: 1, among }];
-    Ok(thickness_effects(problem, &first, LinearizationPoint::Rest)?[0].reduction(flexibility))
+    let first = [ModeName::new(1, among)];
+    Ok(thickness_effects(problem, &first, LinearizationPoint::Rest)?[0].factor(flexibility) - 1.0)
 }
 
 /// Displacements of the measured points of a rod at rest by its shear deformation.

@@ -1,0 +1,169 @@
+//! Measured load-deflection curves: displacements of a point of a rod at rest under several values of one load.
+//!
+//! Input: the load, a number of the scene (as `loads.point.0.force.y`), its values in the order in which they were applied
+//! (N or N m), and one coordinate of the displacement of a point under each, m, in world axes. Output: [`LoadDeflection`], a
+//! data set whose differences in a fit are simulated less measured displacement. Displacements are relative to the
+//! equilibrium at a load of zero, under the other loads of the scene. Equilibria follow each other: each search begins at
+//! the equilibrium under the load before. The camera has no effect. A load that is no force or moment of the scene or is an
+//! unknown of the fit, structures, values that are not finite, and points that are not on the rod are errors.
+
+use crate::dynamics::record::RecordView;
+use crate::error::{Error, ensure};
+use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
+use crate::fit::measurement::quantity::GaugeScalar;
+use crate::fit::measurement::simulated::{LoadCase, Requirements, SimulatedOutput};
+use crate::fit::structure::structure_problem::refuse_structure;
+use crate::problem::Problem;
+use crate::scene::{Parameter, Point};
+
+/// A displacement under a load.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoadedPoint {
+    /// Value of the load, in its unit in the scene, N or N m.
+    pub load: f64,
+    /// Displacement from the equilibrium without this load, m.
+    pub displacement: f64,
+}
+
+/// Displacements of a point of the rod at rest under several values of one load.
+#[derive(Clone, Debug)]
+pub struct LoadCurve {
+    /// The number of the scene that takes the values of the load.
+    pub load: Parameter,
+    /// The point of the rod.
+    pub point: Point,
+    /// Axis of the displacement in the world, 0 to 2 for x, y and z.
+    pub axis: usize,
+    /// Loads and displacements, in the order in which the loads were applied.
+    pub curve: Vec<LoadedPoint>,
+}
+
+/// A measured load-deflection curve with its header.
+pub type LoadDeflection = Dataset<LoadCurve>;
+
+impl LoadDeflection {
+    /// Displacements of a `point` along an `axis` of the world (0 to 2 for x, y and z) under several values of a `load`, with
+    /// unknown noise and squared loss.
+    ///
+    /// ```
+    /// use rodfit::Point;
+    /// use rodfit::fit::{LoadDeflection, LoadedPoint};
+    /// let load = "loads.point.0.force.y".parse()?;
+    /// let at = |load, displacement| LoadedPoint { load, displacement }; // N, m
+    /// let curve = LoadDeflection::new(load, Point::Tip, 1, vec![at(-0.1, -0.02), at(-0.2, -0.04)]);
+    /// assert_eq!(curve.sigma(1e-4).values(), 2);
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
+    pub fn new(load: Parameter, point: Point, axis: usize, curve: Vec<LoadedPoint>) -> Self {
+        Self {
+            header: Header::in_meters(),
+            data: LoadCurve { load, point, axis: axis.min(2), curve },
+        }
+    }
+}
+
+impl LoadCurve {
+    /// The largest absolute value of the load, with its sign; zero without any.
+    pub(crate) fn largest_load(&self) -> f64 {
+        let loads = self.curve.iter().map(|own| own.load);
+        loads.fold(0.0, |most: f64, load| if load.abs() > most.abs() { load } else { most })
+    }
+}
+
+impl DataKind for LoadCurve {
+    /// Name of the table of a fit file: `load_deflection`.
+    fn table(&self) -> &'static str {
+        "load_deflection"
+    }
+
+    /// The file and the name of the displacement; without a file that of the header.
+    fn label(&self, header: &Header) -> String {
+        let file = header.source.as_ref().map(|path| path.display().to_string());
+        let name = file.unwrap_or_else(|| header.name.clone());
+        format!("{name} {}", ["ux", "uy", "uz"][self.axis]).trim_start().into()
+    }
+
+    /// The abscissa of plots: the load.
+    fn abscissa(&self) -> Abscissa {
+        Abscissa::Load
+    }
+
+    /// The load of every displacement, N or N m.
+    fn abscissas(&self, _problem: &Problem) -> Vec<f64> {
+        self.curve.iter().map(|own| own.load).collect()
+    }
+
+    /// Name of the displacement in reports: `ux`, `uy` or `uz`.
+    fn axis(&self) -> Option<&'static str> {
+        Some(["ux", "uy", "uz"][self.axis])
+    }
+
+    /// The displacements in their order, m.
+    fn scalars(&self) -> Vec<f64> {
+        self.curve.iter().map(|own| own.displacement).collect()
+    }
+
+    /// Mutable references to the displacements, in their order.
+    fn scalars_mut(&mut self) -> Vec<&mut f64> {
+        self.curve.iter_mut().map(|own| &mut own.displacement).collect()
+    }
+
+    /// Root mean square of the displacements, m.
+    fn size(&self, _problem: &Problem) -> f64 {
+        let count = self.curve.len().max(1) as f64;
+        (self.curve.iter().map(|own| own.displacement.powi(2)).sum::<f64>() / count).sqrt()
+    }
+
+    /// Rejects structures, a load that is no force or moment of the scene, a point that is not on the rod, no value, and
+    /// values that are not finite or that the scene does not allow, as a force out of its plane.
+    fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
+        let ValidationContext { problem, key, label, .. } = context;
+        refuse_structure(problem, label, "a load-deflection curve")?;
+        check_load(self.load, problem, key)?;
+        problem
+            .stencil(self.point)
+            .map_err(|error| Error::invalid(format!("{key}.point"), error, "a point of the rod"))?;
+        ensure(!self.curve.is_empty(), *label, "no row", "at least one load")?;
+        let are_finite =
+            self.curve.iter().all(|own| own.load.is_finite() && own.displacement.is_finite());
+        ensure(are_finite, *label, "other values", "finite values")?;
+        problem.with_fixed_layout([(self.load, self.largest_load())]).map(|_| ())
+    }
+
+    /// Adds the equilibria without the load and under each of its values to the required `outputs`.
+    fn require(&self, outputs: &mut Requirements) {
+        let loads = std::iter::once(0.0).chain(self.curve.iter().map(|own| own.load));
+        let case = |value| LoadCase { load: self.load, value, point: self.point };
+        outputs.load_cases.extend(loads.map(case));
+    }
+
+    /// Calls `each` with simulated less measured displacement, m, in the order of the loads; `simulated` has the equilibria of
+    /// this curve. An error for a point that is not on the rod.
+    fn differences<D: GaugeScalar>(
+        &self,
+        simulated: &SimulatedOutput<D>,
+        each: &mut dyn FnMut(D),
+    ) -> Result<(), Error> {
+        let [unloaded, loaded @ ..] = simulated.load_cases else { return Ok(()) };
+        let stencil = self.point.fixed().stencil(simulated.mesh)?;
+        let coordinate = |record: &RecordView<'_, D>| -> Result<D, Error> {
+            Ok(record.position(&stencil, D::from(0.0))?[self.axis])
+        };
+        let start = coordinate(unloaded)?;
+        for (record, own) in loaded.iter().zip(&self.curve) {
+            each(coordinate(record)? - start - own.displacement);
+        }
+        Ok(())
+    }
+}
+
+/// Units of loads with measured values.
+const LOAD_UNITS: [&str; 2] = ["N", "N m"];
+
+/// Rejects a `load` that is no force or moment of the scene. `key` is that of the table of its values.
+pub(crate) fn check_load(load: Parameter, problem: &Problem, key: &str) -> Result<(), Error> {
+    problem.check_parameter(load)?;
+    let is_load = load.path().starts_with("loads.point.") && LOAD_UNITS.contains(&load.unit());
+    let allowed = "a force or moment in loads.point, such as loads.point.0.force.y";
+    ensure(is_load, format!("{key}.load"), load, allowed)
+}

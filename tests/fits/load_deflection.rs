@@ -1,0 +1,251 @@
+//! Load-deflection curves: exact data of the discrete rod, the closed-form elastica, derivatives, coverage, and fit files.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use rodfit::fit::{Buckling, FitFile, FitReport, LoadDeflection, LoadedPoint};
+use rodfit::scene::{Material, PointForce, Scene, Section, Shape};
+use rodfit::{Fit, Parameter, Point, Problem};
+
+use crate::common::fits::same_mesh;
+
+const LENGTH: f64 = 0.5;
+const RADIUS: f64 = 1e-3;
+const MODULUS: f64 = 2e9;
+
+/// A horizontal cantilever without weight, with a force at its tip.
+fn cantilever(segments: Option<usize>) -> Scene {
+    let shape = Shape::Straight { length: LENGTH, direction: [1.0, 0.0, 0.0] };
+    let material = Material::new(1200.0, MODULUS);
+    let mut scene = Scene::new(20, shape, Section::Circle { radius: RADIUS }, material);
+    scene.rod.segments = segments;
+    scene.loads.gravity = [0.0; 3];
+    scene.loads.point = vec![PointForce {
+        node: Point::Tip,
+        force: [0.0, -0.1, 0.0],
+        moment: [0.0; 3],
+        follower: false,
+        signal: None,
+    }];
+    scene
+}
+
+fn bending_stiffness() -> f64 {
+    MODULUS * std::f64::consts::PI * RADIUS.powi(4) / 4.0
+}
+
+fn load() -> Parameter {
+    "loads.point.0.force.y".parse().unwrap()
+}
+
+/// Loads from 0.2 to 3 times `E I/L^2`, downwards.
+fn loads() -> Vec<f64> {
+    let unit = bending_stiffness() / (LENGTH * LENGTH);
+    [0.2, 0.5, 1.0, 1.5, 2.0, 3.0].map(|factor| -factor * unit).to_vec()
+}
+
+/// Displacements of the tip of the discrete rod along the axis.
+fn simulated(problem: &Problem, axis: usize) -> Vec<LoadedPoint> {
+    let tip =
+        |value: f64| problem.with([(load(), value)]).unwrap().equilibrium().unwrap().tip[axis];
+    let start = tip(0.0);
+    loads().into_iter().map(|load| LoadedPoint { load, displacement: tip(load) - start }).collect()
+}
+
+/// The fit of Young's modulus to a curve of the tip along `axis`, on the mesh of the problem.
+fn fitted(problem: &Problem, axis: usize, curve: Vec<LoadedPoint>, sigma: f64) -> FitReport {
+    let start = problem.with([(Parameter::YoungsModulus, 1.4 * MODULUS)]).unwrap();
+    let curve = LoadDeflection::new(load(), Point::Tip, axis, curve).sigma(sigma);
+    let fit = Fit::new(&start).observe(curve).identify(Parameter::YoungsModulus);
+    fit.analyse(same_mesh()).solve().unwrap()
+}
+
+fn modulus(report: &FitReport) -> f64 {
+    report.estimate(Parameter::YoungsModulus).unwrap().value.unwrap()
+}
+
+#[test]
+fn exact_curve_gives_the_modulus_of_the_discrete_rod() {
+    let problem = cantilever(Some(20)).problem().unwrap();
+    for axis in [0, 1] {
+        let report = fitted(&problem, axis, simulated(&problem, axis), 1e-4);
+        let off = modulus(&report) / MODULUS - 1.0;
+        assert!(off.abs() < 1e-6, "axis {axis}: {off:e}");
+        assert_eq!(report.units, ["m"]);
+    }
+}
+
+/// Load `P L^2/(E I)` and deflection over length of the elastica whose tip turns by `angle`: `theta'^2 = 2 P/(E I) (sin(angle)
+/// - sin(theta))`, with `theta = angle (1 - t^2)`, by Simpson's rule.
+fn elastica(angle: f64) -> [f64; 2] {
+    const PARTS: usize = 2000;
+    let (mut length, mut deflection) = (0.0, 0.0);
+    for k in 0..=PARTS {
+        let t = k as f64 / PARTS as f64;
+        let theta = angle * (1.0 - t * t);
+        let piece = match k {
+            0 => 2.0 * (angle / angle.cos()).sqrt(),
+            _ => 2.0 * angle * t / (angle.sin() - theta.sin()).sqrt(),
+        };
+        let weight = if k == 0 || k == PARTS { 1.0 } else { 2.0 + 2.0 * (k % 2) as f64 };
+        length += weight * piece / (3 * PARTS) as f64;
+        deflection += weight * piece * theta.sin() / (3 * PARTS) as f64;
+    }
+    // The length is `integral / sqrt(2 P/(E I))`.
+    [0.5 * length * length, deflection / length]
+}
+
+/// The error of the modulus is that of the mesh: of second order, and below 1e-4 at 200 segments. The curve of a chosen mesh
+/// is within the stated discretization error.
+#[test]
+fn closed_form_elastica_gives_the_modulus_up_to_the_mesh() {
+    let unit = bending_stiffness() / (LENGTH * LENGTH);
+    let curve: Vec<LoadedPoint> = [0.1, 0.3, 0.6, 0.9, 1.2]
+        .map(|angle| {
+            let [load, deflection] = elastica(angle);
+            LoadedPoint { load: -load * unit, displacement: -deflection * LENGTH }
+        })
+        .to_vec();
+    // A small angle is the linear beam, P L^3/(3 E I).
+    let [small, deflection] = elastica(1e-3);
+    assert!((deflection / small - 1.0 / 3.0).abs() < 1e-6);
+    let off = |segments: usize| {
+        let problem = cantilever(Some(segments)).problem().unwrap();
+        modulus(&fitted(&problem, 1, curve.clone(), 1e-4)) / MODULUS - 1.0
+    };
+    let [coarse, middle, fine] = [20, 40, 200].map(off);
+    println!("error of the modulus {coarse:e} {middle:e} {fine:e}");
+    assert!((coarse / middle).abs() > 3.0 || coarse.abs() < 1e-5, "{coarse:e} {middle:e}");
+    assert!(fine.abs() < 1e-4, "{fine:e}");
+    let scene = cantilever(None);
+    let measured = LoadDeflection::new(load(), Point::Tip, 1, curve).sigma(1e-6);
+    let fit = Fit::new(&scene.problem().unwrap()).observe(measured);
+    let report = fit.identify(Parameter::YoungsModulus).solve().unwrap();
+    let off = modulus(&report) / MODULUS - 1.0;
+    assert!(off.abs() < 2e-4, "{off:e}\n{report}");
+}
+
+#[test]
+fn jacobian_equals_differences_of_residuals() {
+    let mut scene = cantilever(Some(20));
+    scene.loads.gravity = [0.0, -2.0, 0.0];
+    scene.rod.shape = Shape::Arc { length: LENGTH, angle: 0.5 };
+    let problem = scene.problem().unwrap();
+    let at = |load: f64, displacement: f64| LoadedPoint { load, displacement };
+    let curve = [-0.005, -0.01, -0.02, 0.01, 0.02].map(|load| at(load, load)).to_vec();
+    for point in [Point::Tip, Point::ArcLength(0.23)] {
+        let curve = LoadDeflection::new(load(), point, 1, curve.clone()).sigma(1e-3);
+        let parameters = [
+            Parameter::YoungsModulus,
+            Parameter::Density,
+            Parameter::Radius,
+            "rod.shape.length".parse().unwrap(),
+        ];
+        let fit = Fit::new(&problem).observe(curve);
+        let fit = parameters.into_iter().fold(fit, |fit, parameter| fit.identify(parameter));
+        let residuals = fit.residuals().unwrap();
+        let x = parameters.map(|p: Parameter| p.of(&scene).unwrap().ln());
+        let rows = residuals.jacobian_at(&x).unwrap();
+        for k in 0..x.len() {
+            let h = 1e-5;
+            let moved = |by: f64| {
+                let mut x = x;
+                x[k] += by;
+                residuals.residuals(&x).unwrap()
+            };
+            let [high, low] = [h, -h].map(moved);
+            for ((row, high), low) in rows.iter().zip(high).zip(low) {
+                let expected = (high - low) / (2.0 * h);
+                let off = (row[k] - expected).abs() / expected.abs().max(1.0);
+                assert!(off < 1e-6, "{}: {} {expected}", parameters[k], row[k]);
+            }
+        }
+    }
+}
+
+/// 95 % of 200 intervals: 190 expected; two standard deviations of the count are 6.
+#[test]
+fn intervals_cover_the_truth_in_95_per_cent_of_fits() {
+    let problem = cantilever(Some(10)).problem().unwrap();
+    let (exact, sigma) = (simulated(&problem, 1), 2e-3);
+    let mut covered = 0;
+    for seed in 0..200 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let noise = Normal::new(0.0, sigma).unwrap();
+        let noisy = exact.iter().map(|own| LoadedPoint {
+            displacement: own.displacement + noise.sample(&mut random),
+            ..*own
+        });
+        let report = fitted(&problem, 1, noisy.collect(), sigma);
+        let estimate = report.estimate(Parameter::YoungsModulus).unwrap();
+        let [low, high] = estimate.interval95.unwrap();
+        covered += usize::from((low..=high).contains(&MODULUS));
+    }
+    println!("{covered} of 200 intervals cover the truth");
+    assert!((184..=196).contains(&covered), "{covered} of 200");
+}
+
+/// Euler's load of a clamped column gives the modulus to 1e-4 at 100 segments, and on a chosen mesh.
+#[test]
+fn critical_load_gives_the_modulus() {
+    let euler = std::f64::consts::PI.powi(2) * bending_stiffness() / (4.0 * LENGTH * LENGTH);
+    let load: Parameter = "loads.point.0.force.x".parse().unwrap();
+    for segments in [Some(100), None] {
+        let mut scene = cantilever(segments);
+        scene.loads.point[0].force = [0.0; 3];
+        scene.material.youngs_modulus = 1.4 * MODULUS;
+        let measured = Buckling::new(load, -euler, 1e-3 * euler);
+        let fit = Fit::new(&scene.problem().unwrap()).observe(measured);
+        let report = fit.identify(Parameter::YoungsModulus).solve().unwrap();
+        let off = modulus(&report) / MODULUS - 1.0;
+        assert!(off.abs() < 1e-4, "{segments:?}: {off:e}\n{report}");
+        let estimate = report.estimate(Parameter::YoungsModulus).unwrap();
+        // The relative standard error is that of the load.
+        let error = estimate.std_error.unwrap() / MODULUS;
+        assert!((error / 1e-3 - 1.0).abs() < 1e-2, "{error}");
+    }
+}
+
+/// The text of a fit file with the scene `scene.toml`.
+fn fit_text(keys: &str, parameters: &str) -> String {
+    format!("scene = \"scene.toml\"\n[[load_deflection]]\n{keys}\n{parameters}")
+}
+
+#[test]
+fn fit_file_reads_units_and_factor_and_rejects_wrong_tables() {
+    let folder = std::env::temp_dir().join("rodfit-load-deflection");
+    std::fs::create_dir_all(&folder).unwrap();
+    let scene = cantilever(Some(20));
+    std::fs::write(folder.join("scene.toml"), scene.to_toml().unwrap()).unwrap();
+    let problem = scene.problem().unwrap();
+    let rows = simulated(&problem, 1).into_iter().map(|LoadedPoint { load, displacement }| {
+        format!("{},{}\n", -1e3 * load, 1e3 * displacement)
+    });
+    let table = format!("load[mN],y[mm]\n{}", rows.collect::<String>());
+    std::fs::write(folder.join("bending.csv"), table).unwrap();
+    let keys = "load = \"loads.point.0.force.y\"\nfile = \"bending.csv\"\nload_factor = -1.0\nsigma = 1e-4\n";
+    let parameter = "[[parameter]]\nname = \"youngs_modulus\"\nstart = 3e9\n";
+    let file = FitFile::from_toml(&fit_text(keys, parameter), &folder).unwrap();
+    let report = file.fit().analyse(same_mesh()).solve().unwrap();
+    assert!((modulus(&report) / MODULUS - 1.0).abs() < 1e-6, "{report}");
+    let buckling =
+        "[[buckling]]\nload = \"loads.point.0.force.x\"\nvalue = -0.0155\nsigma = 1e-4\n";
+    let text = fit_text(keys, &format!("{buckling}{parameter}"));
+    let both = FitFile::from_toml(&text, &folder).unwrap();
+    assert_eq!(both.experiments[0].measurements.len(), 2);
+    let rejected = |keys: &str, parameter: &str, parts: [&str; 2]| {
+        let error =
+            FitFile::from_toml(&fit_text(keys, parameter), &folder).unwrap_err().to_string();
+        assert!(parts.iter().all(|part| error.contains(part)), "{error}");
+    };
+    rejected(&keys.replace("force.y", "force.q"), parameter, ["force.q", ""]);
+    let density = keys.replace("loads.point.0.force.y", "density");
+    rejected(&density, parameter, ["load_deflection[0].load", "force or moment"]);
+    let unknown = "[[parameter]]\nname = \"loads.point.0.force.y\"\n";
+    rejected(keys, unknown, ["load_deflection[0].load", "no parameter of the fit"]);
+    rejected(&keys.replace("-1.0", "0.0"), parameter, ["load_factor", "not 0"]);
+    std::fs::write(folder.join("bending.csv"), "F[N],y[mm]\n1,2\n").unwrap();
+    rejected(keys, parameter, ["bending.csv", "a column load"]);
+    std::fs::write(folder.join("bending.csv"), "load[N],w[mm]\n1,2\n").unwrap();
+    rejected(keys, parameter, ["bending.csv", "a column x, y or z"]);
+}
