@@ -82,7 +82,9 @@ fn thick_free_bar_lowers_the_grade_with_the_size_of_its_bias() {
 fn thick_free_bar_with_correction_has_the_modulus_of_astm() {
     for height in [0.01, 0.02] {
         let scene = bar(0.1, height, [Support::Free; 2]);
-        let hz = Frequencies::hz(&[astm_hz(0.1, height)], 2.0).plane(ModePlane::In).timoshenko();
+        // Noise of 0.2 % is above the discretization error of the given mesh.
+        let hz = astm_hz(0.1, height);
+        let hz = Frequencies::hz(&[hz], 2e-3 * hz).plane(ModePlane::In).timoshenko();
         let report = fit_modulus(&scene, hz);
         let off = modulus(&report) / MODULUS - 1.0;
         // The factor, and the discretization that the fit corrects.
