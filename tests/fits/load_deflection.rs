@@ -3,11 +3,11 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use rodfit::fit::{Buckling, FitFile, FitReport, LoadDeflection, LoadedPoint};
+use rodfit::fit::{Buckling, FitFile, FitReport, InputSensitivity, LoadDeflection, LoadedPoint};
 use rodfit::scene::{Material, PointForce, Scene, Section, Shape};
 use rodfit::{Fit, Parameter, Point, Problem};
 
-use crate::common::fits::same_mesh;
+use crate::common::fits::{of_a_right_mesh, same_mesh};
 
 const LENGTH: f64 = 0.5;
 const RADIUS: f64 = 1e-3;
@@ -73,6 +73,19 @@ fn exact_curve_gives_the_modulus_of_the_discrete_rod() {
         assert!(off.abs() < 1e-6, "axis {axis}: {off:e}");
         assert_eq!(report.units, ["m"]);
     }
+}
+
+/// Deflections depend on `P/(E I)` only: a calibration error of 1 % of all loads is one of 1 % of the modulus.
+#[test]
+fn sensitivity_to_the_load_is_that_of_a_common_factor() {
+    let problem = cantilever(Some(20)).problem().unwrap();
+    let curve = LoadDeflection::new(load(), Point::Tip, 1, simulated(&problem, 1)).sigma(1e-4);
+    let fit = Fit::new(&problem).observe(curve).identify(Parameter::YoungsModulus);
+    let report = fit.analyse(of_a_right_mesh()).solve().unwrap();
+    let estimate = report.estimate(Parameter::YoungsModulus).unwrap();
+    let of_load = |input: &&InputSensitivity| input.source.starts_with("loads.point.0.force");
+    let input = estimate.input_sensitivities.iter().find(of_load).unwrap();
+    assert!((input.change / (0.01 * MODULUS) - 1.0).abs() < 1e-2, "{input:?}");
 }
 
 /// Load `P L^2/(E I)` and deflection over length of the elastica whose tip turns by `angle`: `theta'^2 = 2 P/(E I) (sin(angle)

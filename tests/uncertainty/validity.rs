@@ -82,7 +82,9 @@ fn thick_free_bar_lowers_the_grade_with_the_size_of_its_bias() {
 fn thick_free_bar_with_correction_has_the_modulus_of_astm() {
     for height in [0.01, 0.02] {
         let scene = bar(0.1, height, [Support::Free; 2]);
-        let hz = Frequencies::hz(&[astm_hz(0.1, height)], 2.0).plane(ModePlane::In).timoshenko();
+        // Noise of 0.2 % is above the discretization error of the given mesh.
+        let hz = astm_hz(0.1, height);
+        let hz = Frequencies::hz(&[hz], 2e-3 * hz).plane(ModePlane::In).timoshenko();
         let report = fit_modulus(&scene, hz);
         let off = modulus(&report) / MODULUS - 1.0;
         // The factor, and the discretization that the fit corrects.
@@ -90,13 +92,14 @@ fn thick_free_bar_with_correction_has_the_modulus_of_astm() {
         assert!(warning_of(&report, Code::ThickRod).is_none(), "{report}");
         assert_eq!(report.grade, Grade::Trustworthy, "{report}");
     }
-    // A third mode of that bar is lower by 30 %, beyond the range of the closed form.
+    // The third mode in the plane is the second of bending (the second is axial). Timoshenko's frequency equation lowers it
+    // by 24.6 %, beyond the range of the closed form, whose error is 1 % there.
     let scene = bar(0.1, 0.02, [Support::Free; 2]);
     let third = Frequencies::hz(&[6e4], 10.0).of_modes(&[3]).unwrap();
     let report = fit_modulus(&scene, third.plane(ModePlane::In).timoshenko());
     let words = warning_of(&report, Code::ThickRod).unwrap();
     let lower = number(words, "lower a frequency by", "%");
-    assert!((30.0..45.0).contains(&lower), "{words}");
+    assert!((23.0..25.0).contains(&lower), "{words}");
 }
 
 /// A bias of half a standard error is a note, of a sixth nothing; and so is one of 0.2 % of a slender bar.

@@ -38,7 +38,10 @@ pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
         if problem.scene().structure.is_some() {
             continue;
         }
-        let at_rest = experiment.measurements.iter().any(|m| m.requirements().is_at_rest());
+        let at_rest = experiment.measurements.iter().any(|m| {
+            let required = m.requirements();
+            required.is_at_rest() || !required.load_cases.is_empty()
+        });
         let purpose = match (experiment.moves(), at_rest) {
             (true, _) => Purpose::Motion,
             (false, true) => Purpose::Rest,
