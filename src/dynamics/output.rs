@@ -18,7 +18,7 @@ use crate::dynamics::trajectory::Trajectory;
 use crate::error::Error;
 use crate::numerics::simd::simd_level;
 use crate::problem::Problem;
-use crate::problem::contact::PenetrationRecord;
+use crate::problem::penetration::PenetrationRecord;
 use crate::problem::strain::StrainRecord;
 use crate::scene::{Resolution, Scene, Scheme};
 use crate::statics::{Reaction, Reactions};

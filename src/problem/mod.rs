@@ -11,13 +11,13 @@
 //!
 //! The models are in [`model`], `planar` and `spatial`; their parts in `rest_line`, `section_profile`, `tributary`,
 //! `curved_joints` and `soft_clamp`. Loads and energies: `line_loads`, `setup`, `own`, `contact`. Start and supports: `start`,
-//! `boundary`, `perturbation`. Checks: `parameters`, `planarity`, `natural_turn`. Warnings: `warnings`,
+//! `boundary`, `perturbation`. Checks: `parameters`, `planarity`, `natural_turn`, `penetration`. Warnings: `warnings`,
 //! `plausibility`, `strain`. Points and meshes: `points`, `axes`, `remesh`.
 
 mod actuation;
 mod axes;
 pub(crate) mod boundary;
-pub(crate) mod contact;
+mod contact;
 mod curved_joints;
 mod follower_loads;
 mod layout;
@@ -27,6 +27,7 @@ mod model_with_setup;
 pub(crate) mod natural_turn;
 mod own;
 mod parameters;
+pub(crate) mod penetration;
 mod perturbation;
 mod planar;
 mod planarity;

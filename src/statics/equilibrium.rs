@@ -12,7 +12,7 @@
 use crate::code::Code;
 use crate::error::Error;
 use crate::problem::Model;
-use crate::problem::contact::PenetrationRecord;
+use crate::problem::penetration::PenetrationRecord;
 use crate::problem::strain::StrainGauge;
 use crate::problem::{AnyProblem, Discretized, Problem, Purpose};
 use crate::rod::State;

@@ -144,7 +144,7 @@ fn derivatives_of_equilibria_in_contact_equal_differences() {
     }
 }
 
-/// `rodfit check` compares the derivatives of contacts, in contact and apart.
+/// `rodfit check` compares all elements but contacts, in states of the motion in contact.
 #[test]
 fn check_of_a_scene_with_contacts_agrees() {
     for planar in [true, false] {

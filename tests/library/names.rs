@@ -51,7 +51,7 @@ misfit missing_keys mode_numbers model model_with_setup modes moments momentum m
 mujoco name natural_turn nearest neighbors neutral_equilibrium newton nodal noise noise_scale nonlinear
 nonlinear_bending number numbers numerics observation_form observation_row observed_experiment
 observed_information observed_nodes omitted_effects one_sided_bound onset operators optimum out_of_line
-outcome outlying_experiments output overlap own page parameter parameter_form parameters part_file path pencil
+outcome outlying_experiments output overlap own page parameter parameter_form parameters part_file path pencil penetration
 per_axis perturbation phi_function place placement plan planar planar_bend planarity plane platform
 plausibility player plot_data plotted point points polyline predict prediction predictor prescribed_dofs
 prescribed_motion prior problem products profile profile_likelihood pyelastica quantity quoted random_states
