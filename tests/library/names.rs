@@ -51,19 +51,19 @@ misfit missing_keys mode_numbers model model_with_setup modes moments momentum m
 mujoco name natural_turn nearest neighbors neutral_equilibrium newton nodal noise noise_scale nonlinear
 nonlinear_bending number numbers numerics observation_form observation_row observed_experiment
 observed_information observed_nodes omitted_effects one_sided_bound onset operators optimum out_of_line
-outcome outlying_experiments output overlap own page parameter parameter_form parameters part_file path pencil penetration
-per_axis perturbation phi_function place placement plan planar planar_bend planarity plane platform
-plausibility player plot_data plotted point points polyline predict prediction predictor prescribed_dofs
-prescribed_motion prior problem products profile profile_likelihood pyelastica quantity quoted random_states
-ranking rate rates reaction record recorded recorded_ends recorded_motion recorded_point recorded_pose
-recorded_reactions recorded_start recordings reduction reference_stiffness refined_residuals refinement
-relinearize remesh renamed_keys repeat repeated_frames replay report required resampling residual_acceptance
-residual_noise residual_tests residuals resolution resolved rest rest_line rod rod_sizes rodas4 rosenbrock
-rotating_bodies rotation rotational_inertia rounding row run samples save scalar scaled scan scene scene_file
-scene_notes schema scheme scheme_support score_tests search section section_profile sensitive sensitivity
-sensitivity_carrier sensitivity_growth sensitivity_pipeline sensor sensor_form sensor_table settings setup
-shape shape_form shard shear_deflection signal signal_curve signal_samples signal_steps simd simulate
-simulated simulation slenderness slip slip_state snapshots soft_clamp space spatial spatial_bodies
+outcome outlying_experiments output overlap own page parameter parameter_form parameters part_file path pencil
+penetration per_axis perturbation phi_function place placement plan planar planar_bend planarity plane
+platform plausibility player plot_data plotted point points polyline predict prediction predictor
+prescribed_dofs prescribed_motion prior problem products profile profile_likelihood pyelastica quantity quoted
+random_states ranking rate rates reaction record recorded recorded_ends recorded_motion recorded_point
+recorded_pose recorded_reactions recorded_start recordings reduction reference_stiffness refined_residuals
+refinement relinearize remesh renamed_keys repeat repeated_frames replay report required resampling
+residual_acceptance residual_noise residual_tests residuals resolution resolved rest rest_line rod rod_sizes
+rodas4 rosenbrock rotating_bodies rotation rotational_inertia rounding row run samples save scalar scaled scan
+scene scene_file scene_notes schema scheme scheme_support score_tests search section section_profile sensitive
+sensitivity sensitivity_carrier sensitivity_growth sensitivity_pipeline sensor sensor_form sensor_table
+settings setup shape shape_form shard shear_deflection signal signal_curve signal_samples signal_steps simd
+simulate simulated simulation slenderness slip slip_state snapshots soft_clamp space spatial spatial_bodies
 spatial_inertia spatial_motion spectrum splitting stability standing start start_forces starts state
 static_mesh statics status step step_control step_map stepper stiffness store strain stretch structure
 structure_catalog structure_effects structure_experiment structure_file structure_film structure_frequencies
