@@ -93,7 +93,7 @@ fn files_are_read_from_text() {
     read.path = None;
     assert_eq!(read, short());
     let error = Scene::from_toml(&scene.replace("segments", "segmnts"), "lab").unwrap_err();
-    assert!(error.to_string().starts_with("line 4: unknown key"), "{error}");
+    assert!(error.to_string().starts_with("line 2, column 1: unknown field"), "{error}");
 
     let mut table = String::from("t,x,y\n");
     for sample in record(&short().problem().unwrap().simulate().unwrap(), 25).data.samples {
