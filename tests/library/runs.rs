@@ -123,15 +123,15 @@ fn reactions_velocities_and_energies_of_a_run_are_consistent() {
         let mut run =
             Trajectory::new(&problem, &all, &[]).unwrap().keep_energies().keep_reactions();
         run.run(&problem, problem.time().unwrap().steps(), |_| {}).unwrap();
-        let times = run.times();
-        assert_eq!([run.energies().len(), run.reactions().len()], [times.len(); 2]);
+        let (times, reactions) = (run.times(), run.reactions());
+        assert_eq!([run.energies().len(), reactions.len()], [times.len(); 2]);
         let momentum = |k: usize| {
             let of = |i: &usize| run.velocity(*i, k).map(|v| m[*i] * v);
             all[1..].iter().map(of).fold([0.0; 3], sum)
         };
         let whole: f64 = m[1..].iter().sum();
         let push = |k: usize| {
-            let (r, p) = (run.reactions()[k].start.force, momentum(k));
+            let (r, p) = (reactions[k].start.force, momentum(k));
             [0, 1, 2].map(|c| r[c] + whole * g[c] - drag * p[c])
         };
         let size = (1..times.len()).map(|k| momentum(k)[1].abs().max(momentum(k)[2].abs()));

@@ -26,8 +26,9 @@ fn bending() -> Channel {
 fn readings(problem: &Problem, channel: Channel) -> Vec<Reading> {
     let mut run = Trajectory::new(problem, &[], &[]).unwrap().keep_reactions();
     run.run(problem, problem.time().unwrap().steps(), |_| {}).unwrap();
+    let reactions = run.reactions();
     let component = |k: usize| {
-        let start = run.reactions()[k].start;
+        let start = reactions[k].start;
         let vector = match channel.part {
             ReactionPart::Force => start.force,
             ReactionPart::Moment => start.moment,

@@ -46,8 +46,8 @@ fn axial_forces(scene: &Scene) -> Vec<[f64; 2]> {
     run.run(&problem, steps, |_| {}).unwrap();
     // The two middle edges are free to stretch.
     let stiffness = MODULUS * PI * RADIUS * RADIUS / (LENGTH / 2.0);
-    let force = |k: usize| run.reactions()[k].end.force[0] / (stiffness * 1e-6);
-    run.times().iter().enumerate().map(|(k, time)| [*time, force(k)]).collect()
+    let forces = run.reactions().into_iter().map(|r| r.end.force[0] / (stiffness * 1e-6));
+    run.times().iter().copied().zip(forces).map(|(time, force)| [time, force]).collect()
 }
 
 /// After a fast ramp the stress decays as `1 + sum g e^(-t/tau)`, with the time from the middle of the ramp on.
