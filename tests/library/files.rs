@@ -108,7 +108,7 @@ fn files_are_read_from_text() {
         )
     };
     let error = FitFile::from_toml(&text("redius"), folder.path()).unwrap_err().to_string();
-    assert!(error.contains("fit: ") && error.contains("rod.section.radius"), "{error}");
+    assert!(error.starts_with("line 5, ") && error.contains("rod.section.radius"), "{error}");
 
     // Results go by the name that was written.
     for name in ["radius", "rod.section.radius"] {
