@@ -36,7 +36,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let header = || {
         let found = bytes.len();
         refused(format!(
-            "found a file that ends after {found} bytes, allowed: a header of {BLOCK} bytes, parameters and points"
+            "found {found} bytes, allowed: a header of {BLOCK} bytes, parameters and points"
         ))
     };
     let [block @ 1..=u8::MAX, MARK, ..] = bytes else {
