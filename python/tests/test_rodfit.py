@@ -398,6 +398,11 @@ def test_derivatives_between_steps_equal_differences(scene):
         run.at("tip", t, derivative="density")
 
 
+def test_stability_under_follower_loads_is_not_examined(scene):
+    load = {"point": [{"node": "tip", "force": [0.0, 0.001, 0.0], "follower": True}]}
+    assert scene.equilibrium().stable and scene.replace(loads=load).equilibrium().stable is None
+
+
 def test_messages_of_texts_name_no_file():
     with pytest.raises(rodfit.InputError) as error:
         rodfit.Scene.from_toml("[rod]\nsegmnts = 3\n")
