@@ -5,9 +5,10 @@
 //! Motions are counted by the negative pivots of the factored tangent (Sylvester's law of inertia), near zero by the
 //! second variation. Rigid motions and spins without resistance do not count. A planar rod is also examined out of
 //! its plane, in the spatial model, if a shear modulus or Poisson's ratio is given and no moment acts; else `stable`
-//! is absent, as it is under loads without a potential. Output: [`Equilibrium`] with nodes and tip (m), energies (J), residual (N), reactions (N, N m), and
-//! counts of unstable and marginal motions. Warnings with codes are about implausible values and large strains. An
-//! unstable equilibrium is no error; a failed search, an interruption and a singular tangent are.
+//! is absent. Under loads without a potential stability is not examined. Output: [`Equilibrium`] with nodes and tip
+//! (m), energies (J), residual (N), reactions (N, N m), and counts of unstable and marginal motions. Warnings with
+//! codes are about implausible values, large strains and deep contacts. An unstable equilibrium is no error; a failed
+//! search, an interruption and a singular tangent are.
 
 use crate::code::Code;
 use crate::error::Error;

@@ -4,8 +4,7 @@
 use rodfit::scene::*;
 use rodfit::{Parameter, Problem};
 
-use crate::common::differences::{at_rest, difference};
-use crate::recorded::check;
+use crate::all_schemes::{check_equilibria, check_motions};
 
 /// A curved rod with weight, follower loads at a point and along a part, and in space a moment about fixed axes.
 fn scene(planar: bool, scheme: Scheme, timed: bool) -> Scene {
@@ -61,51 +60,15 @@ fn own(problem: &Problem) -> Vec<Parameter> {
 
 #[test]
 fn derivatives_of_motions_equal_those_in_dual_numbers_and_differences() {
-    for timed in [false, true] {
-        for scheme in Scheme::all() {
-            if timed && !scheme.traits().takes_timed_actuation {
-                continue;
-            }
-            for planar in [true, false] {
-                let problem = scene(planar, scheme, timed).problem().unwrap();
-                println!("{scheme:?}, planar: {planar}, timed: {timed}");
-                assert_eq!(problem.planar().is_some(), planar, "{:?}", problem.model());
-                assert!(check(&problem, true) >= 8);
-            }
-        }
-    }
+    check_motions(scene);
 }
 
 #[test]
 fn derivatives_of_equilibria_equal_differences() {
-    for planar in [true, false] {
-        let mut scene = scene(planar, Scheme::NewmarkBeta, false);
-        scene.time = None;
-        let problem = scene.problem().unwrap();
-        let own = own(&problem);
-        assert!(own.len() >= if planar { 10 } else { 14 }, "{own:?}");
-        let run = at_rest(&problem, &own);
-        for (k, parameter) in own.iter().enumerate() {
-            let positions = |problem: &Problem| {
-                let run = at_rest(problem, &[]);
-                (0..problem.nodes()).flat_map(|i| run.node(i, 0)).collect::<Vec<f64>>()
-            };
-            let value = parameter.of(problem.scene()).unwrap();
-            let h = 1e-3 * if value == 0.0 { 1e-3 } else { value.abs() };
-            let numbers = difference(&problem, *parameter, h, positions);
-            let exact: Vec<f64> = (0..problem.nodes())
-                .flat_map(|i| run.at(Point::Node(i), 0.0).unwrap().1[k])
-                .collect();
-            let size = exact.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-            let off =
-                exact.iter().zip(&numbers).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
-            println!("{parameter}: {size:.1e}, differences {:.1e}", off / size);
-            assert!(off < 1e-6 * size || size < 1e-9, "{parameter}: {off:e} {size:e}");
-        }
-    }
+    check_equilibria(scene, own);
 }
 
-/// A moment in space is a parameter only if there is one: scenes without stay as fast as they are, and have an adjoint.
+/// A moment in space is a parameter only if there is one: scenes without it keep symmetric tangents and the adjoint.
 #[test]
 fn moment_of_zero_in_space_is_no_parameter() {
     let count = |scene: &Scene| {

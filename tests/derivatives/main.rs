@@ -6,6 +6,7 @@ mod common;
 
 mod actuation;
 mod adjoint;
+mod all_schemes;
 mod contact;
 mod follower_loads;
 mod hessian;
