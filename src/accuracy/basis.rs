@@ -47,6 +47,9 @@ pub(crate) struct Basis {
     pub free: Free,
     /// Error for which the numerics are chosen, over the length.
     pub target: f64,
+    /// Error that the search was to reach, over the length: the request of the scene, or a larger one where that is out of
+    /// reach.
+    pub requested: f64,
     /// Largest work of a chosen run, edges times steps of generalised-alpha.
     pub most_work: f64,
     /// Work of the trial run, in the same unit.

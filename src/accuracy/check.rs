@@ -154,7 +154,7 @@ impl RunCheck {
         let error = errors.after(self.finer);
         // A corrected estimate is less certain, so that a part of the request remains in reserve.
         let is_corrected = error > expected;
-        let allowed = if is_corrected { CORRECTED_PART } else { 1.0 } * self.scene.asked();
+        let allowed = if is_corrected { CORRECTED_PART } else { 1.0 } * self.basis.requested;
         if error <= allowed || !can_refine {
             return Ok(RunAssessment::Accepted(Some(error)));
         }
@@ -171,11 +171,11 @@ impl RunCheck {
     fn repeat_refinement(&self, errors: ErrorModel, expected: f64) -> Option<RefinementFactors> {
         let free = self.basis.free;
         let segments = self.basis.trial.numerics.segments as f64;
-        let target = REPEATED_TARGET * self.scene.asked();
+        let target = REPEATED_TARGET * self.basis.requested;
         // The cheapest that reaches the request; else the best for the allowed work.
         let cheapest = errors.cheapest(target, segments, free).map(|(finer, _)| finer);
         // If not even the first choice was expected to reach the request, a partial improvement is not worth a run.
-        let was_promised = expected <= self.scene.asked();
+        let was_promised = expected <= self.basis.requested;
         let most = REPEATED_GROWTH * self.basis.growth(self.numerics);
         let partly = was_promised.then(|| errors.best_within(most, segments, free));
         [cheapest, partly].into_iter().flatten().find(|finer| self.is_affordable(*finer))

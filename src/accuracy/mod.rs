@@ -37,6 +37,7 @@ use crate::error::Error;
 use crate::problem::Problem;
 use crate::problem::natural_turn::turning;
 use crate::scene::Scene;
+use crate::scene::resolution::Bound;
 use std::f64::consts::FRAC_PI_2;
 
 /// Edges of the first trial mesh of a straight rod in motion: coarse meshes are inexpensive, and later runs refine
@@ -47,6 +48,10 @@ const FIRST_EDGES: f64 = 4.0;
 const FIRST_EDGES_STILL: f64 = 6.0;
 /// Largest turning angle of an edge of the first mesh, rad.
 const FIRST_TURN: f64 = 1.5;
+/// Factor on a request that is out of reach for the next search.
+const LOWERED_REQUEST: f64 = 10.0;
+/// Largest error over the length for which a lowered request is searched; the last digit is for rounding.
+const LARGEST_REQUEST: f64 = 1.0001e-2;
 /// Steps of the first trial run in the shortest time scale of the scene. Fewer steps may fail; more cost time.
 const FIRST_STEPS: f64 = 5.0;
 
@@ -82,20 +87,21 @@ impl Scene {
         if self.time.is_none() || !open.any() && self.accuracy.is_none() {
             return Ok((self.problem()?, None));
         }
-        let InitialNumerics { scene, step, guess, .. } = InitialNumerics::of(self, Aim::Motion)?;
-        let mut search = MotionSearch::new(&scene, guess)?;
-        let ChosenMotion { numerics, step, error, bound, basis } = search.choose(step)?;
+        let first = InitialNumerics::of(self, Aim::Motion)?;
+        let (ChosenMotion { numerics, step, error, bound, basis }, work) =
+            most_accurate_motion(&first)?;
+        let scene = first.scene;
         let mut chosen = scene.resolved(numerics.segments, step).by(numerics.scheme);
         if let Some(resolution) = &mut chosen.resolution {
             resolution.error = error.filter(|error| error.is_finite());
-            (resolution.bound, resolution.work) = (bound, search.work());
+            (resolution.bound, resolution.work) = (bound, work);
         }
         // Errors of Newton's method must stay far below those of mesh and step.
         set_newton_tolerance(&mut chosen, RUN_TOLERANCE);
         let check = basis
             // A run with given numerics is never repeated: it needs no check.
             .filter(|_| open.any())
-            .map(|basis| RunCheck::new(&scene, basis, open.step, search.work()));
+            .map(|basis| RunCheck::new(&scene, basis, open.step, work));
         Ok((chosen.build()?, check))
     }
 
@@ -129,6 +135,31 @@ impl Scene {
         }
         scene.build()
     }
+}
+
+/// The numerics of a motion for the request of its scene, and the work of the search, edges times Newton iterations. Where
+/// the limit of work prevents that error, the searches of requests larger by [`LOWERED_REQUEST`] follow, up to
+/// [`LARGEST_REQUEST`], until one reaches its own. Of all numerics those with the smallest estimated error are returned, so
+/// that a smaller request never has a larger error than a larger request. Error: an error of the input.
+fn most_accurate_motion(first: &InitialNumerics) -> Result<(ChosenMotion, f64), Error> {
+    let mut scene = first.scene.clone();
+    let mut search = MotionSearch::new(&first.scene, first.guess.clone())?;
+    let mut best = search.choose(first.step)?;
+    let (mut work, mut bound) = (search.work(), best.bound);
+    while bound == Some(Bound::Work) && LOWERED_REQUEST * scene.asked() <= LARGEST_REQUEST {
+        scene.accuracy = Some(LOWERED_REQUEST * scene.asked());
+        let InitialNumerics { scene, step, guess, .. } = InitialNumerics::of(&scene, Aim::Motion)?;
+        let mut search = MotionSearch::new(&scene, guess)?;
+        let other = search.choose(step)?;
+        work += search.work();
+        bound = other.bound;
+        let is_smaller = |error: f64| best.error.is_none_or(|best| error < best);
+        if other.error.is_some_and(is_smaller) {
+            // The request of the scene itself is not reached.
+            best = ChosenMotion { bound: best.bound, ..other };
+        }
+    }
+    Ok((best, work))
 }
 
 /// The numerics with which a search begins: a scene with its files read, its first number of edges and its first step,

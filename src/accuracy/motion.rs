@@ -11,7 +11,8 @@
 //!
 //! The target error is a fraction of the requested one, given by `tuning`. The search ends where an extrapolation
 //! from the last run reaches it, or where given numerics make further runs impossible or useless. It also ends at a
-//! limit of work, or after more than [`MAX_FAILURES`] failed runs.
+//! limit of work, or after more than [`MAX_FAILURES`] failed runs. Before it ends at the limit of work, the part with the
+//! smaller error is made coarser if the other one can then be refined further.
 //!
 //! Output: the numerics with the least work whose extrapolated error is the target, else the most accurate ones
 //! within the allowed work. The step may then be reduced: to a stable one of an explicit scheme, or for moved
@@ -144,7 +145,11 @@ impl<'a> MotionSearch<'a> {
             let is_long = self.trials.expected_work(now) > factor * self.trials.most_work;
             // The limit of work ends the search, unless both errors fall and the target is near.
             if is_long && !last.as_ref().is_some_and(|last| self.is_promising(last.numerics)) {
-                return self.conclude(last, now, Some(Bound::Work));
+                match self.coarser_basis(last.as_ref(), now, refined)? {
+                    Some((basis, next)) => (last, now) = (Some(basis), next),
+                    None => return self.conclude(last, now, Some(Bound::Work)),
+                }
+                continue;
             }
             // A run that fails is followed by one with smaller steps.
             let Some(trial) = self.trials.run(now)? else {
@@ -212,6 +217,43 @@ impl<'a> MotionSearch<'a> {
         is_falling(&self.mesh)
             && is_falling(&self.step)
             && work.is_some_and(|work| work <= EXTENDED_SEARCH * self.trials.most_work)
+    }
+
+    /// A trial run to refine mesh or step from where the refinement of `last` to `next` is too much work: that of `last`
+    /// with the other part coarser by its last refinement, and `next` coarsened in the same way. The last difference of the
+    /// other part is extrapolated to it. `None` if the coarser part would have the larger error, has no difference, is given
+    /// by the scene, or if the coarser run fails. Error: invalid input.
+    fn coarser_basis(
+        &mut self,
+        last: Option<&TrialRun>,
+        next: Numerics,
+        refined: RefinedPart,
+    ) -> Result<Option<(TrialRun, Numerics)>, Error> {
+        let (own, other, is_given) = match refined {
+            RefinedPart::Mesh => (&self.mesh, &self.step, self.given_steps.is_some()),
+            RefinedPart::Step => (&self.step, &self.mesh, self.given_segments.is_some()),
+        };
+        let coarser = other.clone().coarsened();
+        let ratio = other.clone().pop();
+        let is_smaller = coarser.error() < own.error();
+        let Some(last) = last.filter(|_| other.count() > 0 && !is_given && is_smaller) else {
+            return Ok(None);
+        };
+        let coarse = |number: usize| (number as f64 / ratio).round() as usize;
+        let coarsened = |numerics: Numerics| match refined {
+            RefinedPart::Mesh => Numerics { steps: coarse(numerics.steps).max(1), ..numerics },
+            RefinedPart::Step => {
+                let segments = allowed_edges(self.scene, coarse(numerics.segments).max(2));
+                Numerics { segments, ..numerics }
+            }
+        };
+        let basis = self.trials.run(coarsened(last.numerics))?;
+        let next = coarsened(next);
+        match refined {
+            RefinedPart::Mesh => (self.step, self.since_mesh) = (coarser, self.since_mesh / ratio),
+            RefinedPart::Step => (self.mesh, self.since_step) = (coarser, self.since_step / ratio),
+        }
+        Ok(basis.map(|basis| (basis, next)))
     }
 
     /// A trial run of `rodas4` whose step error reaches [`STEP_PART`] of the target error with less work than
@@ -488,6 +530,7 @@ impl<'a> MotionSearch<'a> {
             is_known,
             free,
             target: self.target(),
+            requested: self.scene.asked(),
             most_work: EXTENDED_SEARCH * self.trials.most_work,
         };
         // Cheapest refinement of the last trial run that reaches the target by extrapolation.
