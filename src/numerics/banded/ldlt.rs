@@ -71,6 +71,16 @@ where
     }
 }
 
+/// The number of right-hand sides that leave the window of solved rows in registers, with four or two numbers per register
+/// (`is_wide`), and a half-bandwidth of at most 5 or more (`is_narrow`).
+const fn most_at_once(is_wide: bool, is_narrow: bool) -> usize {
+    match (is_wide, is_narrow) {
+        (true, true) => 4,
+        (true, false) | (false, true) => 2,
+        (false, false) => 1,
+    }
+}
+
 impl<D: Scalar, const W: usize> Ldlt<D, W> {
     /// Allocates the factors of matrices of order `n`, over an empty range; they are not yet computed.
     pub fn with_order(n: usize) -> Self {
@@ -136,8 +146,8 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
             return factors.solve(x);
         }
         #[cfg(target_arch = "x86_64")]
-        if let Some(level) = pulp::x86::V3::try_new()
-            && E::PLAIN
+        if const { E::PLAIN }
+            && let Some(level) = pulp::x86::V3::try_new()
         {
             return level.vectorize(Solve { level, factors: self, x });
         }
@@ -150,8 +160,8 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
     /// An error has the row of a pivot that is zero or not finite.
     fn eliminate(&mut self, sum: WeightedSum<'_, D, W>) -> Result<(), Singular> {
         #[cfg(target_arch = "x86_64")]
-        if let Some(level) = pulp::x86::V3::try_new()
-            && D::PLAIN
+        if const { D::PLAIN }
+            && let Some(level) = pulp::x86::V3::try_new()
         {
             return level.vectorize(Factor { level, factors: self, sum });
         }
@@ -217,20 +227,19 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         level: V,
         x: &mut [[E; R]],
     ) {
-        // As many right-hand sides as leave the window of solved rows in registers.
-        let block = match (V::WIDE, Elimination::<D, W, 2>::NARROW) {
-            (true, true) => 4,
-            (true, false) | (false, true) => 2,
-            (false, false) => 1,
-        };
         let mut done = 0;
-        while block >= 4 && done + 4 <= R {
-            self.solve_block::<V, E, R, 4>(level, x, done);
-            done += 4;
+        // Conditions of constants, so that blocks that do not occur are not compiled.
+        if const { R >= 4 && most_at_once(V::WIDE, Elimination::<D, W, 2>::NARROW) >= 4 } {
+            while done + 4 <= R {
+                self.solve_block::<V, E, R, 4>(level, x, done);
+                done += 4;
+            }
         }
-        while block >= 2 && done + 2 <= R {
-            self.solve_block::<V, E, R, 2>(level, x, done);
-            done += 2;
+        if const { R >= 2 && most_at_once(V::WIDE, Elimination::<D, W, 2>::NARROW) >= 2 } {
+            while done + 2 <= R {
+                self.solve_block::<V, E, R, 2>(level, x, done);
+                done += 2;
+            }
         }
         while done < R {
             self.solve_block::<V, E, R, 1>(level, x, done);

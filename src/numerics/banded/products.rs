@@ -15,7 +15,8 @@ macro_rules! unrolled {
         const { assert!($count <= 10, "the loop is unrolled for at most 10 indices") }
         $({
             const $index: usize = $number;
-            if $index < $count $statement
+            // A constant condition: the statement of an index above the number is not compiled at all.
+            if const { $index < $count } $statement
         })*
     };
 }

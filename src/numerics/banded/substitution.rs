@@ -85,12 +85,16 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         E: RightHandSide<D>,
     {
         let n = x.top.len();
-        // Plain numbers are solved in blocks of W rows; the first rows make the remaining number a multiple of W.
-        let single = if E::PLAIN { n % W } else { n };
-        let (one, all) = (0..single, single..n);
+        // Only plain numbers are solved in blocks of W rows. As constants, these conditions compile no blocks for others.
+        let single = if const { E::PLAIN } { n % W } else { n };
+        // The first rows make the remaining number a multiple of W.
         let window =
-            self.substitute_rows::<V, E, R, C, FORWARD, 1>(level, &mut x, one, first, window);
-        self.substitute_rows::<V, E, R, C, FORWARD, W>(level, &mut x, all, first, window)
+            self.substitute_rows::<V, E, R, C, FORWARD, 1>(level, &mut x, 0..single, first, window);
+        if const { E::PLAIN } {
+            self.substitute_rows::<V, E, R, C, FORWARD, W>(level, &mut x, single..n, first, window)
+        } else {
+            window
+        }
     }
 
     /// [`substitute`](Self::substitute) for the given `rows`, which are counted in the order of their solution, in blocks
