@@ -3,7 +3,7 @@
 //!
 //! [`Measurement`] is a data set of any of these kinds ([`MeasuredData`]) with its header (noise, loss, source). Each
 //! kind has its file here: `motion`, `shape`, `frequencies`, `load_deflection`, `buckling`, `gauge` (with `quantity`), `sensor`
-//! (with `sensor_table`). `dataset` has the header and
+//! (with `sensor_table`); readings of the last two are in `reading`. `dataset` has the header and
 //! the interface of the kinds, `loss` the robust losses, `simulated` the outputs of a simulation with which they are
 //! compared. Others concern their preparation: `experiment` groups measurements with a scene, `inspection` and
 //! `inspection_summary` examine marker files, `constant_axes` and `repeated_frames` detect faulty data. Every kind
@@ -22,6 +22,7 @@ pub(crate) mod load_deflection;
 pub(crate) mod loss;
 pub(crate) mod motion;
 pub(crate) mod quantity;
+pub(crate) mod reading;
 pub(crate) mod repeated_frames;
 pub(crate) mod sensor;
 pub(crate) mod sensor_table;

@@ -10,15 +10,15 @@
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
-use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
-use crate::fit::measurement::gauge::{Reading, check_readings, spread_or_size};
+use crate::fit::measurement::dataset::{DataKind, Dataset, Header, ValidationContext};
+use crate::fit::measurement::gauge::check_readings;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::quantity::GaugeScalar;
+use crate::fit::measurement::reading::Reading;
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::fit::structure::structure_problem::refuse_structure;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, dot, rotate};
-use crate::problem::Problem;
 use crate::scene::validate::positive;
 use crate::scene::{End, Support};
 use crate::statics::Reactions;
@@ -180,23 +180,7 @@ impl DataKind for SensorReadings {
 
     /// The file and the name of the component; without a file that of the header.
     fn label(&self, header: &Header) -> String {
-        let file = header.source.as_ref().map(|path| path.display().to_string());
-        let name = file.unwrap_or_else(|| header.name.clone());
-        format!("{name} {}", self.channel.name()).trim_start().into()
-    }
-
-    /// The abscissa of plots: time, or the number of the reading if all are at rest.
-    fn abscissa(&self) -> Abscissa {
-        match self.readings.iter().any(|r| r.time.is_some()) {
-            true => Abscissa::Time,
-            false => Abscissa::Reading,
-        }
-    }
-
-    /// Time of every reading, s, or its number from 1 on if it is at rest.
-    fn abscissas(&self, _problem: &Problem) -> Vec<f64> {
-        let number = |(k, r): (usize, &Reading)| r.time.unwrap_or((k + 1) as f64);
-        self.readings.iter().enumerate().map(number).collect()
+        header.component_label(self.channel.name())
     }
 
     /// Name of the component in reports.
@@ -204,29 +188,19 @@ impl DataKind for SensorReadings {
         Some(self.channel.name())
     }
 
-    /// The values of the readings in their order, N or N m.
-    fn scalars(&self) -> Vec<f64> {
-        self.readings.iter().map(|r| r.value).collect()
+    /// The values of the sensor with their times.
+    fn readings(&self) -> &[Reading] {
+        &self.readings
     }
 
-    /// Mutable references to the values of the readings, in their order.
-    fn scalars_mut(&mut self) -> Vec<&mut f64> {
-        self.readings.iter_mut().map(|r| &mut r.value).collect()
-    }
-
-    /// Times of all readings on the clock of the motion, s; `None` of readings at rest.
-    fn times(&self) -> Vec<Option<f64>> {
-        self.readings.iter().map(|r| r.time).collect()
+    /// The list of the readings, for changes.
+    fn readings_mut(&mut self) -> Option<&mut Vec<Reading>> {
+        Some(&mut self.readings)
     }
 
     /// One for a free tare, which is fitted to the values.
     fn fitted_nuisances(&self) -> usize {
         usize::from(self.tare == Tare::Free)
-    }
-
-    /// Root mean square of the readings about their mean; the magnitude of a single one.
-    fn size(&self, _problem: &Problem) -> f64 {
-        spread_or_size(&self.readings)
     }
 
     /// Rejects structures, an end without a support, a filter that is not positive or of readings at rest, a free tare of
@@ -262,11 +236,6 @@ impl DataKind for SensorReadings {
             ensure(is_linear, &tare, "\"free\" with a robust loss or several sigmas", allowed)?;
         }
         check_readings(&self.readings, context)
-    }
-
-    /// Removes readings after the `horizon`, s, in place. Readings at rest stay.
-    fn prepare(&mut self, _problem: &Problem, horizon: f64) {
-        self.readings.retain(|r| r.time.is_none_or(|t| t <= horizon));
     }
 
     /// Adds the reactions to the required `outputs`: in motion, with the time of the last reading, or at rest.

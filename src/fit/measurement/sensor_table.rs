@@ -8,7 +8,7 @@
 //! negative without a start are errors with file and line.
 
 use crate::error::Error;
-use crate::fit::measurement::gauge::Reading;
+use crate::fit::measurement::reading::Reading;
 use crate::fit::measurement::sensor::ReactionPart;
 use crate::scene::End;
 use marker_files::table::{TIMES, Table, TableRow};
