@@ -2,14 +2,14 @@
 //! files are rejected with the line and a remedy.
 
 use rodfit::fit::{Axes, FitFile, Format, Recording, Vertical};
-use rodfit::scene::{InitialState, Material, Recorded, Scene, Section, Shape, Support, Track};
+use rodfit::scene::{InitialState, Material, Recorded, Support, Track};
 use rodfit::{Fit, Observation, Parameter, Point, Problem};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-use crate::common::coarse;
 use crate::common::fits::same_mesh;
 use crate::common::formats::{GAP, Written, all, tip};
+use crate::common::{coarse, straight_rod};
 
 const FRAMES: usize = 24;
 
@@ -172,9 +172,8 @@ fn marker_names_keep_their_case() {
     assert_eq!(names(&["tip", "A"]).unwrap(), ["Tip", "A"]);
     assert!(names(&["B"]).unwrap_err().contains("A, Tip"));
     let hands = |inner: &str| {
-        let shape = Shape::Straight { length: 0.4, direction: [1.0, 0.0, 0.0] };
         let material = Material::new(1200.0, 1e7);
-        let mut scene = Scene::new(4, shape, Section::Circle { radius: 2e-3 }, material);
+        let mut scene = straight_rod(4, [0.4, 2e-3], material);
         let text = "t,xa,ya,xB,yB,xC,yC,xD,yD,xE,yE\n0,0,0,.1,0,.2,0,.3,0,.4,0\n0.1,0,0,.1,0,.2,0,.3,0,.4,0\n";
         let file = folder.path().join("c.csv");
         std::fs::write(&file, text).unwrap();

@@ -1,11 +1,11 @@
 //! Structures in space: derivatives, equilibria and modes against closed forms and planar structures.
 
-use crate::joints::frequencies;
+use crate::derivative_checks::check_derivatives;
+use crate::joints::{frequencies, roots, stem_equation};
 use crate::scenes::{
     STEEL, bending, joint, line_density, mixed_in_space, rod, shear_modulus, spatial, spatial_rod,
     structure, support, torsion, twisting_steel,
 };
-use num_dual::Dual64;
 use rodfit::numerics::tangent::{Factors, Tangent};
 use rodfit::rod::Rod;
 use rodfit::{Derivatives, Structure, StructureScene};
@@ -34,38 +34,8 @@ fn deformed(structure: &Structure) -> Vec<f64> {
 #[test]
 fn spatial_gradient_and_tangent_are_derivatives_of_the_energy() {
     let structure = mixed_in_space(8, "");
-    let at_rest = structure.at_rest();
-    let (assembly, frames, q) = (&at_rest.assembly, &at_rest.frames, deformed(&structure));
-    let n = q.len();
-    let (mut gradient, mut alone) = (vec![0.0; n], vec![0.0; n]);
-    let mut tangent = assembly.zero_tangent();
-    assembly.tangent(&q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
-    assembly.gradient(&q, frames, Derivatives::Hand, &mut alone);
-    let size = gradient.iter().fold(0.0_f64, |size, g| size.max(g.abs()));
-    assert!(gradient.iter().zip(&alone).all(|(a, b)| (a - b).abs() < 1e-12 * size));
-    let dual = structure.at_rest_over(|_, value, _| Dual64::from(value)).unwrap();
-    let tied: Vec<usize> = assembly.unknowns_without_effect().collect();
-    for seed in 1..=3 {
-        let mut x: Vec<f64> = (0..n).map(|i| (1.3 * (seed * i) as f64).cos()).collect();
-        tied.iter().for_each(|i| x[*i] = 0.0);
-        let moved = |h: f64| q.iter().zip(&x).map(|(q, x)| q + h * x).collect::<Vec<f64>>();
-        let energy = |h: f64| assembly.energies(&moved(h), frames).total();
-        let h = 1e-6;
-        let slope: f64 = gradient.iter().zip(&x).map(|(g, x)| g * x).sum();
-        let difference = (energy(h) - energy(-h)) / (2.0 * h);
-        println!("{slope} {difference}");
-        assert!((slope - difference).abs() < 1e-5 * slope.abs().max(1.0), "{slope} {difference}");
-        let moved: Vec<Dual64> = q.iter().zip(&x).map(|(q, x)| Dual64::new(*q, *x)).collect();
-        let mut rates = vec![Dual64::from(0.0); n];
-        dual.assembly.gradient(&moved, &dual.frames, Derivatives::Hand, &mut rates);
-        let mut product = vec![0.0; n];
-        tangent.product(&x, &mut product);
-        tied.iter().for_each(|i| product[*i] = 0.0);
-        let size = product.iter().fold(0.0_f64, |size, p| size.max(p.abs()));
-        for (i, (rate, product)) in rates.iter().zip(&product).enumerate() {
-            assert!((rate.eps - product).abs() < 1e-9 * size, "{i}: {} {product}", rate.eps);
-        }
-    }
+    let tied: Vec<usize> = structure.at_rest().assembly.unknowns_without_effect().collect();
+    check_derivatives(&structure, &deformed(&structure), 1e-6, 1e-9, &tied);
 }
 
 /// Frames that follow to a state change neither energy nor strains there.
@@ -315,31 +285,10 @@ fn body_with_rotary_inertia_on_a_stem_satisfies_the_frequency_equations() {
         support("stem.start", "clamped"),
     ]);
     let line = line_density() * length;
-    let roots = |equation: &dyn Fn(f64) -> f64, count: usize| {
-        let (mut roots, mut x) = (Vec::new(), 1e-3);
-        while roots.len() < count {
-            if equation(x) * equation(x + 0.01) < 0.0 {
-                let (mut low, mut high) = (x, x + 0.01);
-                for _ in 0..60 {
-                    let middle = 0.5 * (low + high);
-                    *if equation(low) * equation(middle) <= 0.0 { &mut high } else { &mut low } =
-                        middle;
-                }
-                roots.push(low);
-            }
-            x += 0.01;
-        }
-        roots
-    };
     let mut exact = Vec::new();
     // Deflection along z turns the body about y, along y about z.
     for own in [inertia[1], inertia[2]] {
-        let (mu, eta) = (mass / line, own / (line * length * length));
-        let equation = |x: f64| {
-            let (s, c, sh, ch) = (x.sin(), x.cos(), x.sinh(), x.cosh());
-            (1.0 + c * ch) - mu * x * (s * ch - c * sh) - eta * x.powi(3) * (ch * s + sh * c)
-                + mu * eta * x.powi(4) * (1.0 - c * ch)
-        };
+        let equation = stem_equation(mass / line, own / (line * length * length));
         let scale = (bending() / line_density()).sqrt() / (length * length);
         exact.extend(roots(&equation, 2).into_iter().map(|x| x * x * scale));
     }
