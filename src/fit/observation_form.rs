@@ -13,7 +13,7 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Glitches, Observation};
 use crate::fit::measurement::sensor::ReactionPart;
-use crate::fit::sensor_form::{SensorFilter, SensorForm, TareForm};
+use crate::fit::sensor_form::{SensorFilter, SensorForm, TareForm, refuse_given};
 use crate::problem::Problem;
 use crate::scene::{End, Point, StructurePoint};
 use marker_files::{Axes, ColumnRules, Format, Recording, SigmaColumns, Vertical};
@@ -221,11 +221,8 @@ impl ObservationForm {
                 ("point", point.is_some()),
                 ("offset", offset != [0.0; 3]),
             ];
-            for (own, is_given) in positions {
-                let found = "a key of a position with quantity";
-                let allowed = "this key with positions only";
-                ensure(!is_given, format!("{key}.{own}"), found, allowed)?;
-            }
+            let allowed = "this key with positions only";
+            refuse_given(key, &positions, "a key of a position with quantity", allowed)?;
             let rotation = form.rotation.unwrap_or_default();
             let (of, tare, filter) = (form.of, form.tare, form.filter);
             let form = SensorForm {
@@ -248,10 +245,8 @@ impl ObservationForm {
             ("tare", form.tare.is_some()),
             ("filter", form.filter.is_some()),
         ];
-        for (own, is_given) in sensors {
-            let allowed = "together with quantity = \"force\" or \"moment\" only";
-            ensure(!is_given, format!("{key}.{own}"), "a key of a sensor", allowed)?;
-        }
+        let allowed = "together with quantity = \"force\" or \"moment\" only";
+        refuse_given(key, &sensors, "a key of a sensor", allowed)?;
         // A planned observation has times and coordinates, and no keys of files.
         if let Some(duration) = form.duration {
             let recorded = Recording { axes: None, fps: None, ..recording.clone() };
@@ -274,16 +269,9 @@ impl ObservationForm {
         }
         // Markers of a file need the file; free markers are those of the scene's recording.
         let Some(MarkerSelection::Recorded(RecordedMarkers::Free)) = markers else {
-            for (own, is_absent) in
-                [("every", form.every.is_none()), ("glitches", form.glitches.is_none())]
-            {
-                let (found, allowed) = (
-                    "an observation without markers",
-                    "with markers = \
-                                         \"free\" only",
-                );
-                ensure(is_absent, format!("{key}.{own}"), found, allowed)?;
-            }
+            let free = [("every", form.every.is_some()), ("glitches", form.glitches.is_some())];
+            let allowed = "with markers = \"free\" only";
+            refuse_given(key, &free, "an observation without markers", allowed)?;
             // A file with named markers has one measurement per marker, another file only one.
             let file = marker_files::file::at(folder, &file.unwrap_or_default());
             let Some(MarkerSelection::Named(markers)) = markers else {

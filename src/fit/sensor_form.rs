@@ -99,7 +99,7 @@ impl SensorForm {
             positive(&format!("{key}.filter.low_pass"), filter.low_pass)?;
         }
         let recording = &self.recording;
-        let other = [
+        let positions = [
             ("format", recording.format.is_some()),
             ("marker", recording.marker.is_some()),
             ("likelihood", recording.likelihood.is_some()),
@@ -108,15 +108,8 @@ impl SensorForm {
             ("y", recording.y.is_some()),
             ("sigma", recording.sigma.is_some()),
         ];
-        for (own, is_given) in other {
-            let allowed = "this key with positions only; a sensor has one number as sigma";
-            ensure(
-                !is_given,
-                format!("{key}.{own}"),
-                "a key of a position with quantity",
-                allowed,
-            )?;
-        }
+        let allowed = "this key with positions only; a sensor has one number as sigma";
+        refuse_given(key, &positions, "a key of a position with quantity", allowed)?;
         let path = marker_files::file::at(folder, &self.file.unwrap_or_default());
         let table = SensorTable {
             part: self.quantity,
@@ -147,6 +140,18 @@ impl SensorForm {
         ensure(!measurements.is_empty(), format!("{key}.axes"), found, "at least one of them")?;
         Ok(measurements)
     }
+}
+
+/// Rejects the first of the keys (name, and whether it is given) in the table `key` that is given. The error has `found` and
+/// `allowed`.
+pub(crate) fn refuse_given(
+    key: &str,
+    keys: &[(&str, bool)],
+    found: &str,
+    allowed: &str,
+) -> Result<(), Error> {
+    keys.iter()
+        .try_for_each(|(own, is_given)| ensure(!is_given, format!("{key}.{own}"), found, allowed))
 }
 
 /// The direction in the world of axis `axis` (0 to 2) of a file; `None` for an axis that `axes` leaves out.

@@ -1,8 +1,9 @@
-//! Checks of assemblies of rods in the plane and in space: derivatives, and residuals of fits.
+//! Checks of assemblies of rods in the plane and in space: derivatives, factors, and residuals of fits.
 
+use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 use rodfit::fit::Residuals;
-use rodfit::numerics::tangent::Tangent;
+use rodfit::numerics::tangent::{Factors, Tangent};
 use rodfit::rod::Rod;
 use rodfit::{Derivatives, Structure};
 
@@ -41,6 +42,65 @@ pub fn check_derivatives(structure: &Structure, q: &[f64], h: f64, exact: f64, i
             assert!((rate.eps - product).abs() < exact * size, "{i}: {} {product}", rate.eps);
         }
     }
+}
+
+/// Compares factors of the tangent at the unknowns `q` plus a multiple of the masses with the sum as a dense matrix: residuals of
+/// solutions, and the number of negative pivots with that of negative eigenvalues. The multiple is positive, zero or negative.
+/// `ignored` unknowns have no effect.
+pub fn check_factors(structure: &Structure, q: &[f64], ignored: &[usize]) {
+    let at_rest = structure.at_rest();
+    let (assembly, n) = (&at_rest.assembly, q.len());
+    let (mut gradient, mut tangent) = (vec![0.0; n], assembly.zero_tangent());
+    assembly.tangent(q, &at_rest.frames, Derivatives::Hand, &mut gradient, &mut tangent);
+    let b: Vec<f64> = (0..n).map(|i| (0.7 * i as f64).sin()).collect();
+    let free: Vec<usize> = (0..n).filter(|i| !ignored.contains(i)).collect();
+    let mut factors = tangent.new_factors();
+    for shift in [1e6, 0.0, -2e5] {
+        let dense = DMatrix::from_fn(n, n, |i, j| {
+            tangent.get(i, j) + if i == j { shift * assembly.mass()[i] } else { 0.0 }
+        });
+        factors.factor_sum(assembly.mass(), shift, &tangent, 1.0, 0..n).unwrap();
+        let mut x = b.clone();
+        factors.solve(&mut x);
+        let residual = &dense * DVector::from_column_slice(&x) - DVector::from_column_slice(&b);
+        let size = dense.amax() * x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+        for i in &free {
+            assert!(residual[*i].abs() < 1e-11 * size, "{shift} {i}: {:e} {size:e}", residual[*i]);
+        }
+        let own = DMatrix::from_fn(free.len(), free.len(), |i, j| dense[(free[i], free[j])]);
+        let negative = own.symmetric_eigenvalues().iter().filter(|l| **l < 0.0).count();
+        let mut mass = assembly.mass().to_vec();
+        ignored.iter().for_each(|i| mass[*i] = 0.0);
+        factors.factor_sum(&mass, shift, &tangent, 1.0, 0..n).unwrap();
+        assert_eq!(factors.negative_pivots(), negative, "{shift}");
+    }
+}
+
+/// The value of the number of a path, and the placed unknowns of a simulation in dual numbers that are seeded by it, after these
+/// times, s.
+pub fn dual_run(
+    structure: &Structure,
+    path: &str,
+    times: impl Iterator<Item = f64>,
+) -> (f64, Vec<Dual64>) {
+    let mut value = f64::NAN;
+    let seed = |own: &str, x: f64, _| {
+        if own == path {
+            value = x;
+        }
+        Dual64::new(x, f64::from(own == path))
+    };
+    let mut dual = structure.simulation_over(seed).unwrap();
+    times.for_each(|time| dual.step_to(time).unwrap());
+    let mut q = dual.state().q.clone();
+    dual.rod().place_carried(&mut q, &dual.state().frames);
+    (value, q)
+}
+
+/// The structure with the number of a path changed by `h`.
+pub fn shifted(structure: &Structure, path: &str, h: f64) -> Structure {
+    let scene = structure.scene().map_numbers(|own, x, _| if own == path { x + h } else { x });
+    Structure::new(scene).unwrap()
 }
 
 /// Compares the exact Jacobian of residuals at `x` with central differences in these steps, relative to the largest entry of each

@@ -103,8 +103,8 @@ pub fn roots(equation: &dyn Fn(f64) -> f64, count: usize) -> Vec<f64> {
     roots
 }
 
-/// Frequency equation of a body of mass `m` and moment of inertia `J` on the end of a cantilever: with `x = beta L`, `mu = m/(rho A L)` and
-/// `eta = J/(rho A L^3)`,
+/// Frequency equation of a body of mass `m` and moment of inertia `J` on the end of a cantilever: with `x = beta L`,
+/// `mu = m/(rho A L)` and `eta = J/(rho A L^3)`,
 /// `1 + cos cosh - mu x (sin cosh - cos sinh) - eta x^3 (cosh sin + sinh cos) + mu eta x^4 (1 - cos cosh) = 0`.
 pub fn stem_equation(mu: f64, eta: f64) -> impl Fn(f64) -> f64 {
     move |x| {

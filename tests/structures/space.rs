@@ -1,14 +1,13 @@
 //! Structures in space: derivatives, equilibria and modes against closed forms and planar structures.
 
-use crate::derivative_checks::check_derivatives;
+use crate::derivative_checks::{check_derivatives, check_factors};
 use crate::joints::{frequencies, roots, stem_equation};
 use crate::scenes::{
     STEEL, bending, joint, line_density, mixed_in_space, rod, shear_modulus, spatial, spatial_rod,
     structure, support, torsion, twisting_steel,
 };
-use rodfit::numerics::tangent::{Factors, Tangent};
 use rodfit::rod::Rod;
-use rodfit::{Derivatives, Structure, StructureScene};
+use rodfit::{Structure, StructureScene};
 use std::f64::consts::PI;
 
 /// A deformed state of a structure in space, in which bodies have turned by tenths of a radian.
@@ -59,36 +58,8 @@ fn moved_frames_keep_energy_and_strains() {
 #[test]
 fn spatial_factors_solve_and_count_as_the_dense_matrix() {
     let structure = mixed_in_space(7, "");
-    let at_rest = structure.at_rest();
-    let (assembly, q) = (&at_rest.assembly, deformed(&structure));
-    let n = q.len();
-    let (mut gradient, mut tangent) = (vec![0.0; n], assembly.zero_tangent());
-    assembly.tangent(&q, &at_rest.frames, Derivatives::Hand, &mut gradient, &mut tangent);
-    let b: Vec<f64> = (0..n).map(|i| (0.7 * i as f64).sin()).collect();
-    let mut factors = tangent.new_factors();
-    for shift in [1e6, 0.0, -2e5] {
-        let dense = nalgebra::DMatrix::from_fn(n, n, |i, j| {
-            tangent.get(i, j) + if i == j { shift * assembly.mass()[i] } else { 0.0 }
-        });
-        factors.factor_sum(assembly.mass(), shift, &tangent, 1.0, 0..n).unwrap();
-        let mut x = b.clone();
-        factors.solve(&mut x);
-        let tied: Vec<usize> = assembly.unknowns_without_effect().collect();
-        let right = nalgebra::DVector::from_column_slice(&b);
-        let residual = &dense * nalgebra::DVector::from_column_slice(&x) - right;
-        let size = dense.amax() * x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-        for i in (0..n).filter(|i| !tied.contains(i)) {
-            assert!(residual[i].abs() < 1e-11 * size, "{shift} {i}: {:e} {size:e}", residual[i]);
-        }
-        let free: Vec<usize> = (0..n).filter(|i| !tied.contains(i)).collect();
-        let own =
-            nalgebra::DMatrix::from_fn(free.len(), free.len(), |i, j| dense[(free[i], free[j])]);
-        let negative = own.symmetric_eigenvalues().iter().filter(|l| **l < 0.0).count();
-        let pencil_mass: Vec<f64> =
-            (0..n).map(|i| if tied.contains(&i) { 0.0 } else { assembly.mass()[i] }).collect();
-        factors.factor_sum(&pencil_mass, shift, &tangent, 1.0, 0..n).unwrap();
-        assert_eq!(factors.negative_pivots(), negative, "{shift}");
-    }
+    let tied: Vec<usize> = structure.at_rest().assembly.unknowns_without_effect().collect();
+    check_factors(&structure, &deformed(&structure), &tied);
 }
 
 /// Deflection of the tip of a right-angled bracket under a force `F` out of its plane:
