@@ -12,7 +12,7 @@ use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Glitches, Observation};
-use crate::fit::measurement::sensor::ReactionPart;
+use crate::fit::measurement::sensor_table::SensorQuantity;
 use crate::fit::sensor_form::{SensorFilter, SensorForm, TareForm, refuse_given};
 use crate::problem::Problem;
 use crate::scene::{End, Point, StructurePoint};
@@ -167,14 +167,15 @@ struct ObservationKeys {
     time_zero: Option<f64>,
     /// Duration of a planned observation, s, instead of a file.
     duration: Option<f64>,
-    /// Quantity of a sensor instead of a position: force or moment of a support on the rod.
-    quantity: Option<ReactionPart>,
+    /// Quantity of a sensor instead of a position: force or moment of a support on the rod, or acceleration or angle of a
+    /// point.
+    quantity: Option<SensorQuantity>,
     /// End of the rod with the support of the sensor.
     of: Option<End>,
-    /// Rotation vector of the frame of the sensor in the world, rad, beyond `axes`.
+    /// Rotation vector of the frame of the sensor, rad, beyond `axes`.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     rotation: Option<[f64; 3]>,
-    /// Offset of the sensor: `"free"`, or three numbers in the axes of the file, N or N m; default 0.
+    /// Offset of the sensor: `"free"`, or three numbers in the axes of the file, in the unit of the quantity; default 0.
     tare: Option<TareForm>,
     /// Filter of the sensor, which is applied to the model too.
     filter: Option<SensorFilter>,
@@ -218,16 +219,25 @@ impl ObservationForm {
                 ("markers", markers.is_some()),
                 ("every", form.every.is_some()),
                 ("glitches", form.glitches.is_some()),
-                ("point", point.is_some()),
                 ("offset", offset != [0.0; 3]),
             ];
             let allowed = "this key with positions only";
             refuse_given(key, &positions, "a key of a position with quantity", allowed)?;
+            let point = match point {
+                Some(ObservedPoint::OfRod(point)) => Some(point),
+                Some(ObservedPoint::OfStructure(_)) => {
+                    let (found, allowed) =
+                        ("a point of a structure with quantity", "a point of one rod");
+                    return Err(Error::invalid(format!("{key}.point"), found, allowed));
+                }
+                None => None,
+            };
             let rotation = form.rotation.unwrap_or_default();
             let (of, tare, filter) = (form.of, form.tare, form.filter);
             let form = SensorForm {
                 quantity,
                 of,
+                point,
                 file,
                 rotation,
                 tare,
@@ -245,7 +255,7 @@ impl ObservationForm {
             ("tare", form.tare.is_some()),
             ("filter", form.filter.is_some()),
         ];
-        let allowed = "together with quantity = \"force\" or \"moment\" only";
+        let allowed = "together with quantity only";
         refuse_given(key, &sensors, "a key of a sensor", allowed)?;
         // A planned observation has times and coordinates, and no keys of files.
         if let Some(duration) = form.duration {
