@@ -4,19 +4,18 @@
 //! at every recorded time, m/s^2 or rad, with derivatives. Acceleration is that of the point less gravity, as an
 //! accelerometer measures it: the derivative of the recorded velocities by a parabola through three times, of second order.
 //! Its axis is fixed to the rod: numbers along tangent, first and second director. The angle is that of the tangent about an
-//! axis fixed in the world, by nodes alone. The tangent is the derivative of the cubic interpolation of positions.
+//! axis fixed in the world. The tangent is the sum of the directions of the edges around the point, with the cubic weights of
+//! a marker there.
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::{cross, dot, rotate, sub};
+use crate::numerics::vector::{combine, cross, dot, rotate, sub, unit};
 use crate::problem::Problem;
 use crate::scene::marker::MarkerStencil;
 use crate::scene::{Point, Stencil};
 
-/// Distance of the points whose difference is the tangent, over the length of the rod.
-const TANGENT_DISTANCE: f64 = 1e-3;
 /// Smallest component of the axis of an angle along the normal of a planar motion: below it the angle is not defined.
 const LEAST_NORMAL: f64 = 0.1;
 
@@ -121,16 +120,18 @@ impl PointChannel {
         }
     }
 
-    /// Adds the nodes of the point to the required `outputs`, in motion or at rest, and its axes for an acceleration.
+    /// Adds to the required `outputs` the point with its axes for an acceleration, or its tangent, in motion or at rest.
     pub(crate) fn require(&self, moves: bool, rests: bool, outputs: &mut Requirements) {
-        if moves {
+        if !self.is_angle() {
             outputs.moving.push(self.point);
-            if !self.is_angle() {
-                outputs.beside.push(self.point);
-            }
+            outputs.beside.push(self.point);
+            return;
+        }
+        if moves {
+            outputs.moving_tangents.push(self.point);
         }
         if rests {
-            outputs.resting.push(self.point);
+            outputs.resting_tangents.push(self.point);
         }
     }
 
@@ -175,19 +176,19 @@ impl PointChannel {
         record: &RecordView<'_, D>,
         simulated: &SimulatedOutput<D>,
     ) -> Result<Vec<D>, Error> {
-        let mesh = simulated.mesh;
         let across = cross(about, from).map(D::from);
         let from = from.map(D::from);
-        // Within the rod the points are on both sides, at an end both on one.
-        let distance = mesh.length * TANGENT_DISTANCE;
-        let middle = self.point.fixed::<D>().place(mesh)?;
-        let before = if middle - distance > 0.0 { middle - distance } else { middle };
-        let after = if middle + distance < mesh.length { middle + distance } else { middle };
-        let stencil = |place: D| Point::ArcLength(place).stencil(mesh);
-        let (before, after) = (stencil(before)?, stencil(after)?);
+        // The weights with which the axes of the edges around the point are summed for a marker there.
+        let edges = MarkerStencil::new(self.point.fixed(), [1.0, 0.0, 0.0], simulated.mesh)?.edges;
+        let node = |i: usize| Stencil { nodes: vec![(i, D::from(1.0))] };
+        let ends: Vec<_> = edges.iter().map(|(e, w)| (node(*e), node(*e + 1), *w)).collect();
         let angle = |time: &f64| {
             let time = D::from(*time);
-            let tangent = sub(record.position(&after, time)?, record.position(&before, time)?);
+            let mut tangent = [D::from(0.0); 3];
+            for (start, end, weight) in &ends {
+                let edge = sub(record.position(end, time)?, record.position(start, time)?);
+                tangent = combine(D::from(1.0), tangent, *weight, unit(edge));
+            }
             Ok(dot(tangent, across).atan2(dot(tangent, from)))
         };
         record.times().iter().map(angle).collect()
