@@ -78,8 +78,8 @@ fn accelerations_of_rigid_pendulum_are_those_of_theory() {
     for ((angle, along), across) in angles.iter().zip(&along).zip(&across) {
         let (sin, cos) = (-angle.value).sin_cos();
         let errors = [along.value + 4.0 * 9.8 * sin, across.value + 0.5 * 9.8 * cos];
-        // Lumped masses of 20 edges change the inertia by 1/(2 20^2) = 1.25e-3, that of 1.5 g = 15 m/s^2 by 0.018.
-        assert!(errors.iter().all(|e| e.abs() < 0.03), "{:?}: {errors:?}", angle.time);
+        // Lumped masses of 20 edges change the inertia by 1/(2 20^2) = 1.25e-3, and accelerations up to 3 g by 0.037 m/s^2.
+        assert!(errors.iter().all(|e| e.abs() < 0.045), "{:?}: {errors:?}", angle.time);
     }
     assert!(angles.last().unwrap().value < -1.2);
 }
