@@ -28,7 +28,7 @@ use crate::code::Code;
 use crate::energy::{Analytic, Energy};
 use crate::numerics::out_of_line::OutOfLine;
 use crate::summary::quantity::counted;
-use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
+use crate::summary::{ItemTable, Summary, SummaryTable, TextColumn, Tone};
 use num_dual::HyperDual64;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -539,24 +539,13 @@ impl CheckReport {
             summary = summary.fact("Largest difference", text);
         }
         // The listed entries above their limits.
-        let mut above = SummaryTable::new([
-            TextColumn::left("quantity"),
-            TextColumn::left("element"),
-            TextColumn::wrapped("unknowns"),
-            TextColumn::wrapped("by hand"),
-            TextColumn::wrapped("by the other method"),
-            TextColumn::right("error"),
-        ]);
-        for a in &self.above {
-            above.row([
-                a.quantity.clone(),
-                a.element.clone(),
-                a.dof.clone(),
-                format!("{:e}", a.hand),
-                format!("{:e} ({})", a.other, a.against),
-                format!("{:.1e}", a.relative_error),
-            ]);
-        }
+        let above = ItemTable::new(&self.above)
+            .left("quantity", |a| a.quantity.clone())
+            .left("element", |a| a.element.clone())
+            .wrapped("unknowns", |a| a.dof.clone())
+            .wrapped("by hand", |a| format!("{:e}", a.hand))
+            .wrapped("by the other method", |a| format!("{:e} ({})", a.other, a.against))
+            .right("error", |a| format!("{:.1e}", a.relative_error));
         let title = match self.above_count > self.above.len() {
             true => {
                 format!("Above the limits: the first {} of {}", self.above.len(), self.above_count)
@@ -564,18 +553,10 @@ impl CheckReport {
             false => "Above the limits".into(),
         };
         // Errors by step size: a valley with a low minimum confirms the formula.
-        let mut steps = SummaryTable::new([
-            TextColumn::right("step"),
-            TextColumn::right("gradient"),
-            TextColumn::right("Hessian"),
-        ]);
-        for p in &self.valley {
-            steps.row([
-                format!("{:.0e}", p.step),
-                format!("{:.2e}", p.gradient),
-                format!("{:.2e}", p.hessian),
-            ]);
-        }
+        let steps = ItemTable::new(&self.valley)
+            .right("step", |p| format!("{:.0e}", p.step))
+            .right("gradient", |p| format!("{:.2e}", p.gradient))
+            .right("Hessian", |p| format!("{:.2e}", p.hessian));
         summary.table(title, above).table("Errors of finite differences by their step", steps)
     }
 }

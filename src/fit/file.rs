@@ -11,28 +11,27 @@
 //! data); those of a key have the key with the value found and the allowed values. [`Fit::add_toml`] adds
 //! measurements (to the last experiment), parameters and inputs to a fit, and replaces its analyses.
 
-use crate::accuracy::Aim;
 use crate::error::{Error, ensure};
 use crate::fit::Fit;
 use crate::fit::buckling_form::BucklingForm;
+use crate::fit::experiment_form::{ExperimentForm, NamedForm, SceneCheck, SceneForm};
 use crate::fit::field::Field;
 use crate::fit::frequencies_form::FrequenciesForm;
 use crate::fit::known::{self, Known};
 use crate::fit::load_deflection_form::LoadDeflectionForm;
-use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
+use crate::fit::measurement_tables::MeasurementTables;
 use crate::fit::observation_form::ObservationForm;
 use crate::fit::parameter_form::{KnownForm, ParameterForm};
 use crate::fit::required::REQUIRED;
 use crate::fit::shape_form::ShapeForm;
-use crate::fit::structure::structure_problem::representative_problem;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::unknown::Unknown;
 use crate::fit::validate::{check, check_predicted, check_recorded};
 use crate::fit::validation_errors::is_validation_only;
 use crate::input::hints::{FIT, explained};
 use crate::input::missing_keys::parse;
-use crate::scene::{Scene, StructureScene};
+use crate::scene::Scene;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -40,10 +39,6 @@ use std::path::{Path, PathBuf};
 const MOST_EXPERIMENTS: usize = 1000;
 /// Largest number of characters of an experiment's name, which is part of messages, tables and file names.
 const LONGEST_NAME: usize = 100;
-
-/// A check of each scene before its mesh is created. It returns an error for scenes that must not be prepared, as by limits
-/// of memory.
-type SceneCheck<'a> = dyn Fn(&Scene) -> Result<(), Error> + 'a;
 
 /// Content of a fit file: experiments with prepared scenes and read data, unknowns, inputs and analyses.
 #[derive(Clone, Debug)]
@@ -97,280 +92,6 @@ struct FitForm {
     /// Computations in addition to the estimate.
     #[serde(default)]
     analysis: Analysis,
-}
-
-/// `[[experiment]]`: a scene with its measurements.
-#[derive(Clone, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-struct ExperimentForm {
-    /// Name of the experiment; default: that of its recording.
-    name: Option<String>,
-    /// Scene file, or the scene itself as a table.
-    scene: SceneForm,
-    /// Recording that drives the ends, instead of that of the scene.
-    path: Option<PathBuf>,
-    /// Recordings that drive the ends, one experiment each.
-    #[serde(default)]
-    paths: Vec<PathBuf>,
-    /// Whether the experiment is validation data: predicted, not fitted.
-    #[serde(default)]
-    held_out: bool,
-    /// Recorded motions of points of the rod.
-    #[serde(default)]
-    observation: Vec<ObservationForm>,
-    /// Measured shapes of the rod at rest.
-    #[serde(default)]
-    shape: Vec<ShapeForm>,
-    /// Measured natural frequencies.
-    #[serde(default)]
-    frequencies: Vec<FrequenciesForm>,
-    /// Measured load-deflection curves.
-    #[serde(default)]
-    load_deflection: Vec<LoadDeflectionForm>,
-    /// Measured critical loads.
-    #[serde(default)]
-    buckling: Vec<BucklingForm>,
-}
-
-/// A scene in a fit file.
-#[derive(Clone, Deserialize)]
-#[serde(try_from = "toml::Value")]
-enum SceneForm {
-    /// Path of the scene file.
-    File(PathBuf),
-    /// The scene as a table.
-    Inline(toml::Table),
-}
-
-#[cfg(test)]
-impl schemars::JsonSchema for SceneForm {
-    /// Name of the definition in JSON schemas: `SceneOfFit`.
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "SceneOfFit".into()
-    }
-
-    /// The JSON schema of a scene in a fit file: a string (path of the scene file), or the scene as an object.
-    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        let here = generator.subschema_for::<Scene>();
-        let structure = generator.subschema_for::<StructureScene>();
-        schemars::json_schema!({
-            "description": "Scene file, or the scene itself as a table.",
-            "anyOf": [{ "type": "string", "description": "Path of the scene file." }, here, structure],
-        })
-    }
-}
-
-impl TryFrom<toml::Value> for SceneForm {
-    type Error = String;
-
-    /// A string as the path of a scene file, a table as the scene itself; an error for any other type of value.
-    fn try_from(value: toml::Value) -> Result<Self, Self::Error> {
-        match value {
-            toml::Value::String(file) => Ok(Self::File(file.into())),
-            toml::Value::Table(scene) => Ok(Self::Inline(scene)),
-            other => {
-                let found = other.type_str();
-                Err(format!(
-                    "found {found} as a scene, allowed: the name of a scene file, or a \
-                             table with a scene"
-                ))
-            }
-        }
-    }
-}
-
-impl SceneForm {
-    /// The structure, if the scene is one: it has `[[rods]]`. `file` is the fit file in `folder`. With `is_replaced` its
-    /// recording is not read, as another one follows.
-    fn structure(
-        &self,
-        folder: &Path,
-        file: &Path,
-        is_replaced: bool,
-    ) -> Result<Option<StructureScene>, Error> {
-        let read = |text: &str, path: &Path| match is_replaced {
-            true => StructureScene::read_without_recording(text, path),
-            false => StructureScene::read(text, path),
-        };
-        match self {
-            Self::File(scene) => {
-                let path = marker_files::file::at(folder, scene);
-                match marker_files::file::text(&path) {
-                    Ok(text) if StructureScene::is_text_of(&text) => Ok(Some(read(&text, &path)?)),
-                    // A file that cannot be read is reported by the reader of scenes.
-                    _ => Ok(None),
-                }
-            }
-            Self::Inline(scene) if scene.contains_key("rods") => {
-                Ok(Some(read(&scene.to_string(), file)?))
-            }
-            Self::Inline(_) => Ok(None),
-        }
-    }
-}
-
-/// `[[experiment]]`: a scene with its measurements, named explicitly or after its recording.
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(try_from = "ExperimentForm")]
-struct NamedForm(ExperimentForm);
-
-impl TryFrom<ExperimentForm> for NamedForm {
-    type Error = &'static str;
-
-    /// Accepts an experiment with a `name`, a `path` or `paths`; else the error is that the field `name` is missing.
-    fn try_from(form: ExperimentForm) -> Result<Self, Self::Error> {
-        match form.name.is_none() && form.path.is_none() && form.paths.is_empty() {
-            true => Err("missing field `name`"),
-            false => Ok(Self(form)),
-        }
-    }
-}
-
-impl ExperimentForm {
-    /// One copy of the experiment for every recording in `paths`, each named after its file; without `paths` the experiment
-    /// itself. An error if `paths` stands together with `path` or `name`. `i` is the index of the table in the fit file, for
-    /// errors.
-    fn per_recording(mut self, i: usize) -> Result<Vec<Self>, Error> {
-        let paths = std::mem::take(&mut self.paths);
-        let key = |own: &str| format!("experiment[{i}].{own}");
-        if paths.is_empty() {
-            return Ok(vec![self.named_after_recording()]);
-        }
-        // The three ways to name a recording exclude each other.
-        ensure(self.path.is_none(), key("paths"), "both path and paths", "one of the two")?;
-        let found = format!("{:?}", self.name.as_deref().unwrap_or_default());
-        let allowed = "no name together with paths, as each experiment is named after its file";
-        ensure(self.name.is_none(), key("name"), found, allowed)?;
-        let of_recording = |path| Self { path: Some(path), ..self.clone() }.named_after_recording();
-        Ok(paths.into_iter().map(of_recording).collect())
-    }
-
-    /// The experiment with the name of the recording's file, without folder and extension, if it has no name of its own.
-    fn named_after_recording(self) -> Self {
-        // Experiments with the same scene are distinguished by their recordings.
-        let stem = || Some(self.path.as_ref()?.file_stem()?.to_string_lossy().into_owned());
-        Self { name: self.name.clone().or_else(stem), ..self }
-    }
-
-    /// Reads the scene of this table of the fit file at path `file`, with the recording `path` that drives the ends. It calls
-    /// `check_scene`, prepares the scene on its initial mesh, and reads the measurements; all are marked as validation data if
-    /// the table is `held_out`. Paths are relative to the folder of `file`. Errors are those of the scene, of `check_scene`
-    /// and of the measurements.
-    fn read(self, file: &Path, check_scene: &SceneCheck) -> Result<Experiment, Error> {
-        // All paths in a fit file are relative to its folder.
-        let folder = file.parent().unwrap_or(Path::new(""));
-        if let Some(mut structure) = self.scene.structure(folder, file, self.path.is_some())? {
-            if let Some(path) = &self.path {
-                structure.follow(marker_files::file::at(folder, path))?;
-            }
-            let problem = representative_problem(structure)?;
-            check_scene(problem.scene())?;
-            let experiment = Experiment::new(self.name.clone().unwrap_or_default(), &problem);
-            return self.with_measurements(experiment, folder);
-        }
-        let follow = |scene: &mut Scene| match &self.path {
-            Some(path) => scene.follow(marker_files::file::at(folder, path)),
-            None => Ok(()),
-        };
-        let scene = match &self.scene {
-            SceneForm::File(scene) => {
-                Scene::load_with(marker_files::file::at(folder, scene), follow)?
-            }
-            SceneForm::Inline(scene) => Scene::read_with(&scene.to_string(), file, follow)?,
-        };
-        // The check comes before the mesh, whose size may exceed the memory.
-        check_scene(&scene)?;
-        let name = self.name.clone().unwrap_or_default();
-        let experiment = Experiment::new(name, &scene.problem_for(Aim::Guess)?);
-        self.with_measurements(experiment, folder)
-    }
-
-    /// The experiment with the measurements of this table. They come last, as their points must be on the rod.
-    fn with_measurements(
-        self,
-        mut experiment: Experiment,
-        folder: &Path,
-    ) -> Result<Experiment, Error> {
-        let tables = MeasurementTables {
-            observation: self.observation,
-            shape: self.shape,
-            frequencies: self.frequencies,
-            load_deflection: self.load_deflection,
-            buckling: self.buckling,
-        };
-        tables.add_to(&mut experiment, folder)?;
-        Ok(if self.held_out { experiment.held_out() } else { experiment })
-    }
-}
-
-/// Tables of measurements of one experiment.
-struct MeasurementTables {
-    observation: Vec<ObservationForm>,
-    shape: Vec<ShapeForm>,
-    frequencies: Vec<FrequenciesForm>,
-    load_deflection: Vec<LoadDeflectionForm>,
-    buckling: Vec<BucklingForm>,
-}
-
-impl MeasurementTables {
-    /// Whether there is no table.
-    fn is_empty(&self) -> bool {
-        self.observation.is_empty()
-            && self.shape.is_empty()
-            && self.frequencies.is_empty()
-            && self.load_deflection.is_empty()
-            && self.buckling.is_empty()
-    }
-
-    /// Reads the measurements and adds them to an experiment, in the order observations, shapes, frequencies,
-    /// load-deflection curves, critical loads. Paths are relative to `folder`. An error also if positions of any measurement of the
-    /// experiment are in a unit that does not fit the size of the scene.
-    fn add_to(self, experiment: &mut Experiment, folder: &Path) -> Result<(), Error> {
-        // Keys of messages count the tables of this text, not the measurements that the experiment already has.
-        let mut measurements = Vec::new();
-        for (k, observation) in self.observation.into_iter().enumerate() {
-            let key = experiment.key(&format!("observation[{k}]"));
-            measurements.extend(observation.read(folder, &experiment.problem, &key)?);
-        }
-        for (k, shape) in self.shape.into_iter().enumerate() {
-            measurements.push(shape.read(folder, &experiment.key(&format!("shape[{k}]")))?);
-        }
-        for (k, frequencies) in self.frequencies.into_iter().enumerate() {
-            let key = experiment.key(&format!("frequencies[{k}]"));
-            measurements.push(frequencies.read(&key)?);
-        }
-        for (k, curve) in self.load_deflection.into_iter().enumerate() {
-            let key = experiment.key(&format!("load_deflection[{k}]"));
-            measurements.extend(curve.read(folder, &key)?);
-        }
-        measurements.extend(self.buckling.iter().map(BucklingForm::read));
-        experiment.measurements.extend(measurements);
-        set_loads(experiment);
-        // Units that do not fit the scene are found before the search.
-        experiment.measurements.iter().try_for_each(|m| m.check_units(experiment))
-    }
-}
-
-/// Part of a critical load that the scene has: the rod is stable, and its mesh is chosen for the lowest mode under the load.
-const PART_OF_CRITICAL_LOAD: f64 = 0.5;
-
-/// Sets the loads of load-deflection curves to their largest values in the scene of an experiment without other measurements
-/// than these and critical loads, which are set to a part. The mesh is chosen for these loads. A load that the scene cannot
-/// have is left to the check of the measurement.
-fn set_loads(experiment: &mut Experiment) {
-    let of = |m: &Measurement| match (m.load_curve(), m.buckling()) {
-        (Some(curve), _) => Some((curve.load, curve.largest_load())),
-        (_, Some(own)) => Some((own.load, PART_OF_CRITICAL_LOAD * own.value)),
-        _ => None,
-    };
-    let loads: Option<Vec<_>> = experiment.measurements.iter().map(of).collect();
-    for load in loads.unwrap_or_default() {
-        if let Ok(loaded) = experiment.problem.with([load]) {
-            experiment.problem = loaded;
-        }
-    }
 }
 
 /// Tables of a fit file that can be added to a fit.

@@ -12,7 +12,7 @@
 //! ([`DiscretizationError`]), tests of the residuals ([`ResidualTests`]), the errors of predicted validation data
 //! ([`Prediction`]), and other local minima ([`LocalMinima`]).
 //!
-//! A [`FitFile`] (`file`, the `*_form` files, `required`), or calls to [`Fit`], define a fit; `validate`,
+//! A [`FitFile`] (`file`, the `*_form` files, `measurement_tables`, `required`), or calls to [`Fit`], define a fit; `validate`,
 //! `duplicates` and `known` check it. `measurement` has the data, `misfit` their [residuals](Residuals), `search`
 //! finds the optimum. Where scenes leave mesh and step open, `resolution` refines these and the fit is repeated.
 //! `uncertainty` assesses the optimum, `report` is the result, `extend` adds omitted effects. `design` evaluates
@@ -22,6 +22,7 @@
 mod buckling_form;
 pub(crate) mod design;
 mod duplicates;
+mod experiment_form;
 mod extend;
 mod field;
 mod file;
@@ -29,6 +30,7 @@ mod frequencies_form;
 mod known;
 mod load_deflection_form;
 pub(crate) mod measurement;
+mod measurement_tables;
 pub(crate) mod misfit;
 mod observation_form;
 mod parameter_form;
@@ -57,13 +59,16 @@ pub use measurement::buckling::{Buckling, BucklingLoad};
 pub use measurement::dataset::{Abscissa, Dataset, Header};
 pub use measurement::experiment::Experiment;
 pub use measurement::frequencies::{Frequencies, Frequency, ModeFrequencies};
-pub use measurement::gauge::{Gauge, GaugeReadings, Reading};
+pub use measurement::gauge::{Gauge, GaugeReadings};
 pub use measurement::inspection::{InspectedMarker, Inspection};
 pub use measurement::load_deflection::{LoadCurve, LoadDeflection, LoadedPoint};
 pub use measurement::loss::Loss;
 pub use measurement::motion::{Glitches, Observation, PointMotion, Sample};
+pub use measurement::point_channel::{PointChannel, PointQuantity};
 pub use measurement::quantity::{PointState, Quantity, Sight};
-pub use measurement::sensor::{Channel, ReactionPart, Sensor, SensorReadings, Tare};
+pub use measurement::reading::Reading;
+pub use measurement::sensor::{Sensor, SensorReadings, Tare};
+pub use measurement::sensor_channel::{Channel, ReactionPart, SensorChannel};
 pub use measurement::shape::{EquilibriumShape, RestShape, Sighting};
 pub use measurement::{MeasuredData, Measurement};
 pub use misfit::residual_tests::ResidualTests;

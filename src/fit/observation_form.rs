@@ -12,8 +12,8 @@ use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Glitches, Observation};
-use crate::fit::measurement::sensor::ReactionPart;
-use crate::fit::sensor_form::{SensorFilter, SensorForm, TareForm};
+use crate::fit::measurement::sensor_table::SensorQuantity;
+use crate::fit::sensor_form::{SensorFilter, SensorForm, TareForm, refuse_given};
 use crate::problem::Problem;
 use crate::scene::{End, Point, StructurePoint};
 use marker_files::{Axes, ColumnRules, Format, Recording, SigmaColumns, Vertical};
@@ -167,14 +167,15 @@ struct ObservationKeys {
     time_zero: Option<f64>,
     /// Duration of a planned observation, s, instead of a file.
     duration: Option<f64>,
-    /// Quantity of a sensor instead of a position: force or moment of a support on the rod.
-    quantity: Option<ReactionPart>,
+    /// Quantity of a sensor instead of a position: force or moment of a support on the rod, or acceleration or angle of a
+    /// point.
+    quantity: Option<SensorQuantity>,
     /// End of the rod with the support of the sensor.
     of: Option<End>,
-    /// Rotation vector of the frame of the sensor in the world, rad, beyond `axes`.
+    /// Rotation vector of the frame of the sensor, rad, beyond `axes`.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     rotation: Option<[f64; 3]>,
-    /// Offset of the sensor: `"free"`, or three numbers in the axes of the file, N or N m; default 0.
+    /// Offset of the sensor: `"free"`, or three numbers in the axes of the file, in the unit of the quantity; default 0.
     tare: Option<TareForm>,
     /// Filter of the sensor, which is applied to the model too.
     filter: Option<SensorFilter>,
@@ -218,19 +219,25 @@ impl ObservationForm {
                 ("markers", markers.is_some()),
                 ("every", form.every.is_some()),
                 ("glitches", form.glitches.is_some()),
-                ("point", point.is_some()),
                 ("offset", offset != [0.0; 3]),
             ];
-            for (own, is_given) in positions {
-                let found = "a key of a position with quantity";
-                let allowed = "this key with positions only";
-                ensure(!is_given, format!("{key}.{own}"), found, allowed)?;
-            }
+            let allowed = "this key with positions only";
+            refuse_given(key, &positions, "a key of a position with quantity", allowed)?;
+            let point = match point {
+                Some(ObservedPoint::OfRod(point)) => Some(point),
+                Some(ObservedPoint::OfStructure(_)) => {
+                    let (found, allowed) =
+                        ("a point of a structure with quantity", "a point of one rod");
+                    return Err(Error::invalid(format!("{key}.point"), found, allowed));
+                }
+                None => None,
+            };
             let rotation = form.rotation.unwrap_or_default();
             let (of, tare, filter) = (form.of, form.tare, form.filter);
             let form = SensorForm {
                 quantity,
                 of,
+                point,
                 file,
                 rotation,
                 tare,
@@ -248,10 +255,8 @@ impl ObservationForm {
             ("tare", form.tare.is_some()),
             ("filter", form.filter.is_some()),
         ];
-        for (own, is_given) in sensors {
-            let allowed = "together with quantity = \"force\" or \"moment\" only";
-            ensure(!is_given, format!("{key}.{own}"), "a key of a sensor", allowed)?;
-        }
+        let allowed = "together with quantity only";
+        refuse_given(key, &sensors, "a key of a sensor", allowed)?;
         // A planned observation has times and coordinates, and no keys of files.
         if let Some(duration) = form.duration {
             let recorded = Recording { axes: None, fps: None, ..recording.clone() };
@@ -274,16 +279,9 @@ impl ObservationForm {
         }
         // Markers of a file need the file; free markers are those of the scene's recording.
         let Some(MarkerSelection::Recorded(RecordedMarkers::Free)) = markers else {
-            for (own, is_absent) in
-                [("every", form.every.is_none()), ("glitches", form.glitches.is_none())]
-            {
-                let (found, allowed) = (
-                    "an observation without markers",
-                    "with markers = \
-                                         \"free\" only",
-                );
-                ensure(is_absent, format!("{key}.{own}"), found, allowed)?;
-            }
+            let free = [("every", form.every.is_some()), ("glitches", form.glitches.is_some())];
+            let allowed = "with markers = \"free\" only";
+            refuse_given(key, &free, "an observation without markers", allowed)?;
             // A file with named markers has one measurement per marker, another file only one.
             let file = marker_files::file::at(folder, &file.unwrap_or_default());
             let Some(MarkerSelection::Named(markers)) = markers else {

@@ -1,18 +1,21 @@
-//! `[[observation]]` with the key `quantity`: force or moment of a support, from the table of a sensor.
+//! `[[observation]]` with the key `quantity`: readings of a sensor, under a support or at a point of the rod.
 //!
-//! Input: the keys of the table, the folder of the fit file and the prepared scene. The components of the file are mapped to
-//! the world by `axes` and then turned by `rotation`, rad. Output: one [`Measurement`] per component that the file has and
-//! `axes` does not leave out, N or N m, each with its tare, filter, standard deviation, loss and `held_out`. Errors have the
-//! key: an end without a support, a filter or tare that is not valid, and keys of positions.
+//! Input: the keys of the table, the folder of the fit file and the prepared scene. The components of the file are mapped by
+//! `axes` and then turned by `rotation`, rad: to the world for forces and moments, to the axes of the rod for accelerations.
+//! An angle has one component, and `rotation` turns its axes. Output: one [`Measurement`] per component that the file has
+//! and `axes` does not leave out, N, N m, m/s^2 or rad, each with its tare, filter, standard deviation, loss and `held_out`.
+//! Errors have the key: an end without a support, a filter or tare that is not valid, and keys of another quantity.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::loss::Loss;
-use crate::fit::measurement::sensor::{Channel, ReactionPart, Sensor, Tare};
-use crate::fit::measurement::sensor_table::SensorTable;
+use crate::fit::measurement::point_channel::{PointChannel, PointQuantity};
+use crate::fit::measurement::sensor::{Sensor, Tare};
+use crate::fit::measurement::sensor_channel::{Channel, ReactionPart, SensorChannel};
+use crate::fit::measurement::sensor_table::{SensorQuantity, SensorTable};
 use crate::problem::Problem;
 use crate::scene::validate::positive;
-use crate::scene::{End, Support};
+use crate::scene::{End, Point, Support};
 use marker_files::{Axes, Recording};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -22,12 +25,12 @@ use std::path::{Path, PathBuf};
 #[cfg_attr(test, derive(schemars::JsonSchema), schemars(rename = "Tare"))]
 #[serde(
     untagged,
-    expecting = "expected \"free\", or three numbers, N or N m, in the axes of the file"
+    expecting = "expected \"free\", or three numbers, in the axes of the file and the unit of the quantity"
 )]
 pub(crate) enum TareForm {
     /// Unknown constant offsets, one of each component.
     Nuisance(NuisanceTare),
-    /// Known offsets of x, y and z, N or N m, in the axes of the file.
+    /// Known offsets of x, y and z in the axes of the file, N, N m or m/s^2; of an angle the first number, rad.
     Known([f64; 3]),
 }
 
@@ -51,10 +54,12 @@ pub(crate) struct SensorFilter {
 
 /// Keys of `[[observation]]` that sensors have.
 pub(crate) struct SensorForm {
-    /// Measured part of the reaction.
-    pub quantity: ReactionPart,
-    /// End of the rod.
+    /// Measured quantity.
+    pub quantity: SensorQuantity,
+    /// End of the rod with the support of the sensor.
     pub of: Option<End>,
+    /// Point of the rod with the sensor; default: the tip.
+    pub point: Option<Point>,
     /// File of the readings.
     pub file: Option<PathBuf>,
     /// Rotation vector of the frame of the sensor, rad.
@@ -65,7 +70,7 @@ pub(crate) struct SensorForm {
     pub filter: Option<SensorFilter>,
     /// Interpretation of the file.
     pub recording: Recording,
-    /// Standard deviation of a reading, N or N m.
+    /// Standard deviation of a reading, in the unit of the quantity.
     pub sigma: Option<f64>,
     /// Loss function of the residuals.
     pub loss: Loss,
@@ -82,24 +87,12 @@ impl SensorForm {
         problem: &Problem,
         key: &str,
     ) -> Result<Vec<Measurement>, Error> {
-        let Some(of) = self.of else {
-            let found = "no such key with quantity";
-            return Err(Error::invalid(format!("{key}.of"), found, "\"start\" or \"end\""));
-        };
-        // A scene of several rods is refused by the check of the measurement.
-        let supports = &problem.scene().supports;
-        let (name, support) = match of {
-            End::Start => ("start", supports.start),
-            End::End => ("end", supports.end),
-        };
-        let is_held = support != Support::Free || problem.scene().structure.is_some();
-        let found = format!("\"{name}\", a free end");
-        ensure(is_held, format!("{key}.of"), found, "an end that a support holds")?;
+        self.check_place(problem, key)?;
         if let Some(filter) = self.filter {
             positive(&format!("{key}.filter.low_pass"), filter.low_pass)?;
         }
         let recording = &self.recording;
-        let other = [
+        let positions = [
             ("format", recording.format.is_some()),
             ("marker", recording.marker.is_some()),
             ("likelihood", recording.likelihood.is_some()),
@@ -108,19 +101,12 @@ impl SensorForm {
             ("y", recording.y.is_some()),
             ("sigma", recording.sigma.is_some()),
         ];
-        for (own, is_given) in other {
-            let allowed = "this key with positions only; a sensor has one number as sigma";
-            ensure(
-                !is_given,
-                format!("{key}.{own}"),
-                "a key of a position with quantity",
-                allowed,
-            )?;
-        }
-        let path = marker_files::file::at(folder, &self.file.unwrap_or_default());
+        let allowed = "this key with positions only; a sensor has one number as sigma";
+        refuse_given(key, &positions, "a key of a position with quantity", allowed)?;
+        let path = marker_files::file::at(folder, &self.file.clone().unwrap_or_default());
         let table = SensorTable {
-            part: self.quantity,
-            of,
+            quantity: self.quantity,
+            of: self.of,
             columns: recording.columns.as_ref(),
             fps: recording.fps,
             time_zero: recording.time_zero,
@@ -132,13 +118,13 @@ impl SensorForm {
             if readings.is_empty() {
                 continue;
             }
-            let channel = Channel { of, part: self.quantity, axis, direction };
+            let channel = self.channel(axis, direction);
             let tare = match self.tare {
                 None => Tare::Known(0.0),
                 Some(TareForm::Nuisance(NuisanceTare::Free)) => Tare::Free,
                 Some(TareForm::Known(offsets)) => Tare::Known(offsets[axis]),
             };
-            let mut sensor = Sensor::new(channel.rotated(self.rotation), readings).tare(tare);
+            let mut sensor = Sensor::new(channel, readings).tare(tare);
             sensor.data.low_pass = self.filter.map(|filter| filter.low_pass);
             let sensor = sensor.with_source(&path, recording, read.dropped);
             measurements.push(sensor.with_properties(self.sigma, self.loss, self.held_out).into());
@@ -146,6 +132,65 @@ impl SensorForm {
         let found = "none of the components of the file";
         ensure(!measurements.is_empty(), format!("{key}.axes"), found, "at least one of them")?;
         Ok(measurements)
+    }
+}
+
+/// Rejects the first of the keys (name, and whether it is given) in the table `key` that is given. The error has `found` and
+/// `allowed`.
+pub(crate) fn refuse_given(
+    key: &str,
+    keys: &[(&str, bool)],
+    found: &str,
+    allowed: &str,
+) -> Result<(), Error> {
+    keys.iter()
+        .try_for_each(|(own, is_given)| ensure(!is_given, format!("{key}.{own}"), found, allowed))
+}
+
+impl SensorForm {
+    /// Rejects an end or a point that the quantity does not have, an end without a support, and `axes` of an angle. Errors
+    /// have the key; `key` is that of the table.
+    fn check_place(&self, problem: &Problem, key: &str) -> Result<(), Error> {
+        if !self.quantity.is_of_support() {
+            let (found, allowed) = ("a key of forces and moments", "point with this quantity");
+            ensure(self.of.is_none(), format!("{key}.of"), found, allowed)?;
+            let has_axes = self.quantity == SensorQuantity::Angle && self.recording.axes.is_some();
+            let (found, allowed) =
+                ("axes of an angle", "rotation, which turns the axis of the angle");
+            return ensure(!has_axes, format!("{key}.axes"), found, allowed);
+        }
+        let (found, allowed) =
+            ("a key of a position, acceleration or angle", "of with this quantity");
+        ensure(self.point.is_none(), format!("{key}.point"), found, allowed)?;
+        let Some(of) = self.of else {
+            let found = "no such key with this quantity";
+            return Err(Error::invalid(format!("{key}.of"), found, "\"start\" or \"end\""));
+        };
+        // A scene of several rods is refused by the check of the measurement.
+        let supports = &problem.scene().supports;
+        let (name, support) = match of {
+            End::Start => ("start", supports.start),
+            End::End => ("end", supports.end),
+        };
+        let is_held = support != Support::Free || problem.scene().structure.is_some();
+        let found = format!("\"{name}\", a free end");
+        ensure(is_held, format!("{key}.of"), found, "an end that a support holds")
+    }
+
+    /// The channel of axis `axis` (0 to 2) of the file, whose direction before the rotation is given.
+    fn channel(&self, axis: usize, direction: [f64; 3]) -> SensorChannel {
+        let point = self.point.unwrap_or(Point::Tip);
+        let of = self.of.unwrap_or(End::Start);
+        let support = |part| Channel { of, part, axis, direction }.rotated(self.rotation).into();
+        match self.quantity {
+            SensorQuantity::Force => support(ReactionPart::Force),
+            SensorQuantity::Moment => support(ReactionPart::Moment),
+            SensorQuantity::Acceleration => {
+                let quantity = PointQuantity::Acceleration { axis, direction };
+                PointChannel { point, quantity }.rotated(self.rotation).into()
+            }
+            SensorQuantity::Angle => PointChannel::angle(point).rotated(self.rotation).into(),
+        }
     }
 }
 

@@ -7,6 +7,7 @@
 //! by `SIGNIFICANT` residual variances. [`onset_of_motion`] returns `t0` in the unit of the times, or none without a rest
 //! before the motion, without motion above the noise, or with fewer than `FEWEST_SAMPLES` samples.
 
+use crate::numerics::upper_median;
 use std::collections::VecDeque;
 
 /// Smallest number of samples for which an onset is searched; the fit needs [`FEWEST_AT_REST`] and [`FEWEST_MOVING`] of them.
@@ -142,9 +143,7 @@ impl MotionSamples {
         let second = |w: &[[f64; 3]]| {
             norm([0, 1, 2].map(|c| w[0][c] - 2.0 * w[1][c] + w[2][c])) / 6.0_f64.sqrt()
         };
-        let mut all: Vec<f64> = self.places.windows(3).map(second).collect();
-        all.sort_by(f64::total_cmp);
-        all.get(all.len() / 2).copied().unwrap_or(0.0)
+        upper_median(self.places.windows(3).map(second)).unwrap_or(0.0)
     }
 
     /// First and last sample of the first fast motion; `extent` is that of all positions. The lag between both is the

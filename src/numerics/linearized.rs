@@ -195,7 +195,7 @@ impl Linearized {
 }
 
 /// Euclidean norms of the `n` columns of a matrix of rows.
-fn column_norms(rows: &[Vec<f64>], n: usize) -> Vec<f64> {
+pub(crate) fn column_norms(rows: &[Vec<f64>], n: usize) -> Vec<f64> {
     (0..n).map(|j| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt()).collect()
 }
 

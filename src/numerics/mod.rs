@@ -6,8 +6,8 @@
 //! `tangent`, `banded` and `envelope` storage with `L D L^T` factors, `prescribed_dofs`, and the `lanczos` method.
 //! Matrices that are not symmetric: `envelope_lu` with `L U` factors. Signals: `hermite` interpolation in time, power
 //! spectra (`spectrum`), and noise estimates (`noise_scale`). Nonlinear least squares: `levenberg_marquardt`, with
-//! the step of `linearized`. This file itself has `total_order` (an integer with the order of floating-point numbers)
-//! and `upper_median` (of an even number of values the larger middle one, None without values).
+//! the step of `linearized`. This file itself has `total_order` (an integer with the order of floating-point numbers),
+//! `upper_median` (of an even number of values the larger middle one, None without values) and `median`.
 
 pub mod banded;
 pub mod envelope;
@@ -31,7 +31,7 @@ pub mod term_bound;
 mod trigonometry;
 pub mod vector;
 
-pub(crate) use linearized::half_sum_of_squares;
+pub(crate) use linearized::{column_norms, half_sum_of_squares};
 
 /// An integer with the order of [`f64::total_cmp`], NaN included: `x` comes before `y` if its integer is smaller. Lists
 /// that are sorted by it with `sort_by_cached_key` share one compiled sort.
@@ -47,6 +47,16 @@ pub(crate) fn upper_median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by_cached_key(|x| total_order(*x));
     values.get(values.len() / 2).copied()
+}
+
+/// Median of `values`, the mean of the two middle ones of an even number; zero of none.
+pub(crate) fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by_cached_key(|x| total_order(*x));
+    match values.len() {
+        0 => 0.0,
+        n => 0.5 * (values[(n - 1) / 2] + values[n / 2]),
+    }
 }
 
 #[cfg(test)]

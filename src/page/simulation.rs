@@ -19,7 +19,9 @@ use crate::page::snapshots::{DrawnSnapshot, strip};
 use crate::page::table::{HtmlTable, KeyTable};
 use crate::problem::Problem;
 use crate::rod::Energies;
+use crate::scene::Time;
 use crate::summary::Tone;
+use std::path::Path;
 
 /// Most shapes that are drawn side by side.
 const MAX_SNAPSHOTS: usize = 12;
@@ -51,15 +53,19 @@ pub fn simulation_page(
 /// the discretization follows if the program chose or checked the numerics. Its color is good, doubtful with warnings, or
 /// bad for a run that stopped.
 fn first_card(report: &SimulationReport, samples: &[FilmSample]) -> String {
-    let tone = Tone::of_result(report.status == "completed", !report.warnings.is_empty());
     let energy = escaped(&capitalized(&report.energy_in_words()));
     let mut content = tip_table(samples) + &format!("<p>{energy}.</p>\n");
     if let Some(resolution) = &report.resolution {
         content += &note(&format!("{}.", escaped(&capitalized(&resolution.words()))));
     }
-    let headline = with_explanation(&capitalized(&report.status));
-    let warnings = MessageList { heading: "Warnings", messages: report.warnings.clone() };
-    card(tone, &headline, &content, &[warnings])
+    run_card(&report.status, &report.warnings, &content)
+}
+
+/// The card of a run that ended with this `status`, HTML: the `content`, and the warnings.
+pub(super) fn run_card(status: &str, warnings: &[String], content: &str) -> String {
+    let tone = Tone::of_result(status == "completed", !warnings.is_empty());
+    let warnings = MessageList { heading: "Warnings", messages: warnings.to_vec() };
+    card(tone, &with_explanation(&capitalized(status)), content, &[warnings])
 }
 
 /// The unit with prefix for all positions of the tip, by the largest absolute coordinate.
@@ -172,15 +178,25 @@ pub(super) fn tip(samples: &[FilmSample], planes: &[DrawingPlane]) -> String {
 fn settings(report: &SimulationReport, problem: &Problem) -> String {
     let scene = problem.scene();
     let mesh = format!("{} segments on {}", problem.segments(), quantity(problem.length(), "m"));
-    let steps = scene.time.as_ref().map(|time| time_steps(time.step_size(), time.end));
+    let model = format!("{}, {} degrees of freedom", report.model, report.dof);
     let cost = format!("{} steps, {} Newton iterations", report.steps, report.newton_iterations);
-    KeyTable::default()
-        .row_if_any("scene", scene.path.as_ref().map(|path| path.display().to_string()))
-        .row("model", format!("{}, {} degrees of freedom", report.model, report.dof))
-        .row("mesh", mesh)
-        .row_if_any("time step", steps)
-        .row_if_any("scheme", scene.time.as_ref().map(|time| time.scheme.name()))
+    run_settings(scene.path.as_deref(), model, mesh, scene.time.as_ref())
         .row("cost", cost)
         .row("wall-clock time", quantity(report.wall_seconds, "s"))
         .render()
+}
+
+/// The table of scene file, model, mesh, time step and scheme of a run.
+pub(super) fn run_settings(
+    scene: Option<&Path>,
+    model: String,
+    mesh: String,
+    time: Option<&Time>,
+) -> KeyTable {
+    KeyTable::default()
+        .row_if_any("scene", scene.map(|path| path.display().to_string()))
+        .row("model", model)
+        .row("mesh", mesh)
+        .row_if_any("time step", time.map(|time| time_steps(time.step_size(), time.end)))
+        .row_if_any("scheme", time.map(|time| time.scheme.name()))
 }

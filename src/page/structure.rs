@@ -6,17 +6,14 @@
 //! rod over time. The last one has scene, model, mesh, time step, scheme and cost. Without frames there are the card and
 //! the settings only. Output is a self-contained HTML page.
 
-use crate::page::card::{MessageList, card};
-use crate::page::html::{capitalized, escaped, section, with_explanation};
+use crate::page::html::{escaped, section};
 use crate::page::number::quantity;
 use crate::page::page;
 use crate::page::plane::planes;
 use crate::page::player::{PlayedMotion, motion_player};
-use crate::page::settings::time_steps;
-use crate::page::simulation::{energy, snapshots, tip};
-use crate::page::table::{HtmlTable, KeyTable};
+use crate::page::simulation::{energy, run_card, run_settings, snapshots, tip};
+use crate::page::table::HtmlTable;
 use crate::structure::{Structure, StructureFilm, StructureReport};
-use crate::summary::Tone;
 
 /// A self-contained HTML page of a simulation of a structure. `title` names the simulation, for example its scene file.
 pub fn structure_page(
@@ -49,7 +46,6 @@ pub fn structure_page(
 
 /// The end of the run with the tips of all rods, and the warnings.
 fn first_card(report: &StructureReport) -> String {
-    let tone = Tone::of_result(report.status == "completed", !report.warnings.is_empty());
     let shown = |x: f64| format!("{x:.6}");
     let rods = report.shape.rods.iter();
     let table = HtmlTable::new("tips of the rods at the end", rods)
@@ -59,9 +55,7 @@ fn first_card(report: &StructureReport) -> String {
         .text("y, m", |(_, rod)| shown(rod.tip[1]))
         .text("z, m", |(_, rod)| shown(rod.tip[2]))
         .render();
-    let headline = with_explanation(&capitalized(&report.status));
-    let warnings = MessageList { heading: "Warnings", messages: report.warnings.clone() };
-    card(tone, &headline, &table, &[warnings])
+    run_card(&report.status, &report.warnings, &table)
 }
 
 /// The scene, its meshes and steps, and the cost of the run.
@@ -73,15 +67,10 @@ fn settings(structure: &Structure, report: &StructureReport) -> String {
         structure.segments(),
         quantity(structure.length(), "m")
     );
-    let steps = scene.time.as_ref().map(|time| time_steps(time.step_size(), time.end));
+    let model = format!("structure in a plane, {} degrees of freedom", report.dof);
     let work = &report.work;
     let cost = format!("{} steps, {} Newton iterations", work.steps, work.newton_iterations);
-    KeyTable::default()
-        .row_if_any("scene", scene.path.as_ref().map(|path| path.display().to_string()))
-        .row("model", format!("structure in a plane, {} degrees of freedom", report.dof))
-        .row("mesh", edges)
-        .row_if_any("time step", steps)
-        .row_if_any("scheme", scene.time.as_ref().map(|time| time.scheme.name()))
+    run_settings(scene.path.as_deref(), model, edges, scene.time.as_ref())
         .row("cost", cost)
         .render()
 }

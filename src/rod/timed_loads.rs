@@ -92,11 +92,6 @@ impl<D: Scalar> TimedLoads<D> {
         self.loads.is_empty()
     }
 
-    /// Whether there are moments.
-    pub fn have_moments(&self) -> bool {
-        self.loads.iter().any(|load| !load.moments.is_empty())
-    }
-
     /// Overwrites `forces` and `moments` with their means from the time `from` to `to`, s; an unknown may have several
     /// entries.
     pub fn set_mean(

@@ -19,6 +19,7 @@
 //! neighbors must be below `QUIET_NEIGHBOR` of that. Recorded ends, observations of fits and the inspection of files
 //! use this module.
 
+use crate::numerics::upper_median;
 use crate::numerics::vector::{Vector, components, dot, sub};
 use crate::scene::fault::{Fault, JUMP};
 use crate::scene::track::{Marker, Track};
@@ -161,9 +162,7 @@ impl Track {
     /// Median (upper of two) distance between two markers over the frames that both have, m; none without common frames.
     fn distance(&self, a: usize, b: usize) -> Option<f64> {
         let pairs = self.markers()[a].seen.iter().zip(&self.markers()[b].seen);
-        let mut all: Vec<f64> = pairs.filter_map(|(a, b)| Some(norm(sub((*a)?, (*b)?)))).collect();
-        all.sort_by(f64::total_cmp);
-        all.get(all.len() / 2).copied()
+        upper_median(pairs.filter_map(|(a, b)| Some(norm(sub((*a)?, (*b)?)))))
     }
 
     /// Gaps of lost frames, in the order of time. The RMS residual of a cubic through the `held` markers exceeds

@@ -11,8 +11,8 @@
 //! `scheme`, `tolerance` (tables); `shape`, `polyline`, `mesh`, `plane`, `point`, `marker` (geometry); `support`,
 //! `supports`, `prescribed_motion`, `motion_rate`, `path`, `track`, `recorded_point`, `recorded_motion`, `fault`,
 //! `faults` (ends and recordings); `own` (user-defined energies); `structure`, `structure_point`,
-//! `structure_catalog`, `per_axis` (several rods); `resolution`, `scheme_support`, `required`, `validate`, `nearest`
-//! (choice and checks); `file`, `scene_file`, `structure_file` (reading).
+//! `structure_catalog`, `per_axis` (several rods); `scene_catalog` (all parameters); `resolution`, `scheme_support`,
+//! `required`, `validate`, `nearest` (choice and checks); `file`, `scene_file`, `structure_file` (reading).
 
 pub mod actuation;
 pub mod along;
@@ -46,6 +46,7 @@ mod recorded_point;
 mod required;
 pub mod resolution;
 pub mod rod;
+mod scene_catalog;
 mod scene_file;
 pub mod scheme;
 mod scheme_support;

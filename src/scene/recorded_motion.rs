@@ -8,6 +8,7 @@
 
 use crate::numerics::noise_scale::{NoEstimate, NoisySeries, quantization_step};
 use crate::numerics::spectrum::{harmonic_variances, intervals};
+use crate::numerics::upper_median;
 use crate::scene::fault::Fault;
 use crate::scene::track::{Marker, TimedPosition, Track, known_positions, with_velocities};
 
@@ -221,9 +222,7 @@ fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault>
         let (a, b, c) = (w[0]?, w[1]?, w[2]?);
         Some(distance([0, 1, 2].map(|i| a[i] - 2.0 * b[i] + c[i]), [0.0; 3]) / 6.0_f64.sqrt())
     };
-    let mut seconds: Vec<f64> = marker.seen.windows(3).filter_map(second).collect();
-    seconds.sort_by(f64::total_cmp);
-    let noise = seconds.get(seconds.len() / 2).copied().unwrap_or(0.0);
+    let noise = upper_median(marker.seen.windows(3).filter_map(second)).unwrap_or(0.0);
     let resolution = [0, 1, 2].map(|c| {
         let values: Vec<f64> = marker.seen.iter().flatten().map(|place| place[c]).collect();
         quantization_step(&values).unwrap_or(0.0)

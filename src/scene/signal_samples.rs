@@ -9,7 +9,7 @@
 use crate::code::Code;
 use crate::error::Error;
 use crate::scene::fault::Fault;
-use crate::scene::track::{CLOCK_TOLERANCE, Track};
+use crate::scene::track::{CLOCK_TOLERANCE, Track, median_step};
 use marker_files::table::{TIMES, Table};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -110,9 +110,7 @@ impl SignalSamples {
 
     /// Median time between two samples, s.
     pub(super) fn usual_step(&self) -> f64 {
-        let mut steps: Vec<f64> = self.times.windows(2).map(|t| t[1] - t[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        steps[steps.len() / 2]
+        median_step(&self.times)
     }
 
     /// Frequency, Hz, below which 99 % of the variance lie; none for a signal that does not exceed its noise.

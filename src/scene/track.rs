@@ -13,6 +13,7 @@ use crate::code::Code;
 use crate::error::Error;
 use crate::numerics::hermite::HermiteWeights;
 use crate::numerics::scalar::Scalar;
+use crate::numerics::upper_median;
 use crate::numerics::vector::Vector;
 use crate::scene::fault::Fault;
 use marker_files::{MarkerData, Recording};
@@ -61,6 +62,11 @@ pub(super) struct PathPoint {
     pub time: f64,
     pub position: [f64; 3],
     pub velocity: [f64; 3],
+}
+
+/// Median (upper of two) time between two of increasing `times`, s; 0 for fewer than two.
+pub(super) fn median_step(times: &[f64]) -> f64 {
+    upper_median(times.windows(2).map(|t| t[1] - t[0])).unwrap_or(0.0)
 }
 
 impl Track {
@@ -232,9 +238,7 @@ impl Track {
 
     /// Median (upper of two) time between two frames, s; 0 for a single frame.
     pub(super) fn usual_step(&self) -> f64 {
-        let mut steps: Vec<f64> = self.times.windows(2).map(|t| t[1] - t[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        steps.get(steps.len() / 2).copied().unwrap_or(0.0)
+        median_step(&self.times)
     }
 
     /// Times of the frames, s, increasing; the first one of a recording that was read is 0.

@@ -44,7 +44,7 @@ impl<D: Scalar> StructureNodes<'_, D> {
         match point {
             StructurePoint::Rod(PointOfRod { rod, at }) => {
                 let rod = self.scene.rod(&format!("{key}.rod"), rod)?;
-                let first: usize = self.meshes[..rod].iter().map(|mesh| mesh.nodes.len()).sum();
+                let first = self.first_node(rod);
                 let stencil = at.point().fixed().stencil(&self.meshes[rod]).map_err(|error| {
                     let place = format!("of the rod {}", self.scene.rods[rod].name);
                     error.at_key(format!("{key}.at"), &place)
@@ -74,14 +74,19 @@ impl<D: Scalar> StructureNodes<'_, D> {
         let own = self.stencil(point, key)?.nodes.into_iter().map(|(node, _)| node);
         let StructurePoint::Rod(PointOfRod { rod, at }) = point else { return Ok(own.collect()) };
         let rod = self.scene.rod(&format!("{key}.rod"), rod)?;
-        let first: usize = self.meshes[..rod].iter().map(|mesh| mesh.nodes.len()).sum();
+        let first = self.first_node(rod);
         let around = at.point().fixed().nodes_around(&self.meshes[rod])?;
         Ok(own.chain(around.map(|node| first + node)).collect())
     }
 
+    /// Number of nodes of the rods before `rod`.
+    fn first_node(&self, rod: usize) -> usize {
+        self.meshes[..rod].iter().map(|mesh| mesh.nodes.len()).sum()
+    }
+
     /// Number of nodes of all rods.
     pub fn rod_nodes(&self) -> usize {
-        self.meshes.iter().map(|mesh| mesh.nodes.len()).sum()
+        self.first_node(self.meshes.len())
     }
 
     /// Number of nodes of all rods and bodies.

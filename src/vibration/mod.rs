@@ -5,13 +5,14 @@
 //! frequencies with derivatives by parameters, about the equilibrium ([`NaturalFrequency`]). A mode is selected by
 //! number and filter ([`ModeName`]). Named frequencies are reduced by shear and rotary inertia of thick rods, which the
 //! model omits, where the name requests it; the reductions also serve a check of fits. Frequencies are angular, in
-//! rad/s; tables also have Hz. These parts are in `modes`, `frequencies`, `name`, `timoshenko` and `thickness`.
+//! rad/s; tables also have Hz. These parts are in `mode` and `modes`, `frequencies`, `name`, `timoshenko` and `thickness`.
 //! `critical_load` has the load at which the lowest mode loses its stiffness. `follower_modes` has
 //! frequencies and growth rates under loads without a potential.
 
 mod critical_load;
 mod follower_modes;
 mod frequencies;
+mod mode;
 mod modes;
 mod name;
 mod thickness;
@@ -19,20 +20,20 @@ mod timoshenko;
 
 pub use critical_load::CriticalLoad;
 pub use frequencies::NaturalFrequency;
-pub use modes::{LinearizationPoint, Mode, ModeKind, ModePlane, Modes};
+pub use mode::{LinearizationPoint, Mode, ModeKind, ModePlane, Modes};
 pub use name::{ModeFilter, ModeName};
 pub(crate) use thickness::thickness_effects;
 pub(crate) use timoshenko::{LARGEST_FACTOR, USUAL_RATIO};
 
 #[doc(hidden)]
 #[deprecated(since = "0.2.0", note = "renamed to LinearizationPoint")]
-pub use modes::LinearizationPoint as About;
+pub use mode::LinearizationPoint as About;
 #[doc(hidden)]
 #[deprecated(since = "0.2.0", note = "renamed to ModeKind")]
-pub use modes::ModeKind as Kind;
+pub use mode::ModeKind as Kind;
 #[doc(hidden)]
 #[deprecated(since = "0.2.0", note = "renamed to ModePlane")]
-pub use modes::ModePlane as Plane;
+pub use mode::ModePlane as Plane;
 #[doc(hidden)]
 #[deprecated(since = "0.2.0", note = "renamed to ModeFilter")]
 pub use name::ModeFilter as Among;

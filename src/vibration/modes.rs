@@ -12,9 +12,8 @@
 //! energy of twist exceeds both others. Axial: that of stretch exceeds bending, and most kinetic energy is along
 //! the rod. Rigid: without strains, or a spin without stiffness. Bending: all others. Free rigid motions of
 //! frequency zero have no number. Shapes are displacements of the nodes in world axes, the largest 1. Output:
-//! [`Modes`], with a summary as text (Hz too), and the eigenpairs for frequencies with derivatives.
+//! [`Modes`] (`mode`), and the eigenpairs for frequencies with derivatives.
 
-use crate::code::Code;
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::Tangent;
@@ -25,141 +24,18 @@ use crate::problem::{
     SpatialProblem, UnknownsAndFrames,
 };
 use crate::rod::{Rod, TangentOf};
-use crate::scene::{End, Resolution, Support};
+use crate::scene::{End, Support};
 use crate::statics::{
     MAX_UNCERTAIN, OutOfPlaneTangent, Pencil, PencilMode, Stability, UNCERTAIN_LEVELS,
     linear_combination, spatial_motion,
 };
-use crate::summary::quantity::number;
-use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use crate::vibration::follower_modes::{FollowerMode, follower_modes};
+use crate::vibration::mode::{LinearizationPoint, Mode, ModeKind, ModePlane, Modes};
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
 use std::ops::Range;
 
 /// Largest number of unstable modes that are listed beyond the requested ones, so that the result stays bounded.
 const MAX_UNSTABLE: usize = 200;
-/// Significant digits of frequencies in the terminal table.
-const DIGITS: usize = 7;
-
-/// The state about which vibrations are linearized.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-pub enum LinearizationPoint {
-    /// The equilibrium under the loads.
-    #[default]
-    Equilibrium,
-    /// The rest shape, regardless of the loads.
-    Rest,
-}
-
-/// Plane of a mode relative to the plane of the scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-pub enum ModePlane {
-    /// The mode moves in the plane of the scene.
-    In,
-    /// The mode moves out of the plane, or twists.
-    Out,
-}
-
-/// Kind of a mode by its elastic energy and motion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum ModeKind {
-    /// Bending mode.
-    Bending,
-    /// Twist mode.
-    Torsion,
-    /// Stretch mode along the rod.
-    Axial,
-    /// Rigid motion: free at frequency zero, or held by loads as a pendulum.
-    Rigid,
-}
-
-impl ModeKind {
-    /// The name of the kind in fit files: `bending`, `torsion`, `axial` or `rigid`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Bending => "bending",
-            Self::Torsion => "torsion",
-            Self::Axial => "axial",
-            Self::Rigid => "rigid",
-        }
-    }
-}
-
-/// A mode of vibration.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[non_exhaustive]
-pub struct Mode {
-    /// Angular frequency, rad/s; for an unstable mode minus its growth rate, 1/s. Zero without resistance, as for rigid
-    /// motions of a free rod.
-    pub frequency_rad_s: f64,
-    /// Growth rate of the undamped mode, 1/s, negative if it decays; absent if all loads have a potential.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub growth_rate_1_s: Option<f64>,
-    /// In or out of the plane of the scene; absent in spatial scenes.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub plane: Option<ModePlane>,
-    /// Dominant deformation.
-    pub kind: ModeKind,
-    /// Number among the modes of its plane, from 1 on, as measured frequencies name it; absent for free motions.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub number: Option<usize>,
-    /// Displacement of every node in world axes; the largest is 1. Zero in torsion.
-    pub shape: Vec<[f64; 3]>,
-}
-
-impl Mode {
-    /// Whether the mode is unstable.
-    fn is_growing(&self) -> bool {
-        self.frequency_rad_s < 0.0 || self.growth_rate_1_s.is_some_and(|rate| rate > 0.0)
-    }
-}
-
-/// Lowest vibration modes about the equilibrium or the rest shape.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[non_exhaustive]
-pub struct Modes {
-    /// The state that the rod vibrates about.
-    pub about: LinearizationPoint,
-    /// Number of unstable directions. The modes include the first 200 of either plane, or as many as requested.
-    pub unstable: usize,
-    /// Number of directions that deform the rod without a measurable stiffness, as at a critical load.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub marginal: usize,
-    /// Angular frequencies in and out of the plane, ascending, rad/s; unstable modes are first, with negative growth
-    /// rates, 1/s.
-    pub frequencies_rad_s: Vec<f64>,
-    /// Growth rates of the undamped modes under follower loads, or moments in space, in the order of the frequencies, 1/s.
-    /// One above zero is that of flutter or, with a negative frequency, of divergence. Absent without such loads.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub growth_rates_1_s: Vec<f64>,
-    /// Modes, in the order of the frequencies.
-    pub modes: Vec<Mode>,
-    /// The mesh that the command chose, and the relative error of a frequency; absent for a stated mesh.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub resolution: Option<Resolution>,
-    /// Reasons to doubt the result: values that suggest other units than SI.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub warnings: Vec<String>,
-    /// The codes of the warnings, in their order.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub warning_codes: Vec<Code>,
-}
-
-/// Whether a count is zero, so that the JSON omits it.
-fn is_zero(count: &usize) -> bool {
-    *count == 0
-}
 
 impl Problem {
     /// The `count` lowest modes about a state, and all unstable ones (up to 200 in either plane), in ascending order
@@ -536,95 +412,4 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         }
         Ok(Stability { unstable, marginal: 0 })
     }
-}
-
-impl std::fmt::Display for Modes {
-    /// Writes the [summary](Self::summary) without colors.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        self.summary().fmt(f)
-    }
-}
-
-impl Modes {
-    /// The result as text for a terminal. Headline: number of frequencies and state; for an unstable rod first the
-    /// number of unstable modes, and that of the listed ones if it differs. Below it a table of modes, warnings
-    /// (marginal modes, coarse mesh, implausible values), and numerics if the command chose or checked them.
-    pub fn summary(&self) -> Summary {
-        let about = match self.about {
-            LinearizationPoint::Equilibrium => "the equilibrium under the loads",
-            LinearizationPoint::Rest => "the rest shape",
-        };
-        // Headline: number of frequencies, or of unstable modes.
-        let listed = self.modes.iter().filter(|mode| mode.is_growing()).count();
-        let counted =
-            counted(self.modes.len() - listed, "natural frequency", "natural frequencies");
-        let summary = match self.unstable {
-            0 => Summary::new(format!("{counted} about {about}"), Tone::Good),
-            n => {
-                let modes = counted_modes(n);
-                let few = if n == listed { String::new() } else { format!(", {listed} listed") };
-                Summary::new(format!("unstable: {modes}{few}; {counted} about {about}"), Tone::Bad)
-            }
-        };
-        let mut warnings = Vec::new();
-        if self.marginal > 0 {
-            let words = format!(
-                "marginal: {} without a measurable stiffness. The rod is at a stability limit, and the lowest \
-                 frequencies are rounding errors. Change the load or the support slightly.",
-                counted_modes(self.marginal)
-            );
-            warnings.push(Code::Marginal.behind(words));
-        }
-        let resolution = self.resolution.as_ref();
-        let coarse = resolution.and_then(|resolution| resolution.warning_over("a frequency"));
-        warnings.extend(coarse.map(|(code, words)| code.behind(words)));
-        warnings.extend(self.warnings.iter().cloned());
-        let summary = summary.table("", self.table()).warnings(warnings).naming_warnings();
-        match resolution {
-            Some(resolution) => summary.fact("Numerics", resolution.words_over("a frequency")),
-            None => summary,
-        }
-    }
-
-    /// A table with a row per mode, in ascending order: frequency in Hz and rad/s, or for unstable modes the growth
-    /// rate, 1/s; both for flutter; direction relative to the plane (empty in space), kind, and number (empty for free motions).
-    fn table(&self) -> SummaryTable {
-        let mut table = SummaryTable::new([
-            TextColumn::right("Hz"),
-            TextColumn::right("rad/s"),
-            TextColumn::right("growth rate, 1/s"),
-            TextColumn::left("direction"),
-            TextColumn::left("kind"),
-            TextColumn::right("number"),
-        ]);
-        for mode in &self.modes {
-            let plane = match mode.plane {
-                Some(ModePlane::In) => "in plane",
-                Some(ModePlane::Out) => "out of plane",
-                None => "",
-            };
-            let w = mode.frequency_rad_s;
-            let [hz, rad, growth] = match w < 0.0 {
-                true => [String::new(), "unstable".into(), number(-w, DIGITS)],
-                false => {
-                    let growth = mode.growth_rate_1_s.filter(|rate| *rate != 0.0);
-                    let growth = growth.map(|rate| number(rate, DIGITS)).unwrap_or_default();
-                    [number(w / TAU, DIGITS), number(w, DIGITS), growth]
-                }
-            };
-            let counted = mode.number.map(|n| n.to_string()).unwrap_or_default();
-            table.row([hz, rad, growth, plane.into(), mode.kind.name().into(), counted]);
-        }
-        table
-    }
-}
-
-/// A number with its noun as text: `1` with `one`, every other number with `several`.
-fn counted(n: usize, one: &str, several: &str) -> String {
-    if n == 1 { format!("1 {one}") } else { format!("{n} {several}") }
-}
-
-/// `1 mode`, or `n modes`.
-fn counted_modes(n: usize) -> String {
-    counted(n, "mode", "modes")
 }

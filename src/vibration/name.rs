@@ -12,7 +12,8 @@
 use crate::error::Error;
 use crate::numerics::vector::dot;
 use crate::problem::Problem;
-use crate::vibration::modes::{Eigenpair, ModeKind, ModePlane};
+use crate::vibration::mode::{ModeKind, ModePlane};
+use crate::vibration::modes::Eigenpair;
 
 /// The modes among which a number counts. The default is, in a planar scene, the modes in its plane, and in a spatial
 /// scene all modes.

@@ -8,9 +8,8 @@ use crate::error::Error;
 use crate::numerics::tangent::Tangent;
 use crate::problem::{AnyProblem, Model, Problem};
 use crate::vibration::frequencies::find_named_modes;
-use crate::vibration::modes::{
-    LinearizationPoint, ModePlane, VibratingRod, linearization_state, spatial_state,
-};
+use crate::vibration::mode::{LinearizationPoint, ModePlane};
+use crate::vibration::modes::{VibratingRod, linearization_state, spatial_state};
 use crate::vibration::name::ModeName;
 use crate::vibration::timoshenko::{ThicknessEffect, VibrationState};
 
@@ -85,7 +84,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
 mod tests {
     use super::*;
     use crate::scene::{Dimension, Material, Point, PointForce, Scene, Section, Shape, Support};
-    use crate::vibration::modes::ModeKind;
+    use crate::vibration::mode::ModeKind;
     use crate::vibration::name::ModeFilter;
 
     const LENGTH: f64 = 0.1;

@@ -31,7 +31,8 @@ use crate::numerics::vector::{add, dot, scale, sub};
 use crate::problem::{Discretized, FramesOver, Model, Setup};
 use crate::scene::Scene;
 use crate::statics::{Pencil, free_part, internal_forces};
-use crate::vibration::modes::{ModePlane, motion_in_model};
+use crate::vibration::mode::ModePlane;
+use crate::vibration::modes::motion_in_model;
 
 /// Poisson's ratio that is assumed where a scene has none, or an impossible one.
 pub(crate) const USUAL_RATIO: f64 = 0.3;

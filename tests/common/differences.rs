@@ -20,10 +20,32 @@ pub fn difference(
     (0..a.len()).map(|i| (45.0 * a[i] - 9.0 * b[i] + c[i]) / (60.0 * h)).collect()
 }
 
+/// The largest absolute value of a list.
+pub fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |most, x| most.max(x.abs()))
+}
+
+/// The largest difference of two lists.
+pub fn apart(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
 /// All nodes at rest, with derivatives.
 pub fn at_rest(problem: &Problem, parameters: &[Parameter]) -> Trajectory {
     let all: Vec<usize> = (0..problem.nodes()).collect();
     Trajectory::at_rest(problem, &all, parameters).unwrap()
+}
+
+/// The largest error of the derivatives of all nodes at rest by a parameter against differences in steps of `h`, and the
+/// largest derivative.
+pub fn mismatch_at_rest(problem: &Problem, parameter: Parameter, h: f64) -> [f64; 2] {
+    let positions = |problem: &Problem| -> Vec<f64> {
+        let run = at_rest(problem, &[]);
+        (0..problem.nodes()).flat_map(|i| run.node(i, 0)).collect()
+    };
+    let (_, _, derivatives) = at_rest(problem, &[parameter]).into_parts();
+    let exact: Vec<f64> = derivatives[0].iter().flat_map(|[place, _]| *place).collect();
+    [apart(&exact, &difference(problem, parameter, h, positions)), largest(&exact)]
 }
 
 /// Every element counts once in the assembled rod: gradient and tangent by both routes, the gradient

@@ -7,6 +7,7 @@ use rand_distr::{Distribution, Normal};
 use rodfit::fit::{Analysis, Refinement, Sample};
 use rodfit::scene::Scene;
 use rodfit::{Fit, FitReport, Observation, Parameter, Point, Trajectory, Unknown};
+use std::path::Path;
 
 use crate::common::simulate;
 
@@ -45,6 +46,15 @@ pub fn noisy(clean: &Observation, sigma: f64, seed: u64) -> Observation {
     let mut data = clean.clone();
     add_noise(&mut data, sigma, seed);
     data
+}
+
+/// Writes a scene as `scene.toml` and the positions of a record in its plane as `tip.csv` into a folder.
+pub fn write_scene_and_record(folder: &Path, scene: &Scene, data: &Observation) {
+    std::fs::write(folder.join("scene.toml"), scene.to_toml().unwrap()).unwrap();
+    let row =
+        |s: &Sample| format!("{},{},{}\n", s.time, s.position[0].unwrap(), s.position[1].unwrap());
+    let rows: String = data.samples.iter().map(row).collect();
+    std::fs::write(folder.join("tip.csv"), format!("t,x,y\n{rows}")).unwrap();
 }
 
 /// Analysis for data from the scene's own mesh and step: no discretization error and no sensitivity analysis.

@@ -28,6 +28,20 @@ pub struct Written {
     pub keys: &'static str,
 }
 
+impl Written {
+    /// The interpretation of the file with the name of its format.
+    pub fn with_format(&self) -> Recording {
+        let format = Some(serde_json::from_str(&format!("\"{}\"", self.format)).unwrap());
+        Recording { format, ..self.recording.clone() }
+    }
+}
+
+/// A file of this name with nine frames.
+pub fn short_file(name: &str) -> Written {
+    let tip: Vec<[f64; 2]> = (0..9).map(|k| [500.5 - f64::from(k), -2.25 * f64::from(k)]).collect();
+    all(&tip).into_iter().find(|file| file.name == name).unwrap()
+}
+
 /// Rows of a file, one per frame: `row` gets the number of the frame and the position, `None` in the frame [`GAP`].
 fn rows(tip: &[[f64; 2]], row: impl Fn(usize, Option<[f64; 2]>) -> String) -> String {
     let seen = |k: usize| (k != GAP).then_some(tip[k]);

@@ -7,15 +7,14 @@ pub mod fits;
 pub mod formats;
 pub mod recordings;
 
+use rodfit::rod::Energies;
 use rodfit::scene::{Clamp, Handedness, Material, PointForce, Scene, Section, Shape, Time};
 use rodfit::{Equilibrium, PlanarProblem, Problem, Trajectory};
 use std::f64::consts::PI;
 
 /// The paper's cantilever, 50 edges, for 1 s in steps of 1 ms.
 pub fn cantilever() -> Scene {
-    let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
-    let mut scene =
-        Scene::new(50, shape, Section::Circle { radius: 0.005 }, Material::new(1273.52, 1e8));
+    let mut scene = straight_rod(50, [0.5, 0.005], Material::new(1273.52, 1e8));
     scene.loads.gravity = [0.0, -9.8, 0.0];
     scene.time = Some(Time::new(1.0, 1e-3));
     scene
@@ -53,12 +52,16 @@ pub fn helix_with(beta: f64, step: f64, end: f64, clamp: Clamp) -> Scene {
     scene
 }
 
+/// A straight round rod along x of this length and radius, m, clamped at x = 0, without weight.
+pub fn straight_rod(segments: usize, [length, radius]: [f64; 2], material: Material) -> Scene {
+    let shape = Shape::Straight { length, direction: [1.0, 0.0, 0.0] };
+    Scene::new(segments, shape, Section::Circle { radius }, material)
+}
+
 /// A straight rod of unit length and bending stiffness without weight, clamped at x = 0.
 pub fn unit_rod(segments: usize, slenderness: f64) -> Scene {
-    let shape = Shape::Straight { length: 1.0, direction: [1.0, 0.0, 0.0] };
     let modulus = 4.0 / (PI * slenderness.powi(4));
-    let section = Section::Circle { radius: slenderness };
-    Scene::new(segments, shape, section, Material::new(1.0, modulus))
+    straight_rod(segments, [1.0, slenderness], Material::new(1.0, modulus))
 }
 
 /// A force on the tip, for `loads.point` and `initial.point`.
@@ -77,6 +80,34 @@ pub fn simulate(scene: &Scene) -> Trajectory {
 
 pub fn rest(scene: &Scene) -> Equilibrium {
     scene.problem().unwrap().equilibrium().unwrap()
+}
+
+/// Distance of two points, m.
+pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// The tip at the end of a run, m.
+pub fn last_tip(scene: &Scene) -> [f64; 3] {
+    let run = simulate(scene);
+    run.tip(run.times().len() - 1)
+}
+
+/// The order of convergence from the places of the tip with a step, its half and its quarter.
+pub fn observed_order(tips: [[f64; 3]; 3]) -> f64 {
+    let errors = [distance(tips[0], tips[1]), distance(tips[1], tips[2])];
+    println!("errors {errors:?}");
+    (errors[0] / errors[1]).log2()
+}
+
+/// The largest change of the total energy in a run over the largest of a `part` of it, and the latter, J.
+pub fn energy_change(scene: &Scene, part: impl Fn(&Energies) -> f64) -> [f64; 2] {
+    let problem = scene.problem().unwrap();
+    let mut run = Trajectory::new(&problem, &[], &[]).unwrap().keep_energies();
+    run.run(&problem, problem.time().unwrap().steps(), |_| {}).unwrap();
+    let total: Vec<f64> = run.energies().iter().map(|e| e.total()).collect();
+    let most = run.energies().iter().map(part).fold(0.0, f64::max);
+    [total.iter().map(|e| (e - total[0]).abs()).fold(0.0, f64::max) / most, most]
 }
 
 /// Sag of the tip over the length at every step.

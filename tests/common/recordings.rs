@@ -3,10 +3,10 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rodfit::scene::{
-    InitialState, Material, Recorded, Scene, Scheme, Section, Shape, Support, Time, Track,
-};
+use rodfit::scene::{InitialState, Material, Recorded, Scene, Scheme, Support, Time, Track};
 use std::f64::consts::TAU;
+
+use crate::common::straight_rod;
 
 /// Markers along the cable, two of them in each gripper.
 pub const MARKERS: usize = 7;
@@ -18,13 +18,16 @@ const FRAME: f64 = 0.01;
 
 /// Scene of a planar cable of 0.42 m between two grippers that follow the recording `track`.
 pub fn cable(track: Track) -> Scene {
-    let length = APART * (MARKERS - 1) as f64;
-    let shape = Shape::Straight { length, direction: [1.0, 0.0, 0.0] };
-    let section = Section::Circle { radius: 1.5e-3 };
-    let mut scene = Scene::new(MARKERS - 1, shape, section, Material::new(1100.0, MODULUS));
+    driven_cable(track, APART * (MARKERS - 1) as f64, MODULUS, [0.5, 0.02])
+}
+
+/// Scene of a planar cable of this length, m, and Young's modulus, Pa, between two grippers that follow the recording `track`,
+/// with an edge between any two markers. Its damping is by mass, 1/s, and by stiffness, s.
+pub fn driven_cable(track: Track, length: f64, modulus: f64, damping: [f64; 2]) -> Scene {
+    let segments = track.markers().len() - 1;
+    let mut scene = straight_rod(segments, [length, 1.5e-3], Material::new(1100.0, modulus));
     scene.loads.gravity = [0.0, -9.8, 0.0];
-    scene.loads.damping.mass = 0.5;
-    scene.loads.damping.stiffness = 0.02;
+    [scene.loads.damping.mass, scene.loads.damping.stiffness] = damping;
     scene.supports.start = Support::Recorded;
     scene.supports.end = Support::Recorded;
     scene.initial.state = InitialState::Recorded;

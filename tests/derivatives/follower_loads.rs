@@ -2,19 +2,12 @@
 //! differences.
 
 use rodfit::scene::*;
-use rodfit::{Parameter, Problem};
 
-use crate::all_schemes::{check_equilibria, check_motions};
+use crate::all_schemes::{check_equilibria, check_motions, curved_rod, parameters_at, sine, steps};
 
 /// A curved rod with weight, follower loads at a point and along a part, and in space a moment about fixed axes.
 fn scene(planar: bool, scheme: Scheme, timed: bool) -> Scene {
-    let shape = Shape::Arc { length: 0.5, angle: 0.8 };
-    let mut material = Material::new(1200.0, 2e7);
-    material.poisson_ratio = Some(0.35);
-    let mut scene = Scene::new(7, shape, Section::Circle { radius: 0.005 }, material);
-    scene.rod.dimension = if planar { Dimension::Auto } else { Dimension::Spatial };
-    let z = if planar { 0.0 } else { 1.0 };
-    scene.loads.gravity = [0.0, -9.8, 0.5 * z];
+    let (mut scene, z) = (curved_rod(planar), if planar { 0.0 } else { 1.0 });
     let signal = timed.then(|| "s".to_string());
     let point = |node, force, moment, follower| PointForce {
         node,
@@ -32,31 +25,14 @@ fn scene(planar: bool, scheme: Scheme, timed: bool) -> Scene {
     scene.loads.line =
         vec![LineForce { from: 0.113, to: Some(0.38), force, follower: true, signal: None }];
     if timed {
-        scene.signals = vec![Signal {
-            kind: Some(SignalKind::Sine),
-            frequency: Some(30.0),
-            phase: Some(0.7),
-            delay: 3.7e-4,
-            gain: 1.3,
-            ..Signal::new("s")
-        }];
+        scene.signals = vec![sine("s", 1.3)];
     }
-    let step = match scheme {
-        Scheme::Verlet => 2e-5,
-        // Below the stability limit of 9e-4 s on this mesh.
-        Scheme::Pefrl => 5e-4,
-        _ => 1e-3,
-    };
-    scene.time = Some(Time { scheme, beta: 0.6, rho_inf: 0.4, ..Time::new(12.0 * step, step) });
+    scene.time = steps(scheme);
     scene
 }
 
-fn own(problem: &Problem) -> Vec<Parameter> {
-    let places = ["loads.point.", "loads.line.", "rod."];
-    let is_own = |p: &Parameter| places.iter().any(|place| p.path().starts_with(place));
-    let all = Parameter::all(problem.scene()).into_iter().filter(is_own);
-    all.filter(|p| problem.check_parameter(*p).is_ok()).collect()
-}
+/// Places of the parameters of equilibria.
+const PLACES: [&str; 3] = ["loads.point.", "loads.line.", "rod."];
 
 #[test]
 fn derivatives_of_motions_equal_those_in_dual_numbers_and_differences() {
@@ -65,7 +41,7 @@ fn derivatives_of_motions_equal_those_in_dual_numbers_and_differences() {
 
 #[test]
 fn derivatives_of_equilibria_equal_differences() {
-    check_equilibria(scene, own);
+    check_equilibria(scene, &PLACES);
 }
 
 /// A moment in space is a parameter only if there is one: scenes without it keep symmetric tangents and the adjoint.
@@ -73,7 +49,7 @@ fn derivatives_of_equilibria_equal_differences() {
 fn moment_of_zero_in_space_is_no_parameter() {
     let count = |scene: &Scene| {
         let problem = scene.problem().unwrap();
-        own(&problem).iter().filter(|p| p.path().contains(".moment.")).count()
+        parameters_at(&problem, &PLACES).iter().filter(|p| p.path().contains(".moment.")).count()
     };
     let mut scene = scene(false, Scheme::NewmarkBeta, false);
     assert_eq!(count(&scene), 6);

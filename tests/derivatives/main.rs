@@ -12,6 +12,7 @@ mod follower_loads;
 mod hessian;
 mod hyperelastic;
 mod lanes;
+mod laws;
 mod motion;
 mod nonlinear_bending;
 mod parameters;

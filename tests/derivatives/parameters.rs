@@ -9,7 +9,7 @@ use rodfit::{AnyProblem, Parameter, Problem};
 use std::collections::BTreeSet;
 
 use crate::common::at_tip;
-use crate::common::differences::difference;
+use crate::common::differences::{apart, difference, largest};
 
 pub const SEEDS: u64 = 60;
 /// The first seed of scenes with generalised-alpha.
@@ -249,14 +249,6 @@ pub fn in_duals(problem: &Problem, parameter: Parameter) -> Vec<f64> {
         AnyProblem::Planar(discretized) => run!(discretized),
         AnyProblem::Spatial(discretized) => run!(discretized),
     }
-}
-
-pub fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |most, x| most.max(x.abs()))
-}
-
-pub fn apart(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
 fn by_differences(problem: &Problem, parameter: Parameter) -> Vec<f64> {

@@ -8,7 +8,7 @@ use rodfit::scene::{
 use rodfit::vibration::{LinearizationPoint, Mode, ModeFilter, ModeKind, ModeName, ModePlane};
 use rodfit::{Error, Parameter, Point, Problem, Trajectory};
 
-use crate::common::differences::{at_rest, difference};
+use crate::common::differences::{at_rest, difference, mismatch_at_rest};
 use crate::common::{at_tip, cantilever, helix_with};
 
 /// A cantilever of 20 edges under its weight.
@@ -521,12 +521,7 @@ fn directors_of_round_rods_follow_the_direction() {
         let problem = scene.problem().unwrap();
         for axis in ["x", "y", "z"] {
             let parameter: Parameter = format!("rod.shape.direction.{axis}").parse().unwrap();
-            let (_, _, exact) = at_rest(&problem, &[parameter]).into_parts();
-            let exact: Vec<f64> = exact[0].iter().flat_map(|motion| motion[0]).collect();
-            let places = |p: &Problem| p.equilibrium().unwrap().nodes.concat();
-            let differences = difference(&problem, parameter, 1e-3, places);
-            let apart = exact.iter().zip(&differences).map(|(a, b)| (a - b).abs());
-            let apart = apart.fold(0.0, f64::max);
+            let [apart, _] = mismatch_at_rest(&problem, parameter, 1e-3);
             assert!(apart < 1e-7, "{direction:?}, {axis}: {apart:e}");
         }
     }
@@ -545,15 +540,7 @@ fn equilibrium_derivatives_by_line_loads_equal_differences() {
         let problem = scene.problem().unwrap();
         for (name, h) in [("from", 1e-4), ("to", 1e-4), ("force.x", 1e-2), ("force.y", 1e-2)] {
             let parameter: Parameter = format!("loads.line.0.{name}").parse().unwrap();
-            let positions = |problem: &Problem| {
-                let (_, motions, _) = at_rest(problem, &[]).into_parts();
-                motions.iter().flat_map(|[x, _]| *x).collect::<Vec<f64>>()
-            };
-            let expected = difference(&problem, parameter, h, positions);
-            let (_, _, exact) = at_rest(&problem, &[parameter]).into_parts();
-            let found: Vec<f64> = exact[0].iter().flat_map(|[x, _]| *x).collect();
-            let size = expected.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-            let error = found.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let [error, size] = mismatch_at_rest(&problem, parameter, h);
             println!("{dimension:?}, {name}: {:.1e} of the largest", error / size);
             assert!(error < 1e-6 * size, "{name}: {error:e}");
         }

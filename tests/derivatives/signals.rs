@@ -4,18 +4,13 @@
 use rodfit::scene::*;
 
 use crate::adjoint::{EXACT, worst};
+use crate::all_schemes::curved_rod;
 use crate::common::at_tip;
 use crate::recorded::check;
 
 /// A curved rod with two loads in time and weight; `signal` has the name `s`.
 fn scene(planar: bool, scheme: Scheme, signal: &Signal) -> Scene {
-    let shape = Shape::Arc { length: 0.5, angle: 0.8 };
-    let mut material = Material::new(1200.0, 2e7);
-    material.poisson_ratio = Some(0.35);
-    let mut scene = Scene::new(7, shape, Section::Circle { radius: 0.005 }, material);
-    let z = if planar { 0.0 } else { 1.0 };
-    scene.rod.dimension = if planar { Dimension::Auto } else { Dimension::Spatial };
-    scene.loads.gravity = [0.0, -9.8, 0.5 * z];
+    let (mut scene, z) = (curved_rod(planar), if planar { 0.0 } else { 1.0 });
     let name = Some("s".to_string());
     let force = [0.03, -0.04, 0.02 * z];
     scene.loads.point = at_tip([0.01, 0.02, 0.03 * z]);

@@ -5,8 +5,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use rodfit::fit::RestShape;
-use rodfit::scene::{Material, Scene, Section, Shape};
+use rodfit::scene::Material;
 use rodfit::{Fit, FitReport, Parameter, Point, Problem};
+
+use crate::common::straight_rod;
 
 const MODULUS: f64 = 2e7;
 /// Standard deviation of the noise, m.
@@ -15,9 +17,7 @@ const POINTS: usize = 60;
 
 /// A horizontal clamped rod of 0.4 m under its weight, with this modulus, Pa.
 fn rod(modulus: f64) -> Problem {
-    let shape = Shape::Straight { length: 0.4, direction: [1.0, 0.0, 0.0] };
-    let section = Section::Circle { radius: 2e-3 };
-    let mut scene = Scene::new(60, shape, section, Material::new(1100.0, modulus));
+    let mut scene = straight_rod(60, [0.4, 2e-3], Material::new(1100.0, modulus));
     scene.loads.gravity = [0.0, -9.81, 0.0];
     scene.problem().unwrap()
 }

@@ -4,10 +4,12 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use rodfit::fit::{Buckling, FitFile, FitReport, InputSensitivity, LoadDeflection, LoadedPoint};
-use rodfit::scene::{Material, PointForce, Scene, Section, Shape};
+use rodfit::scene::{Material, PointForce, Scene, Shape};
 use rodfit::{Fit, Parameter, Point, Problem};
 
 use crate::common::fits::{of_a_right_mesh, same_mesh};
+
+use crate::common::straight_rod;
 
 const LENGTH: f64 = 0.5;
 const RADIUS: f64 = 1e-3;
@@ -15,9 +17,8 @@ const MODULUS: f64 = 2e9;
 
 /// A horizontal cantilever without weight, with a force at its tip.
 fn cantilever(segments: Option<usize>) -> Scene {
-    let shape = Shape::Straight { length: LENGTH, direction: [1.0, 0.0, 0.0] };
     let material = Material::new(1200.0, MODULUS);
-    let mut scene = Scene::new(20, shape, Section::Circle { radius: RADIUS }, material);
+    let mut scene = straight_rod(20, [LENGTH, RADIUS], material);
     scene.rod.segments = segments;
     scene.loads.gravity = [0.0; 3];
     scene.loads.point = vec![PointForce {

@@ -10,6 +10,7 @@ mod center_lines;
 mod dialects;
 mod duplicates;
 mod experiments;
+mod faulty_files;
 mod field;
 mod formats;
 mod helix;

@@ -4,7 +4,9 @@ use rodfit::Parameter;
 use rodfit::fit::{FitFile, Grade};
 use rodfit::scene::Scene;
 
-use crate::common::fits::{covers, fit_with, noisy, observe, record_in_space, same_mesh, value};
+use crate::common::fits::{
+    covers, fit_with, noisy, observe, record_in_space, same_mesh, value, write_scene_and_record,
+};
 use crate::common::{coarse, simulate};
 
 /// A helix on a pin, a pendulum that hardly bends: every modulus explains the motion but for a hundredth of it.
@@ -62,12 +64,7 @@ fn without_its_damping(folder: &std::path::Path) -> FitFile {
     truth.loads.damping.stiffness = 2e-3;
     let data = noisy(&observe(&truth, 120), 5e-4, 1);
     truth.loads.damping.stiffness = 0.0;
-    std::fs::write(folder.join("scene.toml"), truth.to_toml().unwrap()).unwrap();
-    let row = |s: &rodfit::fit::Sample| {
-        format!("{},{},{}\n", s.time, s.position[0].unwrap(), s.position[1].unwrap())
-    };
-    let rows: String = data.samples.iter().map(row).collect();
-    std::fs::write(folder.join("tip.csv"), format!("t,x,y\n{rows}")).unwrap();
+    write_scene_and_record(folder, &truth, &data);
     let text = "scene = \"scene.toml\"\nobservation = [{ file = \"tip.csv\", sigma = 5e-4 }]\n\
                 [[parameter]]\nname = \"youngs_modulus\"\n[analysis]\ndiscretization_error = \"none\"\n\
                 sensitivity_analysis = true\n";

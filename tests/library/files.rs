@@ -2,10 +2,10 @@
 
 use rodfit::fit::{Experiment, FitFile, FitReport, RestShape, Sighting};
 use rodfit::scene::{PointForce, Shape, Time};
-use rodfit::{Fit, Parameter, Point, Scene, Trajectory};
+use rodfit::{Fit, Observation, Parameter, Point, Scene, Trajectory};
 
 use crate::calls::{refused, short};
-use crate::common::fits::record;
+use crate::common::fits::{record, write_scene_and_record};
 
 /// Writes a report as JSON, reads it and requires equality to the last digit. Returns the report that was read.
 fn round_trip<T>(report: &T) -> T
@@ -16,6 +16,19 @@ where
     let back: T = serde_json::from_str(&json).unwrap();
     assert_eq!(back, *report);
     back
+}
+
+/// Error of the position of sample `k`, m.
+fn off(k: usize) -> f64 {
+    1e-3 * (k as f64 * 2.4).sin()
+}
+
+/// A record with these errors.
+fn displaced(mut record: Observation) -> Observation {
+    record.samples.iter_mut().enumerate().for_each(|(k, s)| {
+        s.position = s.position.map(|x| x.map(|x| x + off(k)));
+    });
+    record
 }
 
 #[test]
@@ -43,11 +56,7 @@ fn report_is_equal_after_reading_its_json() {
     outcome.unwrap();
     assert_eq!(round_trip(&short).last_tip(), short.last_tip());
 
-    let off = |k: usize| 1e-3 * (k as f64 * 2.4).sin();
-    let mut motion = record(&run, 20);
-    motion.samples.iter_mut().enumerate().for_each(|(k, s)| {
-        s.position = s.position.map(|x| x.map(|x| x + off(k)));
-    });
+    let motion = displaced(record(&run, 20));
     let sighting = |i: usize| Sighting {
         point: Point::Node(i),
         position: rest.nodes[i].map(|x| Some(x + off(i))),
@@ -87,7 +96,6 @@ fn infinite_numbers_are_equal_after_reading_json() {
 fn files_are_read_from_text() {
     let folder = tempfile::tempdir().unwrap();
     let scene = short().to_toml().unwrap();
-    std::fs::write(folder.path().join("rod.toml"), &scene).unwrap();
     let mut read = Scene::from_toml(&scene, folder.path()).unwrap();
     assert_eq!(read.folder(), folder.path());
     read.path = None;
@@ -95,15 +103,11 @@ fn files_are_read_from_text() {
     let error = Scene::from_toml(&scene.replace("segments", "segmnts"), "lab").unwrap_err();
     assert!(error.to_string().starts_with("line 2, column 1: unknown field"), "{error}");
 
-    let mut table = String::from("t,x,y\n");
-    for sample in record(&short().problem().unwrap().simulate().unwrap(), 25).data.samples {
-        let [x, y, _] = sample.position.map(Option::unwrap_or_default);
-        table += &format!("{},{x},{y}\n", sample.time);
-    }
-    std::fs::write(folder.path().join("tip.csv"), table).unwrap();
+    let data = record(&short().problem().unwrap().simulate().unwrap(), 25);
+    write_scene_and_record(folder.path(), &short(), &data);
     let text = |name: &str| {
         format!(
-            "scene = \"rod.toml\"\n[[observation]]\nfile = \"tip.csv\"\n\
+            "scene = \"scene.toml\"\n[[observation]]\nfile = \"tip.csv\"\n\
              [[parameter]]\nname = \"{name}\"\nstart = 0.004\n"
         )
     };
@@ -155,17 +159,12 @@ fn list_of_wrong_length_is_rejected() {
 fn tables_of_a_fit_file_are_read_separately() {
     let folder = tempfile::tempdir().unwrap();
     let problem = short().problem().unwrap();
-    let mut table = String::from("t,x,y\n");
-    for sample in record(&problem.simulate().unwrap(), 25).data.samples {
-        let [x, y, _] = sample.position.map(Option::unwrap_or_default);
-        table += &format!("{},{x},{y}\n", sample.time);
-    }
-    std::fs::write(folder.path().join("tip.csv"), table).unwrap();
-    std::fs::write(folder.path().join("rod.toml"), short().to_toml().unwrap()).unwrap();
+    let data = record(&problem.simulate().unwrap(), 25);
+    write_scene_and_record(folder.path(), &short(), &data);
     let observation = "[[observation]]\nfile = \"tip.csv\"\nsigma = 1e-3\n";
     let parameter = "[[parameter]]\nname = \"radius\"\nstart = 0.004\n";
     let known = "[[known]]\nname = \"density\"\nsigma = 1.0\n[analysis]\nwhat_if = false\n";
-    let text = format!("scene = \"rod.toml\"\n{observation}{parameter}{known}");
+    let text = format!("scene = \"scene.toml\"\n{observation}{parameter}{known}");
     let whole = FitFile::from_toml(&text, folder.path()).unwrap().fit().solve().unwrap();
     let add = |fit: Fit, text: &str| fit.add_toml(text, folder.path());
     let parts = [observation, parameter, known].into_iter();
@@ -194,11 +193,7 @@ fn tables_of_a_fit_file_are_read_separately() {
 #[test]
 fn search_ends_at_its_tolerance() {
     let problem = short().problem().unwrap();
-    let off = |k: usize| 1e-3 * (k as f64 * 2.4).sin();
-    let mut motion = record(&problem.simulate().unwrap(), 20);
-    motion.samples.iter_mut().enumerate().for_each(|(k, s)| {
-        s.position = s.position.map(|x| x.map(|x| x + off(k)));
-    });
+    let motion = displaced(record(&problem.simulate().unwrap(), 20));
     let fit = Fit::new(&problem).observe(motion.sigma(1e-3)).identify(Parameter::YoungsModulus);
     let solved = |tolerance: f64| {
         let analysis = rodfit::fit::Analysis {

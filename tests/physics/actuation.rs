@@ -5,7 +5,9 @@ use rodfit::Trajectory;
 use rodfit::scene::*;
 use std::f64::consts::PI;
 
-use crate::common::{at_tip, rest, simulate};
+use crate::common::{
+    at_tip, distance, energy_change, last_tip, observed_order, rest, simulate, straight_rod,
+};
 
 const LENGTH: f64 = 0.3;
 const RADIUS: f64 = 0.004;
@@ -13,9 +15,7 @@ const MODULUS: f64 = 2e6;
 
 /// A straight rod along x without weight, clamped at its start.
 fn straight(segments: usize) -> Scene {
-    let shape = Shape::Straight { length: LENGTH, direction: [1.0, 0.0, 0.0] };
-    let section = Section::Circle { radius: RADIUS };
-    let mut scene = Scene::new(segments, shape, section, Material::new(1200.0, MODULUS));
+    let mut scene = straight_rod(segments, [LENGTH, RADIUS], Material::new(1200.0, MODULUS));
     scene.material.poisson_ratio = Some(0.4);
     scene
 }
@@ -46,10 +46,6 @@ fn nodes(scene: &Scene) -> Vec<[f64; 3]> {
     let all: Vec<usize> = (0..problem.nodes()).collect();
     let run = Trajectory::at_rest(&problem, &all, &[]).unwrap();
     (0..all.len()).map(|i| run.node(i, 0)).collect()
-}
-
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
 }
 
 fn largest_distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
@@ -291,13 +287,11 @@ fn order_of_schemes_with_actuators_is_two() {
                 // From rest a sudden tension would excite vibrations that the steps do not resolve.
                 let mut scene = moved(scheme, step, pulled);
                 scene.initial.state = InitialState::Equilibrium;
-                let run = simulate(&scene);
-                run.tip(run.times().len() - 1)
+                last_tip(&scene)
             };
             let tips = [base, base / 2.0, base / 4.0].map(tip);
-            let errors = [distance(tips[0], tips[1]), distance(tips[1], tips[2])];
-            let order = (errors[0] / errors[1]).log2();
-            println!("{scheme:?}, tendon {pulled}: errors {errors:?}, order {order:.2}");
+            let order = observed_order(tips);
+            println!("{scheme:?}, tendon {pulled}: order {order:.2}");
             assert!((order - 2.0).abs() < 0.2, "{scheme:?}: {order}");
         }
     }
@@ -309,14 +303,7 @@ fn order_of_schemes_with_actuators_is_two() {
 fn energy_balance_includes_the_work_of_actuators() {
     for pulled in [false, true] {
         for scheme in takers() {
-            let defect = |step: f64| {
-                let problem = moved(scheme, step, pulled).problem().unwrap();
-                let mut run = Trajectory::new(&problem, &[], &[]).unwrap().keep_energies();
-                run.run(&problem, problem.time().unwrap().steps(), |_| {}).unwrap();
-                let total: Vec<f64> = run.energies().iter().map(|e| e.total()).collect();
-                let most = run.energies().iter().map(|e| e.kinetic).fold(0.0, f64::max);
-                total.iter().map(|e| (e - total[0]).abs()).fold(0.0, f64::max) / most
-            };
+            let defect = |step: f64| energy_change(&moved(scheme, step, pulled), |e| e.kinetic)[0];
             let base = if scheme == Scheme::Verlet { 2.5e-5 } else { 1e-3 };
             let [coarse, fine] = [base, base / 2.0].map(defect);
             println!("{scheme:?}, tendon {pulled}: defect {coarse:.1e}, {fine:.1e}");

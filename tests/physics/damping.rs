@@ -1,6 +1,5 @@
 //! Kelvin-Voigt damping of each kind of strain, Maxwell branches and internal friction, against closed forms.
 
-use nalgebra::{Matrix3, Vector3};
 use rodfit::scene::{
     Clamp, Damping, Dimension, Friction, Initial, InitialState, Material, Maxwell, Scene, Scheme,
     Section, Shape, StepTolerance, Time,
@@ -8,7 +7,9 @@ use rodfit::scene::{
 use rodfit::{Point, Problem};
 use std::f64::consts::{PI, TAU};
 
-use crate::common::{at_tip, cantilever, cantilever_with, helix_with, planar};
+use crate::common::{at_tip, cantilever, cantilever_with, helix_with};
+use crate::energy::energy_balance;
+use crate::prony::oscillator;
 
 /// Vibrations of a clamped rod.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,34 +104,6 @@ fn kelvin_voigt_time_of_each_strain_damps_that_strain() {
     }
 }
 
-/// One free node beside a wall: the way along the rod is that of one mass on a spring.
-fn oscillator(maxwell: Maxwell, scheme: Scheme, turns: f64, steps: u32) -> [f64; 2] {
-    let shape = Shape::Straight { length: 0.1, direction: [1.0, 0.0, 0.0] };
-    let mut scene =
-        Scene::new(2, shape, Section::Circle { radius: 0.005 }, Material::new(1000.0, 1e7));
-    scene.supports.clamp = Clamp::Nodes;
-    let time = Time::new(1.0, 1.0);
-    scene.time = Some(Time { scheme, rho_inf: 0.8, tolerance: StepTolerance::Rounding, ..time });
-    let problem = scene.problem().unwrap();
-    let rod = planar(&problem).rod();
-    let w = (rod.stretch[1].stiffness / rod.stretch[1].rest_length / rod.mass[4]).sqrt();
-    scene.loads.damping.maxwell = Maxwell { time: maxwell.time / w, ..maxwell }.into();
-    let problem = scene.problem().unwrap();
-    let mut simulation = planar(&problem).simulation().unwrap();
-    let rest = simulation.state().q[4];
-    let amplitude = 1e-6;
-    simulation.set_velocity(&[0.0, 0.0, 0.0, 0.0, amplitude * w, 0.0]);
-    let end = turns / w;
-    for k in 1..=steps {
-        simulation.step_to(end * f64::from(k) / f64::from(steps)).unwrap();
-    }
-    // p' = v, v' = -p - g z, z' = v - z/tau, in units of the undamped frequency.
-    let (g, tau) = (maxwell.stiffness, maxwell.time);
-    let law = Matrix3::new(0.0, 1.0, 0.0, -1.0, 0.0, -g, 0.0, 1.0, -1.0 / tau);
-    let exact = (law * turns).exp() * Vector3::new(0.0, 1.0, 0.0);
-    [(simulation.state().q[4] - rest) / amplitude, exact[0]]
-}
-
 /// A rod with a Maxwell branch vibrates as the standard linear solid does, whose loss factor is
 /// `g w tau/(1 + (1 + g) w^2 tau^2)`, at second order in the step; where the branch relaxes at once there is
 /// nothing of it, and where it never does the rod is stiffer by `1 + g`.
@@ -140,7 +113,7 @@ fn maxwell_branch_equals_the_standard_linear_solid() {
         for tau in [0.2, 1.0, 5.0] {
             let branch = Maxwell { stiffness: 0.8, time: tau };
             let errors = [400, 800, 1600].map(|steps| {
-                let [found, exact] = oscillator(branch, scheme, 9.0, steps);
+                let [found, exact] = oscillator(&[branch], scheme, 0.0, 9.0, steps);
                 found - exact
             });
             let orders = [errors[0] / errors[1], errors[1] / errors[2]].map(|r| r.abs().log2());
@@ -150,7 +123,7 @@ fn maxwell_branch_equals_the_standard_linear_solid() {
         }
         for (tau, frequency) in [(1e-9, 1.0), (1e9, 1.8_f64.sqrt())] {
             let branch = Maxwell { stiffness: 0.8, time: tau };
-            let [found, _] = oscillator(branch, scheme, 9.0, 4000);
+            let [found, _] = oscillator(&[branch], scheme, 0.0, 9.0, 4000);
             let exact = (9.0 * frequency).sin() / frequency;
             println!("{scheme:?}, w tau = {tau:e}: {found:.6}, exactly {exact:.6}");
             // Limits: frequency 1 without the branch, sqrt(1 + g) with an elastic one (g = 0.8).
@@ -173,13 +146,7 @@ fn relaxation_dissipates_energy() {
         let mut lost = |scheme, step| {
             scene.loads.damping.maxwell = Maxwell { stiffness: 0.5, time: 0.05 }.into();
             scene.time = Some(Time { scheme, rho_inf: 0.9, ..Time::new(0.3, step) });
-            let problem = scene.problem().unwrap();
-            let mut totals = Vec::new();
-            let steps = problem.time().unwrap().steps();
-            let mut run = rodfit::Trajectory::new(&problem, &[], &[]).unwrap();
-            run.run(&problem, steps, |now| totals.push(now.energies().total())).unwrap();
-            let rise = totals.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
-            let lost = totals[0] - totals[totals.len() - 1];
+            let [_, rise, lost] = energy_balance(&scene);
             // Energy may rise by the error of the scheme only.
             assert!(rise < 2e-3 * lost, "{name} {scheme:?} {step}: {rise:e} of {lost:e}");
             lost

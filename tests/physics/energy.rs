@@ -8,10 +8,12 @@ use rodfit::scene::{
 };
 use rodfit::{Error, Problem, Trajectory};
 
-use crate::common::{at_tip, cantilever, cantilever_with, extremum, helix_with, planar};
+use crate::common::{
+    at_tip, cantilever, cantilever_with, extremum, helix_with, planar, straight_rod,
+};
 
 /// Largest change of the total energy over the largest kinetic energy.
-fn drift(scene: &Scene) -> f64 {
+pub fn drift(scene: &Scene) -> f64 {
     let problem = scene.problem().unwrap();
     let time = problem.time().unwrap();
     let mut simulation = planar(&problem).simulation().unwrap();
@@ -294,14 +296,27 @@ fn every_support_fixes_its_coordinates() {
 }
 
 /// A whole run with its report, and how it ended.
-fn run(scene: &Scene) -> (SimulationReport, Result<(), Error>) {
+pub fn run(scene: &Scene) -> (SimulationReport, Result<(), Error>) {
     let problem = scene.problem().unwrap();
-    let mut report = SimulationReport::new(&problem);
-    let mut run = Trajectory::new(&problem, &[], &[]).unwrap();
+    finish(&problem, Trajectory::new(&problem, &[], &[]).unwrap())
+}
+
+/// All steps of a run with its report, and how it ended.
+pub fn finish(problem: &Problem, mut run: Trajectory) -> (SimulationReport, Result<(), Error>) {
+    let mut report = SimulationReport::new(problem);
     let steps = problem.time().unwrap().steps();
-    let outcome = run.run(&problem, steps, |now| report.push(&problem, now));
+    let outcome = run.run(problem, steps, |now| report.push(problem, now));
     report.finish(&run, &outcome);
     (report, outcome)
+}
+
+/// The total energy at the start of a run, its largest rise in a step, and its loss over the run, J.
+pub fn energy_balance(scene: &Scene) -> [f64; 3] {
+    let (report, outcome) = run(scene);
+    outcome.unwrap();
+    let total = totals(&report);
+    let rise = total.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+    [total[0], rise, total[0] - total[total.len() - 1]]
 }
 
 /// Total energy at each recorded time, J.
@@ -318,9 +333,7 @@ fn newmark(beta: f64, end: f64, step: f64) -> Option<Time> {
 /// an edge. Energy never rises, and its loss converges with the step in all three schemes.
 #[test]
 fn kelvin_voigt_damping_of_a_stiff_wire_equals_theory() {
-    let shape = Shape::Straight { length: 0.35, direction: [1.0, 0.0, 0.0] };
-    let mut scene =
-        Scene::new(50, shape, Section::Circle { radius: 5e-4 }, Material::new(6450.0, 6.2e10));
+    let mut scene = straight_rod(50, [0.35, 5e-4], Material::new(6450.0, 6.2e10));
     scene.loads.gravity = [0.0, -9.81, 0.0];
     scene.initial = Initial { state: InitialState::Equilibrium, ..Initial::default() };
     scene.initial.point = at_tip([0.0, -0.12, 0.0]);
@@ -368,11 +381,7 @@ fn friction_dissipates_energy() {
                 ..Time::new(0.3, step)
             };
             scene.time = Some(time);
-            let (report, outcome) = run(&scene);
-            outcome.unwrap();
-            let total = totals(&report);
-            let rise = total.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
-            let lost = total[0] - total[total.len() - 1];
+            let [_, rise, lost] = energy_balance(&scene);
             // Friction never gives energy: a rise is an error of the scheme.
             assert!(rise < 2e-3 * lost, "{name} {scheme:?} {step}: {rise:e} of {lost:e}");
             lost
@@ -430,9 +439,7 @@ fn energy_does_not_increase_without_a_source() {
 /// and `phi = M t^2/(2 I)`.
 #[test]
 fn dead_moment_accelerates_a_hinged_rod() {
-    let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
-    let mut scene =
-        Scene::new(12, shape, Section::Circle { radius: 0.01 }, Material::new(1273.52, 1e9));
+    let mut scene = straight_rod(12, [0.5, 0.01], Material::new(1273.52, 1e9));
     scene.supports.start = Support::Pinned;
     let moment = 0.5;
     scene.loads.point = vec![PointForce { moment: [0.0, 0.0, moment], ..PointForce::default() }];

@@ -1,11 +1,13 @@
 //! Follower loads and moments in space: equilibria against initial value problems and closed forms, order of the schemes,
 //! balance of energy with the work of the loads, and flutter of Beck's column.
 
-use rodfit::Trajectory;
 use rodfit::scene::*;
 use std::f64::consts::PI;
 
-use crate::common::{at_tip, rest, simulate, unit_rod};
+use crate::common::{
+    at_tip, distance, energy_change, last_tip, observed_order, rest, simulate, straight_rod,
+    unit_rod,
+};
 
 /// A follower load on the tip: force and moment along and about tangent, first and second director.
 fn follower(force: [f64; 3], moment: [f64; 3]) -> Vec<PointForce> {
@@ -18,10 +20,6 @@ fn spatial_rod(segments: usize) -> Scene {
     scene.material.poisson_ratio = Some(0.3);
     scene.rod.dimension = Dimension::Spatial;
     scene
-}
-
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
@@ -161,10 +159,9 @@ fn follower_force_between_nodes_converges_with_the_mesh() {
 
 /// A rod under weight, a follower force and moment on its tip and a follower line load; in space with a fixed moment too.
 fn driven(scheme: Scheme, step: f64, spatial: bool, timed: bool) -> Scene {
-    let shape = Shape::Straight { length: 0.3, direction: [1.0, 0.0, 0.0] };
     let mut material = Material::new(1200.0, 2e6);
     material.poisson_ratio = Some(0.4);
-    let mut scene = Scene::new(6, shape, Section::Circle { radius: 0.004 }, material);
+    let mut scene = straight_rod(6, [0.3, 0.004], material);
     scene.loads.gravity = [0.0, -9.8, 0.0];
     let z = if spatial { 1.0 } else { 0.0 };
     let signal = timed.then(|| "s".to_string());
@@ -211,14 +208,12 @@ fn order_of_schemes_with_follower_loads_is_theirs() {
                 scene.initial.velocity = [0.0, 0.05, 0.0];
                 scene.initial.angular_velocity = [0.0, 0.0, 1.0];
                 scene.supports.start = Support::Pinned;
-                let run = simulate(&scene);
-                run.tip(run.times().len() - 1)
+                last_tip(&scene)
             };
             let base = base_step(scheme);
             let tips = [base, base / 2.0, base / 4.0].map(tip);
-            let errors = [distance(tips[0], tips[1]), distance(tips[1], tips[2])];
-            let order = (errors[0] / errors[1]).log2();
-            println!("{scheme:?}, timed {timed}: errors {errors:?}, order {order:.2}");
+            let order = observed_order(tips);
+            println!("{scheme:?}, timed {timed}: order {order:.2}");
             let expected = if matches!(scheme, Scheme::Rodas4 | Scheme::Pefrl) { 4.0 } else { 2.0 };
             assert!(order > expected - 0.4, "{scheme:?}: {order}");
         }
@@ -231,14 +226,8 @@ fn order_of_schemes_with_follower_loads_is_theirs() {
 fn energy_balance_includes_the_work_of_follower_loads() {
     for (spatial, timed) in [(false, false), (false, true), (true, false), (true, true)] {
         for scheme in Scheme::all().filter(|scheme| takes(*scheme, timed)) {
-            let defect = |step: f64| {
-                let problem = driven(scheme, step, spatial, timed).problem().unwrap();
-                let mut run = Trajectory::new(&problem, &[], &[]).unwrap().keep_energies();
-                run.run(&problem, problem.time().unwrap().steps(), |_| {}).unwrap();
-                let total: Vec<f64> = run.energies().iter().map(|e| e.total()).collect();
-                let most = run.energies().iter().map(|e| e.kinetic).fold(0.0, f64::max);
-                total.iter().map(|e| (e - total[0]).abs()).fold(0.0, f64::max) / most
-            };
+            let defect =
+                |step: f64| energy_change(&driven(scheme, step, spatial, timed), |e| e.kinetic)[0];
             let averages = scheme == Scheme::AverageVectorField;
             let base = if averages { 1e-3 } else { base_step(scheme) };
             let [coarse, fine] = [base, base / 2.0].map(defect);

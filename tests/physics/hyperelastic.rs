@@ -1,12 +1,12 @@
 //! Rods with a neo-Hookean stretch: force against stretch, conservation of energy, order in the step, and what is refused.
 
 use rodfit::scene::{
-    Compliance, InitialState, Material, Scene, Scheme, Section, Shape, StepTolerance, StretchLaw,
-    Time,
+    Compliance, InitialState, Material, Scene, Scheme, Shape, StepTolerance, StretchLaw, Time,
 };
 use std::f64::consts::PI;
 
-use crate::common::{at_tip, planar, rest};
+use crate::common::differences::at_rest;
+use crate::common::{at_tip, planar, rest, straight_rod};
 
 /// Length and radius of the rods, m, and Young's modulus, Pa.
 const LENGTH: f64 = 0.2;
@@ -15,12 +15,23 @@ const MODULUS: f64 = 3e5;
 
 /// A rubber rod along x that is clamped at its start.
 fn rubber(segments: usize) -> Scene {
-    let shape = Shape::Straight { length: LENGTH, direction: [1.0, 0.0, 0.0] };
     let mut material = Material::new(1100.0, MODULUS);
     material.stretch_law = StretchLaw::NeoHookean;
-    let mut scene = Scene::new(segments, shape, Section::Circle { radius: RADIUS }, material);
+    let mut scene = straight_rod(segments, [LENGTH, RADIUS], material);
     scene.loads.gravity = [0.0; 3];
     scene
+}
+
+/// Stretches at rest of the free edges of a rod that is made short enough for no force here to make it buckle.
+fn free_stretches(mut scene: Scene) -> Vec<f64> {
+    scene.rod.shape = Shape::Straight { length: 0.01, direction: [1.0, 0.0, 0.0] };
+    let problem = scene.problem().unwrap();
+    let run = at_rest(&problem, &[]);
+    let rod = planar(&problem).rod();
+    // The first edge of a clamp at mid-edge is half in the wall.
+    let stretch =
+        |j: usize| (run.node(j + 1, 0)[0] - run.node(j, 0)[0]) / rod.stretch[j].rest_length;
+    (2..problem.nodes() - 1).map(stretch).collect()
 }
 
 /// `E A/3 (lambda - 1/lambda^2)`.
@@ -29,27 +40,13 @@ fn force_against_stretch_is_that_of_an_incompressible_neo_hookean_bar() {
     let area = PI * RADIUS * RADIUS;
     for force in [-1.0, -0.1, -1e-6, 1e-6, 0.5, 5.0, 20.0] {
         let mut scene = rubber(10);
-        // Short enough that no force here makes it buckle.
-        scene.rod.shape = Shape::Straight { length: 0.01, direction: [1.0, 0.0, 0.0] };
         scene.loads.point = at_tip([force, 0.0, 0.0]);
-        let problem = scene.problem().unwrap();
-        let places: Vec<f64> = {
-            let nodes: Vec<usize> = (0..problem.nodes()).collect();
-            let run = rodfit::Trajectory::at_rest(&problem, &nodes, &[]).unwrap();
-            nodes.iter().map(|i| run.node(*i, 0)[0]).collect()
-        };
-        let rod = planar(&problem).rod();
-        // Free edges; the first one of a clamp at mid-edge is half in the wall.
-        for j in 2..places.len() - 1 {
-            let stretch = (places[j + 1] - places[j]) / rod.stretch[j].rest_length;
+        for stretch in free_stretches(scene) {
             let exact = MODULUS * area / 3.0 * (stretch - 1.0 / (stretch * stretch));
             // Relative to the force, or to the rounding errors of places.
             let scale = force.abs().max(0.1 * MODULUS * area);
             assert!((exact - force).abs() < 1e-12 * scale, "{force}: {exact} at {stretch}");
         }
-        let last = places.len() - 1;
-        let stretch = (places[last] - places[last - 1]) / rod.stretch[last - 1].rest_length;
-        println!("{force} N: stretch {stretch:.12}");
     }
     // The linear law has another stretch.
     let mut scene = rubber(10);
@@ -68,16 +65,8 @@ fn force_against_stretch_is_that_of_an_incompressible_mooney_rivlin_bar() {
         let mut scene = rubber(10);
         (scene.material.stretch_law, scene.material.mooney_rivlin_ratio) =
             (StretchLaw::MooneyRivlin, Some(ratio));
-        // Short enough that no force here makes it buckle.
-        scene.rod.shape = Shape::Straight { length: 0.01, direction: [1.0, 0.0, 0.0] };
         scene.loads.point = at_tip([force, 0.0, 0.0]);
-        let problem = scene.problem().unwrap();
-        let nodes: Vec<usize> = (0..problem.nodes()).collect();
-        let run = rodfit::Trajectory::at_rest(&problem, &nodes, &[]).unwrap();
-        let rod = planar(&problem).rod();
-        for j in 2..nodes.len() - 1 {
-            let [before, after] = [j, j + 1].map(|i| run.node(i, 0)[0]);
-            let stretch = (after - before) / rod.stretch[j].rest_length;
+        for stretch in free_stretches(scene) {
             let exact = MODULUS * area / 3.0
                 * (1.0 - ratio + ratio / stretch)
                 * (stretch - 1.0 / (stretch * stretch));

@@ -2,9 +2,9 @@
 
 use nalgebra::Vector3;
 use rodfit::Trajectory;
-use rodfit::scene::{Clamp, Material, Scene, Scheme, Section, Shape, StepTolerance, Support, Time};
+use rodfit::scene::{Clamp, Material, Scheme, StepTolerance, Support, Time};
 
-use crate::common::{cantilever_with, helix_with};
+use crate::common::{cantilever_with, helix_with, straight_rod};
 
 /// Tangents and corrections per step: a loss of convergence or of the reuse of factors increases them.
 #[test]
@@ -32,9 +32,7 @@ fn cord_converges_in_few_corrections() {
     for (step, damping, tangents, corrections) in
         [(1e-2, 0.0, 3.1, 3.1), (1e-2, 1e-2, 3.1, 3.1), (5e-3, 0.0, 2.8, 2.9)]
     {
-        let shape = Shape::Straight { length: 1.0, direction: [1.0, 0.0, 0.0] };
-        let section = Section::Circle { radius: 4e-4 };
-        let mut scene = Scene::new(40, shape, section, Material::new(1e3, 1e9));
+        let mut scene = straight_rod(40, [1.0, 4e-4], Material::new(1e3, 1e9));
         scene.supports.start = Support::Pinned;
         scene.loads.gravity = [0.0, 0.0, -9.81];
         scene.loads.damping.stiffness = damping;

@@ -1,8 +1,8 @@
 //! Loss of energy by a scheme in a rod without damping is reported, with its size.
 
+use rodfit::Code;
 use rodfit::dynamics::SimulationReport;
 use rodfit::scene::{Scene, Scheme, Time};
-use rodfit::{Code, Trajectory};
 
 use crate::common::cantilever;
 
@@ -21,12 +21,7 @@ fn struck(periods: f64, scheme: Scheme) -> Scene {
 
 /// Runs a scene and returns its report; the run must succeed.
 fn run(scene: &Scene) -> SimulationReport {
-    let problem = scene.problem().unwrap();
-    let mut report = SimulationReport::new(&problem);
-    let mut run = Trajectory::new(&problem, &[], &[]).unwrap();
-    let steps = problem.time().unwrap().steps();
-    let outcome = run.run(&problem, steps, |now| report.push(&problem, now));
-    report.finish(&run, &outcome);
+    let (report, outcome) = crate::energy::run(scene);
     outcome.unwrap();
     report
 }

@@ -2,12 +2,14 @@
 
 use rodfit::Trajectory;
 use rodfit::scene::{
-    Dimension, End, InitialState, Material, Motion, Recorded, Scene, Scheme, Section, Shape,
-    StepTolerance, Support, Time, Track,
+    Dimension, End, InitialState, Material, Motion, Recorded, Scene, Scheme, Shape, StepTolerance,
+    Support, Time, Track,
 };
 use std::f64::consts::PI;
 
 use crate::common::recordings::{MARKERS, cable, recorded};
+
+use crate::common::straight_rod;
 
 /// Inner markers with their free motion prescribed change nothing: the cable moves as before, with one such marker and with
 /// all but one, in all schemes.
@@ -68,9 +70,8 @@ fn spinning(free_twist: &[End]) -> Vec<(f64, [f64; 2])> {
     let place = |j: usize| Some([LENGTH * j as f64 / (markers - 1) as f64, 0.0, 0.0]);
     let seen = |j: usize| (j.to_string(), times.iter().map(|_| place(j)).collect());
     let track = Track::new(times.clone(), (0..markers).map(seen).collect()).unwrap();
-    let shape = Shape::Straight { length: LENGTH, direction: [1.0, 0.0, 0.0] };
     let material = Material { poisson_ratio: Some(0.5), ..Material::new(DENSITY, MODULUS) };
-    let mut scene = Scene::new(80, shape, Section::Circle { radius: RADIUS }, material);
+    let mut scene = straight_rod(80, [LENGTH, RADIUS], material);
     scene.rod.dimension = Dimension::Spatial;
     scene.initial.state = InitialState::Equilibrium;
     scene.initial.angular_velocity = [SPIN, 0.0, 0.0];

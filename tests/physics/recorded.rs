@@ -8,6 +8,9 @@ use rodfit::scene::{
 };
 use std::f64::consts::TAU;
 
+use crate::common::recordings::driven_cable;
+use crate::common::{simulate, straight_rod};
+
 const MARKERS: usize = 9;
 const APART: f64 = 0.07;
 
@@ -47,19 +50,7 @@ fn whip() -> Track {
 /// A cable as many times as long as the markers are apart.
 fn run(track: Track, modulus: f64, longer: f64) -> Trajectory {
     let length = longer * APART * (MARKERS - 1) as f64;
-    let shape = Shape::Straight { length, direction: [1.0, 0.0, 0.0] };
-    let section = Section::Circle { radius: 1.5e-3 };
-    let mut scene = Scene::new(MARKERS - 1, shape, section, Material::new(1100.0, modulus));
-    scene.loads.gravity = [0.0, -9.8, 0.0];
-    scene.loads.damping.mass = 0.3;
-    scene.loads.damping.stiffness = 0.03;
-    scene.supports.start = Support::Recorded;
-    scene.supports.end = Support::Recorded;
-    scene.initial.state = InitialState::Recorded;
-    let scheme = Scheme::GeneralisedAlpha;
-    scene.time = Some(Time { scheme, ..Time::new(track.end(), 0.01) });
-    scene.supports.path = Some(Recorded::of(track));
-    scene.problem().unwrap().simulate().unwrap()
+    simulate(&driven_cable(track, length, modulus, [0.3, 0.03]))
 }
 
 /// With a step per frame Newton's method has roots that are not the motion: the rod passes through itself within a frame. Energy
@@ -168,10 +159,8 @@ fn a_rod_held_turned_buckles_at_greenhills_torque() {
 #[test]
 fn a_recorded_end_is_turned_and_not_moved() {
     let error = |held: usize, motion: Motion| {
-        let shape = Shape::Straight { length: 0.56, direction: [1.0, 0.0, 0.0] };
         let material = Material { poisson_ratio: Some(0.4), ..Material::new(1100.0, 1e7) };
-        let mut scene =
-            Scene::new(MARKERS - 1, shape, Section::Circle { radius: 1.5e-3 }, material);
+        let mut scene = straight_rod(MARKERS - 1, [0.56, 1.5e-3], material);
         scene.rod.dimension = Dimension::Spatial;
         (scene.supports.start, scene.supports.end) = (Support::Recorded, Support::Recorded);
         scene.supports.path = Some(Recorded { held, ..Recorded::of(whip()) });

@@ -9,15 +9,13 @@ use rodfit::{Code, Trajectory};
 use std::f64::consts::PI;
 
 use crate::common::{cantilever, helix_with};
+use crate::energy::finish;
 
 /// Runs a scene with a check of the stability of its states; returns its report.
 fn run(scene: &Scene) -> SimulationReport {
     let problem = scene.problem().unwrap();
-    let mut report = SimulationReport::new(&problem);
-    let mut run = Trajectory::new(&problem, &[], &[]).unwrap().check_stability();
-    let steps = problem.time().unwrap().steps();
-    let outcome = run.run(&problem, steps, |now| report.push(&problem, now));
-    report.finish(&run, &outcome);
+    let run = Trajectory::new(&problem, &[], &[]).unwrap().check_stability();
+    let (report, outcome) = finish(&problem, run);
     outcome.unwrap();
     report
 }

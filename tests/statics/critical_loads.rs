@@ -1,8 +1,10 @@
 //! Critical loads of columns against Euler's, and their derivatives.
 
-use rodfit::scene::{Material, PointForce, Scene, Section, Shape, Support};
+use rodfit::scene::{Material, PointForce, Scene, Support};
 use rodfit::{Parameter, Point};
 use std::f64::consts::PI;
+
+use crate::common::straight_rod;
 
 const LENGTH: f64 = 0.5;
 const RADIUS: f64 = 2e-3;
@@ -10,9 +12,8 @@ const MODULUS: f64 = 2e9;
 
 /// A weightless column along x of 100 edges, with a force at its end.
 fn column([start, end]: [Support; 2]) -> Scene {
-    let shape = Shape::Straight { length: LENGTH, direction: [1.0, 0.0, 0.0] };
     let material = Material::new(1200.0, MODULUS);
-    let mut scene = Scene::new(100, shape, Section::Circle { radius: RADIUS }, material);
+    let mut scene = straight_rod(100, [LENGTH, RADIUS], material);
     (scene.supports.start, scene.supports.end) = (start, end);
     scene.loads.gravity = [0.0; 3];
     scene.loads.point = vec![PointForce {

@@ -1,11 +1,11 @@
 //! Masses on the rod: frequencies and weight against beam theory.
 
 use rodfit::Point;
-use rodfit::scene::{Dimension, Material, PointForce, PointMass, Scene, Section, Shape};
+use rodfit::scene::{Dimension, Material, PointForce, PointMass, Scene};
 use rodfit::vibration::{LinearizationPoint, ModeKind, Modes};
 use std::f64::consts::PI;
 
-use crate::common::rest;
+use crate::common::{rest, straight_rod};
 
 const MODULUS: f64 = 1e8;
 const DENSITY: f64 = 1000.0;
@@ -14,9 +14,8 @@ const LENGTH: f64 = 0.5;
 const AREA: f64 = PI * RADIUS * RADIUS;
 
 fn rod(segments: usize, dimension: Dimension, mass: Vec<PointMass>) -> Scene {
-    let shape = Shape::Straight { length: LENGTH, direction: [1.0, 0.0, 0.0] };
     let material = Material { poisson_ratio: Some(0.5), ..Material::new(DENSITY, MODULUS) };
-    let mut scene = Scene::new(segments, shape, Section::Circle { radius: RADIUS }, material);
+    let mut scene = straight_rod(segments, [LENGTH, RADIUS], material);
     (scene.rod.dimension, scene.rod.mass) = (dimension, mass);
     scene
 }

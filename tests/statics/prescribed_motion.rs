@@ -2,11 +2,13 @@
 
 use rodfit::Problem;
 use rodfit::scene::{
-    Dimension, End, InitialState, Material, Motion, Recorded, Scene, Scheme, Section, Shape,
-    Support, Time, Track,
+    Dimension, End, InitialState, Material, Motion, Recorded, Scene, Scheme, Shape, Support, Time,
+    Track,
 };
 use rodfit::vibration::{LinearizationPoint, ModeKind};
 use std::f64::consts::PI;
+
+use crate::common::straight_rod;
 
 const LENGTH: f64 = 0.5;
 const MODULUS: f64 = 1e8;
@@ -26,9 +28,8 @@ fn still(markers: usize, beside: f64) -> Track {
 
 /// A straight rod with G = E/3.
 fn rod(segments: usize, dimension: Dimension) -> Scene {
-    let shape = Shape::Straight { length: LENGTH, direction: [1.0, 0.0, 0.0] };
     let material = Material { poisson_ratio: Some(0.5), ..Material::new(DENSITY, MODULUS) };
-    let mut scene = Scene::new(segments, shape, Section::Circle { radius: RADIUS }, material);
+    let mut scene = straight_rod(segments, [LENGTH, RADIUS], material);
     scene.rod.dimension = dimension;
     scene.initial.state = InitialState::Equilibrium;
     scene

@@ -1,14 +1,14 @@
 //! Compliant clamps: deflections and frequencies against beam theory, in the plane and in space.
 
 use rodfit::fit::{Frequencies, Sample};
-use rodfit::scene::{Clamp, Dimension, Handedness, InitialState, Material, Scene, Section, Shape};
+use rodfit::scene::{Clamp, Dimension, Handedness, InitialState, Material, Scene, Shape};
 use rodfit::scene::{Compliance, PointForce, Support, Time};
 use rodfit::vibration::{LinearizationPoint, ModeKind};
 use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 use std::f64::consts::PI;
 
 use crate::common::differences::at_rest;
-use crate::common::{at_tip, rest, simulate};
+use crate::common::{at_tip, rest, simulate, straight_rod};
 
 const LENGTH: f64 = 0.5;
 const RADIUS: f64 = 5e-3;
@@ -20,9 +20,8 @@ const BOTH: [Dimension; 2] = [Dimension::Planar, Dimension::Spatial];
 
 /// A weightless rod. The compliance of its clamp is a `part` of the rotation of the rod's tip under a moment.
 fn rod(segments: usize, dimension: Dimension, part: f64) -> Scene {
-    let shape = Shape::Straight { length: LENGTH, direction: [1.0, 0.0, 0.0] };
     let material = Material { poisson_ratio: Some(0.5), ..Material::new(DENSITY, MODULUS) };
-    let mut scene = Scene::new(segments, shape, Section::Circle { radius: RADIUS }, material);
+    let mut scene = straight_rod(segments, [LENGTH, RADIUS], material);
     scene.rod.dimension = dimension;
     scene.supports.start_compliance.rotation = part * LENGTH / BENDING;
     scene

@@ -1,6 +1,7 @@
 //! Fits of structures: exact data, derivatives of residuals, coverage of intervals, and a welded rod against one rod.
 
-use crate::scenes::{joint, rod, steel, support};
+use crate::derivative_checks::check_jacobian;
+use crate::scenes::{joint, rod, rubber_rod, steel, support};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
@@ -27,16 +28,9 @@ const END: f64 = 0.3;
 
 /// A mast with an arm that is sprung against it, and a bob at the end of the arm.
 fn crane([modulus, compliance, mass]: [f64; 3]) -> StructureScene {
-    let rubber = |name: &str, direction: &str| {
-        format!(
-            "[[rods]]\nname = \"{name}\"\nsegments = 8\nmaterial = \"rubber\"\n\
-             shape = {{ kind = \"straight\", length = 0.15, direction = {direction} }}\n\
-             section = {{ kind = \"circle\", radius = 5e-3 }}\n"
-        )
-    };
     let text = [
-        rubber("mast", "[0, 1, 0]"),
-        rubber("arm", "[1, 0, 0]"),
+        rubber_rod("mast", "[0, 1, 0]"),
+        rubber_rod("arm", "[1, 0, 0]"),
         format!("[[materials]]\nname = \"rubber\"\ndensity = 1100\nyoungs_modulus = {modulus:e}\n"),
         format!(
             "[[bodies]]\nname = \"bob\"\nmass = {mass:e}\ninertia = 2e-7\nposition = [0.15, 0.15, 0]\n"
@@ -125,22 +119,7 @@ fn jacobian_of_residuals_equals_differences() {
     let values = [SCENE[0], SCENE[1], SCENE[2], 0.15, 0.0, 5e-3];
     let x: Vec<f64> =
         residuals.unknowns().iter().zip(values).map(|(u, value)| u.to_scale(value)).collect();
-    let exact = residuals.jacobian_at(&x).unwrap();
-    for j in 0..x.len() {
-        let at = |step: f64| {
-            let mut x = x.clone();
-            x[j] += step;
-            residuals.residuals(&x).unwrap()
-        };
-        let step = 2e-5;
-        let [above, below] = [at(step), at(-step)];
-        let largest = exact.iter().map(|row| row[j].abs()).fold(0.0, f64::max);
-        for (i, row) in exact.iter().enumerate() {
-            let difference = (above[i] - below[i]) / (2.0 * step);
-            let error = (row[j] - difference).abs() / largest;
-            assert!(error < 1e-6, "{} of row {i}: {error:e}", residuals.unknowns()[j]);
-        }
-    }
+    check_jacobian(&residuals, &x, 2e-5, 1e-6);
 }
 
 /// Number of 95 % intervals with the truth, of all three parameters, in fits of noisy data sets of these seeds.

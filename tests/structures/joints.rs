@@ -85,9 +85,36 @@ fn deflection_of_a_held_beam_with_a_joint_agrees_with_beam_theory() {
     }
 }
 
-/// A body of mass `m` and moment of inertia `J` on the end of a cantilever: with `x = beta L`, `mu = m/(rho A L)` and
-/// `eta = J/(rho A L^3)`,
+/// The lowest roots of an equation from 1e-3 on that are a hundredth apart, found from changes of sign.
+pub fn roots(equation: &dyn Fn(f64) -> f64, count: usize) -> Vec<f64> {
+    let (mut roots, mut x) = (Vec::new(), 1e-3);
+    while roots.len() < count {
+        if equation(x) * equation(x + 0.01) < 0.0 {
+            let (mut low, mut high) = (x, x + 0.01);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                *if equation(low) * equation(middle) <= 0.0 { &mut high } else { &mut low } =
+                    middle;
+            }
+            roots.push(low);
+        }
+        x += 0.01;
+    }
+    roots
+}
+
+/// Frequency equation of a body of mass `m` and moment of inertia `J` on the end of a cantilever: with `x = beta L`,
+/// `mu = m/(rho A L)` and `eta = J/(rho A L^3)`,
 /// `1 + cos cosh - mu x (sin cosh - cos sinh) - eta x^3 (cosh sin + sinh cos) + mu eta x^4 (1 - cos cosh) = 0`.
+pub fn stem_equation(mu: f64, eta: f64) -> impl Fn(f64) -> f64 {
+    move |x| {
+        let (s, c, sh, ch) = (x.sin(), x.cos(), x.sinh(), x.cosh());
+        (1.0 + c * ch) - mu * x * (s * ch - c * sh) - eta * x.powi(3) * (ch * s + sh * c)
+            + mu * eta * x.powi(4) * (1.0 - c * ch)
+    }
+}
+
+/// The first three frequencies of a body on the end of a cantilever.
 #[test]
 fn frequencies_of_a_body_on_a_stem_satisfy_the_frequency_equation() {
     let (length, mass, inertia) = (0.5, 0.03, 4e-5);
@@ -101,28 +128,9 @@ fn frequencies_of_a_body_on_a_stem_satisfy_the_frequency_equation() {
         support("stem.start", "clamped"),
     ]);
     let line = line_density() * length;
-    let (mu, eta) = (mass / line, inertia / (line * length * length));
-    let equation = |x: f64| {
-        let (s, c, sh, ch) = (x.sin(), x.cos(), x.sinh(), x.cosh());
-        (1.0 + c * ch) - mu * x * (s * ch - c * sh) - eta * x.powi(3) * (ch * s + sh * c)
-            + mu * eta * x.powi(4) * (1.0 - c * ch)
-    };
-    let mut roots = Vec::new();
-    let mut x = 0.05;
-    while roots.len() < 3 {
-        if equation(x) * equation(x + 0.01) < 0.0 {
-            let (mut low, mut high) = (x, x + 0.01);
-            for _ in 0..60 {
-                let middle = 0.5 * (low + high);
-                *if equation(low) * equation(middle) <= 0.0 { &mut high } else { &mut low } =
-                    middle;
-            }
-            roots.push(low);
-        }
-        x += 0.01;
-    }
+    let equation = stem_equation(mass / line, inertia / (line * length * length));
     let scale = (bending() / line_density()).sqrt() / (length * length);
-    for (found, root) in frequencies(&stem, 3).iter().zip(roots) {
+    for (found, root) in frequencies(&stem, 3).iter().zip(roots(&equation, 3)) {
         println!("{:e}", found / (root * root * scale) - 1.0);
         assert!(
             (found / (root * root * scale) - 1.0).abs() < 1e-3,

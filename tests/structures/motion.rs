@@ -1,7 +1,7 @@
 //! Motions of structures: momentum, energy, order and derivatives.
 
+use crate::derivative_checks::{dual_run, shifted};
 use crate::scenes::{joint, mixed, rod, structure};
-use num_dual::Dual64;
 use rodfit::Structure;
 
 /// Two free rods of rubber with a spring that opens, `steps` steps in 0.01 s: 400 resolve all
@@ -93,27 +93,9 @@ fn dual_derivatives_of_a_motion_agree_with_differences() {
         "joints.1.rotation",
         "joints.1.rest",
     ] {
-        let mut value = f64::NAN;
-        let mut dual = structure
-            .simulation_over(|own, x, _| {
-                if own == path {
-                    value = x;
-                }
-                Dual64::new(x, f64::from(own == path))
-            })
-            .unwrap();
-        for k in 1..=20 {
-            dual.step_to(2e-5 * f64::from(k)).unwrap();
-        }
-        let shifted = |h: f64| {
-            let scene =
-                structure.scene().map_numbers(|own, x, _| if own == path { x + h } else { x });
-            end(&Structure::new(scene).unwrap())
-        };
+        let (value, q) = dual_run(&structure, path, (1..=20).map(|k| 2e-5 * f64::from(k)));
         let h = 1e-5 * value;
-        let (plus, minus) = (shifted(h), shifted(-h));
-        let mut q = dual.state().q.clone();
-        dual.rod().place_carried(&mut q, &dual.state().frames);
+        let [plus, minus] = [h, -h].map(|h| end(&shifted(&structure, path, h)));
         let rates: Vec<f64> = q[..plus.len()].iter().map(|q| q.eps).collect();
         let size = rates.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
         assert!(size > 0.0, "{path}");

@@ -25,6 +25,15 @@ pub fn rod(name: &str, segments: usize, length: f64, [x, y]: [f64; 2]) -> String
     )
 }
 
+/// Text of a rod of rubber of 0.15 m in this direction, a list.
+pub fn rubber_rod(name: &str, direction: &str) -> String {
+    format!(
+        "[[rods]]\nname = \"{name}\"\nsegments = 8\nmaterial = \"rubber\"\n\
+         shape = {{ kind = \"straight\", length = 0.15, direction = {direction} }}\n\
+         section = {{ kind = \"circle\", radius = 5e-3 }}\n"
+    )
+}
+
 /// Text of the material.
 pub fn steel() -> String {
     let [modulus, density, _] = STEEL;

@@ -1,14 +1,13 @@
 //! Structures in space: derivatives, equilibria and modes against closed forms and planar structures.
 
-use crate::joints::frequencies;
+use crate::derivative_checks::{check_derivatives, check_factors};
+use crate::joints::{frequencies, roots, stem_equation};
 use crate::scenes::{
     STEEL, bending, joint, line_density, mixed_in_space, rod, shear_modulus, spatial, spatial_rod,
     structure, support, torsion, twisting_steel,
 };
-use num_dual::Dual64;
-use rodfit::numerics::tangent::{Factors, Tangent};
 use rodfit::rod::Rod;
-use rodfit::{Derivatives, Structure, StructureScene};
+use rodfit::{Structure, StructureScene};
 use std::f64::consts::PI;
 
 /// A deformed state of a structure in space, in which bodies have turned by tenths of a radian.
@@ -34,38 +33,8 @@ fn deformed(structure: &Structure) -> Vec<f64> {
 #[test]
 fn spatial_gradient_and_tangent_are_derivatives_of_the_energy() {
     let structure = mixed_in_space(8, "");
-    let at_rest = structure.at_rest();
-    let (assembly, frames, q) = (&at_rest.assembly, &at_rest.frames, deformed(&structure));
-    let n = q.len();
-    let (mut gradient, mut alone) = (vec![0.0; n], vec![0.0; n]);
-    let mut tangent = assembly.zero_tangent();
-    assembly.tangent(&q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
-    assembly.gradient(&q, frames, Derivatives::Hand, &mut alone);
-    let size = gradient.iter().fold(0.0_f64, |size, g| size.max(g.abs()));
-    assert!(gradient.iter().zip(&alone).all(|(a, b)| (a - b).abs() < 1e-12 * size));
-    let dual = structure.at_rest_over(|_, value, _| Dual64::from(value)).unwrap();
-    let tied: Vec<usize> = assembly.unknowns_without_effect().collect();
-    for seed in 1..=3 {
-        let mut x: Vec<f64> = (0..n).map(|i| (1.3 * (seed * i) as f64).cos()).collect();
-        tied.iter().for_each(|i| x[*i] = 0.0);
-        let moved = |h: f64| q.iter().zip(&x).map(|(q, x)| q + h * x).collect::<Vec<f64>>();
-        let energy = |h: f64| assembly.energies(&moved(h), frames).total();
-        let h = 1e-6;
-        let slope: f64 = gradient.iter().zip(&x).map(|(g, x)| g * x).sum();
-        let difference = (energy(h) - energy(-h)) / (2.0 * h);
-        println!("{slope} {difference}");
-        assert!((slope - difference).abs() < 1e-5 * slope.abs().max(1.0), "{slope} {difference}");
-        let moved: Vec<Dual64> = q.iter().zip(&x).map(|(q, x)| Dual64::new(*q, *x)).collect();
-        let mut rates = vec![Dual64::from(0.0); n];
-        dual.assembly.gradient(&moved, &dual.frames, Derivatives::Hand, &mut rates);
-        let mut product = vec![0.0; n];
-        tangent.product(&x, &mut product);
-        tied.iter().for_each(|i| product[*i] = 0.0);
-        let size = product.iter().fold(0.0_f64, |size, p| size.max(p.abs()));
-        for (i, (rate, product)) in rates.iter().zip(&product).enumerate() {
-            assert!((rate.eps - product).abs() < 1e-9 * size, "{i}: {} {product}", rate.eps);
-        }
-    }
+    let tied: Vec<usize> = structure.at_rest().assembly.unknowns_without_effect().collect();
+    check_derivatives(&structure, &deformed(&structure), 1e-6, 1e-9, &tied);
 }
 
 /// Frames that follow to a state change neither energy nor strains there.
@@ -89,36 +58,8 @@ fn moved_frames_keep_energy_and_strains() {
 #[test]
 fn spatial_factors_solve_and_count_as_the_dense_matrix() {
     let structure = mixed_in_space(7, "");
-    let at_rest = structure.at_rest();
-    let (assembly, q) = (&at_rest.assembly, deformed(&structure));
-    let n = q.len();
-    let (mut gradient, mut tangent) = (vec![0.0; n], assembly.zero_tangent());
-    assembly.tangent(&q, &at_rest.frames, Derivatives::Hand, &mut gradient, &mut tangent);
-    let b: Vec<f64> = (0..n).map(|i| (0.7 * i as f64).sin()).collect();
-    let mut factors = tangent.new_factors();
-    for shift in [1e6, 0.0, -2e5] {
-        let dense = nalgebra::DMatrix::from_fn(n, n, |i, j| {
-            tangent.get(i, j) + if i == j { shift * assembly.mass()[i] } else { 0.0 }
-        });
-        factors.factor_sum(assembly.mass(), shift, &tangent, 1.0, 0..n).unwrap();
-        let mut x = b.clone();
-        factors.solve(&mut x);
-        let tied: Vec<usize> = assembly.unknowns_without_effect().collect();
-        let right = nalgebra::DVector::from_column_slice(&b);
-        let residual = &dense * nalgebra::DVector::from_column_slice(&x) - right;
-        let size = dense.amax() * x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-        for i in (0..n).filter(|i| !tied.contains(i)) {
-            assert!(residual[i].abs() < 1e-11 * size, "{shift} {i}: {:e} {size:e}", residual[i]);
-        }
-        let free: Vec<usize> = (0..n).filter(|i| !tied.contains(i)).collect();
-        let own =
-            nalgebra::DMatrix::from_fn(free.len(), free.len(), |i, j| dense[(free[i], free[j])]);
-        let negative = own.symmetric_eigenvalues().iter().filter(|l| **l < 0.0).count();
-        let pencil_mass: Vec<f64> =
-            (0..n).map(|i| if tied.contains(&i) { 0.0 } else { assembly.mass()[i] }).collect();
-        factors.factor_sum(&pencil_mass, shift, &tangent, 1.0, 0..n).unwrap();
-        assert_eq!(factors.negative_pivots(), negative, "{shift}");
-    }
+    let tied: Vec<usize> = structure.at_rest().assembly.unknowns_without_effect().collect();
+    check_factors(&structure, &deformed(&structure), &tied);
 }
 
 /// Deflection of the tip of a right-angled bracket under a force `F` out of its plane:
@@ -315,31 +256,10 @@ fn body_with_rotary_inertia_on_a_stem_satisfies_the_frequency_equations() {
         support("stem.start", "clamped"),
     ]);
     let line = line_density() * length;
-    let roots = |equation: &dyn Fn(f64) -> f64, count: usize| {
-        let (mut roots, mut x) = (Vec::new(), 1e-3);
-        while roots.len() < count {
-            if equation(x) * equation(x + 0.01) < 0.0 {
-                let (mut low, mut high) = (x, x + 0.01);
-                for _ in 0..60 {
-                    let middle = 0.5 * (low + high);
-                    *if equation(low) * equation(middle) <= 0.0 { &mut high } else { &mut low } =
-                        middle;
-                }
-                roots.push(low);
-            }
-            x += 0.01;
-        }
-        roots
-    };
     let mut exact = Vec::new();
     // Deflection along z turns the body about y, along y about z.
     for own in [inertia[1], inertia[2]] {
-        let (mu, eta) = (mass / line, own / (line * length * length));
-        let equation = |x: f64| {
-            let (s, c, sh, ch) = (x.sin(), x.cos(), x.sinh(), x.cosh());
-            (1.0 + c * ch) - mu * x * (s * ch - c * sh) - eta * x.powi(3) * (ch * s + sh * c)
-                + mu * eta * x.powi(4) * (1.0 - c * ch)
-        };
+        let equation = stem_equation(mass / line, own / (line * length * length));
         let scale = (bending() / line_density()).sqrt() / (length * length);
         exact.extend(roots(&equation, 2).into_iter().map(|x| x * x * scale));
     }

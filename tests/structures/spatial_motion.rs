@@ -1,7 +1,7 @@
 //! Motions of structures in space: rotations, momentum, order and derivatives.
 
+use crate::derivative_checks::{dual_run, shifted};
 use crate::scenes::{joint, mixed_in_space, rod, spatial, spatial_rod, structure, support};
-use num_dual::Dual64;
 use rodfit::Structure;
 use rodfit::dynamics::Simulation;
 use rodfit::numerics::vector::{add, cross, dot, sub, unit};
@@ -282,30 +282,12 @@ fn dual_derivatives_of_a_spatial_motion_agree_with_differences() {
             "joints.3.axis.y",
             "rods.arm.shape.direction.x",
         ] {
-            let mut value = f64::NAN;
-            let mut dual = structure
-                .simulation_over(|own, x, _| {
-                    if own == path {
-                        value = x;
-                    }
-                    Dual64::new(x, f64::from(own == path))
-                })
-                .unwrap();
-            for k in 1..=steps {
-                dual.step_to(2e-4 * f64::from(k)).unwrap();
-            }
-            let shifted = |h: f64| {
-                let scene =
-                    structure.scene().map_numbers(|own, x, _| if own == path { x + h } else { x });
-                end(&Structure::new(scene).unwrap())
-            };
+            let (value, q) = dual_run(&structure, path, (1..=steps).map(|k| 2e-4 * f64::from(k)));
             // Numbers of a small effect need larger differences, and are as good as linear.
             let part =
                 if path.starts_with("bodies") || path.starts_with("joints") { 1e-3 } else { 1e-5 };
             let h = part * value;
-            let (plus, minus) = (shifted(h), shifted(-h));
-            let mut q = dual.state().q.clone();
-            dual.rod().place_carried(&mut q, &dual.state().frames);
+            let [plus, minus] = [h, -h].map(|h| end(&shifted(&structure, path, h)));
             // Positions of nodes; angles of edges are measured from frames that turn with the numbers.
             let nodes: Vec<usize> = (0..plus.len()).filter(|i| i % 4 != 3).collect();
             let size = nodes.iter().map(|i| q[*i].eps.abs()).fold(0.0, f64::max);

@@ -1,17 +1,16 @@
 //! One-sided bounds: dampings near zero, and parameters whose likelihood is flat on one side.
 
 use rodfit::fit::{Analysis, Observation, RestShape, Sample, Sighting};
-use rodfit::scene::{Material, Scene, Section, Shape, Time};
+use rodfit::scene::{Material, Scene, Time};
 use rodfit::{Code, Fit, Parameter, Point, Unknown};
 
 use crate::common::fits::noisy;
-use crate::common::simulate;
+use crate::common::{simulate, straight_rod};
 
 /// A horizontal rod that is released; without `segments` the program chooses the mesh.
 fn falling(segments: Option<usize>, damping: f64) -> Scene {
-    let shape = Shape::Straight { length: 0.3, direction: [1.0, 0.0, 0.0] };
     let material = Material { poisson_ratio: Some(0.5), ..Material::new(1300.0, 1.602e8) };
-    let mut scene = Scene::new(24, shape, Section::Circle { radius: 1.5e-3 }, material);
+    let mut scene = straight_rod(24, [0.3, 1.5e-3], material);
     scene.rod.segments = segments;
     scene.loads.gravity = [0.0, -9.81, 0.0];
     scene.loads.damping.mass = damping;

@@ -4,12 +4,12 @@ use rodfit::fit::{
     Analysis, Correlation, Estimate, Experiment, FitFile, Frequencies, Grade, Known,
 };
 use rodfit::fit::{RestShape, Sighting};
-use rodfit::scene::{Material, Scene, Section, Shape};
+use rodfit::scene::{Material, Scene, Shape};
 use rodfit::vibration::LinearizationPoint;
 use rodfit::{Fit, FitReport, Parameter, Point};
 
-use crate::common::coarse;
 use crate::common::fits::{noisy, observe, of_a_right_mesh};
+use crate::common::{coarse, straight_rod};
 use crate::intervals::small;
 
 /// Known inputs with their relative standard uncertainties.
@@ -31,10 +31,8 @@ fn all_known(fit: Fit, scene: &Scene) -> Fit {
 }
 
 /// A rod with the small deflections of a linear beam.
-fn stiff(gravity: f64) -> Scene {
-    let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
-    let section = Section::Circle { radius: 0.005 };
-    let mut scene = Scene::new(20, shape, section, Material::new(1200.0, 2e10));
+pub fn stiff(gravity: f64) -> Scene {
+    let mut scene = straight_rod(20, [0.5, 0.005], Material::new(1200.0, 2e10));
     scene.loads.gravity = [0.0, -gravity, 0.0];
     scene
 }

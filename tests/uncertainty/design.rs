@@ -2,10 +2,11 @@
 
 use nalgebra::DMatrix;
 use rodfit::fit::{Advice, Choice, Design, DesignVariable, Frequencies, Known, RestShape};
-use rodfit::scene::{Material, Scene, Section, Shape};
+use rodfit::scene::Scene;
 use rodfit::vibration::LinearizationPoint;
 use rodfit::{Fit, Observation, Parameter, Point};
 
+use crate::budget::stiff;
 use crate::common::coarse;
 use crate::common::fits::{fit_with, mean_and_spread, noisy, observe, same_mesh, value};
 
@@ -141,19 +142,10 @@ fn errors_scale_as_the_inverse_root_of_the_frame_rate() {
     }
 }
 
-/// A beam without tension.
-fn stiff() -> Scene {
-    let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
-    let section = Section::Circle { radius: 0.005 };
-    let mut scene = Scene::new(20, shape, section, Material::new(1200.0, 2e10));
-    scene.loads.gravity = [0.0, -9.8, 0.0];
-    scene
-}
-
 /// A deflection scales as 1/E, a frequency as its root: 1 % of them is 1 % and 2 % of E.
 #[test]
 fn errors_of_deflection_and_frequency_equal_closed_forms() {
-    let scene = stiff();
+    let scene = stiff(9.8);
     let problem = scene.problem().unwrap();
     let droop = -problem.equilibrium().unwrap().tip[1];
     let modulus = 2e10;

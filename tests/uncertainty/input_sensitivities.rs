@@ -1,7 +1,7 @@
 //! Sensitivities to inputs against refits with the input changed.
 
 use rodfit::fit::{Analysis, Known};
-use rodfit::scene::{Along, Damping, Linear, Scene, Section, Shape};
+use rodfit::scene::{Along, Linear, Scene, Section};
 use rodfit::{Fit, FitReport, Observation, Parameter};
 
 use crate::common::coarse;
@@ -88,12 +88,8 @@ fn check(scene: &Scene, data: &Observation, unknowns: &[Parameter]) {
 
 /// A limp strip of silicone with fast motion, which Kelvin-Voigt damping ends.
 fn limp_strip() -> Scene {
-    let mut scene = coarse(30, 1e-3, 1.2);
-    scene.rod.shape = Shape::Straight { length: 0.3, direction: [1.0, 0.0, 0.0] };
+    let mut scene = crate::sensitivity_growth::limp_strip(0.004, 1.2);
     scene.rod.section = Section::Circle { radius: 1.5e-3 };
-    scene.material.density = 1100.0;
-    scene.material.youngs_modulus = 1.5e6;
-    scene.loads.damping = Damping { mass: 0.3, stiffness: 0.004, ..Damping::default() };
     scene
 }
 

@@ -7,7 +7,9 @@ use rodfit::scene::{
 use rodfit::{Code, FitReport, Parameter, Point};
 
 use crate::common::coarse;
-use crate::common::fits::{fit_with, noisy, observe, of_a_right_mesh, same_mesh};
+use crate::common::fits::{
+    fit_with, noisy, observe, of_a_right_mesh, same_mesh, write_scene_and_record,
+};
 use crate::noise::kinds::Noise;
 
 const SIGMA: f64 = 5e-4;
@@ -154,13 +156,8 @@ fn plausible_sizes_of_the_fit_file_are_used() {
     let mut scene = coarse(20, 2e-3, 0.25);
     scene.material.youngs_modulus = 1e9;
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("scene.toml"), scene.to_toml().unwrap()).unwrap();
     let data = noisy(&observe(&scene, 30), 1e-3, 1);
-    let row = |s: &rodfit::fit::Sample| {
-        format!("{},{},{}\n", s.time, s.position[0].unwrap(), s.position[1].unwrap())
-    };
-    let rows: String = data.samples.iter().map(row).collect();
-    std::fs::write(folder.path().join("tip.csv"), format!("t,x,y\n{rows}")).unwrap();
+    write_scene_and_record(folder.path(), &scene, &data);
     let solved = |plausible: &str| {
         let text = format!(
             "scene = \"scene.toml\"\nobservation = [{{ file = \"tip.csv\", sigma = 1e-3 }}]\n\
@@ -303,13 +300,8 @@ fn fit_is_extended_by_the_effect_that_the_test_finds() {
     let mut truth = scene();
     truth.supports.angle = 0.02;
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("scene.toml"), scene().to_toml().unwrap()).unwrap();
     let data = noisy(&observe(&truth, 120), SIGMA, 3);
-    let row = |s: &rodfit::fit::Sample| {
-        format!("{},{},{}\n", s.time, s.position[0].unwrap(), s.position[1].unwrap())
-    };
-    let rows: String = data.samples.iter().map(row).collect();
-    std::fs::write(folder.path().join("tip.csv"), format!("t,x,y\n{rows}")).unwrap();
+    write_scene_and_record(folder.path(), &scene(), &data);
     let text = "scene = \"scene.toml\"\nobservation = [{ file = \"tip.csv\", sigma = 5e-4 }]\n\
                 [[parameter]]\nname = \"youngs_modulus\"\n[[parameter]]\nname = \"damping.mass\"\n";
     let file = FitFile::from_toml(text, folder.path()).unwrap();

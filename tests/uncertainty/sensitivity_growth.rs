@@ -12,7 +12,7 @@ const NOISE: f64 = 5e-4;
 const UNKNOWNS: [Parameter; 2] = [Parameter::YoungsModulus, Parameter::DampingMass];
 
 /// A strip of silicone, released from rest beside its wall.
-fn limp_strip(kelvin_voigt: f64, end: f64) -> Scene {
+pub fn limp_strip(kelvin_voigt: f64, end: f64) -> Scene {
     let mut scene = coarse(30, 1e-3, end);
     scene.rod.shape = Shape::Straight { length: 0.3, direction: [1.0, 0.0, 0.0] };
     scene.rod.section = Section::Circle { radius: 1.2e-3 };

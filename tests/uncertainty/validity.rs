@@ -7,6 +7,8 @@ use rodfit::vibration::ModePlane;
 use rodfit::{Code, Fit, Parameter, Point};
 use std::f64::consts::{PI, TAU};
 
+use crate::common::straight_rod;
+
 const MODULUS: f64 = 205e9;
 const DENSITY: f64 = 7850.0;
 const RATIO: f64 = 0.29;
@@ -191,9 +193,7 @@ fn data_without_shear_exclude_the_effect() {
 
 /// A thin rod whose first modes, rad/s, are these times the first.
 fn numbered(start: Support, end: Support, ratios: &[f64], modes: &[usize]) -> FitReport {
-    let shape = Shape::Straight { length: 0.6, direction: [1.0, 0.0, 0.0] };
-    let mut scene =
-        Scene::new(120, shape, Section::Circle { radius: 0.0015 }, Material::new(2780.0, 1e10));
+    let mut scene = straight_rod(120, [0.6, 0.0015], Material::new(2780.0, 1e10));
     scene.rod.segments = None;
     scene.rod.dimension = Dimension::Planar;
     (scene.supports.start, scene.supports.end) = (start, end);

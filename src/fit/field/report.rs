@@ -17,7 +17,7 @@ use crate::fit::report::plot_data::Series;
 use crate::numerics::half_sum_of_squares;
 use crate::numerics::lanczos::RitzPair;
 use crate::scene::{Parameter, Scene};
-use crate::summary::{Summary, SummaryTable, TextColumn, Tone, duration};
+use crate::summary::{ItemTable, Summary, Tone, duration};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::time::Instant;
@@ -265,37 +265,20 @@ impl FieldReport {
                 .with_code(Some(Code::NotUsable)),
         };
         // Single parameters first: their table is short.
-        let mut singles = SummaryTable::new([
-            TextColumn::left("parameter"),
-            TextColumn::left("estimate"),
-            TextColumn::left("standard error"),
-            TextColumn::left("unit"),
-        ]);
-        for single in &self.parameters {
-            singles.row([
-                single.name.to_string(),
-                format!("{:.6e}", single.value),
-                format!("{:.1e}", single.standard_error),
-                single.name.unit().into(),
-            ]);
-        }
+        let singles = ItemTable::new(&self.parameters)
+            .left("parameter", |single| single.name.to_string())
+            .left("estimate", |single| format!("{:.6e}", single.value))
+            .left("standard error", |single| format!("{:.1e}", single.standard_error))
+            .left("unit", |single| single.name.unit().to_string());
         summary = summary.table("", singles);
         // One table for each list, a row for each value along the rod.
         for field in &self.fields {
             let unit =
                 if field.unit.is_empty() { String::new() } else { format!(", {}", field.unit) };
-            let mut table = SummaryTable::new([
-                TextColumn::right("m from the clamp"),
-                TextColumn::right("estimate"),
-                TextColumn::right("standard error"),
-            ]);
-            for (k, place) in field.arc_lengths.iter().enumerate() {
-                table.row([
-                    format!("{place:.5}"),
-                    format!("{:.6}", field.values[k]),
-                    format!("{:.2e}", field.standard_errors[k]),
-                ]);
-            }
+            let table = ItemTable::new(field.arc_lengths.iter().enumerate())
+                .right("m from the clamp", |(_, place)| format!("{place:.5}"))
+                .right("estimate", |(k, _)| format!("{:.6}", field.values[*k]))
+                .right("standard error", |(k, _)| format!("{:.2e}", field.standard_errors[*k]));
             summary = summary.table(format!("{}{unit}", field.name), table);
         }
         summary

@@ -6,7 +6,7 @@
 //! is no force or moment of the scene, a value of zero, and structures are errors.
 
 use crate::error::{Error, ensure};
-use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
+use crate::fit::measurement::dataset::{DataKind, Dataset, Header, ValidationContext};
 use crate::fit::measurement::load_deflection::check_load;
 use crate::fit::measurement::quantity::GaugeScalar;
 use crate::fit::measurement::simulated::{BucklingCase, Requirements, SimulatedOutput};
@@ -49,11 +49,6 @@ impl DataKind for BucklingLoad {
     /// A name for messages: the critical value and the load.
     fn label(&self, _header: &Header) -> String {
         format!("the critical {}", self.load)
-    }
-
-    /// The abscissa of plots: the number of the reading.
-    fn abscissa(&self) -> Abscissa {
-        Abscissa::Reading
     }
 
     /// The number of the only reading, 1.

@@ -9,6 +9,7 @@
 use crate::error::Error;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::quantity::GaugeScalar;
+use crate::fit::measurement::reading::{Reading, spread_or_size};
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::numerics::total_order;
 use crate::problem::Problem;
@@ -119,6 +120,13 @@ impl Header {
     /// A header of values with a known standard deviation, in their unit.
     pub(crate) fn with_sigma(unit: impl Into<String>, sigma: f64) -> Self {
         Self { unit: unit.into(), sigma: Some(sigma), ..Self::default() }
+    }
+
+    /// The label of one `component` of the data: the file, or the name without a file, and the component.
+    pub(crate) fn component_label(&self, component: &str) -> String {
+        let file = self.source.as_ref().map(|path| path.display().to_string());
+        let name = file.unwrap_or_else(|| self.name.clone());
+        format!("{name} {component}").trim_start().into()
     }
 
     /// Sets the standard deviations of all points or of all values, in their unit. `sigma` becomes the one with their mean
@@ -237,7 +245,7 @@ pub struct ValidationContext<'a> {
     pub other_clock: bool,
 }
 
-/// A kind of data: either positions of points, or scalars.
+/// A kind of data: positions of points, readings, or other scalars. The defaults are those of readings.
 pub trait DataKind: Debug + Send + Sync {
     /// Name of the table of a fit file for this kind of data, as `observation`; part of keys in messages.
     fn table(&self) -> &'static str;
@@ -245,12 +253,31 @@ pub trait DataKind: Debug + Send + Sync {
     /// The name of the data in messages and reports: the file, or a name without a file.
     fn label(&self, header: &Header) -> String;
 
-    /// The quantity on the abscissa of plots: time, arc length, mode number or number of the reading.
-    fn abscissa(&self) -> Abscissa;
+    /// The readings of a gauge or a sensor with their times; empty for other data.
+    fn readings(&self) -> &[Reading] {
+        &[]
+    }
+
+    /// The list of the readings, for changes; `None` of other data.
+    fn readings_mut(&mut self) -> Option<&mut Vec<Reading>> {
+        None
+    }
+
+    /// The quantity on the abscissa of plots: time, arc length, mode number or number of the reading; the default for readings is
+    /// time, or their number if all are at rest.
+    fn abscissa(&self) -> Abscissa {
+        match self.readings().iter().any(|r| r.time.is_some()) {
+            true => Abscissa::Time,
+            false => Abscissa::Reading,
+        }
+    }
 
     /// Abscissa of every point, in the order of the points: time, s, arc length, m, mode number or number of the reading
-    /// (from 1).
-    fn abscissas(&self, problem: &Problem) -> Vec<f64>;
+    /// (from 1); the default for readings is time, or the number of a reading at rest.
+    fn abscissas(&self, _problem: &Problem) -> Vec<f64> {
+        let number = |(k, r): (usize, &Reading)| r.time.unwrap_or((k + 1) as f64);
+        self.readings().iter().enumerate().map(number).collect()
+    }
 
     /// Name of the axis of scalars in reports; `None` for positions, whose axes are x, y and z.
     fn axis(&self) -> Option<&'static str> {
@@ -270,18 +297,21 @@ pub trait DataKind: Debug + Send + Sync {
 
     /// The scalars (frequencies or readings) in their order, in the unit of the values; empty for positions.
     fn scalars(&self) -> Vec<f64> {
-        Vec::new()
+        self.readings().iter().map(|r| r.value).collect()
     }
 
     /// Mutable references to the scalars, in their order; empty for positions.
     fn scalars_mut(&mut self) -> Vec<&mut f64> {
-        Vec::new()
+        self.readings_mut().into_iter().flatten().map(|r| &mut r.value).collect()
     }
 
     /// The time of every value on the clock of the motion or of its recording, s; `None` for values at rest; the default is
-    /// `None` for every value.
+    /// the time of a reading, or `None` for every other value.
     fn times(&self) -> Vec<Option<f64>> {
-        vec![None; self.values()]
+        match self.readings() {
+            [] => vec![None; self.values()],
+            readings => readings.iter().map(|r| r.time).collect(),
+        }
     }
 
     /// Number of nuisance parameters (arc lengths, offsets) that are fitted to the values, each of which takes a degree of
@@ -291,8 +321,10 @@ pub trait DataKind: Debug + Send + Sync {
     }
 
     /// Typical size of the measured effect, in the unit of the values: the spread of a motion, the deflection of a shape, the
-    /// mean frequency, the spread of readings of a gauge.
-    fn size(&self, problem: &Problem) -> f64;
+    /// mean frequency. The default is the spread of readings about their mean, or the magnitude of a single one or of equal ones.
+    fn size(&self, _problem: &Problem) -> f64 {
+        spread_or_size(self.readings())
+    }
 
     /// Rejects values that cannot be compared with the problem.
     ///
@@ -301,9 +333,12 @@ pub trait DataKind: Debug + Send + Sync {
     /// [`Error::Invalid`] with the key of the table or the label, and the allowed values.
     fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error>;
 
-    /// Removes values after the `horizon`, s, and computes approximate arc lengths of points without one, in place; no change
-    /// by default. Residuals call it on a copy of the data.
-    fn prepare(&mut self, _problem: &Problem, _horizon: f64) {}
+    /// Removes values after the `horizon`, s, and computes approximate arc lengths of points without one, in place; by default
+    /// readings after the horizon. Residuals call it on a copy of the data.
+    fn prepare(&mut self, _problem: &Problem, horizon: f64) {
+        let readings = self.readings_mut().into_iter();
+        readings.for_each(|readings| readings.retain(|r| r.time.is_none_or(|t| t <= horizon)));
+    }
 
     /// Adds the simulated outputs with which the values are compared (points, times, modes) to `outputs`.
     fn require(&self, outputs: &mut Requirements);

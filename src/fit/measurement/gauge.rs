@@ -7,22 +7,13 @@
 //! simulation, and structures are errors. Only the library has gauges, fit files do not.
 
 use crate::error::{Error, ensure};
-use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
+use crate::fit::measurement::dataset::{DataKind, Dataset, Header, ValidationContext};
 use crate::fit::measurement::quantity::{DynQuantity, GaugeScalar, PointState, Quantity, Sight};
+use crate::fit::measurement::reading::Reading;
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::fit::structure::structure_problem::refuse_structure;
-use crate::problem::Problem;
 use crate::scene::Point;
 use std::sync::Arc;
-
-/// A reading of a gauge: a value, with its time in a motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
-    /// Time from the start of the motion, s; none of a rod at rest under the loads of the scene.
-    pub time: Option<f64>,
-    /// Value of the quantity, in its unit.
-    pub value: f64,
-}
 
 /// Readings of a [`Quantity`], in the order of their times. They do not depend on the camera of the scene.
 #[derive(Clone, Debug)]
@@ -90,44 +81,19 @@ impl DataKind for GaugeReadings {
         header.name.clone()
     }
 
-    /// The abscissa of plots: time, or the number of the reading if all are at rest.
-    fn abscissa(&self) -> Abscissa {
-        match self.readings.iter().any(|r| r.time.is_some()) {
-            true => Abscissa::Time,
-            false => Abscissa::Reading,
-        }
-    }
-
-    /// Time of every reading, s, or its number from 1 on if it is at rest, in the order of the readings.
-    fn abscissas(&self, _problem: &Problem) -> Vec<f64> {
-        let number = |(k, r): (usize, &Reading)| r.time.unwrap_or((k + 1) as f64);
-        self.readings.iter().enumerate().map(number).collect()
-    }
-
     /// Name of the axis of readings in reports: `g`.
     fn axis(&self) -> Option<&'static str> {
         Some("g")
     }
 
-    /// The values of the readings in their order, in the unit of the quantity.
-    fn scalars(&self) -> Vec<f64> {
-        self.readings.iter().map(|r| r.value).collect()
+    /// The values of the gauge with their times.
+    fn readings(&self) -> &[Reading] {
+        &self.readings
     }
 
-    /// Mutable references to the values of the readings, in their order.
-    fn scalars_mut(&mut self) -> Vec<&mut f64> {
-        self.readings.iter_mut().map(|r| &mut r.value).collect()
-    }
-
-    /// Times of all readings on the clock of the motion, s; `None` of readings at rest.
-    fn times(&self) -> Vec<Option<f64>> {
-        self.readings.iter().map(|r| r.time).collect()
-    }
-
-    /// Root mean square of the readings about their mean, in their unit; the magnitude of a single reading, or of readings
-    /// that are all equal.
-    fn size(&self, _problem: &Problem) -> f64 {
-        spread_or_size(&self.readings)
+    /// The list of the readings, for changes.
+    fn readings_mut(&mut self) -> Option<&mut Vec<Reading>> {
+        Some(&mut self.readings)
     }
 
     /// Rejects points that are not on the rod and readings that are not finite. Times must strictly increase within 0 to the
@@ -142,11 +108,6 @@ impl DataKind for GaugeReadings {
             })?;
         }
         check_readings(&self.readings, context)
-    }
-
-    /// Removes readings after the `horizon`, s, in place. Readings at rest stay.
-    fn prepare(&mut self, _problem: &Problem, horizon: f64) {
-        self.readings.retain(|r| r.time.is_none_or(|t| t <= horizon));
     }
 
     /// Adds the points of the quantity to the required `outputs`. If any reading has a time, they are added to the points in
@@ -189,18 +150,6 @@ impl DataKind for GaugeReadings {
         }
         Ok(())
     }
-}
-
-/// Root mean square of readings about their mean, in their unit; the magnitude of a single reading, or of readings that are
-/// all equal.
-pub(crate) fn spread_or_size(readings: &[Reading]) -> f64 {
-    let values = || readings.iter().map(|r| r.value);
-    let n = readings.len().max(1) as f64;
-    // The only reading has no spread about its mean: its size is its value.
-    let mean = if n > 1.0 { values().sum::<f64>() / n } else { 0.0 };
-    let spread = (values().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
-    // Equal readings have no spread; their size is the value.
-    if spread > 0.0 { spread } else { mean.abs() }
 }
 
 /// Rejects readings that are not finite, and times that do not strictly increase within 0 to the end of the simulation.

@@ -7,7 +7,7 @@
 use crate::fit::measurement::inspection::{FAR, InspectedMarker, Inspection};
 use crate::fit::measurement::repeated_frames::is_converted_video;
 use crate::summary::quantity::number;
-use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
+use crate::summary::{ItemTable, Summary, SummaryTable, Tone};
 use marker_files::Format;
 use marker_files::printable::printable_path;
 use std::fmt;
@@ -69,25 +69,20 @@ impl Inspection {
     /// The table of the markers: one row each with name, detected frames, range per axis, noise and gaps. Columns for x, y and
     /// z are always there. Cells are empty for axes or noise that the marker does not have, and for gaps without any.
     fn marker_table(&self) -> SummaryTable {
-        let axes = ["x", "y", "z"];
         // One column per axis, also for markers without it, keeps the table aligned.
-        let mut columns = vec![TextColumn::wrapped("marker"), TextColumn::right("frames")];
-        columns.extend(axes.map(TextColumn::left));
-        columns.push(TextColumn::right("noise at most"));
-        columns.push(TextColumn::wrapped("gaps"));
-        let mut table = SummaryTable::new(columns);
-        for marker in &self.markers {
-            let mut row = vec![shown_name(marker), marker.detected.to_string()];
-            for axis in axes {
-                let place = marker.axes.find(axis);
-                let range = place.and_then(|k| *marker.range.get(k)?);
-                row.push(range.map_or("".into(), |[low, high]| format!("{low:.4} .. {high:.4}")));
-            }
-            row.push(marker.noise.map(|noise| number(noise, DIGITS)).unwrap_or_default());
-            row.push(gaps(marker));
-            table.row(row);
-        }
-        table
+        let range = |marker: &InspectedMarker, axis: char| -> Option<String> {
+            let [low, high] = (*marker.range.get(marker.axes.find(axis)?)?)?;
+            Some(format!("{low:.4} .. {high:.4}"))
+        };
+        ItemTable::new(&self.markers)
+            .wrapped("marker", |marker| shown_name(marker))
+            .right("frames", |marker| marker.detected.to_string())
+            .left("x", |marker| range(marker, 'x'))
+            .left("y", |marker| range(marker, 'y'))
+            .left("z", |marker| range(marker, 'z'))
+            .right("noise at most", |marker| marker.noise.map(|noise| number(noise, DIGITS)))
+            .wrapped("gaps", |marker| gaps(marker))
+            .into()
     }
 
     /// Likely problems of the file, as warning texts without codes. First a unit of m with a coordinate beyond [`FAR`], then

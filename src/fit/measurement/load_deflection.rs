@@ -78,9 +78,7 @@ impl DataKind for LoadCurve {
 
     /// The file and the name of the displacement; without a file that of the header.
     fn label(&self, header: &Header) -> String {
-        let file = header.source.as_ref().map(|path| path.display().to_string());
-        let name = file.unwrap_or_else(|| header.name.clone());
-        format!("{name} {}", ["ux", "uy", "uz"][self.axis]).trim_start().into()
+        header.component_label(["ux", "uy", "uz"][self.axis])
     }
 
     /// The abscissa of plots: the load.

@@ -1,9 +1,9 @@
 //! Measurements of a rod: its motion, its shape at rest, its natural frequencies, forces and moments of its supports,
-//! load-deflection curves, critical loads, and user-defined quantities.
+//! accelerations and angles of its points, load-deflection curves, critical loads, and user-defined quantities.
 //!
 //! [`Measurement`] is a data set of any of these kinds ([`MeasuredData`]) with its header (noise, loss, source). Each
 //! kind has its file here: `motion`, `shape`, `frequencies`, `load_deflection`, `buckling`, `gauge` (with `quantity`), `sensor`
-//! (with `sensor_table`). `dataset` has the header and
+//! (with `sensor_channel`, `point_channel` and `sensor_table`); readings of the last two are in `reading`. `dataset` has the header and
 //! the interface of the kinds, `loss` the robust losses, `simulated` the outputs of a simulation with which they are
 //! compared. Others concern their preparation: `experiment` groups measurements with a scene, `inspection` and
 //! `inspection_summary` examine marker files, `constant_axes` and `repeated_frames` detect faulty data. Every kind
@@ -21,9 +21,12 @@ mod inspection_summary;
 pub(crate) mod load_deflection;
 pub(crate) mod loss;
 pub(crate) mod motion;
+pub(crate) mod point_channel;
 pub(crate) mod quantity;
+pub(crate) mod reading;
 pub(crate) mod repeated_frames;
 pub(crate) mod sensor;
+pub(crate) mod sensor_channel;
 pub(crate) mod sensor_table;
 pub(crate) mod shape;
 pub(crate) mod simulated;

@@ -1,98 +1,26 @@
-//! Readings of sensors: components of the force or moment that a support exerts on the rod, over time or at rest.
+//! Readings of sensors: force or moment of a support on the rod, acceleration or angle of a point, over time or at rest.
 //!
-//! Input: a [`Channel`], the measured component in the frame of the sensor, and its readings (N or N m, with times in s or at
+//! Input: a [`SensorChannel`], the measured component, and its readings (N, N m, m/s^2 or rad, with times in s or at
 //! rest). Output: [`Sensor`], a data set whose differences in a fit are simulated less measured value. The simulated value
 //! at a recorded step passes the [low-pass filter](SensorReadings::low_pass) of the sensor, and is linear between steps. A
 //! [known tare](Tare::Known) is added. A [free tare](Tare::Free) is the offset of least squares: the mean is subtracted from
 //! the differences, which takes one degree of freedom. Both are exact for the squared loss and equal standard deviations.
-//! Times are on the clock of the motion, and the camera has no effect. Free ends, structures, times outside of the
-//! simulation, and a free tare of a single reading or with another loss are errors.
+//! Angles that differ by whole turns are the same. Times are on the clock of the motion, and the camera has no effect. Free
+//! ends, structures, times outside of the simulation, and a free tare of a single reading or with another loss are errors.
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
-use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
-use crate::fit::measurement::gauge::{Reading, check_readings, spread_or_size};
+use crate::fit::measurement::dataset::{DataKind, Dataset, Header, ValidationContext};
+use crate::fit::measurement::gauge::check_readings;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::quantity::GaugeScalar;
+use crate::fit::measurement::reading::Reading;
+use crate::fit::measurement::sensor_channel::SensorChannel;
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::fit::structure::structure_problem::refuse_structure;
 use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::{Vector, dot, rotate};
-use crate::problem::Problem;
 use crate::scene::validate::positive;
-use crate::scene::{End, Support};
-use crate::statics::Reactions;
-use serde::Deserialize;
 use std::f64::consts::TAU;
-
-/// Part of the reaction of a support.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "lowercase")]
-pub enum ReactionPart {
-    /// Force of the support on the rod, N.
-    Force,
-    /// Moment of the support on the rod about the point of the support, N m.
-    Moment,
-}
-
-impl ReactionPart {
-    /// Symbol of the unit.
-    pub(crate) fn unit(self) -> &'static str {
-        match self {
-            Self::Force => "N",
-            Self::Moment => "N m",
-        }
-    }
-}
-
-/// A measured component of the reaction of a support.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Channel {
-    /// End of the rod with the support.
-    pub of: End,
-    /// Force or moment.
-    pub part: ReactionPart,
-    /// Axis of the sensor, 0 to 2 for x, y and z: the name of the component.
-    pub axis: usize,
-    /// Direction of this axis in the world, a unit vector.
-    pub direction: [f64; 3],
-}
-
-impl Channel {
-    /// The component along axis `axis` (0 to 2) of the world.
-    pub fn along_world(of: End, part: ReactionPart, axis: usize) -> Self {
-        let direction = std::array::from_fn(|c| f64::from(u8::from(c == axis)));
-        Self { of, part, axis, direction }
-    }
-
-    /// The component along an axis of a sensor whose frame is turned by the rotation vector `rotation`, rad.
-    pub fn rotated(self, rotation: [f64; 3]) -> Self {
-        Self { direction: rotate(rotation, self.direction), ..self }
-    }
-
-    /// Name of the component in reports: `fx` of a force, `mx` of a moment.
-    pub fn name(&self) -> &'static str {
-        let names = match self.part {
-            ReactionPart::Force => ["fx", "fy", "fz"],
-            ReactionPart::Moment => ["mx", "my", "mz"],
-        };
-        names[self.axis.min(2)]
-    }
-
-    /// The component in these reactions, N or N m.
-    fn component<D: Scalar>(&self, reactions: &Reactions<D>) -> D {
-        let reaction = match self.of {
-            End::Start => &reactions.start,
-            End::End => &reactions.end,
-        };
-        let vector: Vector<D> = match self.part {
-            ReactionPart::Force => reaction.force,
-            ReactionPart::Moment => reaction.moment,
-        };
-        dot(vector, self.direction.map(D::from))
-    }
-}
 
 /// Offset of a sensor: its reading without a load.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,7 +35,7 @@ pub enum Tare {
 #[derive(Clone, Debug)]
 pub struct SensorReadings {
     /// The measured component.
-    pub channel: Channel,
+    pub channel: SensorChannel,
     /// Values with their times.
     pub readings: Vec<Reading>,
     /// Offset of the sensor.
@@ -120,7 +48,7 @@ pub struct SensorReadings {
 pub type Sensor = Dataset<SensorReadings>;
 
 impl Sensor {
-    /// Readings of a `channel`, N or N m, without tare and filter, with unknown noise and squared loss.
+    /// Readings of a `channel`, N, N m, m/s^2 or rad, without tare and filter, with unknown noise and squared loss.
     ///
     /// ```
     /// use rodfit::fit::{Channel, Reading, ReactionPart, Sensor, Tare};
@@ -130,8 +58,9 @@ impl Sensor {
     /// let cell = Sensor::new(channel, vec![reading]).sigma(0.01).tare(Tare::Known(0.2)); // N
     /// assert_eq!(cell.values(), 1);
     /// ```
-    pub fn new(channel: Channel, readings: Vec<Reading>) -> Self {
-        let header = Header { unit: channel.part.unit().into(), ..Header::default() };
+    pub fn new(channel: impl Into<SensorChannel>, readings: Vec<Reading>) -> Self {
+        let channel = channel.into();
+        let header = Header { unit: channel.unit().into(), ..Header::default() };
         let data = SensorReadings { channel, readings, tare: Tare::Known(0.0), low_pass: None };
         Self { header, data }
     }
@@ -151,12 +80,19 @@ impl Sensor {
 
 impl SensorReadings {
     /// The output of the sensor, without tare, at all recorded times of a motion: the component, filtered if the sensor has a
-    /// filter. The filter is exact for a component that is linear between the steps, and starts at the first value.
-    fn output<D: Scalar>(&self, record: &RecordView<'_, D>) -> Vec<D> {
-        let mut values: Vec<D> =
-            record.reactions().map(|reactions| self.channel.component(&reactions)).collect();
+    /// filter. The filter is exact for a component that is linear between the steps, and starts at the first value. Error: a
+    /// point outside the rod.
+    fn output<D: Scalar>(
+        &self,
+        record: &RecordView<'_, D>,
+        simulated: &SimulatedOutput<D>,
+    ) -> Result<Vec<D>, Error> {
+        let mut values = self.channel.values(record, simulated)?;
+        if self.channel.is_angle() {
+            join_turns(&mut values);
+        }
         let (Some(frequency), Some(first)) = (self.low_pass, values.first().copied()) else {
-            return values;
+            return Ok(values);
         };
         let (rate, mut output, mut before) = (TAU * frequency, first, first);
         for (k, value) in values.iter_mut().enumerate().skip(1) {
@@ -168,8 +104,20 @@ impl SensorReadings {
                 before - lag + (output - (before - lag * (rate * h)) + lag) * (-rate * h).exp();
             *value = output;
         }
-        values
+        Ok(values)
     }
+}
+
+/// Adds whole turns to angles, rad, so that each differs from the one before by at most half a turn.
+fn join_turns<D: Scalar>(angles: &mut [D]) {
+    for k in 1..angles.len() {
+        angles[k] = nearest_turn(angles[k], angles[k - 1].value());
+    }
+}
+
+/// The angle, rad, plus the whole turns that bring it nearest to another one.
+fn nearest_turn<D: Scalar>(angle: D, other: f64) -> D {
+    angle - TAU * ((angle.value() - other) / TAU).round()
 }
 
 impl DataKind for SensorReadings {
@@ -180,23 +128,7 @@ impl DataKind for SensorReadings {
 
     /// The file and the name of the component; without a file that of the header.
     fn label(&self, header: &Header) -> String {
-        let file = header.source.as_ref().map(|path| path.display().to_string());
-        let name = file.unwrap_or_else(|| header.name.clone());
-        format!("{name} {}", self.channel.name()).trim_start().into()
-    }
-
-    /// The abscissa of plots: time, or the number of the reading if all are at rest.
-    fn abscissa(&self) -> Abscissa {
-        match self.readings.iter().any(|r| r.time.is_some()) {
-            true => Abscissa::Time,
-            false => Abscissa::Reading,
-        }
-    }
-
-    /// Time of every reading, s, or its number from 1 on if it is at rest.
-    fn abscissas(&self, _problem: &Problem) -> Vec<f64> {
-        let number = |(k, r): (usize, &Reading)| r.time.unwrap_or((k + 1) as f64);
-        self.readings.iter().enumerate().map(number).collect()
+        header.component_label(self.channel.name())
     }
 
     /// Name of the component in reports.
@@ -204,19 +136,14 @@ impl DataKind for SensorReadings {
         Some(self.channel.name())
     }
 
-    /// The values of the readings in their order, N or N m.
-    fn scalars(&self) -> Vec<f64> {
-        self.readings.iter().map(|r| r.value).collect()
+    /// The values of the sensor with their times.
+    fn readings(&self) -> &[Reading] {
+        &self.readings
     }
 
-    /// Mutable references to the values of the readings, in their order.
-    fn scalars_mut(&mut self) -> Vec<&mut f64> {
-        self.readings.iter_mut().map(|r| &mut r.value).collect()
-    }
-
-    /// Times of all readings on the clock of the motion, s; `None` of readings at rest.
-    fn times(&self) -> Vec<Option<f64>> {
-        self.readings.iter().map(|r| r.time).collect()
+    /// The list of the readings, for changes.
+    fn readings_mut(&mut self) -> Option<&mut Vec<Reading>> {
+        Some(&mut self.readings)
     }
 
     /// One for a free tare, which is fitted to the values.
@@ -224,28 +151,14 @@ impl DataKind for SensorReadings {
         usize::from(self.tare == Tare::Free)
     }
 
-    /// Root mean square of the readings about their mean; the magnitude of a single one.
-    fn size(&self, _problem: &Problem) -> f64 {
-        spread_or_size(&self.readings)
-    }
-
     /// Rejects structures, an end without a support, a filter that is not positive or of readings at rest, a free tare of
     /// fewer than two readings, with another loss than squares or with unequal standard deviations, times that do not
     /// increase within the simulation, and readings that are not finite.
     fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, label, .. } = context;
-        refuse_structure(problem, label, "a force or moment of a support")?;
-        let (name, support) = match self.channel.of {
-            End::Start => ("start", problem.scene().supports.start),
-            End::End => ("end", problem.scene().supports.end),
-        };
-        let allowed = "an end that a support holds";
-        ensure(
-            support != Support::Free,
-            format!("{key}.of"),
-            format!("{name}, a free end"),
-            allowed,
-        )?;
+        refuse_structure(problem, label, "a sensor")?;
+        let is_at_rest = self.readings.iter().any(|r| r.time.is_none());
+        self.channel.check(problem, key, is_at_rest)?;
         if let Some(frequency) = self.low_pass {
             positive(&format!("{key}.filter.low_pass"), frequency)?;
             let moves = self.readings.iter().all(|r| r.time.is_some());
@@ -264,18 +177,14 @@ impl DataKind for SensorReadings {
         check_readings(&self.readings, context)
     }
 
-    /// Removes readings after the `horizon`, s, in place. Readings at rest stay.
-    fn prepare(&mut self, _problem: &Problem, horizon: f64) {
-        self.readings.retain(|r| r.time.is_none_or(|t| t <= horizon));
-    }
-
-    /// Adds the reactions to the required `outputs`: in motion, with the time of the last reading, or at rest.
+    /// Adds the reactions or the point to the required `outputs`: in motion, with the time of the last reading, or at rest.
     fn require(&self, outputs: &mut Requirements) {
-        if let Some(last) = self.readings.iter().filter_map(|r| r.time).reduce(f64::max) {
+        let last = self.readings.iter().filter_map(|r| r.time).reduce(f64::max);
+        let rests = self.readings.iter().any(|r| r.time.is_none());
+        if let Some(last) = last {
             outputs.last_read = outputs.last_read.max(last);
-            outputs.moving_reactions = true;
         }
-        outputs.resting_reactions |= self.readings.iter().any(|r| r.time.is_none());
+        self.channel.require(last.is_some(), rests, outputs);
     }
 
     /// Calls `each` with simulated less measured value, in the order of the readings and in their unit. Readings whose kind of
@@ -285,9 +194,16 @@ impl DataKind for SensorReadings {
         simulated: &SimulatedOutput<D>,
         each: &mut dyn FnMut(D),
     ) -> Result<(), Error> {
-        let output = simulated.moving.as_ref().map(|record| self.output(record));
-        let at_rest = simulated.resting.as_ref().and_then(|record| record.reactions().next());
-        let at_rest = at_rest.map(|reactions| self.channel.component(&reactions));
+        let output = match &simulated.moving {
+            Some(record) => Some(self.output(record, simulated)?),
+            None => None,
+        };
+        let has_rest = self.readings.iter().any(|r| r.time.is_none());
+        let at_rest = match simulated.resting.as_ref().filter(|_| has_rest) {
+            Some(record) => self.channel.values(record, simulated)?.first().copied(),
+            None => None,
+        };
+        let exact = if let Tare::Known(tare) = self.tare { -tare } else { 0.0 };
         let mut differences = Vec::with_capacity(self.readings.len());
         for Reading { time, value } in &self.readings {
             let found = match (time, &simulated.moving, &output) {
@@ -295,7 +211,11 @@ impl DataKind for SensorReadings {
                 (None, ..) if let Some(at_rest) = at_rest => at_rest,
                 _ => continue,
             };
-            differences.push(found - *value);
+            let difference = found - *value;
+            // Whole turns: near the difference before, and the first one near that of an exact model.
+            let before = differences.last().map_or(exact, |before: &D| before.value());
+            let is_angle = self.channel.is_angle();
+            differences.push(if is_angle { nearest_turn(difference, before) } else { difference });
         }
         let tare = match self.tare {
             Tare::Known(tare) => D::from(tare),

@@ -1,18 +1,20 @@
-//! Tables of force and moment sensors: columns `fx`, `fy`, `fz` or `mx`, `my`, `mz` with a clock, or without one at rest.
+//! Tables of sensors: columns `fx`, `fy`, `fz`, or `mx`, `ax` and so on, or `angle`, with a clock, or without one at rest.
 //!
-//! Input: a file (table of numbers, by its header or the key `columns`), the part of the reaction, the end of the rod, the
-//! frame rate and the start of the motion. Moments may also be named `tx`, `ty`, `tz`; names may begin with the end, as
-//! `start_fx`, and end with a unit, as `fx_n`. Units in brackets are mN, N, kN, or N m, mN m, N mm. Output: the readings of
-//! every component that the file has, s and N or N m, and the numbers of rows that were left out: those before the start,
+//! Input: a file (table of numbers, by its header or the key `columns`), the quantity, the end of the rod, the frame rate
+//! and the start of the motion. Moments may also be named `tx`, `ty`, `tz`. Names of forces and moments may begin with the
+//! end, as `start_fx`, and end with a unit, as `fx_n`. Units in brackets are mN, N, kN; N m, mN m, N mm; m/s^2, mm/s^2, g;
+//! rad, mrad, deg. Output: the readings of every component that the file has (one of an angle), s and N, N m, m/s^2 or
+//! rad, and the numbers of rows that were left out: those before the start,
 //! and those without a value. A file that is no table or has no component, other units, a blank clock, and times that are
 //! negative without a start are errors with file and line.
 
 use crate::error::Error;
-use crate::fit::measurement::gauge::Reading;
-use crate::fit::measurement::sensor::ReactionPart;
+use crate::fit::measurement::reading::Reading;
 use crate::scene::End;
 use marker_files::table::{TIMES, Table, TableRow};
 use marker_files::{ColumnRules, Dropped};
+use serde::Deserialize;
+use std::f64::consts::PI;
 use std::path::Path;
 
 /// Units of force with their sizes in N.
@@ -29,12 +31,62 @@ pub(crate) const MOMENTS: [(&str, f64); 8] = [
     ("N*mm", 1e-3),
 ];
 
+/// Units of acceleration with their sizes in m/s^2. The standard acceleration of gravity is exact (CGPM 1901).
+const ACCELERATIONS: [(&str, f64); 5] =
+    [("m/s^2", 1.0), ("m/s2", 1.0), ("m/s²", 1.0), ("mm/s^2", 1e-3), ("g", 9.80665)];
+/// Units of angles with their sizes in rad.
+const ANGLES: [(&str, f64); 4] =
+    [("rad", 1.0), ("mrad", 1e-3), ("deg", PI / 180.0), ("°", PI / 180.0)];
+
+/// Quantity of a sensor in a fit file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum SensorQuantity {
+    /// Force of a support on the rod, N.
+    Force,
+    /// Moment of a support on the rod about the point of the support, N m.
+    Moment,
+    /// Acceleration of a point less gravity, m/s^2, in axes of the rod.
+    Acceleration,
+    /// Angle of the tangent at a point, rad.
+    Angle,
+}
+
+impl SensorQuantity {
+    /// Whether the sensor is under a support, and not at a point of the rod.
+    pub fn is_of_support(self) -> bool {
+        matches!(self, Self::Force | Self::Moment)
+    }
+
+    /// Names of the columns of the three components without a prefix of the end, and the units; only the first component of
+    /// an angle has names.
+    fn columns(self) -> (Vec<[String; 3]>, &'static [(&'static str, f64)]) {
+        let by_axis = |letter: &str, ending: &str| {
+            ["x", "y", "z"].map(|axis| format!("{letter}{axis}{ending}"))
+        };
+        let all = |letters: &[&str], endings: &[&str]| {
+            let with = |letter: &str| endings.iter().map(|end| by_axis(letter, end)).collect();
+            letters.iter().flat_map(|letter| -> Vec<_> { with(letter) }).collect::<Vec<_>>()
+        };
+        match self {
+            Self::Force => (all(&["f"], &["", "_n"]), &FORCES),
+            Self::Moment => (all(&["m", "t"], &["", "_nm", "_n_m"]), &MOMENTS),
+            Self::Acceleration => (all(&["a", "acc_", "acc"], &[""]), &ACCELERATIONS),
+            Self::Angle => {
+                let alone = |name: &str| [name.to_string(), String::new(), String::new()];
+                (["angle", "theta"].map(alone).into(), &ANGLES)
+            }
+        }
+    }
+}
+
 /// Interpretation of a table of a sensor.
 pub(crate) struct SensorTable<'a> {
-    /// Force or moment.
-    pub part: ReactionPart,
-    /// End of the rod, for names that begin with it.
-    pub of: End,
+    /// Force, moment, acceleration or angle.
+    pub quantity: SensorQuantity,
+    /// End of the rod, for names that begin with it; `None` of a sensor at a point.
+    pub of: Option<End>,
     /// Columns by name or number.
     pub columns: Option<&'a ColumnRules>,
     /// Frames per second, Hz, for a clock of frame numbers.
@@ -107,30 +159,26 @@ impl SensorTable<'_> {
 
     /// The columns of the three components with their units; an error without any.
     fn component_columns(&self, table: &Table) -> Result<[Option<(usize, f64)>; 3], Error> {
-        let end = match self.of {
+        let end = self.of.map(|of| match of {
             End::Start => "start",
             End::End => "end",
-        };
-        let (letters, endings, units): (&[&str], &[&str], &[(&str, f64)]) = match self.part {
-            ReactionPart::Force => (&["f"], &["", "_n"], &FORCES),
-            ReactionPart::Moment => (&["m", "t"], &["", "_nm", "_n_m"], &MOMENTS),
-        };
+        });
+        let (names, units) = self.quantity.columns();
         let mut columns = [None; 3];
-        for (slot, axis) in columns.iter_mut().zip(["x", "y", "z"]) {
-            let names = letters.iter().flat_map(|letter| {
-                endings.iter().flat_map(move |ending| {
-                    let own = format!("{letter}{axis}{ending}");
-                    [format!("{end}_{own}"), own]
-                })
+        for (axis, slot) in columns.iter_mut().enumerate() {
+            let own = names.iter().map(|names| &names[axis]).filter(|name| !name.is_empty());
+            let candidates = own.flat_map(|own| {
+                end.map(|end| format!("{end}_{own}")).into_iter().chain([own.clone()])
             });
-            if let Some(column) = names.into_iter().find_map(|name| table.find(&name)) {
+            if let Some(column) = candidates.into_iter().find_map(|name| table.find(&name)) {
                 *slot = Some((column, table.factor(column, units, "")?));
             }
         }
         if columns.iter().all(Option::is_none) {
-            let letter = letters[0];
+            let first = names[0].iter().filter(|name| !name.is_empty());
+            let allowed = first.cloned().collect::<Vec<_>>().join(", ");
             let message = format!(
-                "found the columns {}, allowed: at least one of {letter}x, {letter}y, {letter}z, or the key columns",
+                "found the columns {}, allowed: at least one of {allowed}, or the key columns",
                 table.columns_found()
             );
             return Err(table.error(1, &message).into());

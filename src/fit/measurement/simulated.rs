@@ -43,6 +43,10 @@ pub struct Requirements {
     pub beside: Vec<Point>,
     /// Points with a measured position at rest.
     pub resting: Vec<Point>,
+    /// Points with a measured angle of the tangent in a motion.
+    pub moving_tangents: Vec<Point>,
+    /// Points with a measured angle of the tangent at rest.
+    pub resting_tangents: Vec<Point>,
     /// Points of a structure with a measured motion.
     pub moving_places: Vec<StructurePoint>,
     /// Points of a structure with a measured position at rest.
@@ -66,15 +70,17 @@ pub struct Requirements {
 }
 
 impl Requirements {
-    /// Whether the equilibrium of the rod is required: any point, or all nodes, or the reactions at rest.
+    /// Whether the equilibrium of the rod is required: any point or tangent, or all nodes, or the reactions at rest.
     pub fn is_at_rest(&self) -> bool {
         let has_points = !self.resting.is_empty() || !self.resting_places.is_empty();
-        self.whole_rest || has_points || self.resting_reactions
+        let has_tangents = !self.resting_tangents.is_empty();
+        self.whole_rest || has_points || has_tangents || self.resting_reactions
     }
 
     /// Whether a motion is required.
     pub fn has_motion(&self) -> bool {
-        !self.moving.is_empty() || !self.moving_places.is_empty() || self.moving_reactions
+        let has_points = !self.moving.is_empty() || !self.moving_places.is_empty();
+        has_points || !self.moving_tangents.is_empty() || self.moving_reactions
     }
 }
 

@@ -181,9 +181,10 @@ impl ObservedExperiment {
         }
         let mut moving = None;
         if self.required.has_motion() {
-            let mut trajectory =
-                Trajectory::new(&problem, &nodes(&self.required.moving, &problem)?, &parameters)?
-                    .keep_axes(&edges(&self.required.beside, &problem)?);
+            let Requirements { moving: points, moving_tangents, beside, .. } = &self.required;
+            let tracked = nodes_and_tangents(points, moving_tangents, &problem)?;
+            let mut trajectory = Trajectory::new(&problem, &tracked, &parameters)?
+                .keep_axes(&edges(beside, &problem)?);
             if self.required.moving_reactions {
                 trajectory = trajectory.keep_reactions();
             }
@@ -199,7 +200,10 @@ impl ObservedExperiment {
         // Shapes without arc lengths need all nodes, others only those of their points.
         let resting = match self.required.whole_rest {
             true => Some((0..problem.nodes()).collect()),
-            false if self.required.is_at_rest() => Some(nodes(&self.required.resting, &problem)?),
+            false if self.required.is_at_rest() => {
+                let Requirements { resting, resting_tangents, .. } = &self.required;
+                Some(nodes_and_tangents(resting, resting_tangents, &problem)?)
+            }
             false => None,
         };
         let at_rest = |nodes: Vec<usize>| {
@@ -388,6 +392,21 @@ pub(super) fn nodes(points: &[Point], problem: &Problem) -> Result<Vec<usize>, E
         nodes.extend(problem.nodes_around(*point)?);
     }
     Ok(nodes.into_iter().collect())
+}
+
+/// Indices of the nodes on which the positions of `points` and the edges around `tangents` depend, ascending, each once. An
+/// error for points that are not on the rod.
+fn nodes_and_tangents(
+    points: &[Point],
+    tangents: &[Point],
+    problem: &Problem,
+) -> Result<Vec<usize>, Error> {
+    let mut all: BTreeSet<usize> = nodes(points, problem)?.into_iter().collect();
+    for point in tangents {
+        let edges = problem.edges_around(*point)?;
+        all.extend(edges.start..=edges.end);
+    }
+    Ok(all.into_iter().collect())
 }
 
 /// Indices of the edges whose axes the markers beside `points` depend on, ascending, each once. An error for points that are

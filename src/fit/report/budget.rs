@@ -12,7 +12,7 @@ use crate::fit::report::quoted::QuotedEstimate;
 use crate::fit::uncertainty::budget::entries::InputSensitivity;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::summary::quantity::quantity;
-use crate::summary::{Summary, SummaryTable, TextColumn};
+use crate::summary::{ItemTable, Summary};
 
 /// Number of listed inputs of each parameter: those with the largest sensitivities.
 const NAMED: usize = 3;
@@ -35,23 +35,13 @@ pub(crate) fn add_budget(mut summary: Summary, e: &Estimate) -> Summary {
             e.label(),
             quantity(combined, unit, DIGITS)
         );
-        let mut table = SummaryTable::new([
-            TextColumn::left("source"),
-            TextColumn::left("std. uncertainty"),
-            TextColumn::right("rel. sensitivity"),
-            TextColumn::left("contribution"),
-            TextColumn::right("share"),
-        ]);
         // Sources other than inputs have no standard uncertainty of their own: their cell is empty.
-        for line in &e.budget {
-            table.row([
-                line.source.clone(),
-                line.std.map(|std| quantity(std, &line.unit, DIGITS)).unwrap_or_default(),
-                line.relative_sensitivity.map(two_decimals).unwrap_or_default(),
-                quantity(line.contribution, unit, DIGITS),
-                format!("{:.1} %", 100.0 * line.share),
-            ]);
-        }
+        let table = ItemTable::new(&e.budget)
+            .left("source", |line| line.source.clone())
+            .left("std. uncertainty", |line| line.std.map(|std| quantity(std, &line.unit, DIGITS)))
+            .right("rel. sensitivity", |line| line.relative_sensitivity.map(two_decimals))
+            .left("contribution", |line| quantity(line.contribution, unit, DIGITS))
+            .right("share", |line| format!("{:.1} %", 100.0 * line.share));
         summary = summary.table(title, table);
     }
     // The Monte Carlo interval checks the linear propagation of the budget.
@@ -71,29 +61,19 @@ pub(crate) fn add_budget(mut summary: Summary, e: &Estimate) -> Summary {
 /// The `summary` with a table of the changes of the estimates for +1 % of an input: the first [`NAMED`] inputs of each
 /// estimate, which are the largest. Unchanged without any.
 pub(crate) fn add_input_sensitivities(summary: Summary, estimates: &[Estimate]) -> Summary {
-    let mut rows = estimates.iter().flat_map(|e| {
+    let rows = estimates.iter().flat_map(|e| {
         let named = e.input_sensitivities.iter().take(NAMED);
         named.map(move |input| (e, input))
     });
-    let Some(first) = rows.next() else { return summary };
     // A single estimate is named in the title instead of in a column.
     let is_alone = estimates.len() == 1;
-    let mut columns = vec![TextColumn::left("input"), TextColumn::left("value")];
-    if !is_alone {
-        columns.push(TextColumn::left("parameter"));
-    }
-    columns.push(TextColumn::right("change"));
-    let mut table = SummaryTable::new(columns);
-    for (e, input) in std::iter::once(first).chain(rows) {
-        // The value of the input lets the reader judge its uncertainty.
-        let value = input.value.map(|x| quantity(x, &input.unit, VALUE_DIGITS));
-        let mut cells = vec![input.source.clone(), value.unwrap_or_default()];
-        if !is_alone {
-            cells.push(e.label());
-        }
-        cells.push(change(input, e));
-        table.row(cells);
-    }
+    // The value of the input lets the reader judge its uncertainty.
+    let value = |input: &InputSensitivity| Some(quantity(input.value?, &input.unit, VALUE_DIGITS));
+    let table = ItemTable::new(rows)
+        .left("input", |(_, input)| input.source.clone())
+        .left("value", |(_, input)| value(input))
+        .left("parameter", |(e, _)| (!is_alone).then(|| e.label()))
+        .right("change", |(e, input)| change(input, e));
     let changed = if is_alone { estimates[0].label() } else { "the parameter".into() };
     let title = format!("Input sensitivities: change of {changed} for +1 % of an input");
     summary.table(title, table)

@@ -73,9 +73,9 @@ fn discretization(report: &FitReport) -> Vec<String> {
 fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
     let (unit, label) = (e.name.unit(), e.label());
     let error = e.std_error.unwrap_or(0.0);
-    let with = |error: f64, [low, high]: [f64; 2]| {
+    let interval = |error: f64, [low, high]: [f64; 2]| {
         let [size, low, high] = [error, low, high].map(|x| digits(x, error));
-        format!("{label} +- {size} {unit}, 95 % [{low}, {high}]")
+        format!("+- {size} {unit}, 95 % [{low}, {high}]")
     };
     // Its deviation from the reported error shows how far the model is from linear.
     if let Some(observed) = e.observed_std_error {
@@ -84,12 +84,8 @@ fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
     }
     // The wider one of both intervals is reported in the table of estimates; the other one is shown for comparison.
     if let Some(across) = &e.cluster_jackknife {
-        let of = |error: f64, [low, high]: [f64; 2]| {
-            let [size, low, high] = [error, low, high].map(|x| digits(x, error));
-            format!("+- {size} {unit}, 95 % [{low}, {high}]")
-        };
-        let experiments = of(across.std_error, across.interval95);
-        let residuals = of(across.residual_std_error, across.residual_interval95);
+        let experiments = interval(across.std_error, across.interval95);
+        let residuals = interval(across.residual_std_error, across.residual_interval95);
         let source = format!("the differences between {} experiments", across.experiments);
         // The wider interval is reported; the other one is named with the reason.
         let text = match across.reported {
@@ -110,7 +106,8 @@ fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
         summary = summary.fact("Profile likelihood", text);
     }
     if let Some(Bootstrap { std_error, interval95, .. }) = &e.bootstrap {
-        summary = summary.fact("Bootstrap", with(*std_error, *interval95));
+        summary =
+            summary.fact("Bootstrap", format!("{label} {}", interval(*std_error, *interval95)));
     }
     summary
 }

@@ -25,7 +25,7 @@ use crate::fit::uncertainty::discrepancy::free_run::RecordingErrors;
 use crate::fit::validation_errors::report::{
     FailedPrediction, MeasurementError, ValidationReport, ValidationSummary,
 };
-use crate::numerics::total_order;
+use crate::numerics::{median, total_order};
 use rayon::prelude::*;
 
 /// Comparison of one experiment with its measurements: errors, data of plots, and warnings with their codes.
@@ -227,20 +227,12 @@ impl DifferenceGroup {
             unit: self.unit,
             values: absolute.len(),
             mean: absolute.iter().sum::<f64>() / n,
-            median: median(&absolute),
+            median: median(absolute.iter().copied()),
             worst: absolute.last().copied().unwrap_or(0.0),
             rms,
             sigma: self.sigma,
             relative: (size > 0.0).then(|| rms / size),
         }
-    }
-}
-
-/// Median of ascending values; zero of none.
-fn median(ascending: &[f64]) -> f64 {
-    match ascending.len() {
-        0 => 0.0,
-        n => 0.5 * (ascending[(n - 1) / 2] + ascending[n / 2]),
     }
 }
 
@@ -263,7 +255,7 @@ fn summaries(errors: &[MeasurementError]) -> Vec<ValidationSummary> {
             unit: (*unit).into(),
             measurements: own.len(),
             mean: means.iter().sum::<f64>() / means.len() as f64,
-            median: median(&means),
+            median: median(means.iter().copied()),
             worst: worst.mean,
             worst_observation: worst.observation.clone(),
         })

@@ -8,7 +8,7 @@
 
 use crate::fit::validation_errors::report::{MeasurementError, ValidationReport};
 use crate::summary::quantity::{duration, quantity};
-use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
+use crate::summary::{ItemTable, Summary, SummaryTable, Tone};
 use std::fmt::{self, Formatter};
 
 /// Significant digits of displayed errors.
@@ -65,26 +65,15 @@ impl ValidationReport {
     /// The table of all measurements, a row each, in their order. Columns: name, mean, median, largest and RMS absolute
     /// error with unit, and the [`remarks`](MeasurementError::remarks) with the RMS over noise and measured change.
     fn error_table(&self) -> SummaryTable {
-        let mut table = SummaryTable::new([
-            TextColumn::wrapped("measurement"),
-            TextColumn::right("mean"),
-            TextColumn::right("median"),
-            TextColumn::right("worst"),
-            TextColumn::right("RMS"),
-            TextColumn::wrapped("relative RMS"),
-        ]);
-        for e in &self.errors {
-            let shown = |x: f64| quantity(x, &e.unit, DIGITS);
-            table.row([
-                e.observation.clone(),
-                shown(e.mean),
-                shown(e.median),
-                shown(e.worst),
-                shown(e.rms),
-                e.remarks(),
-            ]);
-        }
-        table
+        let shown = |e: &MeasurementError, x: f64| quantity(x, &e.unit, DIGITS);
+        ItemTable::new(&self.errors)
+            .wrapped("measurement", |e| e.observation.clone())
+            .right("mean", |e| shown(e, e.mean))
+            .right("median", |e| shown(e, e.median))
+            .right("worst", |e| shown(e, e.worst))
+            .right("RMS", |e| shown(e, e.rms))
+            .wrapped("relative RMS", |e| e.remarks())
+            .into()
     }
 }
 

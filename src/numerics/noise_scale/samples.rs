@@ -9,6 +9,7 @@
 //! steps.
 
 use crate::numerics::noise_scale::{HIGHEST_ORDER, NoisySeries};
+use crate::numerics::upper_median;
 
 /// A step of the clock this many times the median one is a gap: the signal dominates a difference across it.
 const GAP: f64 = 2.5;
@@ -63,9 +64,8 @@ impl NoiseSamples {
         }
         samples.is_outlier = vec![false; samples.values.len()];
         // The median step of the clock defines a gap.
-        let mut steps: Vec<f64> = samples.times.windows(2).map(|w| w[1] - w[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        samples.longest_step = steps.get(steps.len() / 2).map_or(f64::INFINITY, |step| GAP * step);
+        let step = upper_median(samples.times.windows(2).map(|w| w[1] - w[0]));
+        samples.longest_step = step.map_or(f64::INFINITY, |step| GAP * step);
         samples
     }
 
@@ -79,11 +79,8 @@ impl NoiseSamples {
             let normalized = |first: usize| Some((first, self.difference(first, 2, 1)?.0));
             let last = self.values.len().saturating_sub(2);
             let found: Vec<(usize, f64)> = (0..last).filter_map(normalized).collect();
-            let mut sizes: Vec<f64> = found.iter().map(|(_, d)| d.abs()).collect();
-            sizes.sort_by(f64::total_cmp);
-            let Some(median) = sizes.get(sizes.len() / 2).filter(|median| **median > 0.0) else {
-                break;
-            };
+            let median = upper_median(found.iter().map(|(_, d)| d.abs()));
+            let Some(median) = median.filter(|median| *median > 0.0) else { break };
             let most = OUTLYING * median / MEDIAN_DEVIATION;
             let size = |k: usize| {
                 found

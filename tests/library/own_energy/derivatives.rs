@@ -2,7 +2,9 @@
 //! differences.
 
 use crate::own_energy::energies::Everything;
-use crate::own_energy::scenes::{helix, in_scheme, named, schemes, straight, with_both};
+use crate::own_energy::scenes::{
+    helix, in_scheme, named, plane_and_space, schemes, straight, with_both,
+};
 use num_dual::{Dual64, HyperDual64};
 use rodfit::energy::At;
 use rodfit::problem::Model;
@@ -111,9 +113,7 @@ fn first_derivatives_of_everything() {
 #[test]
 fn second_derivatives() {
     let names = ["energy.magnet.moment", "energy.springs.k", "youngs_modulus"].map(named);
-    for (name, scene, field) in
-        [("plane", straight(12), [0.0, 0.05, 0.0]), ("space", helix(14), [0.03, 0.05, 0.02])]
-    {
+    for (name, scene, field) in plane_and_space() {
         let problem = with_both(scene, true, field).problem().unwrap();
         let end = problem.time().unwrap().end;
         for one in names {
@@ -142,9 +142,7 @@ fn second_derivatives() {
 /// Where a rod rests, and how it rings there, by the same parameters.
 #[test]
 fn derivatives_at_rest() {
-    for (name, scene, field) in
-        [("plane", straight(12), [0.0, 0.05, 0.0]), ("space", helix(14), [0.03, 0.05, 0.02])]
-    {
+    for (name, scene, field) in plane_and_space() {
         let mut scene = with_both(scene, false, field);
         scene.time = None;
         let problem = scene.problem().unwrap();

@@ -1,36 +1,24 @@
 //! Identification of parameters of user-defined energies, and their discretization error.
 
+use crate::common::fits::record_in_space;
+use crate::common::simulate;
 use crate::own_energy::energies::{Foundation, Magnet};
-use crate::own_energy::scenes::{helix, named, straight};
+use crate::own_energy::scenes::{named, plane_and_space, straight};
 use rodfit::energy::At;
-use rodfit::fit::{Analysis, Refinement, Sample};
-use rodfit::scene::{Scene, Time};
-use rodfit::{Fit, Observation, Parameter, Point, Unknown};
-
-/// The tip's places in a scene's own run, without noise.
-fn seen(scene: &Scene) -> Observation {
-    let run = scene.problem().unwrap().simulate().unwrap();
-    let end = *run.times().last().unwrap();
-    let samples = (1..=25).map(|k| {
-        let time = end * f64::from(k) / 25.0;
-        let ([x, y, z], _) = run.at(Point::Tip, time).unwrap();
-        Sample { time, position: [Some(x), Some(y), Some(z)] }
-    });
-    Observation::new(samples.collect())
-}
+use rodfit::fit::{Analysis, Refinement};
+use rodfit::scene::Time;
+use rodfit::{Fit, Parameter, Unknown};
 
 #[test]
 fn magnetic_moment_is_identified() {
-    for (name, scene, field) in
-        [("plane", straight(12), [0.0, 0.05, 0.0]), ("space", helix(14), [0.03, 0.05, 0.02])]
-    {
+    for (name, scene, field) in plane_and_space() {
         for beside in [None, Some(Parameter::YoungsModulus)] {
             let magnet = Magnet { field, by_hand: false };
             let mut scene = scene.clone();
             scene.time = Some(Time::new(0.2, 1e-3));
             let scene = scene.with_energy("magnet", At::End, magnet, [2e-3]);
             let moment = named("energy.magnet.moment");
-            let data = seen(&scene);
+            let data = record_in_space(&simulate(&scene), 25);
             let problem = scene.problem().unwrap().with([(moment, 5e-4)]).unwrap();
             let fit = Fit::new(&problem).observe(data).identify(moment);
             let fit = match beside {
@@ -60,7 +48,7 @@ fn discretization_error_of_user_defined_energy_is_estimated() {
         let springs = Foundation { by_hand: true };
         scene.with_energy("springs", At::Interval(0.1, 0.27), springs, [20.0, 0.0])
     };
-    let data = seen(&springs(64)).sigma(1e-4);
+    let data = record_in_space(&simulate(&springs(64)), 25).sigma(1e-4);
     let k = named("energy.springs.k");
     let analysis = Analysis { discretization_error: Refinement::Refitted, ..Analysis::default() };
     let report = Fit::new(&springs(16).problem().unwrap())

@@ -1,7 +1,9 @@
 //! Motion of rods with user-defined energies by all schemes: both kinds of derivatives agree, and energy is conserved.
 
 use crate::own_energy::energies::{Bending, Everything, Floor, Stretching};
-use crate::own_energy::scenes::{RADIUS, helix, in_scheme, schemes, straight, with_both};
+use crate::own_energy::scenes::{
+    RADIUS, helix, in_scheme, plane_and_space, schemes, straight, with_both,
+};
 use rodfit::energy::{At, Derivatives};
 use rodfit::scene::*;
 use rodfit::{Problem, Trajectory};
@@ -26,9 +28,7 @@ fn apart(a: &Trajectory, b: &Trajectory) -> f64 {
 #[test]
 fn dual_numbers_and_hand_derived_formulas_agree() {
     for scheme in schemes() {
-        for (name, scene, field) in
-            [("plane", straight(12), [0.0, 0.05, 0.0]), ("space", helix(14), [0.03, 0.05, 0.02])]
-        {
+        for (name, scene, field) in plane_and_space() {
             let of = |by_hand: bool| {
                 let scene = in_scheme(scene.clone(), scheme);
                 run(&with_both(scene, by_hand, field).problem().unwrap())
@@ -59,9 +59,7 @@ fn energy_with_user_defined_energy_is_conserved() {
         (Scheme::Pefrl, 1e-5),
         (Scheme::Rodas4, 0.05),
     ] {
-        for (name, scene, field) in
-            [("plane", straight(12), [0.0, 0.05, 0.0]), ("space", helix(14), [0.03, 0.05, 0.02])]
-        {
+        for (name, scene, field) in plane_and_space() {
             let problem = with_both(in_scheme(scene, scheme), true, field).problem().unwrap();
             let mut trajectory = Trajectory::new(&problem, &[], &[]).unwrap().keep_energies();
             trajectory.run(&problem, problem.time().unwrap().steps(), |_| {}).unwrap();

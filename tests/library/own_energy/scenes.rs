@@ -30,6 +30,11 @@ pub fn helix(segments: usize) -> Scene {
     scene
 }
 
+/// Both rods with their names, and a magnetic field for each.
+pub fn plane_and_space() -> [(&'static str, Scene, [f64; 3]); 2] {
+    [("plane", straight(12), [0.0, 0.05, 0.0]), ("space", helix(14), [0.03, 0.05, 0.02])]
+}
+
 /// With a magnet at the end and springs along a part of the rod.
 pub fn with_both(scene: Scene, by_hand: bool, field: [f64; 3]) -> Scene {
     scene.with_energy("magnet", At::End, Magnet { field, by_hand }, [2e-3]).with_energy(

@@ -13,6 +13,7 @@ use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::budget::input_changes::InputChange;
 use crate::fit::uncertainty::covariance::gauss_newton::LinearFit;
 use crate::fit::uncertainty::noise::residual_noise::weighted_rows;
+use crate::numerics::column_norms;
 use nalgebra::{DMatrix, Dyn, QR};
 
 /// Changes of the weighted residuals by changes of inputs, and the directions in which the identified unknowns can follow.
@@ -52,8 +53,7 @@ impl InputDirections {
                 .with_work_counter(search.work.clone());
         let rows = weighted_rows(&model.plain_jacobian(&x)?, weights);
         let residuals = model.plain_residuals(&x)?;
-        let norm = |j: usize| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
-        let norms: Vec<f64> = (0..n).map(norm).collect();
+        let norms = column_norms(&rows, n);
         let free: Vec<usize> = (0..n).filter(|j| identified[*j] && norms[*j] > 0.0).collect();
         // Columns of length one, so that the factors do not depend on the units.
         let columns =

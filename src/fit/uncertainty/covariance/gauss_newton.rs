@@ -21,6 +21,7 @@ use crate::fit::uncertainty::covariance::identifiability::{
 };
 use crate::fit::uncertainty::covariance::zero_bound::NearZeroEstimate;
 use crate::fit::unknown::Unknown;
+use crate::numerics::column_norms;
 use faer::Mat;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
@@ -96,8 +97,7 @@ impl Covariance {
         mut rise: impl FnMut(&[f64]) -> f64,
     ) -> Result<Self, Error> {
         let n = unknowns.len();
-        let norm = |j: usize| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
-        let norms: Vec<f64> = (0..n).map(norm).collect();
+        let norms = column_norms(rows, n);
         let bound = |j: usize| bounds.get(j).copied().flatten();
         let is_one_sided = |j: usize| bound(j).is_some_and(|bound| bound.is_one_sided());
         // Unknowns without effect are left out before columns are scaled. The logarithm of a parameter near zero has no effect,

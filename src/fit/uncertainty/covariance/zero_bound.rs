@@ -20,7 +20,7 @@ use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::covariance::identifiability::SUSPICIOUS;
 use crate::fit::uncertainty::noise::autocorrelation::NoiseModel;
 use crate::fit::uncertainty::noise::residual_noise::{ResidualNoise, misfit_slopes};
-use crate::numerics::half_sum_of_squares;
+use crate::numerics::{column_norms, half_sum_of_squares};
 use nalgebra::{DMatrix, DVector};
 
 /// Least rise of the misfit at the upper bound, over the one that the parabola predicts. Below it the parabola does not hold,
@@ -80,8 +80,7 @@ pub(crate) fn zero_bounds(
         return found;
     }
     // Columns are scaled to length one; those without effect are left out.
-    let norm = |j: usize| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
-    let norms: Vec<f64> = (0..n).map(norm).collect();
+    let norms = column_norms(rows, n);
     let active: Vec<usize> = (0..n).filter(|j| norms[*j] > 0.0).collect();
     let columns =
         DMatrix::from_fn(rows.len(), active.len(), |i, a| rows[i][active[a]] / norms[active[a]]);

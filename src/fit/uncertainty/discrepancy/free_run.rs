@@ -17,7 +17,7 @@ use crate::numerics::total_order;
 use crate::problem::Problem;
 use crate::scene::{Point, Track};
 use crate::summary::quantity::{counted, quantity};
-use crate::summary::{Summary, SummaryTable, TextColumn};
+use crate::summary::{ItemTable, Summary};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -211,16 +211,11 @@ impl RecordingErrors {
             summary = summary.fact("Prediction error", text);
         }
         // A table shows which recordings are outliers.
-        let mut table = SummaryTable::new([
-            TextColumn::left("recording"),
-            TextColumn::right("mean error"),
-            TextColumn::left("use"),
-        ]);
-        for error in self.list.iter().filter(|_| self.list.len() > 1) {
-            let held_out = if error.held_out { "validation" } else { "fitted" };
-            let mean = error.mean_error.map_or("failed".into(), shown);
-            table.row([error.experiment.clone(), mean, held_out.into()]);
-        }
+        let listed = self.list.iter().filter(|_| self.list.len() > 1);
+        let table = ItemTable::new(listed)
+            .left("recording", |error| error.experiment.clone())
+            .right("mean error", |error| error.mean_error.map_or("failed".into(), shown))
+            .left("use", |error| if error.held_out { "validation" } else { "fitted" }.to_string());
         summary.table("Prediction error of each recording, per coordinate", table)
     }
 }

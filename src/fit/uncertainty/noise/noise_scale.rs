@@ -15,6 +15,7 @@ use crate::fit::search::fitted::MeasuredResiduals;
 use crate::numerics::noise_scale::{
     FEWEST_DIFFERENCES, NoEstimate, NoiseEstimate, NoisySeries, quantization_step,
 };
+use crate::numerics::upper_median;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -133,10 +134,8 @@ impl CoordinateSamples {
     /// Whether each residual is an outlier: above [`OUTLYING`] times the median of the absolute residuals over that of a
     /// standard normal deviate. None is one if that median is zero.
     pub fn outliers(&self) -> Vec<bool> {
-        let mut sizes: Vec<f64> = self.residuals.iter().map(|r| r.abs()).collect();
-        sizes.sort_by(f64::total_cmp);
         // The median is robust against the outliers themselves.
-        let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+        let median = upper_median(self.residuals.iter().map(|r| r.abs())).unwrap_or(0.0);
         let limit = OUTLYING * median / MEDIAN_DEVIATION;
         self.residuals.iter().map(|r| median > 0.0 && r.abs() > limit).collect()
     }

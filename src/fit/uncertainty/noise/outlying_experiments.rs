@@ -8,7 +8,7 @@
 //! them unexplained, are required. [`UnexplainedParts::outlying`] returns the part of an outlier, and none for others. The
 //! warnings of unexplained motion use it.
 
-use crate::numerics::total_order;
+use crate::numerics::median;
 
 /// Fewest experiments of which one can be an outlier: the median of two is no reference.
 const FEWEST: usize = 3;
@@ -56,12 +56,7 @@ impl UnexplainedParts {
 
     /// Median of the unexplained parts of all experiments; 0 without any.
     pub fn median(&self) -> f64 {
-        let mut parts: Vec<f64> = self.0.iter().map(UnexplainedPart::relative).collect();
-        parts.sort_by_cached_key(|x| total_order(*x));
-        match parts.len() {
-            0 => 0.0,
-            n => 0.5 * (parts[(n - 1) / 2] + parts[n / 2]),
-        }
+        median(self.0.iter().map(UnexplainedPart::relative))
     }
 
     /// The unexplained part of an outlying experiment; none for others. At least [`FEWEST`] experiments, fewer than half of

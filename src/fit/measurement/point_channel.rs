@@ -1,0 +1,237 @@
+//! Channels of sensors that are fixed to a point of the rod: acceleration along an axis of the rod, or angle of its tangent.
+//!
+//! Input: a [`PointChannel`], and the recorded motion of the nodes and director axes around its point. Output: the component
+//! at every recorded time, m/s^2 or rad, with derivatives. Acceleration is that of the point less gravity, as an
+//! accelerometer measures it: the derivative of the recorded velocities by a parabola through three times, of second order.
+//! Its axis is fixed to the rod: numbers along tangent, first and second director. The angle is that of the tangent about an
+//! axis fixed in the world. The tangent is the sum of the directions of the edges around the point, with the cubic weights of
+//! a marker there.
+
+use crate::dynamics::record::RecordView;
+use crate::error::{Error, ensure};
+use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{combine, cross, dot, rotate, sub, unit};
+use crate::problem::Problem;
+use crate::scene::marker::MarkerStencil;
+use crate::scene::{Point, Stencil};
+
+/// Smallest component of the axis of an angle along the normal of a planar motion: below it the angle is not defined.
+const LEAST_NORMAL: f64 = 0.1;
+
+/// Quantity of a sensor that is fixed to a point of the rod.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PointQuantity {
+    /// Acceleration less gravity, m/s^2.
+    Acceleration {
+        /// Axis of the sensor, 0 to 2 for x, y and z: the name of the component.
+        axis: usize,
+        /// Direction of this axis, a unit vector along tangent, first and second director of the rod.
+        direction: [f64; 3],
+    },
+    /// Angle of the tangent from one direction to another, rad.
+    Angle {
+        /// Direction in the world of the angle zero, a unit vector.
+        from: [f64; 3],
+        /// Axis of the angle in the world, a unit vector normal to `from`.
+        about: [f64; 3],
+    },
+}
+
+/// A quantity of a point of the rod.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointChannel {
+    /// The point.
+    pub point: Point,
+    /// Acceleration or angle.
+    pub quantity: PointQuantity,
+}
+
+impl PointChannel {
+    /// The angle of the tangent at a point from the world's x axis to its y axis.
+    pub fn angle(point: Point) -> Self {
+        let quantity = PointQuantity::Angle { from: [1.0, 0.0, 0.0], about: [0.0, 0.0, 1.0] };
+        Self { point, quantity }
+    }
+
+    /// The acceleration less gravity of a point along axis `axis` of the rod: 0 is the tangent, 1 and 2 are the directors.
+    pub fn acceleration(point: Point, axis: usize) -> Self {
+        let direction = std::array::from_fn(|c| f64::from(u8::from(c == axis)));
+        Self { point, quantity: PointQuantity::Acceleration { axis, direction } }
+    }
+
+    /// The channel with its axes turned by the rotation vector `rotation`, rad: in axes of the rod for an acceleration, in
+    /// the world for an angle.
+    pub fn rotated(self, rotation: [f64; 3]) -> Self {
+        let quantity = match self.quantity {
+            PointQuantity::Acceleration { axis, direction } => {
+                PointQuantity::Acceleration { axis, direction: rotate(rotation, direction) }
+            }
+            PointQuantity::Angle { from, about } => PointQuantity::Angle {
+                from: rotate(rotation, from),
+                about: rotate(rotation, about),
+            },
+        };
+        Self { quantity, ..self }
+    }
+
+    /// Name of the component in reports: `ax`, `ay`, `az`, or `angle`.
+    pub fn name(&self) -> &'static str {
+        match self.quantity {
+            PointQuantity::Acceleration { axis, .. } => ["ax", "ay", "az"][axis.min(2)],
+            PointQuantity::Angle { .. } => "angle",
+        }
+    }
+
+    /// Symbol of the unit.
+    pub(crate) fn unit(&self) -> &'static str {
+        match self.quantity {
+            PointQuantity::Acceleration { .. } => "m/s^2",
+            PointQuantity::Angle { .. } => "rad",
+        }
+    }
+
+    /// Whether values that differ by whole turns are the same.
+    pub(crate) fn is_angle(&self) -> bool {
+        matches!(self.quantity, PointQuantity::Angle { .. })
+    }
+
+    /// Rejects a point outside the rod, readings of acceleration at rest, and an angle about an axis in the plane of a planar
+    /// motion. Errors have the key of the table.
+    pub(crate) fn check(
+        &self,
+        problem: &Problem,
+        key: &str,
+        is_at_rest: bool,
+    ) -> Result<(), Error> {
+        let outside = |error| Error::invalid(format!("{key}.point"), error, "a point of the rod");
+        problem.stencil(self.point).map_err(outside)?;
+        match self.quantity {
+            PointQuantity::Acceleration { .. } => {
+                let found = "accelerations without times";
+                ensure(!is_at_rest, format!("{key}.file"), found, "readings over time")
+            }
+            PointQuantity::Angle { about, .. } => {
+                let normal = problem.planar().map(|planar| planar.model.normal());
+                let is_defined = normal.is_none_or(|n| dot(n.into(), about).abs() > LEAST_NORMAL);
+                let found = "an angle about an axis in the plane of the motion";
+                ensure(is_defined, format!("{key}.rotation"), found, "an axis across this plane")
+            }
+        }
+    }
+
+    /// Adds to the required `outputs` the point with its axes for an acceleration, or its tangent, in motion or at rest.
+    pub(crate) fn require(&self, moves: bool, rests: bool, outputs: &mut Requirements) {
+        if !self.is_angle() {
+            outputs.moving.push(self.point);
+            outputs.beside.push(self.point);
+            return;
+        }
+        if moves {
+            outputs.moving_tangents.push(self.point);
+        }
+        if rests {
+            outputs.resting_tangents.push(self.point);
+        }
+    }
+
+    /// The quantity at every time of a record of the `simulated` rod. Error: a point outside the rod, or not recorded.
+    pub(crate) fn values<D: Scalar>(
+        &self,
+        record: &RecordView<'_, D>,
+        simulated: &SimulatedOutput<D>,
+    ) -> Result<Vec<D>, Error> {
+        match self.quantity {
+            PointQuantity::Acceleration { direction, .. } => {
+                self.accelerations(direction, record, simulated)
+            }
+            PointQuantity::Angle { from, about } => self.angles([from, about], record, simulated),
+        }
+    }
+
+    /// The component of acceleration less gravity at every time of a record along an axis that is fixed to the rod.
+    fn accelerations<D: Scalar>(
+        &self,
+        direction: [f64; 3],
+        record: &RecordView<'_, D>,
+        simulated: &SimulatedOutput<D>,
+    ) -> Result<Vec<D>, Error> {
+        let marker = MarkerStencil::new(self.point.fixed(), direction, simulated.mesh)?;
+        let axis = MarkerStencil { centre: Stencil { nodes: Vec::new() }, ..marker.clone() };
+        let times = record.times();
+        let velocity = |time: &f64| Ok(record.motion(&marker.centre, *time)?[1]);
+        let velocities = times.iter().map(velocity).collect::<Result<Vec<_>, Error>>()?;
+        let rates = parabola_slopes(times, &velocities);
+        let component = |(time, rate): (&f64, [D; 3])| {
+            let along = record.marker(&axis, D::from(*time))?;
+            Ok(dot(sub(rate, simulated.scene.loads.gravity), along))
+        };
+        times.iter().zip(rates).map(component).collect()
+    }
+
+    /// The angle of the tangent at every time of a record, in (-pi, pi], from the first direction about the second one.
+    fn angles<D: Scalar>(
+        &self,
+        [from, about]: [[f64; 3]; 2],
+        record: &RecordView<'_, D>,
+        simulated: &SimulatedOutput<D>,
+    ) -> Result<Vec<D>, Error> {
+        let across = cross(about, from).map(D::from);
+        let from = from.map(D::from);
+        // The weights with which the axes of the edges around the point are summed for a marker there.
+        let edges = MarkerStencil::new(self.point.fixed(), [1.0, 0.0, 0.0], simulated.mesh)?.edges;
+        let node = |i: usize| Stencil { nodes: vec![(i, D::from(1.0))] };
+        let ends: Vec<_> = edges.iter().map(|(e, w)| (node(*e), node(*e + 1), *w)).collect();
+        let angle = |time: &f64| {
+            let time = D::from(*time);
+            let mut tangent = [D::from(0.0); 3];
+            for (start, end, weight) in &ends {
+                let edge = sub(record.position(end, time)?, record.position(start, time)?);
+                tangent = combine(D::from(1.0), tangent, *weight, unit(edge));
+            }
+            Ok(dot(tangent, across).atan2(dot(tangent, from)))
+        };
+        record.times().iter().map(angle).collect()
+    }
+}
+
+/// The slope at each of these times of the parabola through the values there and at both neighbours; at an end the parabola
+/// is that of its neighbour. Zero for a single value.
+fn parabola_slopes<D: Scalar>(times: &[f64], values: &[[D; 3]]) -> Vec<[D; 3]> {
+    let last = times.len().saturating_sub(1);
+    let secant = |k: usize| {
+        let over = 1.0 / (times[k + 1] - times[k]);
+        sub(values[k + 1], values[k]).map(|x| x * over)
+    };
+    let slope = |k: usize| match last {
+        0 => [D::from(0.0); 3],
+        1 => secant(0),
+        _ => {
+            let middle = k.clamp(1, last - 1);
+            let [before, after] = [secant(middle - 1), secant(middle)];
+            let steps = [times[middle] - times[middle - 1], times[middle + 1] - times[middle]];
+            // The slope of the parabola is linear, and equal to the secants in the middle of both steps.
+            let from_first = times[k] - 0.5 * (times[middle - 1] + times[middle]);
+            let part = from_first / (0.5 * (steps[0] + steps[1]));
+            std::array::from_fn(|c| before[c] + (after[c] - before[c]) * part)
+        }
+    };
+    (0..times.len()).map(slope).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The derivative of a parabola is exact at unequal times, also at both ends.
+    #[test]
+    fn slopes_of_a_parabola_are_exact() {
+        let times = [0.0, 0.1, 0.25, 0.3, 0.7];
+        let values = times.map(|t: f64| [1.0 - 3.0 * t + 5.0 * t * t, t, 0.0]);
+        for (t, slope) in times.iter().zip(parabola_slopes(&times, &values)) {
+            let exact = [-3.0 + 10.0 * t, 1.0, 0.0];
+            assert!((0..3).all(|c| (slope[c] - exact[c]).abs() < 1e-12), "{t}: {slope:?}");
+        }
+        assert_eq!(parabola_slopes(&[0.0], &[[1.0; 3]]), [[0.0; 3]]);
+    }
+}

@@ -1,0 +1,22 @@
+//! A reading of a gauge or of a sensor, and the size of a list of readings.
+
+/// A reading of a gauge or of a sensor: a value, with its time in a motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// Time from the start of the motion, s; none of a rod at rest under the loads of the scene.
+    pub time: Option<f64>,
+    /// Value of the quantity, in its unit.
+    pub value: f64,
+}
+
+/// Root mean square of readings about their mean, in their unit; the magnitude of a single reading, or of readings that are
+/// all equal.
+pub(crate) fn spread_or_size(readings: &[Reading]) -> f64 {
+    let values = || readings.iter().map(|r| r.value);
+    let n = readings.len().max(1) as f64;
+    // The only reading has no spread about its mean: its size is its value.
+    let mean = if n > 1.0 { values().sum::<f64>() / n } else { 0.0 };
+    let spread = (values().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
+    // Equal readings have no spread; their size is the value.
+    if spread > 0.0 { spread } else { mean.abs() }
+}

@@ -1,0 +1,178 @@
+//! Components that sensors measure: of the force or moment of a support, or of a quantity of a point of the rod.
+//!
+//! Input: a [`Channel`] (end of the rod, part of the reaction, direction) or a [`PointChannel`], and the record of a simulated
+//! rod. Output: [`SensorChannel`], with the component at every recorded time, N, N m, m/s^2 or rad, with derivatives; its
+//! name and unit; and the outputs that a simulation must record for it. An end without a support is an error.
+
+use crate::dynamics::record::RecordView;
+use crate::error::{Error, ensure};
+use crate::fit::measurement::point_channel::PointChannel;
+use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{Vector, dot, rotate};
+use crate::problem::Problem;
+use crate::scene::{End, Support};
+use crate::statics::Reactions;
+
+/// Part of the reaction of a support.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReactionPart {
+    /// Force of the support on the rod, N.
+    Force,
+    /// Moment of the support on the rod about the point of the support, N m.
+    Moment,
+}
+
+impl ReactionPart {
+    /// Symbol of the unit.
+    pub(crate) fn unit(self) -> &'static str {
+        match self {
+            Self::Force => "N",
+            Self::Moment => "N m",
+        }
+    }
+}
+
+/// A measured component of the reaction of a support.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Channel {
+    /// End of the rod with the support.
+    pub of: End,
+    /// Force or moment.
+    pub part: ReactionPart,
+    /// Axis of the sensor, 0 to 2 for x, y and z: the name of the component.
+    pub axis: usize,
+    /// Direction of this axis in the world, a unit vector.
+    pub direction: [f64; 3],
+}
+
+impl Channel {
+    /// The component along axis `axis` (0 to 2) of the world.
+    pub fn along_world(of: End, part: ReactionPart, axis: usize) -> Self {
+        let direction = std::array::from_fn(|c| f64::from(u8::from(c == axis)));
+        Self { of, part, axis, direction }
+    }
+
+    /// The component along an axis of a sensor whose frame is turned by the rotation vector `rotation`, rad.
+    pub fn rotated(self, rotation: [f64; 3]) -> Self {
+        Self { direction: rotate(rotation, self.direction), ..self }
+    }
+
+    /// Name of the component in reports: `fx` of a force, `mx` of a moment.
+    pub fn name(&self) -> &'static str {
+        let names = match self.part {
+            ReactionPart::Force => ["fx", "fy", "fz"],
+            ReactionPart::Moment => ["mx", "my", "mz"],
+        };
+        names[self.axis.min(2)]
+    }
+
+    /// Rejects an end without a support; the error has the key of the table.
+    fn check(&self, problem: &Problem, key: &str) -> Result<(), Error> {
+        let (name, support) = match self.of {
+            End::Start => ("start", problem.scene().supports.start),
+            End::End => ("end", problem.scene().supports.end),
+        };
+        let allowed = "an end that a support holds";
+        let found = format!("{name}, a free end");
+        ensure(support != Support::Free, format!("{key}.of"), found, allowed)
+    }
+
+    /// The component in these reactions, N or N m.
+    fn component<D: Scalar>(&self, reactions: &Reactions<D>) -> D {
+        let reaction = match self.of {
+            End::Start => &reactions.start,
+            End::End => &reactions.end,
+        };
+        let vector: Vector<D> = match self.part {
+            ReactionPart::Force => reaction.force,
+            ReactionPart::Moment => reaction.moment,
+        };
+        dot(vector, self.direction.map(D::from))
+    }
+}
+
+/// The component that a sensor measures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SensorChannel {
+    /// Of the reaction of a support.
+    Support(Channel),
+    /// Of a point of the rod.
+    Point(PointChannel),
+}
+
+impl From<Channel> for SensorChannel {
+    /// The channel of a support.
+    fn from(channel: Channel) -> Self {
+        Self::Support(channel)
+    }
+}
+
+impl From<PointChannel> for SensorChannel {
+    /// The channel of a point.
+    fn from(channel: PointChannel) -> Self {
+        Self::Point(channel)
+    }
+}
+
+impl SensorChannel {
+    /// Name of the component in reports.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Support(channel) => channel.name(),
+            Self::Point(channel) => channel.name(),
+        }
+    }
+
+    /// Symbol of the unit.
+    pub(crate) fn unit(&self) -> &'static str {
+        match self {
+            Self::Support(channel) => channel.part.unit(),
+            Self::Point(channel) => channel.unit(),
+        }
+    }
+
+    /// Rejects what the component does not allow: an end without a support, or a point, a state at rest or an axis. Errors
+    /// have the key of the table.
+    pub(crate) fn check(
+        &self,
+        problem: &Problem,
+        key: &str,
+        is_at_rest: bool,
+    ) -> Result<(), Error> {
+        match self {
+            Self::Support(channel) => channel.check(problem, key),
+            Self::Point(channel) => channel.check(problem, key, is_at_rest),
+        }
+    }
+
+    /// Adds the reactions or the point to the required `outputs`, in motion or at rest.
+    pub(crate) fn require(&self, moves: bool, rests: bool, outputs: &mut Requirements) {
+        match self {
+            Self::Support(_) => {
+                outputs.moving_reactions |= moves;
+                outputs.resting_reactions |= rests;
+            }
+            Self::Point(channel) => channel.require(moves, rests, outputs),
+        }
+    }
+
+    /// Whether values that differ by whole turns are the same.
+    pub(crate) fn is_angle(&self) -> bool {
+        matches!(self, Self::Point(channel) if channel.is_angle())
+    }
+
+    /// The component at every time of a record of the `simulated` rod. Error: a point outside the rod.
+    pub(crate) fn values<D: Scalar>(
+        &self,
+        record: &RecordView<'_, D>,
+        simulated: &SimulatedOutput<D>,
+    ) -> Result<Vec<D>, Error> {
+        match self {
+            Self::Support(channel) => {
+                Ok(record.reactions().map(|reactions| channel.component(&reactions)).collect())
+            }
+            Self::Point(channel) => channel.values(record, simulated),
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! Tables of measurements of one experiment in a fit file: reading them, and the loads on which they depend.
+
+use crate::error::Error;
+use crate::fit::buckling_form::BucklingForm;
+use crate::fit::frequencies_form::FrequenciesForm;
+use crate::fit::load_deflection_form::LoadDeflectionForm;
+use crate::fit::measurement::Measurement;
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::observation_form::ObservationForm;
+use crate::fit::shape_form::ShapeForm;
+use std::path::Path;
+
+/// Tables of measurements of one experiment.
+pub(crate) struct MeasurementTables {
+    pub observation: Vec<ObservationForm>,
+    pub shape: Vec<ShapeForm>,
+    pub frequencies: Vec<FrequenciesForm>,
+    pub load_deflection: Vec<LoadDeflectionForm>,
+    pub buckling: Vec<BucklingForm>,
+}
+
+impl MeasurementTables {
+    /// Whether there is no table.
+    pub fn is_empty(&self) -> bool {
+        self.observation.is_empty()
+            && self.shape.is_empty()
+            && self.frequencies.is_empty()
+            && self.load_deflection.is_empty()
+            && self.buckling.is_empty()
+    }
+
+    /// Reads the measurements and adds them to an experiment, in the order observations, shapes, frequencies,
+    /// load-deflection curves, critical loads. Paths are relative to `folder`. An error also if positions of any measurement
+    /// of the experiment are in a unit that does not fit the size of the scene.
+    pub fn add_to(self, experiment: &mut Experiment, folder: &Path) -> Result<(), Error> {
+        // Keys of messages count the tables of this text, not the measurements that the experiment already has.
+        let mut measurements = Vec::new();
+        for (k, observation) in self.observation.into_iter().enumerate() {
+            let key = experiment.key(&format!("observation[{k}]"));
+            measurements.extend(observation.read(folder, &experiment.problem, &key)?);
+        }
+        for (k, shape) in self.shape.into_iter().enumerate() {
+            measurements.push(shape.read(folder, &experiment.key(&format!("shape[{k}]")))?);
+        }
+        for (k, frequencies) in self.frequencies.into_iter().enumerate() {
+            let key = experiment.key(&format!("frequencies[{k}]"));
+            measurements.push(frequencies.read(&key)?);
+        }
+        for (k, curve) in self.load_deflection.into_iter().enumerate() {
+            let key = experiment.key(&format!("load_deflection[{k}]"));
+            measurements.extend(curve.read(folder, &key)?);
+        }
+        measurements.extend(self.buckling.iter().map(BucklingForm::read));
+        experiment.measurements.extend(measurements);
+        set_loads(experiment);
+        // Units that do not fit the scene are found before the search.
+        experiment.measurements.iter().try_for_each(|m| m.check_units(experiment))
+    }
+}
+
+/// Part of a critical load that the scene has: the rod is stable, and its mesh is chosen for the lowest mode under the load.
+const PART_OF_CRITICAL_LOAD: f64 = 0.5;
+
+/// Sets the loads of load-deflection curves to their largest values in the scene of an experiment without other measurements
+/// than these and critical loads, which are set to a part. The mesh is chosen for these loads. A load that the scene cannot
+/// have is left to the check of the measurement.
+fn set_loads(experiment: &mut Experiment) {
+    let of = |m: &Measurement| match (m.load_curve(), m.buckling()) {
+        (Some(curve), _) => Some((curve.load, curve.largest_load())),
+        (_, Some(own)) => Some((own.load, PART_OF_CRITICAL_LOAD * own.value)),
+        _ => None,
+    };
+    let loads: Option<Vec<_>> = experiment.measurements.iter().map(of).collect();
+    for load in loads.unwrap_or_default() {
+        if let Ok(loaded) = experiment.problem.with([load]) {
+            experiment.problem = loaded;
+        }
+    }
+}
