@@ -16,6 +16,7 @@ mod actuators;
 pub mod assembly;
 mod blocks;
 mod columns;
+mod contacts;
 mod discrete;
 mod drag;
 mod edges;
@@ -36,6 +37,8 @@ mod viscosity;
 
 pub use actuators::{Actuator, ActuatorEffect, Actuators, EdgeShift, JointShift, NaturalShifts};
 pub use assembly::Assembly;
+pub(crate) use contacts::RodContact;
+pub use contacts::RodContacts;
 pub use discrete::DiscreteRod;
 pub use drag::{DragSlopes, NodalDrag};
 pub(crate) use extra::Placed;
@@ -408,6 +411,9 @@ pub trait AssembledRod<D: Scalar>: Rod<D> {
 
     /// Replaces the loads without a potential.
     fn set_follower_loads(&mut self, loads: FollowerLoads<D>);
+
+    /// Replaces the contacts.
+    fn set_contacts(&mut self, contacts: RodContacts<D>);
 
     /// Adds energies after the user-defined ones.
     fn add_own(&mut self, own: UserEnergies<D>);
