@@ -25,7 +25,7 @@ use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::Vector;
 
 /// Points and weights of Gauss and Legendre on the interval from 0 to 1, exact up to degree 7.
-const GAUSS: [[f64; 2]; 4] = [
+pub(super) const GAUSS: [[f64; 2]; 4] = [
     [0.069_431_844_202_973_71, 0.173_927_422_568_726_93],
     [0.330_009_478_207_571_87, 0.326_072_577_431_273_07],
     [0.669_990_521_792_428_1, 0.326_072_577_431_273_07],
@@ -177,12 +177,11 @@ impl<D: Scalar> EdgeContact<'_, D> {
                 let p = i + j;
                 for k in 0..A {
                     for l in 0..=if i == j { k } else { A - 1 } {
-                        local.hessian[(U - A) * i + k][(U - A) * j + l] = slope[p]
-                            * start[k]
-                            * start[l]
-                            + slope[p + 1] * (start[k] * end[l] + end[k] * start[l])
-                            + slope[p + 2] * end[k] * end[l]
-                            + force[p] * second(overlap, k, l);
+                        local.hessian[(U - A) * i + k][(U - A) * j + l] =
+                            slope[p] * start[k] * start[l]
+                                + slope[p + 1] * (start[k] * end[l] + end[k] * start[l])
+                                + slope[p + 2] * end[k] * end[l]
+                                + force[p] * second(overlap, k, l);
                     }
                 }
             }

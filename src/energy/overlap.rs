@@ -24,6 +24,15 @@ pub(crate) struct ContactPart<D> {
     pub radius: D,
 }
 
+impl<D: Copy> ContactPart<D> {
+    /// The part with its numbers converted to another number type.
+    pub fn map<E>(&self, over: impl Fn(D) -> E) -> ContactPart<E> {
+        let Self { arc_length, length, bounds, radius } = *self;
+        let (arc_length, length) = (over(arc_length), over(length));
+        ContactPart { arc_length, length, bounds, radius: over(radius) }
+    }
+}
+
 /// Surface of which the overlap is a polynomial of second degree along an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Surface {

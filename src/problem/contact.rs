@@ -77,6 +77,7 @@ pub(crate) fn rod_contacts<D: Scalar>(
     let list = scene.contacts.iter().map(|contact| RodContact {
         obstacle: in_model(chart, &contact.obstacle()),
         stiffness: contact_stiffness(contact, scene, mesh.length),
+        loss: contact.loss(),
         parts: contact_parts(contact, scene, mesh),
     });
     RodContacts { list: list.collect() }

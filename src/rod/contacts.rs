@@ -1,15 +1,18 @@
 //! Contacts of a rod with obstacles: sums of energy (J), gradient (N) and tangent (N/m) over all edges.
 //!
 //! Each contact has an obstacle along the axes of the model, its stiffness (N/m^3), and the parts of all edges that may touch
-//! it. The formulas are those of [`edge_contact`](crate::energy::edge_contact), derived by hand. The list is empty, and costs
-//! nothing, in scenes without contacts.
+//! it. The formulas are those of [`edge_contact`](crate::energy::edge_contact), derived by hand. Damping and friction depend on
+//! the velocities of a step and are added to its equations only ([`contact_loss`](crate::energy::contact_loss)). The list is
+//! empty, and costs nothing, in scenes without contacts.
 
+use crate::energy::contact_loss::LossyContact;
 use crate::energy::edge_contact::{ContactDerivatives, EdgeContact};
 use crate::energy::overlap::{ContactPart, EdgePart};
-use crate::numerics::scalar::Scalar;
-use crate::numerics::tangent::Tangent;
-use crate::numerics::vector::Vector;
-use crate::scene::contact::Obstacle;
+use crate::numerics::banded::BandMatrix;
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::tangent::{Tangent, UnsymmetricTangent};
+use crate::numerics::vector::{Vector, components};
+use crate::scene::contact::{ContactLoss, Obstacle};
 
 /// Contact of all edges of a rod with one obstacle.
 #[derive(Clone, Debug)]
@@ -18,8 +21,19 @@ pub struct RodContact<D> {
     pub(crate) obstacle: Obstacle<D>,
     /// Force per length over the square of the overlap, N/m^3.
     pub(crate) stiffness: D,
+    /// The numbers of the forces that depend on the velocity; none without any.
+    pub(crate) loss: Option<ContactLoss<D>>,
     /// The parts of all edges, in their order.
     pub(crate) parts: Vec<ContactPart<D>>,
+}
+
+/// Velocities of all unknowns in a step of a simulation.
+#[derive(Clone, Copy, Debug)]
+pub struct StepVelocities<'a, D> {
+    /// The velocities, m/s (rad/s for angles).
+    pub velocity: &'a [D],
+    /// Their derivative by the unknowns at the end of the step, 1/s.
+    pub slope: D,
 }
 
 /// All contacts of a rod.
@@ -51,11 +65,10 @@ impl<D: Scalar> RodContact<D> {
     /// The contacts of all edges.
     #[inline]
     fn edges(&self) -> impl Iterator<Item = EdgeContact<'_, D>> {
-        let Self { obstacle, stiffness, parts } = self;
-        parts.iter().map(|part| EdgeContact {
-            edge: EdgePart { obstacle, part },
-            stiffness: *stiffness,
-        })
+        let Self { obstacle, stiffness, parts, .. } = self;
+        parts
+            .iter()
+            .map(|part| EdgeContact { edge: EdgePart { obstacle, part }, stiffness: *stiffness })
     }
 }
 
@@ -146,6 +159,69 @@ impl<D: Scalar> RodContacts<D> {
                         add_local::<D, U>(&local, S * i, gradient);
                         tangent.add_corner(S * i, U, &local.hessian);
                     }
+                }
+            }
+        }
+    }
+}
+
+impl<D: Nestable> RodContacts<D> {
+    /// Whether a contact has forces that depend on the velocity.
+    pub fn have_losses(&self) -> bool {
+        self.list.iter().any(|contact| contact.loss.is_some())
+    }
+
+    /// Minus the forces of each contact on all unknowns, N, at the unknowns `q` and velocities `v` of a rod in `N` dimensions.
+    pub(super) fn gradients<const N: usize>(&self, q: &[D], v: &[D]) -> Vec<Vec<D>> {
+        let gradient = |contact: &RodContact<D>| {
+            let (one, zero) = (Self { list: vec![contact.clone()] }, D::from(0.0));
+            let mut gradient = vec![zero; q.len()];
+            one.add_gradient::<N>(q, &mut gradient);
+            let velocities = StepVelocities { velocity: v, slope: zero };
+            // Without a tangent any matrix type serves.
+            one.add_losses::<N>(q, velocities, &mut gradient, None::<&mut BandMatrix<D, 1>>);
+            gradient
+        };
+        self.list.iter().map(gradient).collect()
+    }
+
+    /// Adds minus the forces that depend on the velocity, N, to `gradient`, and their derivatives by the unknowns at the end
+    /// of a step, N/m, to `tangent` if it is given. The rod has the unknowns `q` in `N` dimensions.
+    pub(super) fn add_losses<const N: usize>(
+        &self,
+        q: &[D],
+        velocities: StepVelocities<'_, D>,
+        gradient: &mut [D],
+        tangent: Option<&mut impl UnsymmetricTangent<D>>,
+    ) {
+        match N {
+            2 => self.sum_losses::<2, 2, 4>(q, velocities, gradient, tangent),
+            _ => self.sum_losses::<3, 4, 7>(q, velocities, gradient, tangent),
+        }
+    }
+
+    /// [`add_losses`](Self::add_losses) of a rod whose nodes have `A` coordinates and `S` unknowns, with `U = S + A` of an
+    /// edge.
+    fn sum_losses<const A: usize, const S: usize, const U: usize>(
+        &self,
+        q: &[D],
+        StepVelocities { velocity, slope }: StepVelocities<'_, D>,
+        gradient: &mut [D],
+        mut tangent: Option<&mut impl UnsymmetricTangent<D>>,
+    ) {
+        for contact in &self.list {
+            let Some(loss) = contact.loss else { continue };
+            for (i, edge) in contact.edges().enumerate() {
+                let lossy = LossyContact { contact: edge, loss };
+                let of_edge = |x: &[D]| components(|k| x[S * i + k]);
+                let (q, v): ([D; U], [D; U]) = (of_edge(q), of_edge(velocity));
+                if !lossy.touches::<A, U>(&q) {
+                    continue;
+                }
+                let forces = lossy.forces::<A, U>(&q, &v);
+                gradient[S * i..].iter_mut().zip(forces).for_each(|(to, force)| *to += force);
+                if let Some(tangent) = &mut tangent {
+                    tangent.add_unsymmetric(S * i, U, &lossy.tangent::<A, U>(&q, &v, slope));
                 }
             }
         }

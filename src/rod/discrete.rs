@@ -26,7 +26,7 @@ use crate::rod::nonlinear::NonlinearParts;
 use crate::rod::sweeps::{EdgeTangent, Elastic, GeometrySweep, Strains, TangentSweep};
 use crate::rod::{
     AssembledRod, EdgeShift, Energies, FollowerLoads, InternalVariables, JointShift, NaturalShifts,
-    Rod, RodContacts, UserEnergies, Viscosity,
+    Rod, RodContacts, StepVelocities, UserEnergies, Viscosity,
 };
 use num_dual::Dual64;
 
@@ -472,6 +472,27 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     /// Adds the forces of the loads without a potential at `q`, N (N m for angles), to `forces`.
     fn add_follower_forces(&self, q: &[D], frames: &Self::Frames, forces: &mut [D]) {
         self.followers.add_forces::<L, N, S>(1.0, q, frames, forces);
+    }
+
+    /// Whether contacts have damping or friction.
+    fn has_contact_losses(&self) -> bool {
+        self.contacts.have_losses()
+    }
+
+    /// Adds minus the forces of contacts that depend on the velocity, N, and their derivatives, N/m.
+    fn add_contact_losses(
+        &self,
+        q: &[D],
+        velocities: StepVelocities<'_, D>,
+        forces: &mut [D],
+        tangent: Option<&mut Self::Tangent>,
+    ) {
+        self.contacts.add_losses::<N>(q, velocities, forces, tangent);
+    }
+
+    /// Minus the forces of each contact on all unknowns, N.
+    fn contact_gradients(&self, q: &[D], v: &[D]) -> Vec<Vec<D>> {
+        self.contacts.gradients::<N>(q, v)
     }
 
     /// Sets the factor of a group of loads without a potential.

@@ -10,32 +10,13 @@ use num_dual::Dual64;
 const AXES: [[f64; 3]; 3] = [[0.6, 0.8, 0.0], [-0.48, 0.36, 0.8], [0.64, -0.48, 0.6]];
 const STIFFNESS: f64 = 3e9;
 
-/// An obstacle with its numbers converted to another number type.
-fn map_obstacle<B: Scalar, D: Scalar>(
-    obstacle: &Obstacle<B>,
-    over: impl Fn(B) -> D + Copy,
-) -> Obstacle<D> {
-    let Obstacle { kind, radius, point, axis, length } = *obstacle;
-    let (radius, length) = (over(radius), over(length));
-    Obstacle { kind, radius, point: point.map(over), axis: axis.map(over), length }
-}
-
-/// A part of an edge with its numbers converted to another number type.
-fn map_part<B: Scalar, D: Scalar>(
-    part: &ContactPart<B>,
-    over: impl Fn(B) -> D + Copy,
-) -> ContactPart<D> {
-    let ContactPart { arc_length, length, bounds, radius } = *part;
-    ContactPart { arc_length: over(arc_length), length: over(length), bounds, radius: over(radius) }
-}
-
 /// The energy of a contact as a function of the coordinates of the nodes.
 struct EnergyOfNodes<'a, B>(&'a EdgeContact<'a, B>);
 
 impl<B: Scalar> Function<B> for EnergyOfNodes<'_, B> {
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D {
-        let obstacle = map_obstacle(self.0.edge.obstacle, over);
-        let part = map_part(self.0.edge.part, over);
+        let obstacle = self.0.edge.obstacle.map(over);
+        let part = self.0.edge.part.map(over);
         let edge = EdgePart { obstacle: &obstacle, part: &part };
         EdgeContact { edge, stiffness: over(self.0.stiffness) }.energy(nodes(q))
     }
@@ -110,7 +91,8 @@ fn in_plane(obstacle: &Obstacle<f64>, edge: [[f64; 3]; 2]) -> (Obstacle<f64>, [f
     // The axis of a capsule is along the edge in space: a planar rod has it across.
     let axis = if obstacle.kind == ObstacleKind::Plane { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] };
     let length = obstacle.length;
-    let flat = |x: [f64; 3]| [dot(AXES[0], sub(x, obstacle.point)), dot(AXES[1], sub(x, obstacle.point))];
+    let flat =
+        |x: [f64; 3]| [dot(AXES[0], sub(x, obstacle.point)), dot(AXES[1], sub(x, obstacle.point))];
     let ([a, b], [c, d]) = (flat(edge[0]), flat(edge[1]));
     (Obstacle { point: [0.0, 0.0, -0.5 * length], axis, ..*obstacle }, [a, b, c, d])
 }
@@ -146,7 +128,7 @@ fn compare<const A: usize, const Q: usize>(obstacle: &Obstacle<f64>, q: &[f64; Q
         length: seeded(obstacle.length),
     };
     let dual_part =
-        ContactPart { length: seeded(0.025), radius: seeded(0.004), ..map_part(&part, Dual64::from) };
+        ContactPart { length: seeded(0.025), radius: seeded(0.004), ..part.map(Dual64::from) };
     let edge = EdgePart { obstacle: &dual_obstacle, part: &dual_part };
     let contact = EdgeContact { edge, stiffness: seeded(STIFFNESS) };
     let q = components(|i| seeded(q[i]));
