@@ -17,7 +17,8 @@
 //! where `N` is the normal force with damping: Coulomb's law beyond the slip velocity `s`. A rod that sticks creeps below `s`.
 //! The surface moves with the axis of the rod, and in space with its spin: the velocity of the angle of an edge
 //! adds `r t x n`, with the radius `r`, the tangent `t` and the normal `n` towards the obstacle. The force acts there, and so
-//! has a moment about the axis. Four Gauss points integrate along the part of the edge that overlaps the obstacle.
+//! has a moment about the axis. Four Gauss points integrate along the part of the edge that overlaps the obstacle. The integrands
+//! are no polynomials, so that the ends of this part have derivatives.
 //!
 //! Input: a contact with its numbers, unknowns and velocities of an edge. Output: minus the forces on these unknowns, as for a
 //! gradient, and their derivatives by the unknowns at the end of a step, on which the velocities depend linearly, in dual
@@ -72,15 +73,14 @@ impl<D: Scalar> LossyContact<'_, D> {
         for k in 0..contact.edge.surfaces() {
             let (overlap, bounds) = contact.edge.surface(k, nodes);
             let along = overlap.along(nodes);
-            let Some([from, to]) = along.positive_part(bounds) else { continue };
+            let Some([from, to]) = along.moving_part(bounds) else { continue };
             for [point, weight] in GAUSS {
                 let t = from + (to - from) * point;
-                let shares = [1.0 - t, t];
-                let mix = |[a, b]: [Vector<D>; 2]| {
-                    add(scale(a, D::from(shares[0])), scale(b, D::from(shares[1])))
-                };
-                let (delta, slope, velocity) = (along.at(t), mix(along.slopes), mix(velocities));
-                let part = contact.edge.part.length * (weight * (to - from));
+                let shares = [-t + 1.0, t];
+                let mix = |[a, b]: [Vector<D>; 2]| add(scale(a, shares[0]), scale(b, shares[1]));
+                let (delta, slope, velocity) =
+                    (along.at_moving(t), mix(along.slopes), mix(velocities));
+                let part = contact.edge.part.length * (to - from) * weight;
                 let elastic = contact.stiffness * part * delta * delta;
                 let factor = damping * dot(slope, velocity) + 1.0;
                 let factor = if factor.value() > 0.0 { factor } else { D::from(0.0) };

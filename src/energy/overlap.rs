@@ -106,9 +106,34 @@ impl<D: Scalar> OverlapAlong<D> {
         c0 + (c1 + c2 * t) * t
     }
 
+    /// The overlap at a fraction of the edge with derivatives, m.
+    pub fn at_moving(&self, t: D) -> D {
+        let [c0, c1, c2] = self.coefficients;
+        c0 + (c1 + c2 * t) * t
+    }
+
+    /// The [positive part](Self::positive_part) with the derivatives of its ends.
+    pub fn moving_part(&self, bounds: [D; 2]) -> Option<[D; 2]> {
+        let part = self.positive_part(bounds)?;
+        let [_, c1, c2] = self.coefficients;
+        let end = |end: f64, bound: D| {
+            if end == bound.value() {
+                return bound;
+            }
+            // Newton's method at the root: one more order of derivatives in each iteration.
+            let mut t = D::from(end);
+            for _ in 0..D::ORDER {
+                t -= self.at_moving(t) / (c1 + c2 * t * 2.0);
+            }
+            t
+        };
+        Some([end(part[0], bounds[0]), end(part[1], bounds[1])])
+    }
+
     /// The interval within `bounds`, fractions of the edge, in which the overlap is positive; `None` without one.
     #[inline(always)]
-    pub fn positive_part(&self, bounds: [f64; 2]) -> Option<[f64; 2]> {
+    pub fn positive_part(&self, bounds: [D; 2]) -> Option<[f64; 2]> {
+        let bounds = [bounds[0].value(), bounds[1].value()];
         let [c0, c1, c2] = self.coefficients;
         let (c0, c1, c2) = (c0.value(), c1.value(), c2.value());
         let ends = [self.at(bounds[0]).value(), self.at(bounds[1]).value()];
@@ -181,31 +206,37 @@ impl<D: Scalar> EdgePart<'_, D> {
     /// Surface number `k` of the obstacle, with the bounds of the part of the edge between two nodes that may touch it.
     /// Bounds in descending order are an empty part.
     #[inline(always)]
-    pub fn surface(&self, k: usize, nodes: [Vector<D>; 2]) -> (Overlap<D>, [f64; 2]) {
+    pub fn surface(&self, k: usize, nodes: [Vector<D>; 2]) -> (Overlap<D>, [D; 2]) {
         let surface = match self.obstacle.kind {
             ObstacleKind::Plane => Surface::Plane,
             ObstacleKind::Sphere => Surface::Sphere,
             ObstacleKind::Cylinder => Surface::Cylinder,
             ObstacleKind::Capsule => return self.capsule_surface(k, nodes),
         };
-        (self.overlap(surface, self.obstacle.point), self.part.bounds)
+        let [from, to] = self.part.bounds;
+        (self.overlap(surface, self.obstacle.point), [D::from(from), D::from(to)])
     }
 
     /// [`surface`](Self::surface) of a capsule: its sides, and the spheres at its first and last end.
-    fn capsule_surface(&self, k: usize, [a, b]: [Vector<D>; 2]) -> (Overlap<D>, [f64; 2]) {
+    fn capsule_surface(&self, k: usize, [a, b]: [Vector<D>; 2]) -> (Overlap<D>, [D; 2]) {
         let Obstacle { point, axis, length, .. } = *self.obstacle;
-        let [from, to] = self.part.bounds;
-        let height = |x: Vector<D>| dot(sub(x, point), axis).value();
+        let [from, to] = self.part.bounds.map(D::from);
+        let height = |x: Vector<D>| dot(sub(x, point), axis);
         let (start, rise) = (height(a), height(b) - height(a));
         // Fractions of the edge at which it passes the ends of the axis; an edge across the axis passes none.
-        let pass = |level: f64| match (level - start) / rise {
-            at if at.is_finite() => at.clamp(from, to),
-            _ if start < level => to,
-            _ => from,
+        let pass = |level: D| {
+            let at = (level - start) / rise;
+            match at.value() {
+                x if x <= from.value() => from,
+                x if x >= to.value() => to,
+                x if x.is_finite() => at,
+                _ if start.value() < level.value() => to,
+                _ => from,
+            }
         };
-        let [low, high] = [pass(0.0), pass(length.value())];
+        let [low, high] = [pass(D::from(0.0)), pass(length)];
         let (first, last) = (point, add(point, scale(axis, length)));
-        match (k, rise < 0.0) {
+        match (k, rise.value() < 0.0) {
             (0, false) => (self.overlap(Surface::Cylinder, point), [low, high]),
             (0, true) => (self.overlap(Surface::Cylinder, point), [high, low]),
             (1, false) => (self.overlap(Surface::Sphere, first), [from, low]),

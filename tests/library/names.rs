@@ -31,7 +31,8 @@ arrays assembly assessment attach attachment autocorrelation averaging axes band
 bisection blocks blueprint bodies bootstrap bordered boundary branch_relaxation break_points buckling
 buckling_form budget by_unknowns cable camera campaign candidate_designs card carrying changes chart check
 checkpoints cluster_jackknife coarse code coefficients collect columns combinations combined command
-comparison compute constant_axes contact contributions convergence conversion coordinate_series correlation
+comparison compute constant_axes contact contact_loss contact_losses contacts
+contributions convergence conversion coordinate_series correlation
 covariance coverage_factor critical_load csv csv_table curved_joints damping data data_precheck dataset
 dead_load dead_moment definition descent design determined_groups difference director_axes discrepancy
 discrete discretization displacement_driven display drag drag_forces drawing duplicates dynamics edge_contact
