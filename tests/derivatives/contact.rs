@@ -199,7 +199,9 @@ fn derivatives_of_motions_with_damping_and_friction_equal_differences() {
                 (0..problem.nodes()).flat_map(place).collect::<Vec<f64>>()
             };
             println!("{} steps", run.work().steps);
-            compare(&problem, &own, 1e-5, exact, positions);
+            // The forces have kinks, at the slip velocity and where they would pull. The error of a difference across one is
+            // proportional to its step.
+            compare(&problem, &own, 3e-6, exact, positions);
         }
     }
 }
