@@ -129,6 +129,7 @@ codes! {
     StepBeyondEnd "step-beyond-end",
     LargeStrain "large-strain",
     DeepContact "deep-contact",
+    Frictionless "frictionless",
     StructureScope "structure-scope",
     NumericalDamping "numerical-damping",
     // Problems of equilibria and of derivatives.

@@ -125,12 +125,10 @@ impl SpatialCounterpart {
     }
 }
 
-/// Each user-defined energy with at most [`ELEMENTS`] of its places, evenly spaced. Contacts are left out: the third derivative
-/// of their energy jumps where an overlap begins, and finite differences are less accurate there.
+/// Each user-defined energy with at most [`ELEMENTS`] of its places, evenly spaced.
 fn selected_spots(own: &UserEnergies<f64>) -> impl Iterator<Item = (&Placed<f64>, &Spot<f64>)> {
     let of = |placed: &'_ Placed<f64>| spaced_indices(placed.spots.len());
-    let compared = own.placed().iter().filter(|placed| !placed.name.starts_with("contacts["));
-    compared.flat_map(move |p| of(p).map(move |i| (p, &p.spots[i])))
+    own.placed().iter().flat_map(move |p| of(p).map(move |i| (p, &p.spots[i])))
 }
 
 /// Name of a place of an energy for the report: the energy's name and the arc length in m.

@@ -77,7 +77,9 @@ pub fn run(options: &SimulateOptions, global: GlobalOptions) -> Result<u8, Error
         let mut film = outputs.has_page().then(|| Film::new(&problem, steps));
         let writer = out.filter(|_| is_written).map(|out| outputs.begin(out)).transpose()?;
         let mut table = writer.map(|writer| {
-            NodeTable::new(writer, problem.nodes()).with_reactions(options.reactions)
+            NodeTable::new(writer, problem.nodes())
+                .with_reactions(options.reactions)
+                .with_contacts(if options.reactions { problem.scene().contacts.len() } else { 0 })
         });
         let mut trajectory = Trajectory::unrecorded(&problem)?.check_stability();
         if options.reactions {

@@ -34,7 +34,7 @@ pub(super) fn is_dissipative(time: &Time) -> bool {
 /// Whether the total energy of a scene is constant: no damping, internal friction, flow or moving support. Every
 /// change is then an error of the scheme.
 pub(super) fn is_conservative(scene: &Scene) -> bool {
-    !(scene.supports.move_ends() || scene.loads.have_flow() || scene.loads.are_dissipative())
+    !(scene.supports.move_ends() || scene.loads.have_flow() || scene.is_dissipative())
 }
 
 /// Code and text of the warning of a run whose total energy changed by at most `change`, a fraction of the largest

@@ -39,7 +39,7 @@ pub(crate) use bisection::{BisectedSteps, advance};
 pub(crate) use energy_balance::warning as energy_warning;
 pub use film::{Film, FilmSample, Frame};
 pub use linearization::{Linearization, StageForces, StartForces};
-pub use output::{NodeTable, ReactionSample, SimulationReport, shape_csv};
+pub use output::{ContactForces, NodeTable, ReactionSample, SimulationReport, shape_csv};
 pub use run::Snapshot;
 pub use simulation::Simulation;
 pub use step::{StepperSettings, Work};

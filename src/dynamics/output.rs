@@ -20,7 +20,7 @@ use crate::numerics::simd::simd_level;
 use crate::problem::Problem;
 use crate::problem::penetration::PenetrationRecord;
 use crate::problem::strain::StrainRecord;
-use crate::scene::{Resolution, Scene, Scheme};
+use crate::scene::{Contact, Resolution, Scene, Scheme};
 use crate::statics::{Reaction, Reactions};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
@@ -33,18 +33,20 @@ const MAX_KEPT: f64 = 0.02;
 const NEGLIGIBLE_DISPLACEMENT: f64 = 1e-9;
 
 /// A CSV table with a row per step: `t`, then `x_i,y_i,z_i` of every node in world axes, m. With reactions the columns
-/// `start_fx[N]` to `start_mz[N m]` and `end_fx[N]` to `end_mz[N m]` follow.
+/// `start_fx[N]` to `start_mz[N m]` and `end_fx[N]` to `end_mz[N m]` follow, then `contact_i_fx[N]` to `contact_i_fz[N]` of
+/// every contact.
 #[derive(Debug)]
 pub struct NodeTable<W> {
     writer: W,
     nodes: usize,
     has_reactions: bool,
+    contacts: usize,
 }
 
 impl<W: Write> NodeTable<W> {
     /// A table of `nodes` nodes that is written to `writer`; nothing is written yet.
     pub fn new(writer: W, nodes: usize) -> Self {
-        Self { writer, nodes, has_reactions: false }
+        Self { writer, nodes, has_reactions: false, contacts: 0 }
     }
 
     /// The table with columns of the reactions of both supports, if `has_reactions`. The run must keep reactions.
@@ -52,7 +54,13 @@ impl<W: Write> NodeTable<W> {
         Self { has_reactions, ..self }
     }
 
-    /// Writes the header row: `t`, then `x_i,y_i,z_i` of every node, with its index `i`, then the reactions.
+    /// The table with columns of the forces of so many contacts. The run must keep reactions.
+    pub fn with_contacts(self, contacts: usize) -> Self {
+        Self { contacts, ..self }
+    }
+
+    /// Writes the header row: `t`, then `x_i,y_i,z_i` of every node, with its index `i`, then the reactions and the forces of
+    /// contacts.
     pub fn header(&mut self) -> io::Result<()> {
         write!(self.writer, "t")?;
         for i in 0..self.nodes {
@@ -63,6 +71,11 @@ impl<W: Write> NodeTable<W> {
                 for axis in ["x", "y", "z"] {
                     write!(self.writer, ",{end}_{part}{axis}[{unit}]")?;
                 }
+            }
+        }
+        for i in 0..self.contacts {
+            for axis in ["x", "y", "z"] {
+                write!(self.writer, ",contact_{i}_f{axis}[N]")?;
             }
         }
         writeln!(self.writer)
@@ -78,6 +91,11 @@ impl<W: Write> NodeTable<W> {
         }
         if let Some(reactions) = simulation.reactions().filter(|_| self.has_reactions) {
             for x in reactions.parts().as_flattened().as_flattened() {
+                write!(self.writer, ",{x}")?;
+            }
+        }
+        if self.contacts > 0 {
+            for x in simulation.contact_forces().as_flattened() {
                 write!(self.writer, ",{x}")?;
             }
         }
@@ -139,6 +157,9 @@ pub struct SimulationReport {
     /// Reactions of the supports at every step, if requested.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub reactions: Vec<ReactionSample>,
+    /// Forces of the obstacles on the rod at every step, if reactions are requested and the scene has contacts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contact_forces: Vec<ContactForces>,
     /// Largest change of the total energy since the start, J.
     pub largest_energy_change: f64,
     /// Largest kinetic energy since the start, J.
@@ -174,7 +195,7 @@ pub struct SimulationReport {
     /// Largest overlap with an obstacle so far.
     #[serde(skip)]
     penetration: PenetrationRecord,
-    /// Whether `tip`, `energy` and `reactions` are recorded.
+    /// Whether `tip`, `energy`, `reactions` and `contact_forces` are recorded.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     has_series: bool,
 }
@@ -189,6 +210,16 @@ pub struct ReactionSample {
     pub start: Reaction,
     /// Reaction of the support at the last node.
     pub end: Reaction,
+}
+
+/// The forces of all obstacles on the rod at one time of a simulation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct ContactForces {
+    /// Time, s.
+    pub time: f64,
+    /// The force of each obstacle in world axes, N, in the order of `[[contacts]]`.
+    pub forces: Vec<[f64; 3]>,
 }
 
 /// `true`, the default of the key `has_series` in reports that do not contain it.
@@ -219,6 +250,7 @@ impl SimulationReport {
             tip: Vec::new(),
             energy: Vec::new(),
             reactions: Vec::new(),
+            contact_forces: Vec::new(),
             largest_energy_change: 0.0,
             largest_kinetic_energy: 0.0,
             status: "started".into(),
@@ -244,7 +276,7 @@ impl SimulationReport {
         (self.warnings, self.warning_codes) = (warnings.warnings, warnings.warning_codes);
     }
 
-    /// The report without the series `tip`, `energy` and `reactions`, which grow with every step; [`push`](Self::push) then keeps
+    /// The report without the series `tip`, `energy`, `reactions` and `contact_forces`, which grow with every step; [`push`](Self::push) then keeps
     /// the last tip and the extremes only.
     pub fn without_series(self) -> Self {
         Self { has_series: false, ..self }
@@ -276,6 +308,10 @@ impl SimulationReport {
             self.energy.push([t, e.kinetic, e.stretch, e.bend, e.twist, e.potential + e.own]);
             let sample = |Reactions { start, end }| ReactionSample { time: t, start, end };
             self.reactions.extend(simulation.reactions().map(sample));
+            let forces = simulation.contact_forces();
+            if !forces.is_empty() {
+                self.contact_forces.push(ContactForces { time: t, forces });
+            }
         }
     }
 
@@ -341,8 +377,10 @@ impl SimulationReport {
             format!("energy changed from {start:.3e} to {end:.3e} J, work of the supports included")
         } else if scene.loads.have_flow() {
             format!("energy changed from {start:.3e} to {end:.3e} J, work of the fluid included")
-        } else if scene.loads.are_dissipative() {
-            format!("damping dissipated {:.3e} J", start - end)
+        } else if scene.is_dissipative() {
+            let has_friction = scene.contacts.iter().any(Contact::has_friction);
+            let cause = if has_friction { "damping and friction" } else { "damping" };
+            format!("{cause} dissipated {:.3e} J", start - end)
         } else if beta > 0.5 {
             let part = percent(100.0 * (start - end) / self.largest_kinetic_energy);
             format!(

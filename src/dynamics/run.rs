@@ -21,8 +21,9 @@ use crate::dynamics::step_control::StepControl;
 use crate::dynamics::unstable_state::StabilityChecks;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
+use crate::numerics::vector::sub;
 use crate::problem::{Discretized, FramesOf, Model, Problem};
-use crate::rod::{Energies, Sensitive, State};
+use crate::rod::{Energies, Rod, Sensitive, State};
 use crate::scene::{Parameter, Stencil};
 use crate::statics::Reactions;
 use std::time::Instant;
@@ -40,6 +41,9 @@ pub trait Snapshot {
     /// Forces and moments of the supports on the rod, in world axes, computed at every call; `None` unless the run
     /// [keeps reactions](crate::Trajectory::keep_reactions).
     fn reactions(&self) -> Option<Reactions>;
+    /// Forces of all obstacles on the rod, N, in world axes, in the order of the contacts, computed at every call; empty
+    /// unless the run [keeps reactions](crate::Trajectory::keep_reactions).
+    fn contact_forces(&self) -> Vec<[f64; 3]>;
     /// Position of a point on the rod in world coordinates, m: the weighted sum of node positions of its `stencil`.
     fn place(&self, stencil: &Stencil) -> [f64; 3] {
         stencil.place(|i| self.position(i))
@@ -73,6 +77,19 @@ impl<M: Model> Snapshot for SimulationSnapshot<'_, M> {
     /// Forces and moments of the supports on the rod in the present state; `None` unless requested.
     fn reactions(&self) -> Option<Reactions> {
         Some(self.reactions?.of(self.discretized, self.simulation.state()))
+    }
+    /// Sums over all nodes of the forces of each contact in the present state; none unless reactions were requested.
+    fn contact_forces(&self) -> Vec<[f64; 3]> {
+        if self.reactions.is_none() {
+            return Vec::new();
+        }
+        let (state, model) = (self.simulation.state(), self.discretized.model);
+        let force = |gradient: Vec<f64>| {
+            let on_nodes = (0..self.discretized.nodes()).map(|i| model.rate(&gradient, i));
+            on_nodes.fold([0.0; 3], sub)
+        };
+        let gradients = self.simulation.rod().contact_gradients(&state.q, &state.v);
+        gradients.into_iter().map(force).collect()
     }
 }
 

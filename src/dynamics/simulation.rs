@@ -107,10 +107,11 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         !self.system.actuators.is_empty()
     }
 
-    /// Whether derivatives are those of the same steps in dual numbers: with actuators that follow signals, and with loads
-    /// without a potential. Steps are not linearized then.
+    /// Whether derivatives are those of the same steps in dual numbers: with actuators that follow signals, with loads
+    /// without a potential, and with damping or friction of contacts. Steps are not linearized then.
     pub(crate) fn needs_dual_steps(&self) -> bool {
-        self.has_actuators() || self.system.rod.has_follower_loads()
+        let rod = &self.system.rod;
+        self.has_actuators() || rod.has_follower_loads() || rod.has_contact_losses()
     }
 
     /// Sets the motion of supports, and the unknowns inside the free range that it prescribes. Overwrites the

@@ -98,7 +98,7 @@ impl Limits {
         if scene.supports.move_ends() || scene.loads.have_flow() {
             return None;
         }
-        let damped = scene.loads.are_dissipative();
+        let damped = scene.is_dissipative();
         let traits = time.scheme.traits();
         // Exactly as far as its quadrature is exact, which knows nothing of energies of one's own.
         let exactly = traits.energy == EnergyConservation::Exact && !scene.has_own_energies();
@@ -126,6 +126,10 @@ impl Limits {
             interval: if explicit { EXPLICIT_INTERVAL } else { INTERVAL },
             rounding: ROUNDING,
             remedy: match traits.energy {
+                _ if !scene.contacts.is_empty() && time.scheme.takes_beta() && !dissipates => {
+                    SOFTER_CONTACT_OR_DISSIPATION
+                }
+                _ if !scene.contacts.is_empty() => SOFTER_CONTACT,
                 EnergyConservation::Inexact if time.scheme == Scheme::GeneralisedAlpha => {
                     SMALLER_OR_SMALLER_RHO
                 }
@@ -142,6 +146,12 @@ impl Limits {
 const SMALLER: &str = "take a smaller time.step";
 /// For scenes where a scheme that keeps energy helps.
 const SMALLER_OR_KEEPING: &str = "take a smaller time.step, or scheme = \"average-vector-field\"";
+/// For scenes with contacts.
+const SOFTER_CONTACT: &str = "take a smaller time.step or a smaller stiffness of the contacts, whose \
+     forces begin and end within a step";
+/// For scenes with contacts and Newmark-beta without dissipation.
+const SOFTER_CONTACT_OR_DISSIPATION: &str = "take a smaller time.step, a beta above 0.5, or a smaller \
+     stiffness of the contacts, whose forces begin and end within a step";
 /// For Newmark-beta without dissipation.
 const SMALLER_OR_DISSIPATION: &str =
     "take a smaller time.step, a beta above 0.5, or scheme = \"average-vector-field\"";

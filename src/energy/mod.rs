@@ -19,6 +19,7 @@ pub(crate) mod adapter;
 pub(crate) mod attach;
 pub mod bend_twist;
 pub(crate) mod by_unknowns;
+pub(crate) mod contact_loss;
 pub mod dead_load;
 pub mod dead_moment;
 pub(crate) mod edge_contact;

@@ -1,15 +1,14 @@
 //! Overlap of a rod, as a tube around its edges, with an obstacle: along an edge, m.
 //!
-//! Input: an obstacle, the positions of the nodes of an edge (m) and the radius of the rod (m). [`EdgePart`] lists the surfaces
+//! Input: an obstacle, the positions of the nodes of an edge (m) and the radius of the rod (m). [`EdgePart`] has the surfaces
 //! that the edge may touch, each with its part of the edge: three of a capsule, one of other obstacles. [`Overlap`] is the
-//! overlap with one surface, a polynomial of second degree along the edge (formulas in [`edge_contact`]), and the part of the
-//! edge where it is positive. [`largest_overlap`] returns the largest overlap of an edge.
+//! overlap with one surface, and [`OverlapAlong`] a polynomial of second degree: the overlap along the edge (formulas in
+//! [`edge_contact`]), with the part of the edge where it is positive. [`largest_overlap`] returns the largest overlap of an edge.
 //!
 //! [`edge_contact`]: crate::energy::edge_contact
 
-use crate::energy::adapter::Site;
 use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::{Vector, add, components, dot, scale, sub};
+use crate::numerics::vector::{Vector, add, dot, scale, sub};
 use crate::scene::contact::{Obstacle, ObstacleKind};
 
 /// Part of an edge that may touch an obstacle: numbers of its place.
@@ -25,16 +24,17 @@ pub(crate) struct ContactPart<D> {
     pub radius: D,
 }
 
-impl<D: Scalar> ContactPart<D> {
-    /// The numbers of its place.
-    pub fn numbers(&self) -> Vec<D> {
-        let [from, to] = self.bounds.map(D::from);
-        vec![self.arc_length, self.length, from, to, self.radius]
+impl<D: Copy> ContactPart<D> {
+    /// The part with its numbers converted to another number type.
+    pub fn map<E>(&self, over: impl Fn(D) -> E) -> ContactPart<E> {
+        let Self { arc_length, length, bounds, radius } = *self;
+        let (arc_length, length) = (over(arc_length), over(length));
+        ContactPart { arc_length, length, bounds, radius: over(radius) }
     }
 }
 
 /// Surface of which the overlap is a polynomial of second degree along an edge.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Surface {
     /// Plane through `point` with the normal `axis`.
     Plane,
@@ -56,12 +56,15 @@ pub(crate) struct Overlap<D> {
 
 impl<D: Scalar> Overlap<D> {
     /// Overlap at the point `x`, m, and its gradient.
-    #[inline]
+    #[inline(always)]
     pub fn at(&self, x: Vector<D>) -> (D, Vector<D>) {
         let way = sub(x, self.point);
         let along = dot(way, self.axis);
         let across = match self.surface {
-            Surface::Plane => return (self.reach - along, self.axis.map(|c| -c)),
+            Surface::Plane => {
+                let [a, b, c] = self.axis;
+                return (self.reach - along, [-a, -b, -c]);
+            }
             Surface::Sphere => way,
             Surface::Cylinder => sub(way, scale(self.axis, along)),
         };
@@ -69,44 +72,80 @@ impl<D: Scalar> Overlap<D> {
         (overlap, scale(across, -self.reach.recip()))
     }
 
-    /// The overlap in plain numbers.
-    pub fn plain(&self) -> Overlap<f64> {
-        let plain = |v: &Vector<D>| [0, 1, 2].map(|c| v[c].value());
-        Overlap {
-            surface: self.surface,
-            reach: self.reach.value(),
-            point: plain(&self.point),
-            axis: plain(&self.axis),
-        }
+    /// The overlap along the edge between two nodes.
+    #[inline(always)]
+    pub fn along(&self, [a, b]: [Vector<D>; 2]) -> OverlapAlong<D> {
+        let ((first, start), (last, end)) = (self.at(a), self.at(b));
+        // The gradient of a round surface is linear along the edge.
+        let bulge = match self.surface {
+            Surface::Plane => D::from(0.0),
+            Surface::Sphere | Surface::Cylinder => {
+                let change = sub(end, start);
+                dot(change, change) * self.reach * 0.5
+            }
+        };
+        let coefficients = [first, last - first + bulge, -bulge];
+        OverlapAlong { coefficients, slopes: [start, end] }
     }
 }
 
-impl Overlap<f64> {
-    /// Coefficients of the overlap along the edge from `a` to `b`, by powers of the fraction of the edge.
-    fn coefficients(&self, [a, b]: [Vector<f64>; 2]) -> [f64; 3] {
-        let ([first, _], edge) = ([self.at(a).0, 0.0], sub(b, a));
-        let along = dot(edge, self.axis);
-        let bulge = match self.surface {
-            Surface::Plane => 0.0,
-            Surface::Sphere => dot(edge, edge) / (2.0 * self.reach),
-            // The difference of the squares may be negative by rounding.
-            Surface::Cylinder => {
-                let across = sub(edge, scale(self.axis, along));
-                dot(across, across) / (2.0 * self.reach)
-            }
-        };
-        [first, self.at(b).0 - first + bulge, -bulge]
+/// The overlap along an edge.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OverlapAlong<D> {
+    /// Its coefficients by powers of the fraction of the edge, m.
+    coefficients: [D; 3],
+    /// Its gradients at both nodes.
+    pub slopes: [Vector<D>; 2],
+}
+
+impl<D: Scalar> OverlapAlong<D> {
+    /// The overlap at the fraction `t` of the edge, m.
+    #[inline(always)]
+    pub fn at(&self, t: f64) -> D {
+        let [c0, c1, c2] = self.coefficients;
+        c0 + (c1 + c2 * t) * t
     }
 
-    /// The interval within `bounds`, fractions of the edge from `a` to `b`, in which the overlap is positive; `None` without
-    /// one.
-    pub fn positive(&self, nodes: [Vector<f64>; 2], bounds: [f64; 2]) -> Option<[f64; 2]> {
-        if bounds[0] >= bounds[1] {
-            return None;
+    /// The overlap at a fraction of the edge with derivatives, m.
+    pub fn at_moving(&self, t: D) -> D {
+        let [c0, c1, c2] = self.coefficients;
+        c0 + (c1 + c2 * t) * t
+    }
+
+    /// The [positive part](Self::positive_part) with the derivatives of its ends.
+    pub fn moving_part(&self, bounds: [D; 2]) -> Option<[D; 2]> {
+        let part = self.positive_part(bounds)?;
+        let [_, c1, c2] = self.coefficients;
+        let end = |end: f64, bound: D| {
+            if end == bound.value() {
+                return bound;
+            }
+            // Newton's method at the root: one more order of derivatives in each iteration.
+            let mut t = D::from(end);
+            for _ in 0..D::ORDER {
+                t -= self.at_moving(t) / (c1 + c2 * t * 2.0);
+            }
+            t
+        };
+        Some([end(part[0], bounds[0]), end(part[1], bounds[1])])
+    }
+
+    /// The interval within `bounds`, fractions of the edge, in which the overlap is positive; `None` without one.
+    #[inline(always)]
+    pub fn positive_part(&self, bounds: [D; 2]) -> Option<[f64; 2]> {
+        let bounds = [bounds[0].value(), bounds[1].value()];
+        let [c0, c1, c2] = self.coefficients;
+        let (c0, c1, c2) = (c0.value(), c1.value(), c2.value());
+        let ends = [self.at(bounds[0]).value(), self.at(bounds[1]).value()];
+        // No polynomial is convex: it is positive between positive values.
+        if ends[0] > 0.0 && ends[1] > 0.0 && bounds[0] < bounds[1] {
+            return Some(bounds);
         }
-        let [c0, c1, c2] = self.coefficients(nodes);
         let discriminant = c1 * c1 - 4.0 * c2 * c0;
-        if discriminant < 0.0 {
+        if bounds[0] >= bounds[1]
+            || discriminant < 0.0
+            || c2 == 0.0 && ends[0] <= 0.0 && ends[1] <= 0.0
+        {
             return None;
         }
         // The form without cancellation: with c2 = -0 of a plane one root is infinite, on the correct side.
@@ -120,103 +159,102 @@ impl Overlap<f64> {
     }
 
     /// Largest overlap, m, within `bounds` of the edge.
-    fn largest(&self, nodes: [Vector<f64>; 2], bounds: [f64; 2]) -> f64 {
-        let [c0, c1, c2] = self.coefficients(nodes);
-        let at = |t: f64| c0 + t * (c1 + t * c2);
-        let top = (-0.5 * c1 / c2).clamp(bounds[0], bounds[1]);
-        let ends = at(bounds[0]).max(at(bounds[1]));
-        if top.is_finite() { at(top).max(ends) } else { ends }
+    fn largest(&self, bounds: [f64; 2]) -> f64 {
+        let [_, c1, c2] = self.coefficients;
+        let top = (-0.5 * c1.value() / c2.value()).clamp(bounds[0], bounds[1]);
+        let ends = self.at(bounds[0]).value().max(self.at(bounds[1]).value());
+        if top.is_finite() { self.at(top).value().max(ends) } else { ends }
     }
 }
 
-/// Obstacle and part of an edge in contact, at one place of a rod.
-pub(crate) struct EdgePart<D> {
-    kind: ObstacleKind,
-    pub overlap: Overlap<D>,
-    pub stiffness: D,
-    /// Distance of the centers of the ends of a capsule, m.
-    axis_length: D,
-    /// Rest length of the edge, m.
-    pub length: D,
-    /// Bounds as fractions of the edge.
-    bounds: [f64; 2],
+/// A part of an edge, and the obstacle that it may touch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EdgePart<'a, D> {
+    pub obstacle: &'a Obstacle<D>,
+    pub part: &'a ContactPart<D>,
 }
 
-impl<D: Scalar> EdgePart<D> {
-    /// The contact with an obstacle of a kind at a site, whose numbers are converted by `over`.
-    #[inline]
-    pub fn new<B: Scalar>(kind: ObstacleKind, site: &Site<B>, over: impl Fn(B) -> D) -> Self {
-        let (value, place) = (|i: usize| over(site.values[i]), |i: usize| over(site.place[i]));
-        let surface = match kind {
-            ObstacleKind::Plane => Surface::Plane,
+impl<D: Scalar> EdgePart<'_, D> {
+    /// Number of surfaces of the obstacle: a capsule has those of its sides and both ends.
+    #[inline(always)]
+    pub fn surfaces(&self) -> usize {
+        if self.obstacle.kind == ObstacleKind::Capsule { 3 } else { 1 }
+    }
+
+    /// Whether the edge between two nodes is out of reach of a round obstacle; false of planes.
+    #[inline(always)]
+    pub fn is_apart(&self, [a, b]: [Vector<D>; 2]) -> bool {
+        let surface = match self.obstacle.kind {
+            ObstacleKind::Plane => return false,
             ObstacleKind::Sphere => Surface::Sphere,
             ObstacleKind::Cylinder | ObstacleKind::Capsule => Surface::Cylinder,
         };
-        let overlap = Overlap {
-            surface,
-            reach: value(1) + place(4),
-            point: components(|c| value(2 + c)),
-            axis: components(|c| value(5 + c)),
-        };
-        Self {
-            kind,
-            overlap,
-            stiffness: value(0),
-            axis_length: value(8),
-            length: place(1),
-            bounds: [site.place[2].value(), site.place[3].value()],
-        }
+        let (edge, overlap) = (sub(b, a), self.overlap(surface, self.obstacle.point));
+        let middle = overlap.at(scale(add(a, b), D::from(0.5))).0.value();
+        let (reach, squared_half) = (overlap.reach.value(), 0.25 * dot(edge, edge).value());
+        // The square of the distance of the middle is above that of the reach and half an edge: (r + h)^2 <= 2 (r^2 + h^2).
+        reach * (reach - 2.0 * middle) > 2.0 * (reach * reach + squared_half)
     }
 
-    /// Surfaces that the edge between two nodes may touch, each with its bounds on the edge: three of a capsule, one of
-    /// others. Bounds in descending order are an empty part.
-    #[inline]
-    pub fn surfaces(&self, [a, b]: [Vector<f64>; 2]) -> [(Overlap<D>, [f64; 2]); 3] {
-        let [from, to] = self.bounds;
-        let empty = (self.overlap, [1.0, 0.0]);
-        if self.kind != ObstacleKind::Capsule {
-            return [(self.overlap, self.bounds), empty, empty];
-        }
-        let plain = self.overlap.plain();
-        let height = |x: Vector<f64>| dot(sub(x, plain.point), plain.axis);
+    /// The overlap with a surface of the obstacle through `point`.
+    #[inline(always)]
+    fn overlap(&self, surface: Surface, point: Vector<D>) -> Overlap<D> {
+        let Obstacle { radius, axis, .. } = *self.obstacle;
+        Overlap { surface, reach: radius + self.part.radius, point, axis }
+    }
+
+    /// Surface number `k` of the obstacle, with the bounds of the part of the edge between two nodes that may touch it.
+    /// Bounds in descending order are an empty part.
+    #[inline(always)]
+    pub fn surface(&self, k: usize, nodes: [Vector<D>; 2]) -> (Overlap<D>, [D; 2]) {
+        let surface = match self.obstacle.kind {
+            ObstacleKind::Plane => Surface::Plane,
+            ObstacleKind::Sphere => Surface::Sphere,
+            ObstacleKind::Cylinder => Surface::Cylinder,
+            ObstacleKind::Capsule => return self.capsule_surface(k, nodes),
+        };
+        let [from, to] = self.part.bounds;
+        (self.overlap(surface, self.obstacle.point), [D::from(from), D::from(to)])
+    }
+
+    /// [`surface`](Self::surface) of a capsule: its sides, and the spheres at its first and last end.
+    fn capsule_surface(&self, k: usize, [a, b]: [Vector<D>; 2]) -> (Overlap<D>, [D; 2]) {
+        let Obstacle { point, axis, length, .. } = *self.obstacle;
+        let [from, to] = self.part.bounds.map(D::from);
+        let height = |x: Vector<D>| dot(sub(x, point), axis);
         let (start, rise) = (height(a), height(b) - height(a));
-        let sphere = |at: D| Overlap {
-            surface: Surface::Sphere,
-            point: add(self.overlap.point, scale(self.overlap.axis, at)),
-            ..self.overlap
-        };
-        let (first, last) = (sphere(D::from(0.0)), sphere(self.axis_length));
         // Fractions of the edge at which it passes the ends of the axis; an edge across the axis passes none.
-        let pass = |level: f64| match (level - start) / rise {
-            at if at.is_finite() => at.clamp(from, to),
-            _ if start < level => to,
-            _ => from,
+        let pass = |level: D| {
+            let at = (level - start) / rise;
+            match at.value() {
+                x if x <= from.value() => from,
+                x if x >= to.value() => to,
+                x if x.is_finite() => at,
+                _ if start.value() < level.value() => to,
+                _ => from,
+            }
         };
-        let [low, high] = [pass(0.0), pass(self.axis_length.value())];
-        if rise < 0.0 {
-            return [(last, [from, high]), (self.overlap, [high, low]), (first, [low, to])];
+        let [low, high] = [pass(D::from(0.0)), pass(length)];
+        let (first, last) = (point, add(point, scale(axis, length)));
+        match (k, rise.value() < 0.0) {
+            (0, false) => (self.overlap(Surface::Cylinder, point), [low, high]),
+            (0, true) => (self.overlap(Surface::Cylinder, point), [high, low]),
+            (1, false) => (self.overlap(Surface::Sphere, first), [from, low]),
+            (1, true) => (self.overlap(Surface::Sphere, first), [low, to]),
+            (_, false) => (self.overlap(Surface::Sphere, last), [high, to]),
+            (_, true) => (self.overlap(Surface::Sphere, last), [from, high]),
         }
-        [(first, [from, low]), (self.overlap, [low, high]), (last, [high, to])]
     }
 }
 
-/// Largest overlap, m, of an edge between two nodes with an obstacle; negative without contact. `bounds` are those of the part
-/// of the edge, and `radius`, m, is that of the rod.
-pub(crate) fn largest_overlap(
-    obstacle: &Obstacle<f64>,
-    part: &ContactPart<f64>,
-    nodes: [Vector<f64>; 2],
-) -> f64 {
-    let Obstacle { kind, radius, point, axis, length } = *obstacle;
-    let surface = match kind {
-        ObstacleKind::Plane => Surface::Plane,
-        ObstacleKind::Sphere => Surface::Sphere,
-        ObstacleKind::Cylinder | ObstacleKind::Capsule => Surface::Cylinder,
-    };
-    let overlap = Overlap { surface, reach: radius + part.radius, point, axis };
-    let (stiffness, bounds) = (0.0, part.bounds);
-    let edge =
-        EdgePart { kind, overlap, stiffness, axis_length: length, length: part.length, bounds };
-    let parts = edge.surfaces(nodes).into_iter().filter(|(_, [from, to])| from <= to);
-    parts.map(|(overlap, bounds)| overlap.largest(nodes, bounds)).fold(f64::NEG_INFINITY, f64::max)
+/// Largest overlap, m, of an edge between two nodes with an obstacle; negative without contact.
+pub(crate) fn largest_overlap(edge: EdgePart<'_, f64>, nodes: [Vector<f64>; 2]) -> f64 {
+    let mut largest = f64::NEG_INFINITY;
+    for k in 0..edge.surfaces() {
+        let (overlap, [from, to]) = edge.surface(k, nodes);
+        if from <= to {
+            largest = largest.max(overlap.along(nodes).largest([from, to]));
+        }
+    }
+    largest
 }

@@ -1,20 +1,17 @@
 //! Contacts of a scene on the mesh of a rod: their energies, and the default stiffness.
 //!
-//! [`contact_energies`] returns an energy over all edges for each contact. The part of an edge behind a wall has none. Without
+//! [`rod_contacts`] returns the contact of all edges with each obstacle. The part of an edge behind a wall has none. Without
 //! a stiffness in the scene the force per length is `w + E I/L^3` at an overlap of [`OVERLAP_AT_REST`] radii: the weight of
 //! the rod per length, and the line load that bends it by about a tenth of its length.
 
 use crate::energy::adapter::Chart;
-use crate::energy::edge_contact::{EdgeContact, contact_values};
 use crate::energy::overlap::ContactPart;
-use crate::energy::place::Spot;
-use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::vector::dot;
-use crate::rod::Placed;
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{Vector, cross, dot, map_components, sub};
+use crate::rod::{RodContact, RodContacts};
 use crate::scene::Scene;
-use crate::scene::contact::Contact;
+use crate::scene::contact::{Contact, Obstacle};
 use crate::scene::mesh::Mesh;
-use std::sync::Arc;
 
 /// Overlap, over the radius of the rod, at which a contact of the default stiffness carries the weight of the rod.
 const OVERLAP_AT_REST: f64 = 0.005;
@@ -56,27 +53,32 @@ fn contact_stiffness<D: Scalar>(contact: &Contact<D>, scene: &Scene<D>, length: 
     (material.density * properties.area * acceleration + bending) / (overlap * overlap)
 }
 
-/// The energies of all contacts of a scene on its mesh.
-pub(crate) fn contact_energies<D: Nestable>(
+/// An obstacle along the axes of the model, whose origin is that of its coordinates.
+fn in_model<D: Scalar>(chart: &Chart<D>, obstacle: &Obstacle<D>) -> Obstacle<D> {
+    let ([first, second, third], origin) = match chart {
+        Chart::Plane { origin, axes: [x, y], .. } => ([*x, *y, cross(*x, *y)], *origin),
+        Chart::Space { axes: Some(axes) } => (*axes, [0.0; 3]),
+        Chart::Space { axes: None } => return *obstacle,
+    };
+    let along = |v: Vector<D>| {
+        let component = |axis| dot(map_components(&axis, D::from), v);
+        [component(first), component(second), component(third)]
+    };
+    let point = along(sub(obstacle.point, map_components(&origin, D::from)));
+    Obstacle { point, axis: along(obstacle.axis), ..*obstacle }
+}
+
+/// All contacts of a scene on its mesh.
+pub(crate) fn rod_contacts<D: Scalar>(
     chart: &Chart<D>,
     scene: &Scene<D>,
     mesh: &Mesh<D>,
-) -> Vec<Placed<D>> {
-    let placed = |(i, contact): (usize, &Contact<D>)| {
-        let obstacle = contact.obstacle();
-        let parts = contact_parts(contact, scene, mesh).into_iter().enumerate();
-        let spot = |(first, part): (usize, ContactPart<D>)| Spot {
-            first,
-            weight: None,
-            numbers: part.numbers(),
-        };
-        Placed {
-            name: format!("contacts[{i}]").into(),
-            energy: Arc::new(EdgeContact(obstacle.kind)),
-            chart: chart.clone(),
-            values: contact_values(contact_stiffness(contact, scene, mesh.length), &obstacle),
-            spots: parts.map(spot).collect(),
-        }
-    };
-    scene.contacts.iter().enumerate().map(placed).collect()
+) -> RodContacts<D> {
+    let list = scene.contacts.iter().map(|contact| RodContact {
+        obstacle: in_model(chart, &contact.obstacle()),
+        stiffness: contact_stiffness(contact, scene, mesh.length),
+        loss: contact.loss(),
+        parts: contact_parts(contact, scene, mesh),
+    });
+    RodContacts { list: list.collect() }
 }

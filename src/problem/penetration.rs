@@ -4,7 +4,7 @@
 //! motion or an equilibrium, and its warning above [`LARGEST_PENETRATION`].
 
 use crate::code::Code;
-use crate::energy::overlap::{ContactPart, largest_overlap};
+use crate::energy::overlap::{ContactPart, EdgePart, largest_overlap};
 use crate::error::Error;
 use crate::numerics::vector::Vector;
 use crate::problem::contact::contact_parts;
@@ -59,7 +59,7 @@ impl Obstacles {
         for (contact, (obstacle, parts)) in self.list.iter().enumerate() {
             for (edge, part) in parts.iter().enumerate() {
                 let nodes = [position(edge), position(edge + 1)];
-                let overlap = largest_overlap(obstacle, part, nodes);
+                let overlap = largest_overlap(EdgePart { obstacle, part }, nodes);
                 let relative = overlap / part.radius;
                 if largest.is_none_or(|found| relative > found.relative) {
                     let place = part.arc_length;

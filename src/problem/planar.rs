@@ -22,7 +22,7 @@ use crate::problem::planarity::{PlanarVectors, TOLERANCE, rotations_about_rod};
 use crate::problem::rest_line::{InertiaAndWeight, RestLine};
 use crate::problem::section_profile::SectionProfile;
 use crate::problem::soft_clamp::SoftClamps;
-use crate::rod::{EdgeMoment, FollowerLoads, Moments, PlanarRod, UserEnergies};
+use crate::rod::{EdgeMoment, FollowerLoads, Moments, PlanarRod, RodContacts, UserEnergies};
 use crate::scene::mesh::Mesh;
 use crate::scene::plane::KeyedVector;
 use crate::scene::{End, Plane, Scene, Support};
@@ -208,6 +208,7 @@ impl Model for PlanarModel {
             sliders: springs(scene, &line.tributary, slips),
             own: UserEnergies::default(),
             followers: FollowerLoads::none(),
+            contacts: RodContacts::default(),
         }
     }
 

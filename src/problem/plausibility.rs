@@ -11,7 +11,7 @@
 
 use crate::code::Code;
 use crate::problem::Problem;
-use crate::scene::{InitialState, Scene, Section, Shape};
+use crate::scene::{Contact, InitialState, Scene, Section, Shape};
 
 /// Smallest density of a solid, kg/m^3; only aerogels are lighter.
 const LIGHTEST_SOLID: f64 = 10.0;
@@ -57,7 +57,18 @@ impl Problem {
                          Write [loads] gravity = [0, -9.81, 0], or [0, 0, 0] if none is meant";
             (Code::NoGravity, words.to_string())
         });
-        units.into_iter().chain(gravity).chain(self.natural_turn_note()).collect()
+        let friction = (purpose != Purpose::Motion).then(|| self.frictionless_note()).flatten();
+        units.into_iter().chain(gravity).chain(self.natural_turn_note()).chain(friction).collect()
+    }
+
+    /// Warning of an equilibrium or modes of a scene with friction, which they do not have; `None` without friction.
+    fn frictionless_note(&self) -> Option<(Code, String)> {
+        let rough = self.scene.contacts.iter().position(Contact::has_friction)?;
+        let words = format!(
+            "equilibria and modes are without friction, and contacts[{rough}] has some: the rod slides freely along the \
+             obstacle. Simulate the motion with [time] for friction"
+        );
+        Some((Code::Frictionless, words))
     }
 
     /// Whether the file gives no gravity and nothing else moves the rod: no load, flow, support motion, recording,

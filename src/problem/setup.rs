@@ -15,7 +15,7 @@ use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::Vector;
 use crate::problem::actuation::{ENERGIES_PER_TENDON, Interval, natural_shifts, tendon};
-use crate::problem::contact::contact_energies;
+use crate::problem::contact::rod_contacts;
 use crate::problem::line_loads::line_loads;
 use crate::problem::model::{Model, NodalLoad, NodalMass};
 use crate::problem::own::{self, NodeTie};
@@ -80,10 +80,9 @@ impl<D: Nestable, M: Model> Setup<D, M> {
             rod.set_own(own::attached_energies(&chart, &self.scene, &self.mesh, rest));
         }
         self.actuate(model, &mut rod, time);
-        // After the tendons, whose indices follow those of user-defined energies.
         if !self.scene.contacts.is_empty() {
             let chart = model.chart(&self.scene, &self.rest);
-            rod.add_own(UserEnergies::new(contact_energies(&chart, &self.scene, &self.mesh)));
+            rod.set_contacts(rod_contacts(&chart, &self.scene, &self.mesh));
         }
         let followers = self.follower_loads(model, time);
         if !followers.is_empty() {

@@ -18,7 +18,7 @@ use crate::problem::model::{Correction, Model, first_director, rolling, springs,
 use crate::problem::rest_line::{InertiaAndWeight, RestLine};
 use crate::problem::section_profile::{SectionConstants, SectionProfile};
 use crate::problem::soft_clamp::SoftClamps;
-use crate::rod::{FollowerLoads, Moments, SpatialRod, UserEnergies};
+use crate::rod::{FollowerLoads, Moments, RodContacts, SpatialRod, UserEnergies};
 use crate::scene::mesh::Mesh;
 use crate::scene::{End, Scene, Support};
 use nalgebra::Vector3;
@@ -168,6 +168,7 @@ impl Model for SpatialModel {
             sliders: springs(scene, &line.tributary, |_| D::from(1.0)),
             own: UserEnergies::default(),
             followers: FollowerLoads::none(),
+            contacts: RodContacts::default(),
         }
     }
 

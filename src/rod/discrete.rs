@@ -26,7 +26,7 @@ use crate::rod::nonlinear::NonlinearParts;
 use crate::rod::sweeps::{EdgeTangent, Elastic, GeometrySweep, Strains, TangentSweep};
 use crate::rod::{
     AssembledRod, EdgeShift, Energies, FollowerLoads, InternalVariables, JointShift, NaturalShifts,
-    Rod, UserEnergies, Viscosity,
+    Rod, RodContacts, StepVelocities, UserEnergies, Viscosity,
 };
 use num_dual::Dual64;
 
@@ -53,6 +53,8 @@ pub struct DiscreteRod<D: Scalar, L: Layout<N, S>, const N: usize, const S: usiz
     pub own: UserEnergies<D>,
     /// Loads without a potential.
     pub followers: FollowerLoads<D>,
+    /// Contacts with obstacles.
+    pub contacts: RodContacts<D>,
 }
 
 /// Whether two bends to opposite sides are together at least half a turn, from the product of their curvatures
@@ -160,6 +162,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
         self.moments.add_tangent(at.q, gradient, tangent);
         self.own.add_tangent(at.q, at.frames.edge_frames(), derivatives, gradient, tangent);
         self.followers.add_tangent::<L, N, S>(at.q, at.frames, gradient, tangent);
+        self.contacts.add_tangent::<N>(at.q, gradient, tangent);
     }
 }
 
@@ -216,6 +219,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.moments.add_gradient(q, gradient);
         self.own.add_gradient(q, frames.edge_frames(), derivatives, gradient);
         self.followers.add_forces::<L, N, S>(-1.0, q, frames, gradient);
+        self.contacts.add_gradient::<N>(q, gradient);
     }
 
     /// Overwrites gradient, N, and tangent, N/m, of energy less work of loads and moments at `q`, user-defined energies
@@ -320,6 +324,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.moments.add_gradient(q, gradient);
         self.own.add_gradient(q, frames.edge_frames(), derivatives, gradient);
         self.followers.add_forces::<L, N, S>(-1.0, q, frames, gradient);
+        self.contacts.add_gradient::<N>(q, gradient);
     }
 
     /// The first inner node (index >= 1) whose joint passed through a fold in the step from `before` to `now`; `None`
@@ -383,7 +388,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         for (i, bending) in self.bending.iter().enumerate() {
             sums.bend += bending.energy(&L::joint_strains(&at, q, i)).value();
         }
-        sums.own = self.own.energy(q, frames.edge_frames());
+        sums.own = self.own.energy(q, frames.edge_frames()) + self.contacts.energy::<N>(q);
         sums
     }
 
@@ -413,6 +418,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         rod.moments.list.clear();
         rod.own = UserEnergies::default();
         rod.followers = FollowerLoads::none();
+        rod.contacts = RodContacts::default();
         rod
     }
 
@@ -466,6 +472,27 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     /// Adds the forces of the loads without a potential at `q`, N (N m for angles), to `forces`.
     fn add_follower_forces(&self, q: &[D], frames: &Self::Frames, forces: &mut [D]) {
         self.followers.add_forces::<L, N, S>(1.0, q, frames, forces);
+    }
+
+    /// Whether contacts have damping or friction.
+    fn has_contact_losses(&self) -> bool {
+        self.contacts.have_losses()
+    }
+
+    /// Adds minus the forces of contacts that depend on the velocity, N, and their derivatives, N/m.
+    fn add_contact_losses(
+        &self,
+        q: &[D],
+        velocities: StepVelocities<'_, D>,
+        forces: &mut [D],
+        tangent: Option<&mut Self::Tangent>,
+    ) {
+        self.contacts.add_losses::<N>(q, velocities, forces, tangent);
+    }
+
+    /// Minus the forces of each contact on all unknowns, N.
+    fn contact_gradients(&self, q: &[D], v: &[D]) -> Vec<Vec<D>> {
+        self.contacts.gradients::<N>(q, v)
     }
 
     /// Sets the factor of a group of loads without a potential.
@@ -564,6 +591,11 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<
     /// Replaces the loads without a potential.
     fn set_follower_loads(&mut self, loads: FollowerLoads<D>) {
         self.followers = loads;
+    }
+
+    /// Replaces the contacts.
+    fn set_contacts(&mut self, contacts: RodContacts<D>) {
+        self.contacts = contacts;
     }
 
     /// Adds energies after the user-defined ones.

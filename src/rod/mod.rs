@@ -16,6 +16,7 @@ mod actuators;
 pub mod assembly;
 mod blocks;
 mod columns;
+mod contacts;
 mod discrete;
 mod drag;
 mod edges;
@@ -36,6 +37,8 @@ mod viscosity;
 
 pub use actuators::{Actuator, ActuatorEffect, Actuators, EdgeShift, JointShift, NaturalShifts};
 pub use assembly::Assembly;
+pub(crate) use contacts::RodContact;
+pub use contacts::{RodContacts, StepVelocities};
 pub use discrete::DiscreteRod;
 pub use drag::{DragSlopes, NodalDrag};
 pub(crate) use extra::Placed;
@@ -269,6 +272,28 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     ) {
     }
 
+    /// Whether contacts have forces that depend on the velocity. False by default.
+    #[inline(always)]
+    fn has_contact_losses(&self) -> bool {
+        false
+    }
+
+    /// Adds minus the forces of contacts that depend on the velocity, N, to `forces`, which contains the gradient at `q`.
+    /// Their derivatives are added to `tangent` if it is given. The default does nothing.
+    fn add_contact_losses(
+        &self,
+        _q: &[D],
+        _velocities: StepVelocities<'_, D>,
+        _forces: &mut [D],
+        _tangent: Option<&mut Self::Tangent>,
+    ) {
+    }
+
+    /// Minus the forces of each contact on all unknowns, N, at the unknowns `q` and velocities `v`. None by default.
+    fn contact_gradients(&self, _q: &[D], _v: &[D]) -> Vec<Vec<D>> {
+        Vec::new()
+    }
+
     /// Replaces increments of rotations in `correction`, the solution of a system with the [`tangent`](Rod::tangent) of
     /// a simulation, by changes of the unknowns at `q`. The default does nothing.
     #[inline(always)]
@@ -408,6 +433,9 @@ pub trait AssembledRod<D: Scalar>: Rod<D> {
 
     /// Replaces the loads without a potential.
     fn set_follower_loads(&mut self, loads: FollowerLoads<D>);
+
+    /// Replaces the contacts.
+    fn set_contacts(&mut self, contacts: RodContacts<D>);
 
     /// Adds energies after the user-defined ones.
     fn add_own(&mut self, own: UserEnergies<D>);

@@ -1,8 +1,9 @@
-//! `[[contacts]]`: obstacles, fixed in space, that the rod touches without friction.
+//! `[[contacts]]`: obstacles, fixed in space, that the rod touches.
 //!
 //! An obstacle is a half-space (`plane`), a `sphere`, an endless `cylinder`, or a `capsule`, which is a cylinder with round ends.
 //! The rod is a tube of its outer radius, or of `contact_radius`. `stiffness` is the force per length over the square of the
-//! overlap, N/m^3; without it, the program takes one from the weight and the bending stiffness of the rod. Rejected are
+//! overlap, N/m^3; without it, the program takes one from the weight and the bending stiffness of the rod. `damping` and
+//! `friction` with `slip_velocity` are the numbers of the forces that depend on the velocity, zero by default. Rejected are
 //! directions without length, the same two ends of a capsule, and sections without a radius where `contact_radius` is missing.
 //! Output: the numbers of an obstacle over any number type, and the vectors that the plane of a planar rod must contain.
 
@@ -23,9 +24,17 @@ const RADIUS: Quantity = Quantity::positive("m");
 const DIRECTION: Quantity = Quantity::signed("");
 /// Quantity of the contact stiffness.
 const STIFFNESS: Quantity = Quantity::positive("N/m^3");
+/// Quantity of the damping of the normal force.
+const DAMPING: Quantity = Quantity::positive("s/m").vanishing();
+/// Quantity of the friction coefficient.
+const FRICTION: Quantity = Quantity::positive("").vanishing();
+/// Quantity of the slip velocity.
+const SLIP_VELOCITY: Quantity = Quantity::positive("m/s");
+/// Slip velocity of a contact that gives none, m/s: slower than motions of interest.
+const DEFAULT_SLIP_VELOCITY: f64 = 1e-3;
 
 table! {
-    /// `[[contacts]]`: an obstacle, fixed in space, that the rod touches without friction.
+    /// `[[contacts]]`: an obstacle, fixed in space, that the rod touches.
     pub enum Contact {
         /// The half-space behind a plane.
         Plane {
@@ -41,6 +50,15 @@ table! {
             /// Radius of the rod in contact, m; default: the outer radius of its section.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             contact_radius: Option<D> = RADIUS,
+            /// Damping: the normal force is multiplied by one plus this time the speed of approach, s/m; default: zero.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            damping: Option<D> = DAMPING,
+            /// Friction coefficient of Coulomb's law; default: zero.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            friction: Option<D> = FRICTION,
+            /// Speed below which friction is proportional to the speed, m/s; default: 1 mm/s.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            slip_velocity: Option<D> = SLIP_VELOCITY,
         },
         /// A sphere.
         Sphere {
@@ -55,6 +73,15 @@ table! {
             /// Radius of the rod in contact, m; default: the outer radius of its section.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             contact_radius: Option<D> = RADIUS,
+            /// Damping: the normal force is multiplied by one plus this time the speed of approach, s/m; default: zero.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            damping: Option<D> = DAMPING,
+            /// Friction coefficient of Coulomb's law; default: zero.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            friction: Option<D> = FRICTION,
+            /// Speed below which friction is proportional to the speed, m/s; default: 1 mm/s.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            slip_velocity: Option<D> = SLIP_VELOCITY,
         },
         /// A cylinder without ends.
         Cylinder {
@@ -72,6 +99,15 @@ table! {
             /// Radius of the rod in contact, m; default: the outer radius of its section.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             contact_radius: Option<D> = RADIUS,
+            /// Damping: the normal force is multiplied by one plus this time the speed of approach, s/m; default: zero.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            damping: Option<D> = DAMPING,
+            /// Friction coefficient of Coulomb's law; default: zero.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            friction: Option<D> = FRICTION,
+            /// Speed below which friction is proportional to the speed, m/s; default: 1 mm/s.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            slip_velocity: Option<D> = SLIP_VELOCITY,
         },
         /// A cylinder with a half sphere at either end.
         Capsule {
@@ -89,6 +125,15 @@ table! {
             /// Radius of the rod in contact, m; default: the outer radius of its section.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             contact_radius: Option<D> = RADIUS,
+            /// Damping: the normal force is multiplied by one plus this time the speed of approach, s/m; default: zero.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            damping: Option<D> = DAMPING,
+            /// Friction coefficient of Coulomb's law; default: zero.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            friction: Option<D> = FRICTION,
+            /// Speed below which friction is proportional to the speed, m/s; default: 1 mm/s.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            slip_velocity: Option<D> = SLIP_VELOCITY,
         },
     }
 }
@@ -106,6 +151,28 @@ pub(crate) enum ObstacleKind {
     Capsule,
 }
 
+/// Numbers of the forces of a contact that depend on the velocity.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ContactLoss<D> {
+    /// Damping of the normal force, s/m.
+    pub damping: D,
+    /// Friction coefficient.
+    pub friction: D,
+    /// Speed below which friction is proportional to the speed, m/s.
+    pub slip_velocity: D,
+}
+
+impl<D: Copy> ContactLoss<D> {
+    /// The numbers converted to another number type.
+    pub fn map<E>(&self, over: impl Fn(D) -> E) -> ContactLoss<E> {
+        ContactLoss {
+            damping: over(self.damping),
+            friction: over(self.friction),
+            slip_velocity: over(self.slip_velocity),
+        }
+    }
+}
+
 /// Shape and size of an obstacle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Obstacle<D> {
@@ -119,6 +186,15 @@ pub(crate) struct Obstacle<D> {
     pub axis: Vector<D>,
     /// Distance of the centers of the ends of a capsule, m; not used by others.
     pub length: D,
+}
+
+impl<D: Copy> Obstacle<D> {
+    /// The obstacle with its numbers converted to another number type.
+    pub fn map<E: Copy>(&self, over: impl Fn(D) -> E + Copy) -> Obstacle<E> {
+        let Self { kind, radius, point, axis, length } = *self;
+        let (radius, length) = (over(radius), over(length));
+        Obstacle { kind, radius, point: point.map(over), axis: axis.map(over), length }
+    }
 }
 
 impl<D: Scalar> Contact<D> {
@@ -152,6 +228,29 @@ impl<D: Scalar> Contact<D> {
             | Self::Cylinder { stiffness, .. }
             | Self::Capsule { stiffness, .. } => *stiffness,
         }
+    }
+
+    /// The numbers of the forces that depend on the velocity; none without damping and friction.
+    pub(crate) fn loss(&self) -> Option<ContactLoss<D>> {
+        let (damping, friction, slip_velocity) = match *self {
+            Self::Plane { damping, friction, slip_velocity, .. }
+            | Self::Sphere { damping, friction, slip_velocity, .. }
+            | Self::Cylinder { damping, friction, slip_velocity, .. }
+            | Self::Capsule { damping, friction, slip_velocity, .. } => {
+                (damping, friction, slip_velocity)
+            }
+        };
+        let number = |x: Option<D>, default: f64| x.unwrap_or(D::from(default));
+        (damping.is_some() || friction.is_some()).then(|| ContactLoss {
+            damping: number(damping, 0.0),
+            friction: number(friction, 0.0),
+            slip_velocity: number(slip_velocity, DEFAULT_SLIP_VELOCITY),
+        })
+    }
+
+    /// Whether it has friction.
+    pub(crate) fn has_friction(&self) -> bool {
+        self.loss().is_some_and(|loss| loss.friction.value() > 0.0)
     }
 
     /// Radius, m, of a rod of this section in the contact: that of the contact, or the outer one of the section. `None` for a

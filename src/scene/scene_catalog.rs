@@ -117,14 +117,33 @@ fn catalog_actuation() -> Vec<Actuation> {
 fn catalog_contacts() -> Vec<Contact> {
     let (point, length, own) = ([1.0; 3], 1.0, Some(1.0));
     vec![
-        Contact::Plane { point, normal: point, stiffness: own, contact_radius: own },
-        Contact::Sphere { center: point, radius: length, stiffness: own, contact_radius: own },
+        Contact::Plane {
+            point,
+            normal: point,
+            stiffness: own,
+            contact_radius: own,
+            damping: own,
+            friction: own,
+            slip_velocity: own,
+        },
+        Contact::Sphere {
+            center: point,
+            radius: length,
+            stiffness: own,
+            contact_radius: own,
+            damping: own,
+            friction: own,
+            slip_velocity: own,
+        },
         Contact::Cylinder {
             point,
             axis: point,
             radius: length,
             stiffness: own,
             contact_radius: own,
+            damping: own,
+            friction: own,
+            slip_velocity: own,
         },
         Contact::Capsule {
             from: point,
@@ -132,6 +151,9 @@ fn catalog_contacts() -> Vec<Contact> {
             radius: length,
             stiffness: own,
             contact_radius: own,
+            damping: own,
+            friction: own,
+            slip_velocity: own,
         },
     ]
 }

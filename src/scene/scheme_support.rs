@@ -41,6 +41,12 @@ impl Scene {
         if !traits.takes_contacts && !self.contacts.is_empty() {
             add("contacts", beside("contacts"), |traits| traits.takes_contacts);
         }
+        let losses = self.contacts.iter().map(|contact| contact.loss().is_some());
+        for (i, _) in losses.enumerate().filter(|(_, has_loss)| *has_loss && !traits.takes_drag) {
+            let name = if self.contacts[i].has_friction() { "friction" } else { "damping" };
+            let key = format!("contacts[{i}].{name}");
+            add(&key, beside(name), |traits| traits.takes_drag && traits.takes_contacts);
+        }
         if !traits.takes_boundary_motion && self.supports.move_ends() {
             let is_recorded = self.supports.path.is_some();
             let key = if is_recorded { "supports.path" } else { "supports.motion" };

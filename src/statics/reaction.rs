@@ -21,7 +21,7 @@ use crate::numerics::vector::{Vector, add, cross, scale, sub, unit};
 use crate::problem::behind_walls;
 use crate::problem::boundary::BoundaryMotion;
 use crate::problem::{Discretized, FramesOf, Model, Setup};
-use crate::rod::{NodalDrag, Rod, State, Viscosity};
+use crate::rod::{NodalDrag, Rod, State, StepVelocities, Viscosity};
 use crate::scene::{Damping, End, Support};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -161,6 +161,8 @@ impl<M: Model> Discretized<'_, M> {
                 viscous.gradient(q, frames, self.derivatives(), &mut force);
             }
         }
+        let velocities = StepVelocities { velocity: v, slope: zero };
+        rod.add_contact_losses(q, velocities, &mut force, None);
         let mut dragged = vec![zero; q.len()];
         if let Some(drag) = drag {
             let mut tangents = Vec::new();

@@ -31,12 +31,18 @@ fn scene(planar: bool, scheme: Scheme) -> Scene {
             normal: [0.02, 1.3, 0.1 * z],
             stiffness: None,
             contact_radius: None,
+            damping: None,
+            friction: None,
+            slip_velocity: None,
         },
         Contact::Sphere {
             center: [0.34, -0.036, 0.01 * z],
             radius: 0.03,
             stiffness,
             contact_radius: Some(0.0045),
+            damping: None,
+            friction: None,
+            slip_velocity: None,
         },
         match planar {
             true => Contact::Cylinder {
@@ -45,6 +51,9 @@ fn scene(planar: bool, scheme: Scheme) -> Scene {
                 radius: 0.02,
                 stiffness,
                 contact_radius: None,
+                damping: None,
+                friction: None,
+                slip_velocity: None,
             },
             // The rod lies beside its cylinder and its first end.
             false => Contact::Capsule {
@@ -53,10 +62,30 @@ fn scene(planar: bool, scheme: Scheme) -> Scene {
                 radius: 0.02,
                 stiffness,
                 contact_radius: None,
+                damping: None,
+                friction: None,
+                slip_velocity: None,
             },
         },
     ];
     scene.time = Some(Time { scheme, beta: 0.6, rho_inf: 0.4, ..Time::new(6e-3, STEP) });
+    scene
+}
+
+/// Adds damping and friction to all contacts.
+fn with_losses(mut scene: Scene) -> Scene {
+    for (i, contact) in scene.contacts.iter_mut().enumerate() {
+        let number = 1.0 + 0.2 * i as f64;
+        match contact {
+            Contact::Plane { damping, friction, slip_velocity, .. }
+            | Contact::Sphere { damping, friction, slip_velocity, .. }
+            | Contact::Cylinder { damping, friction, slip_velocity, .. }
+            | Contact::Capsule { damping, friction, slip_velocity, .. } => {
+                (*damping, *friction) = (Some(0.4 * number), Some(0.3 * number));
+                *slip_velocity = Some(0.05 * number);
+            }
+        }
+    }
     scene
 }
 
@@ -141,6 +170,39 @@ fn derivatives_of_equilibria_in_contact_equal_differences() {
             (0..problem.nodes()).flat_map(|i| run.node(i, 0)).collect::<Vec<f64>>()
         };
         compare(&problem, &own, 1e-4, exact, positions);
+    }
+}
+
+/// With damping and friction the steps are made in dual numbers.
+#[test]
+fn derivatives_of_motions_with_damping_and_friction_equal_differences() {
+    for scheme in [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha] {
+        for planar in [true, false] {
+            let mut scene = with_losses(scene(planar, scheme));
+            // Differences need solutions to rounding.
+            scene.time.as_mut().unwrap().tolerance = StepTolerance::Rounding;
+            let problem = scene.problem().unwrap();
+            println!("{scheme:?}, planar: {planar}");
+            let own = own(&problem);
+            let losses = ["damping", "friction", "slip_velocity"];
+            let count = own.iter().filter(|p| losses.iter().any(|name| p.path().ends_with(name)));
+            assert_eq!(count.count(), 9);
+            let run = problem.simulate_with(&own).unwrap();
+            let end = problem.scene().time.as_ref().unwrap().end;
+            let exact = |k: usize| -> Vec<f64> {
+                let rates = |i| run.at(Point::Node(i), end).unwrap().1[k];
+                (0..problem.nodes()).flat_map(rates).collect()
+            };
+            let positions = |problem: &Problem| {
+                let run = problem.simulate_with(&[]).unwrap();
+                let place = |i| run.at(Point::Node(i), end).unwrap().0;
+                (0..problem.nodes()).flat_map(place).collect::<Vec<f64>>()
+            };
+            println!("{} steps", run.work().steps);
+            // The forces have kinks, at the slip velocity and where they would pull. The error of a difference across one is
+            // proportional to its step.
+            compare(&problem, &own, 3e-6, exact, positions);
+        }
     }
 }
 

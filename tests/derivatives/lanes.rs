@@ -14,7 +14,8 @@ use rodfit::energy::{DeadLoad, PlanarBend, Stretch};
 use rodfit::numerics::scalar::Nestable;
 use rodfit::numerics::tangent::Tangent;
 use rodfit::rod::{
-    Energies, FollowerLoads, Moments, NonlinearParts, PlanarRod, Rod, SpatialRod, UserEnergies,
+    Energies, FollowerLoads, Moments, NonlinearParts, PlanarRod, Rod, RodContacts, SpatialRod,
+    UserEnergies,
 };
 use std::sync::Arc;
 
@@ -73,6 +74,7 @@ fn planar<D: Nestable>(seed: u64, edges: usize, slides: bool) -> (PlanarRod<D>, 
         }),
         own: UserEnergies::default(),
         followers: FollowerLoads::none(),
+        contacts: RodContacts::default(),
     };
     (rod, q)
 }
@@ -141,6 +143,7 @@ fn spatial<D: Nestable>(
         }),
         own: UserEnergies::default(),
         followers: FollowerLoads::none(),
+        contacts: RodContacts::default(),
     };
     (rod, q, frames)
 }

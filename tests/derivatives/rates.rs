@@ -12,8 +12,8 @@ use rodfit::numerics::banded::BandMatrix;
 use rodfit::numerics::scalar::Nestable;
 use rodfit::rod::{ChangedRods, frame_rates, set_dual_frames, set_real_frames};
 use rodfit::rod::{
-    FollowerLoads, FrameRate, Moments, NonlinearParts, PlanarRod, Rod, RodGeometry, Sensitive,
-    SpatialRod, UserEnergies,
+    FollowerLoads, FrameRate, Moments, NonlinearParts, PlanarRod, Rod, RodContacts, RodGeometry,
+    Sensitive, SpatialRod, UserEnergies,
 };
 
 const EDGES: usize = 6;
@@ -58,6 +58,7 @@ fn planar<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> Plana
         sliders: None,
         own: UserEnergies::default(),
         followers: FollowerLoads::none(),
+        contacts: RodContacts::default(),
     }
 }
 
@@ -89,6 +90,7 @@ fn spatial<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> Spat
         sliders: None,
         own: UserEnergies::default(),
         followers: FollowerLoads::none(),
+        contacts: RodContacts::default(),
     }
 }
 

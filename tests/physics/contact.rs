@@ -37,7 +37,15 @@ fn weight_per_length() -> f64 {
 /// A floor at this height.
 fn floor(height: f64, stiffness: Option<f64>) -> Contact {
     let (point, normal) = ([0.0, height, 0.0], [0.0, 1.0, 0.0]);
-    Contact::Plane { point, normal, stiffness, contact_radius: None }
+    Contact::Plane {
+        point,
+        normal,
+        stiffness,
+        contact_radius: None,
+        damping: None,
+        friction: None,
+        slip_velocity: None,
+    }
 }
 
 /// A heavy rod on a floor, whose end is lifted by the force F. The lifted length is a = 2 F/q, and the height of the end
@@ -84,9 +92,35 @@ fn round_obstacles(center: [f64; 3], radius: f64) -> [Contact; 3] {
     let ends = [-0.02, 0.02].map(|z| [center[0], center[1], z]);
     let axis = [0.0, 0.0, 1.0];
     [
-        Contact::Sphere { center, radius, stiffness, contact_radius },
-        Contact::Cylinder { point: center, axis, radius, stiffness, contact_radius },
-        Contact::Capsule { from: ends[0], to: ends[1], radius, stiffness, contact_radius },
+        Contact::Sphere {
+            center,
+            radius,
+            stiffness,
+            contact_radius,
+            damping: None,
+            friction: None,
+            slip_velocity: None,
+        },
+        Contact::Cylinder {
+            point: center,
+            axis,
+            radius,
+            stiffness,
+            contact_radius,
+            damping: None,
+            friction: None,
+            slip_velocity: None,
+        },
+        Contact::Capsule {
+            from: ends[0],
+            to: ends[1],
+            radius,
+            stiffness,
+            contact_radius,
+            damping: None,
+            friction: None,
+            slip_velocity: None,
+        },
     ]
 }
 
@@ -190,7 +224,15 @@ fn thrown(scheme: Scheme, step: f64) -> [f64; 3] {
     let center = [0.3, -RADIUS - 0.0005 - 0.01, 0.0];
     scene.contacts = vec![
         floor(-RADIUS - 0.0005, stiffness),
-        Contact::Sphere { center, radius: 0.01, stiffness, contact_radius },
+        Contact::Sphere {
+            center,
+            radius: 0.01,
+            stiffness,
+            contact_radius,
+            damping: None,
+            friction: None,
+            slip_velocity: None,
+        },
     ];
     let end = 0.02;
     scene.time = Some(Time { scheme, rho_inf: 0.5, ..Time::new(end, step) });
@@ -242,8 +284,15 @@ fn unsuitable_contacts_are_rejected() {
         (
             |scene| {
                 let (point, normal) = ([0.0; 3], [0.0; 3]);
-                scene.contacts =
-                    vec![Contact::Plane { point, normal, stiffness: None, contact_radius: None }];
+                scene.contacts = vec![Contact::Plane {
+                    point,
+                    normal,
+                    stiffness: None,
+                    contact_radius: None,
+                    damping: None,
+                    friction: None,
+                    slip_velocity: None,
+                }];
             },
             "contacts[0].normal",
         ),
@@ -251,8 +300,16 @@ fn unsuitable_contacts_are_rejected() {
             |scene| {
                 let (from, to, radius) = ([0.0, -1.0, 0.0], [0.0, -1.0, 0.0], 0.1);
                 let (stiffness, contact_radius) = (None, None);
-                scene.contacts =
-                    vec![Contact::Capsule { from, to, radius, stiffness, contact_radius }];
+                scene.contacts = vec![Contact::Capsule {
+                    from,
+                    to,
+                    radius,
+                    stiffness,
+                    contact_radius,
+                    damping: None,
+                    friction: None,
+                    slip_velocity: None,
+                }];
             },
             "contacts[0].to",
         ),

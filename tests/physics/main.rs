@@ -6,6 +6,7 @@ mod common;
 mod accuracy;
 mod actuation;
 mod contact;
+mod contact_losses;
 mod corrections;
 mod damping;
 mod drag;

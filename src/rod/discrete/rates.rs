@@ -164,7 +164,9 @@ fn add_others<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usiz
     out: &mut [[f64; G]],
 ) {
     // Moments and user-defined energies are rare: without them no dual vectors are allocated.
-    let has_others = |rod: &Dual<L, N, S>| !rod.moments.list.is_empty() || !rod.own.is_empty();
+    let has_others = |rod: &Dual<L, N, S>| {
+        !(rod.moments.list.is_empty() && rod.own.is_empty() && rod.contacts.is_empty())
+    };
     if !with_elements && !duals.iter().any(has_others) {
         return;
     }
@@ -182,6 +184,7 @@ fn add_others<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usiz
         }
         dual.moments.add_gradient(&q, &mut gradient);
         dual.own.add_gradient(&q, frames.edge_frames(), derivatives, &mut gradient);
+        dual.contacts.add_gradient::<N>(&q, &mut gradient);
         out.iter_mut().zip(gradient).for_each(|(out, rate)| out[g] += rate.eps);
     }
 }

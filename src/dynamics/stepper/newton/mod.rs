@@ -13,11 +13,12 @@
 //! [`Error::Newton`] with residual and number of iterations, or [`Error::SingularTangent`] for a zero pivot.
 //!
 //! `start_forces` has the forces at the start of a step, `acceleration` the accelerations of a recorded start.
-//! `averaging`, `drag_forces`, `rotating_bodies` and `slip_state` have parts of the equations, `tensions` the
+//! `averaging`, `contact_losses`, `drag_forces`, `rotating_bodies` and `slip_state` have parts of the equations, `tensions` the
 //! predicted tensions of tangents. `relinearize` linearizes an earlier step again.
 
 mod acceleration;
 mod averaging;
+mod contact_losses;
 mod convergence;
 mod drag_forces;
 mod predictor;
@@ -136,7 +137,7 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
     factors: FactorsOf<R, D>,
     /// Minus the residual, then the correction of the unknowns.
     correction: Vec<D>,
-    /// Velocities of the step's end, for rotating bodies in space; empty without them.
+    /// Velocities of the step's end, for rotating bodies in space and losses of contacts; empty without them.
     velocities: Vec<D>,
     /// The predicted tensions of the edges.
     tensions: Tensions<D>,
@@ -384,6 +385,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
         self.add_timed_moments(state, with_tangent);
         self.add_rotational_inertia(step, before, state, with_tangent);
+        self.add_contact_losses(step, before, state, with_tangent);
         self.drag(step, [before, state], with_tangent);
         work.tangents += usize::from(with_tangent);
         work.gradients += usize::from(!with_tangent);
@@ -519,6 +521,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         rod.tangent_with_geometry(q, &before.frames, derivatives, gradient, tangent, end);
         self.add_timed_moments(state, true);
         self.add_rotational_inertia(step, before, state, true);
+        self.add_contact_losses(step, before, state, true);
         self.drag(step, [before, state], true);
         work.tangents += 1;
         self.factor(step, work)

@@ -12,6 +12,7 @@ use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::StartForces;
 use crate::dynamics::step::System;
 use crate::dynamics::stepper::newton::Newton;
+use crate::dynamics::stepper::newton::contact_losses::add_contact_losses_now;
 use crate::dynamics::stepper::newton::drag_forces::DragForces;
 use crate::dynamics::stepper::newton::rotating_bodies::{
     add_coupled_accelerations, add_inertia_now,
@@ -45,6 +46,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             }
         }
         add_inertia_now(system, state);
+        add_contact_losses_now(system, state);
         let State { q, v, unbalanced, .. } = state;
         if let Some(drag) = &system.drag {
             let new = || DragForces::new(q.len(), rod.zero_tangent());

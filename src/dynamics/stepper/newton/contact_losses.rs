@@ -1,0 +1,49 @@
+//! Damping and friction of contacts in the equations of a step.
+//!
+//! They act at the unknowns and velocities at the end of the step, or of a given state. Input: state or iterate of a step.
+//! Output: forces (N) and tangent (N/m) of the Newton solver. Averaging schemes have none.
+
+use crate::dynamics::step::{Step, System};
+use crate::dynamics::stepper::newton::{Newton, accelerations};
+use crate::numerics::scalar::Nestable;
+use crate::rod::{Rod, State, StepVelocities};
+
+impl<D: Nestable, R: Rod<D>> Newton<D, R> {
+    /// Subtracts the forces of contacts at the velocities of the iterate `state` from the solver's gradient, and if
+    /// `with_tangent` adds their derivatives to its tangent. Velocities of held unknowns are those of `state`.
+    #[inline(always)]
+    pub(super) fn add_contact_losses(
+        &mut self,
+        step: &Step<'_, D, R>,
+        before: &State<D, R::Frames>,
+        state: &State<D, R::Frames>,
+        with_tangent: bool,
+    ) {
+        if !step.system.rod.has_contact_losses() {
+            return;
+        }
+        self.velocities.clone_from(&state.v);
+        let a0 = accelerations(&self.coefficients, &before.acceleration, 0..state.q.len());
+        for i in step.system.free.clone() {
+            let (change, a0) = (state.q[i] - before.q[i], a0.map_or(D::from(0.0), |a0| a0[i]));
+            self.velocities[i] = self.coefficients.velocity(change, before.v[i], a0);
+        }
+        let slope = self.coefficients.damped_velocity_slope();
+        let velocities = StepVelocities { velocity: &self.velocities, slope };
+        let tangent = with_tangent.then_some(&mut self.tangent);
+        step.system.rod.add_contact_losses(&state.q, velocities, &mut self.gradient, tangent);
+    }
+}
+
+/// Subtracts the forces of contacts at the velocities of a state from its forces, `state.unbalanced`.
+pub(super) fn add_contact_losses_now<D: Nestable, R: Rod<D>>(
+    system: &System<D, R>,
+    state: &mut State<D, R::Frames>,
+) {
+    if !system.rod.has_contact_losses() {
+        return;
+    }
+    let State { q, v, unbalanced, .. } = state;
+    let velocities = StepVelocities { velocity: v, slope: D::from(0.0) };
+    system.rod.add_contact_losses(q, velocities, unbalanced, None);
+}

@@ -1,0 +1,242 @@
+//! Contacts of a rod with obstacles: sums of energy (J), gradient (N) and tangent (N/m) over all edges.
+//!
+//! Each contact has an obstacle along the axes of the model, its stiffness (N/m^3), and the parts of all edges that may touch
+//! it. The formulas are those of [`edge_contact`](crate::energy::edge_contact), derived by hand. Damping and friction depend on
+//! the velocities of a step and are added to its equations only ([`contact_loss`](crate::energy::contact_loss)). The list is
+//! empty, and costs nothing, in scenes without contacts.
+
+use crate::energy::contact_loss::LossyContact;
+use crate::energy::edge_contact::{ContactDerivatives, EdgeContact};
+use crate::energy::overlap::{ContactPart, EdgePart};
+use crate::numerics::banded::BandMatrix;
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::tangent::{Tangent, UnsymmetricTangent};
+use crate::numerics::vector::{Vector, components};
+use crate::scene::contact::{ContactLoss, Obstacle};
+
+/// Contact of all edges of a rod with one obstacle.
+#[derive(Clone, Debug)]
+pub struct RodContact<D> {
+    /// The obstacle along the axes of the model.
+    pub(crate) obstacle: Obstacle<D>,
+    /// Force per length over the square of the overlap, N/m^3.
+    pub(crate) stiffness: D,
+    /// The numbers of the forces that depend on the velocity; none without any.
+    pub(crate) loss: Option<ContactLoss<D>>,
+    /// The parts of all edges, in their order.
+    pub(crate) parts: Vec<ContactPart<D>>,
+}
+
+/// Velocities of all unknowns in a step of a simulation.
+#[derive(Clone, Copy, Debug)]
+pub struct StepVelocities<'a, D> {
+    /// The velocities, m/s (rad/s for angles).
+    pub velocity: &'a [D],
+    /// Their derivative by the unknowns at the end of the step, 1/s.
+    pub slope: D,
+}
+
+/// All contacts of a rod.
+#[derive(Clone, Debug)]
+pub struct RodContacts<D> {
+    /// The contacts, in the order of the scene.
+    pub(crate) list: Vec<RodContact<D>>,
+}
+
+impl<D> Default for RodContacts<D> {
+    /// No contacts.
+    fn default() -> Self {
+        Self { list: Vec::new() }
+    }
+}
+
+/// The positions of both nodes of an edge, whose unknowns begin at `first`; nodes have `A` coordinates and `S` unknowns. The
+/// third coordinate in the plane is zero.
+#[inline(always)]
+fn edge_nodes<D: Scalar, const A: usize, const S: usize>(q: &[D], first: usize) -> [Vector<D>; 2] {
+    let (mut nodes, q) = ([[D::from(0.0); 3]; 2], &q[first..first + S + A]);
+    for c in 0..A {
+        (nodes[0][c], nodes[1][c]) = (q[c], q[S + c]);
+    }
+    nodes
+}
+
+impl<D: Scalar> RodContact<D> {
+    /// The contacts of all edges.
+    #[inline]
+    fn edges(&self) -> impl Iterator<Item = EdgeContact<'_, D>> {
+        let Self { obstacle, stiffness, parts, .. } = self;
+        parts
+            .iter()
+            .map(|part| EdgeContact { edge: EdgePart { obstacle, part }, stiffness: *stiffness })
+    }
+}
+
+impl<D: Scalar> RodContacts<D> {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// The energy at the unknowns `q` of a rod in `N` dimensions, J.
+    pub(super) fn energy<const N: usize>(&self, q: &[D]) -> f64 {
+        match N {
+            2 => self.sum_energy::<2, 2>(q),
+            _ => self.sum_energy::<3, 4>(q),
+        }
+    }
+
+    /// Adds the gradient at the unknowns `q` of a rod in `N` dimensions, N.
+    pub(super) fn add_gradient<const N: usize>(&self, q: &[D], gradient: &mut [D]) {
+        match N {
+            2 => self.sum_gradient::<2, 2, 4>(q, gradient),
+            _ => self.sum_gradient::<3, 4, 7>(q, gradient),
+        }
+    }
+
+    /// Adds gradient, N, and tangent, N/m, at the unknowns `q` of a rod in `N` dimensions.
+    pub(super) fn add_tangent<const N: usize>(
+        &self,
+        q: &[D],
+        gradient: &mut [D],
+        tangent: &mut impl Tangent<D>,
+    ) {
+        match N {
+            2 => self.sum_tangent::<2, 2, 4>(q, gradient, tangent),
+            _ => self.sum_tangent::<3, 4, 7>(q, gradient, tangent),
+        }
+    }
+
+    /// The energy at the unknowns `q`, J, of a rod whose nodes have `A` coordinates and `S` unknowns.
+    fn sum_energy<const A: usize, const S: usize>(&self, q: &[D]) -> f64 {
+        let mut sum = 0.0;
+        for contact in &self.list {
+            for (i, edge) in contact.edges().enumerate() {
+                sum += edge.energy(edge_nodes::<D, A, S>(q, S * i)).value();
+            }
+        }
+        sum
+    }
+
+    /// Adds the gradient at `q`, N, of a rod whose nodes have `A` coordinates and `S` unknowns, with `U = S + A` of an edge.
+    fn sum_gradient<const A: usize, const S: usize, const U: usize>(
+        &self,
+        q: &[D],
+        gradient: &mut [D],
+    ) {
+        let mut local = ContactDerivatives::<D, U>::zero();
+        for contact in &self.list {
+            for (i, edge) in contact.edges().enumerate() {
+                let nodes = edge_nodes::<D, A, S>(q, S * i);
+                if edge.edge.is_apart(nodes) {
+                    continue;
+                }
+                for k in 0..edge.edge.surfaces() {
+                    if edge.derive::<A, U>(k, nodes, false, &mut local) {
+                        add_local::<D, U>(&local, S * i, gradient);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds gradient, N, and tangent, N/m, as [`sum_gradient`](Self::sum_gradient).
+    fn sum_tangent<const A: usize, const S: usize, const U: usize>(
+        &self,
+        q: &[D],
+        gradient: &mut [D],
+        tangent: &mut impl Tangent<D>,
+    ) {
+        let mut local = ContactDerivatives::<D, U>::zero();
+        for contact in &self.list {
+            for (i, edge) in contact.edges().enumerate() {
+                let nodes = edge_nodes::<D, A, S>(q, S * i);
+                if edge.edge.is_apart(nodes) {
+                    continue;
+                }
+                for k in 0..edge.edge.surfaces() {
+                    if edge.derive::<A, U>(k, nodes, true, &mut local) {
+                        add_local::<D, U>(&local, S * i, gradient);
+                        tangent.add_corner(S * i, U, &local.hessian);
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl<D: Nestable> RodContacts<D> {
+    /// Whether a contact has forces that depend on the velocity.
+    pub fn have_losses(&self) -> bool {
+        self.list.iter().any(|contact| contact.loss.is_some())
+    }
+
+    /// Minus the forces of each contact on all unknowns, N, at the unknowns `q` and velocities `v` of a rod in `N` dimensions.
+    pub(super) fn gradients<const N: usize>(&self, q: &[D], v: &[D]) -> Vec<Vec<D>> {
+        let gradient = |contact: &RodContact<D>| {
+            let (one, zero) = (Self { list: vec![contact.clone()] }, D::from(0.0));
+            let mut gradient = vec![zero; q.len()];
+            one.add_gradient::<N>(q, &mut gradient);
+            let velocities = StepVelocities { velocity: v, slope: zero };
+            // Without a tangent any matrix type serves.
+            one.add_losses::<N>(q, velocities, &mut gradient, None::<&mut BandMatrix<D, 1>>);
+            gradient
+        };
+        self.list.iter().map(gradient).collect()
+    }
+
+    /// Adds minus the forces that depend on the velocity, N, to `gradient`, and their derivatives by the unknowns at the end
+    /// of a step, N/m, to `tangent` if it is given. The rod has the unknowns `q` in `N` dimensions.
+    pub(super) fn add_losses<const N: usize>(
+        &self,
+        q: &[D],
+        velocities: StepVelocities<'_, D>,
+        gradient: &mut [D],
+        tangent: Option<&mut impl UnsymmetricTangent<D>>,
+    ) {
+        match N {
+            2 => self.sum_losses::<2, 2, 4>(q, velocities, gradient, tangent),
+            _ => self.sum_losses::<3, 4, 7>(q, velocities, gradient, tangent),
+        }
+    }
+
+    /// [`add_losses`](Self::add_losses) of a rod whose nodes have `A` coordinates and `S` unknowns, with `U = S + A` of an
+    /// edge.
+    fn sum_losses<const A: usize, const S: usize, const U: usize>(
+        &self,
+        q: &[D],
+        StepVelocities { velocity, slope }: StepVelocities<'_, D>,
+        gradient: &mut [D],
+        mut tangent: Option<&mut impl UnsymmetricTangent<D>>,
+    ) {
+        for contact in &self.list {
+            let Some(loss) = contact.loss else { continue };
+            for (i, edge) in contact.edges().enumerate() {
+                let lossy = LossyContact { contact: edge, loss };
+                let of_edge = |x: &[D]| components(|k| x[S * i + k]);
+                let (q, v): ([D; U], [D; U]) = (of_edge(q), of_edge(velocity));
+                if !lossy.touches::<A, U>(&q) {
+                    continue;
+                }
+                let forces = lossy.forces::<A, U>(&q, &v);
+                gradient[S * i..].iter_mut().zip(forces).for_each(|(to, force)| *to += force);
+                if let Some(tangent) = &mut tangent {
+                    tangent.add_unsymmetric(S * i, U, &lossy.tangent::<A, U>(&q, &v, slope));
+                }
+            }
+        }
+    }
+}
+
+/// Adds the gradient of an edge, whose unknowns begin at `first`, to that of the rod.
+#[inline(always)]
+fn add_local<D: Scalar, const U: usize>(
+    local: &ContactDerivatives<D, U>,
+    first: usize,
+    gradient: &mut [D],
+) {
+    let gradient = &mut gradient[first..first + U];
+    for i in 0..U {
+        gradient[i] += local.gradient[i];
+    }
+}
