@@ -50,8 +50,8 @@ const FIRST_EDGES_STILL: f64 = 6.0;
 const FIRST_TURN: f64 = 1.5;
 /// Factor on a request that is out of reach for the next search.
 const LOWERED_REQUEST: f64 = 10.0;
-/// Largest error over the length for which a lowered request is searched; the last digit is for rounding.
-const LARGEST_REQUEST: f64 = 1.0001e-2;
+/// Largest error over the length that is requested in place of one that is out of reach.
+const LARGEST_REQUEST: f64 = 1e-2;
 /// Steps of the first trial run in the shortest time scale of the scene. Fewer steps may fail; more cost time.
 const FIRST_STEPS: f64 = 5.0;
 
@@ -140,14 +140,14 @@ impl Scene {
 /// The numerics of a motion for the request of its scene, and the work of the search, edges times Newton iterations. Where
 /// the limit of work prevents that error, the searches of requests larger by [`LOWERED_REQUEST`] follow, up to
 /// [`LARGEST_REQUEST`], until one reaches its own. Of all numerics those with the smallest estimated error are returned, so
-/// that a smaller request never has a larger error than a larger request. Error: an error of the input.
+/// that this error is at most that of each of these larger requests. Error: an error of the input.
 fn most_accurate_motion(first: &InitialNumerics) -> Result<(ChosenMotion, f64), Error> {
     let mut scene = first.scene.clone();
     let mut search = MotionSearch::new(&first.scene, first.guess.clone())?;
     let mut best = search.choose(first.step)?;
     let (mut work, mut bound) = (search.work(), best.bound);
-    while bound == Some(Bound::Work) && LOWERED_REQUEST * scene.asked() <= LARGEST_REQUEST {
-        scene.accuracy = Some(LOWERED_REQUEST * scene.asked());
+    while bound == Some(Bound::Work) && scene.asked() < LARGEST_REQUEST {
+        scene.accuracy = Some((LOWERED_REQUEST * scene.asked()).min(LARGEST_REQUEST));
         let InitialNumerics { scene, step, guess, .. } = InitialNumerics::of(&scene, Aim::Motion)?;
         let mut search = MotionSearch::new(&scene, guess)?;
         let other = search.choose(step)?;
@@ -155,8 +155,9 @@ fn most_accurate_motion(first: &InitialNumerics) -> Result<(ChosenMotion, f64), 
         bound = other.bound;
         let is_smaller = |error: f64| best.error.is_none_or(|best| error < best);
         if other.error.is_some_and(is_smaller) {
-            // The request of the scene itself is not reached.
-            best = ChosenMotion { bound: best.bound, ..other };
+            // The request of the scene itself is mostly not reached.
+            let exceeds = other.error.is_none_or(|error| error > first.scene.asked());
+            best = ChosenMotion { bound: best.bound.filter(|_| exceeds), ..other };
         }
     }
     Ok((best, work))

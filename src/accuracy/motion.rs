@@ -221,8 +221,8 @@ impl<'a> MotionSearch<'a> {
 
     /// A trial run to refine mesh or step from where the refinement of `last` to `next` is too much work: that of `last`
     /// with the other part coarser by its last refinement, and `next` coarsened in the same way. The last difference of the
-    /// other part is extrapolated to it. `None` if the coarser part would have the larger error, has no difference, is given
-    /// by the scene, or if the coarser run fails. Error: invalid input.
+    /// other part is extrapolated to it. `None`, without a change, if the coarser part would have the larger error, has no
+    /// difference, is given by the scene, or cannot be coarser, or if the coarser run fails. Error: invalid input.
     fn coarser_basis(
         &mut self,
         last: Option<&TrialRun>,
@@ -247,13 +247,18 @@ impl<'a> MotionSearch<'a> {
                 Numerics { segments, ..numerics }
             }
         };
-        let basis = self.trials.run(coarsened(last.numerics))?;
+        // The first mesh and markers of a recorded path limit how coarse the numerics can be.
+        let numerics = coarsened(last.numerics);
+        if numerics == last.numerics {
+            return Ok(None);
+        }
+        let Some(basis) = self.trials.run(numerics)? else { return Ok(None) };
         let next = coarsened(next);
         match refined {
             RefinedPart::Mesh => (self.step, self.since_mesh) = (coarser, self.since_mesh / ratio),
             RefinedPart::Step => (self.mesh, self.since_step) = (coarser, self.since_step / ratio),
         }
-        Ok(basis.map(|basis| (basis, next)))
+        Ok(Some((basis, next)))
     }
 
     /// A trial run of `rodas4` whose step error reaches [`STEP_PART`] of the target error with less work than

@@ -31,8 +31,8 @@ pub(super) fn is_dissipative(time: &Time) -> bool {
     }
 }
 
-/// Whether the total energy of a scene is constant: no damping, internal friction, flow or moving support. Every
-/// change is then an error of the scheme.
+/// Whether the total energy of a scene is constant: no damping, internal friction, flow, moving support, or
+/// contact with damping or friction. Every change is then an error of the scheme.
 pub(super) fn is_conservative(scene: &Scene) -> bool {
     !(scene.supports.move_ends() || scene.loads.have_flow() || scene.is_dissipative())
 }

@@ -379,7 +379,13 @@ impl SimulationReport {
             format!("energy changed from {start:.3e} to {end:.3e} J, work of the fluid included")
         } else if scene.is_dissipative() {
             let has_friction = scene.contacts.iter().any(Contact::has_friction);
-            let cause = if has_friction { "damping and friction" } else { "damping" };
+            let has_damping =
+                scene.loads.are_dissipative() || scene.contacts.iter().any(Contact::has_damping);
+            let cause = match (has_damping, has_friction) {
+                (true, true) => "damping and friction",
+                (false, true) => "friction",
+                _ => "damping",
+            };
             format!("{cause} dissipated {:.3e} J", start - end)
         } else if beta > 0.5 {
             let part = percent(100.0 * (start - end) / self.largest_kinetic_energy);

@@ -137,7 +137,7 @@ impl<D: Scalar> OverlapAlong<D> {
         let [c0, c1, c2] = self.coefficients;
         let (c0, c1, c2) = (c0.value(), c1.value(), c2.value());
         let ends = [self.at(bounds[0]).value(), self.at(bounds[1]).value()];
-        // No polynomial is convex: it is positive between positive values.
+        // The polynomial is concave (c2 <= 0), and so positive between positive values.
         if ends[0] > 0.0 && ends[1] > 0.0 && bounds[0] < bounds[1] {
             return Some(bounds);
         }

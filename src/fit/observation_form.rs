@@ -175,7 +175,8 @@ struct ObservationKeys {
     /// Rotation vector of the frame of the sensor, rad, beyond `axes`.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     rotation: Option<[f64; 3]>,
-    /// Offset of the sensor: `"free"`, or three numbers in the axes of the file, in the unit of the quantity; default 0.
+    /// Offset of the sensor: `"free"`, or three numbers in the axes of the file, one of an angle, in the unit of the
+    /// quantity; default 0.
     tare: Option<TareForm>,
     /// Filter of the sensor, which is applied to the model too.
     filter: Option<SensorFilter>,

@@ -25,12 +25,15 @@ use std::path::{Path, PathBuf};
 #[cfg_attr(test, derive(schemars::JsonSchema), schemars(rename = "Tare"))]
 #[serde(
     untagged,
-    expecting = "expected \"free\", or three numbers, in the axes of the file and the unit of the quantity"
+    expecting = "expected \"free\", or three numbers, in the axes of the file and the unit of the quantity; of an angle \
+                 one number, rad"
 )]
 pub(crate) enum TareForm {
     /// Unknown constant offsets, one of each component.
     Nuisance(NuisanceTare),
-    /// Known offsets of x, y and z in the axes of the file, N, N m or m/s^2; of an angle the first number, rad.
+    /// Known offset of an angle, rad.
+    Angle(f64),
+    /// Known offsets of x, y and z in the axes of the file, N, N m or m/s^2.
     Known([f64; 3]),
 }
 
@@ -122,6 +125,7 @@ impl SensorForm {
             let tare = match self.tare {
                 None => Tare::Known(0.0),
                 Some(TareForm::Nuisance(NuisanceTare::Free)) => Tare::Free,
+                Some(TareForm::Angle(offset)) => Tare::Known(offset),
                 Some(TareForm::Known(offsets)) => Tare::Known(offsets[axis]),
             };
             let mut sensor = Sensor::new(channel, readings).tare(tare);
@@ -148,13 +152,20 @@ pub(crate) fn refuse_given(
 }
 
 impl SensorForm {
-    /// Rejects an end or a point that the quantity does not have, an end without a support, and `axes` of an angle. Errors
-    /// have the key; `key` is that of the table.
+    /// Rejects an end or a point that the quantity does not have, an end without a support, `axes` of an angle, and a tare of
+    /// another number of components. Errors have the key; `key` is that of the table.
     fn check_place(&self, problem: &Problem, key: &str) -> Result<(), Error> {
+        let is_angle = self.quantity == SensorQuantity::Angle;
+        let (has_other_tare, allowed) = match self.tare {
+            Some(TareForm::Angle(_)) => (!is_angle, "\"free\", or three numbers"),
+            Some(TareForm::Known(_)) => (is_angle, "\"free\", or one number"),
+            _ => (false, ""),
+        };
+        ensure(!has_other_tare, format!("{key}.tare"), "a tare of another quantity", allowed)?;
         if !self.quantity.is_of_support() {
             let (found, allowed) = ("a key of forces and moments", "point with this quantity");
             ensure(self.of.is_none(), format!("{key}.of"), found, allowed)?;
-            let has_axes = self.quantity == SensorQuantity::Angle && self.recording.axes.is_some();
+            let has_axes = is_angle && self.recording.axes.is_some();
             let (found, allowed) =
                 ("axes of an angle", "rotation, which turns the axis of the angle");
             return ensure(!has_axes, format!("{key}.axes"), found, allowed);

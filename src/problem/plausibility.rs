@@ -62,7 +62,7 @@ impl Problem {
     }
 
     /// Warning of an equilibrium or modes of a scene with friction, which they do not have; `None` without friction.
-    fn frictionless_note(&self) -> Option<(Code, String)> {
+    pub(crate) fn frictionless_note(&self) -> Option<(Code, String)> {
         let rough = self.scene.contacts.iter().position(Contact::has_friction)?;
         let words = format!(
             "equilibria and modes are without friction, and contacts[{rough}] has some: the rod slides freely along the \

@@ -56,7 +56,7 @@ table! {
             /// Friction coefficient of Coulomb's law; default: zero.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             friction: Option<D> = FRICTION,
-            /// Speed below which friction is proportional to the speed, m/s; default: 1 mm/s.
+            /// Speed from which on friction is that of Coulomb's law, m/s; default: 1 mm/s.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             slip_velocity: Option<D> = SLIP_VELOCITY,
         },
@@ -79,7 +79,7 @@ table! {
             /// Friction coefficient of Coulomb's law; default: zero.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             friction: Option<D> = FRICTION,
-            /// Speed below which friction is proportional to the speed, m/s; default: 1 mm/s.
+            /// Speed from which on friction is that of Coulomb's law, m/s; default: 1 mm/s.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             slip_velocity: Option<D> = SLIP_VELOCITY,
         },
@@ -105,7 +105,7 @@ table! {
             /// Friction coefficient of Coulomb's law; default: zero.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             friction: Option<D> = FRICTION,
-            /// Speed below which friction is proportional to the speed, m/s; default: 1 mm/s.
+            /// Speed from which on friction is that of Coulomb's law, m/s; default: 1 mm/s.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             slip_velocity: Option<D> = SLIP_VELOCITY,
         },
@@ -131,7 +131,7 @@ table! {
             /// Friction coefficient of Coulomb's law; default: zero.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             friction: Option<D> = FRICTION,
-            /// Speed below which friction is proportional to the speed, m/s; default: 1 mm/s.
+            /// Speed from which on friction is that of Coulomb's law, m/s; default: 1 mm/s.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             slip_velocity: Option<D> = SLIP_VELOCITY,
         },
@@ -246,6 +246,11 @@ impl<D: Scalar> Contact<D> {
             friction: number(friction, 0.0),
             slip_velocity: number(slip_velocity, DEFAULT_SLIP_VELOCITY),
         })
+    }
+
+    /// Whether it has damping.
+    pub(crate) fn has_damping(&self) -> bool {
+        self.loss().is_some_and(|loss| loss.damping.value() > 0.0)
     }
 
     /// Whether it has friction.

@@ -242,7 +242,8 @@ impl<D: Scalar> Scene<D> {
 impl Scene {
     /// Whether the motion loses energy by physical causes: damping, drag, or losses of contacts.
     pub(crate) fn is_dissipative(&self) -> bool {
-        self.loads.are_dissipative() || self.contacts.iter().any(|contact| contact.loss().is_some())
+        let has_loss = |contact: &Contact| contact.has_friction() || contact.has_damping();
+        self.loads.are_dissipative() || self.contacts.iter().any(has_loss)
     }
 
     /// Scene of a rod that is clamped at its start (mid-edge) and free at its end, at rest, without loads and without

@@ -1,9 +1,9 @@
-//! Terms of the equation of motion (damping, friction, drag, contacts, moving supports) that an integration scheme does not
+//! Terms of the equation of motion (damping, friction, drag, contacts and their losses, moving supports) that an integration scheme does not
 //! support.
 //!
 //! `unsupported_by` compares a scene with the [`Traits`] of a scheme. Output is a list of terms, each with its key,
 //! found value and the schemes that support it. Their order is Kelvin-Voigt time above zero, friction, Maxwell
-//! branch, drag, contacts, moving supports. Only the first of several Kelvin-Voigt times is listed. The list is empty if the
+//! branch, drag, contacts, losses of contacts, moving supports. Only the first of several Kelvin-Voigt times is listed. The list is empty if the
 //! scheme supports all. The validation of a scene reports the first term, and studies try the schemes without such
 //! terms.
 
@@ -17,7 +17,7 @@ impl Scene {
     }
 
     /// Terms of the scene that a scheme does not support, each with key, found value and the schemes that support it. Order:
-    /// one Kelvin-Voigt time above zero, friction, Maxwell branch, drag, contacts, moving supports. Empty if it supports all.
+    /// one Kelvin-Voigt time above zero, friction, Maxwell branch, drag, contacts, their losses, moving supports. Empty if it supports all.
     pub(super) fn unsupported_by(&self, scheme: Scheme) -> Vec<UnsupportedTerm> {
         let (damping, traits) = (&self.loads.damping, scheme.traits());
         let mut unsupported = Vec::new();

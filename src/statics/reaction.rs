@@ -1,7 +1,7 @@
 //! Reactions: forces (N) and moments (N m) of the supports on the rod, in a motion or at rest.
 //!
 //! A support prescribes the motion of the unknowns that it holds. Its reaction balances the elastic forces, dead
-//! loads, damping and drag `D` on them and, where it moves, their inertia. In world axes,
+//! loads, damping, drag and losses of contacts `D` on them and, where it moves, their inertia. In world axes,
 //!
 //! ```text
 //! F = sum_i F_i,   F_i = dE/dx_i + D_i + M_i (a_i + c_m v_i)

@@ -10,7 +10,7 @@ use rodfit::{Fit, Parameter, Point, Problem, Unknown};
 use std::f64::consts::PI;
 
 use crate::calls::{refused, short};
-use crate::common::fits::same_mesh;
+use crate::common::fits::{record, same_mesh};
 
 /// A fit of the modulus to one sensor.
 fn fit(problem: &Problem, sensor: Sensor) -> Fit {
@@ -118,6 +118,35 @@ fn angle_at_rest_gives_modulus_and_whole_turns_do_not_matter() {
     }
 }
 
+/// Positions over time beside an angle at rest: the motion does not record the nodes of the angle.
+#[test]
+fn angle_at_rest_beside_a_recorded_motion_gives_modulus() {
+    let problem = short().problem().unwrap();
+    let place = Point::ArcLength(0.21);
+    let at_rest = |value: f64| vec![Reading { time: None, value }];
+    let channel = PointChannel::angle(place);
+    let zero = fit(&problem, Sensor::new(channel, at_rest(0.0)).sigma(1.0)).residuals().unwrap();
+    let value = zero.residuals(&[1e8_f64.ln()]).unwrap()[0];
+    let tip = record(&problem.simulate().unwrap(), 50).sigma(1e-4);
+    let sensor = Sensor::new(channel, at_rest(value)).sigma(1e-3);
+    let report = fit(&problem, sensor).observe(tip).solve().unwrap();
+    let off = (report.parameters[0].value.unwrap() / 1e8 - 1.0).abs();
+    assert!(off < 1e-7, "off by {off:e}");
+}
+
+/// Two bad readings of opposite sign shift no other reading by a turn.
+#[test]
+fn outliers_of_angles_leave_other_residuals_unchanged() {
+    let problem = short().problem().unwrap();
+    let channel = PointChannel::angle(Point::Tip);
+    let mut readings = model(&problem, channel, &steps(&problem));
+    readings[2].value -= 2.98;
+    readings[3].value += 2.98;
+    let residuals = fit(&problem, Sensor::new(channel, readings).sigma(1.0)).residuals().unwrap();
+    let values = residuals.residuals(&[1e8_f64.ln()]).unwrap();
+    assert!(values[4..].iter().all(|value| value.abs() < 1e-9), "{values:?}");
+}
+
 #[test]
 fn intervals_from_noisy_angles_and_accelerations_cover_the_modulus() {
     const SETS: usize = 200;
@@ -192,6 +221,7 @@ fn invalid_keys_of_point_sensors_are_named() {
     let angle = "quantity = \"angle\"\n";
     for (keys, key) in [
         (format!("{angle}of = \"start\""), "observation[0].of"),
+        (format!("{angle}tare = [0.1, 0.0, 0.0]"), "observation[0].tare"),
         (format!("{angle}axes = [\"x\", \"y\", \"z\"]"), "observation[0].axes"),
         (format!("{angle}offset = [0.0, 0.1, 0.0]"), "observation[0].offset"),
         (format!("{angle}point = {{ rod = \"a\", at = \"tip\" }}"), "observation[0].point"),

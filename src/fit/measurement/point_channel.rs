@@ -189,7 +189,17 @@ impl PointChannel {
                 let edge = sub(record.position(end, time)?, record.position(start, time)?);
                 tangent = combine(D::from(1.0), tangent, *weight, unit(edge));
             }
-            Ok(dot(tangent, across).atan2(dot(tangent, from)))
+            let (sine, cosine) = (dot(tangent, across), dot(tangent, from));
+            // Along the axis the angle has no derivative.
+            if sine.value() == 0.0 && cosine.value() == 0.0 {
+                let found = "an axis of the angle along the tangent of the rod";
+                return Err(Error::invalid(
+                    "observation.rotation",
+                    found,
+                    "an axis across the rod",
+                ));
+            }
+            Ok(sine.atan2(cosine))
         };
         record.times().iter().map(angle).collect()
     }

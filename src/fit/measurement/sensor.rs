@@ -19,6 +19,7 @@ use crate::fit::measurement::sensor_channel::SensorChannel;
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::fit::structure::structure_problem::refuse_structure;
 use crate::numerics::scalar::Scalar;
+use crate::numerics::upper_median;
 use crate::scene::validate::positive;
 use std::f64::consts::TAU;
 
@@ -194,7 +195,9 @@ impl DataKind for SensorReadings {
         simulated: &SimulatedOutput<D>,
         each: &mut dyn FnMut(D),
     ) -> Result<(), Error> {
-        let output = match &simulated.moving {
+        // A record of other measurements may lack the nodes of this one.
+        let moves = self.readings.iter().any(|r| r.time.is_some());
+        let output = match simulated.moving.as_ref().filter(|_| moves) {
             Some(record) => Some(self.output(record, simulated)?),
             None => None,
         };
@@ -216,6 +219,12 @@ impl DataKind for SensorReadings {
             let before = differences.last().map_or(exact, |before: &D| before.value());
             let is_angle = self.channel.is_angle();
             differences.push(if is_angle { nearest_turn(difference, before) } else { difference });
+        }
+        if self.channel.is_angle() {
+            // Outliers may have moved the later ones by a turn: most of them are near those of an exact model.
+            let median = upper_median(differences.iter().map(|d| d.value())).unwrap_or(exact);
+            let turns = TAU * ((median - exact) / TAU).round();
+            differences.iter_mut().for_each(|difference| *difference -= turns);
         }
         let tare = match self.tare {
             Tare::Known(tare) => D::from(tare),

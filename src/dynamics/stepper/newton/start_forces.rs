@@ -2,7 +2,7 @@
 //! written to the state.
 //!
 //! `n` is the elastic gradient less loads, with viscous, Maxwell and friction stress, plus mass damping and inertia
-//! of rotating bodies, less drag. Averaging schemes have half of the viscous stress, inertia of rotating bodies and
+//! of rotating bodies, less drag and losses of contacts. Averaging schemes have half of the viscous stress, inertia of rotating bodies and
 //! drag only. Needed at the start of a run, after a change of velocities or supports, and after every step of a
 //! viscous rod. Without viscosity the forces at the end of the last step are used. Accelerations, for
 //! generalised-alpha only, are `a = -n/m`, zero for prescribed and held unknowns. For a viscous rod the tangent of

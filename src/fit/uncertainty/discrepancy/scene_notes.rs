@@ -48,6 +48,11 @@ pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
             (false, false) => Purpose::Modes,
         };
         let mut notes = problem.plausibility_notes(purpose);
+        // Equilibria and modes beside a motion have no friction either.
+        let has_modes = experiment.measurements.iter().any(|m| !m.requirements().modes.is_empty());
+        if purpose == Purpose::Motion && (at_rest || has_modes) {
+            notes.extend(problem.frictionless_note());
+        }
         let modulus = problem.scene().material.youngs_modulus;
         let strains = [
             at_rest.then(|| strain_at_rest(&problem)).flatten(),
