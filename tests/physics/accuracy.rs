@@ -388,7 +388,7 @@ fn search_for_a_motion_ends_at_its_limit_of_work() {
 /// estimates for smaller requests are several times those of 1e-3.
 #[test]
 fn request_out_of_reach_has_no_larger_error_than_a_reachable_one() {
-    let scene = "[rod]\nshape = { kind = \"straight\", length = 0.2 }\nsection = { kind = \"circle\", radius = 0.004 }\n\
+    let scene = "[rod]\nshape = { kind = \"straight\", length = 0.2, direction = [1, 0, 0] }\nsection = { kind = \"circle\", radius = 0.004 }\n\
                  [material]\ndensity = 1100\nyoungs_modulus = 1e6\n[initial]\nstate = \"shape\"\n\
                  shape = { kind = \"arc\", length = 0.2, angle = 1.5708 }\n[time]\nend = 2.0\n";
     let mut largest = f64::INFINITY;
