@@ -393,7 +393,7 @@ fn request_out_of_reach_has_no_larger_error_than_a_reachable_one() {
                  shape = { kind = \"arc\", length = 0.2, angle = 1.5708 }\n[time]\nend = 2.0\n";
     let mut largest = f64::INFINITY;
     for accuracy in [1e-3, 1e-4, 1e-5] {
-        let resolution = open(scene, accuracy).resolution().unwrap().clone();
+        let resolution = *open(scene, accuracy).resolution().unwrap();
         let error = resolution.error.unwrap();
         assert!(error <= largest, "{accuracy:e}: {}", resolution.words());
         assert_eq!(resolution.bound.is_some(), accuracy < 1e-3, "{}", resolution.words());
