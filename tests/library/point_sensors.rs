@@ -238,7 +238,7 @@ fn invalid_keys_of_point_sensors_are_named() {
     for (channel, time, key) in [
         (PointChannel::angle(Point::ArcLength(7.0)), Some(0.01), "observation[0].point"),
         (
-            PointChannel::angle(Point::Tip).rotated([1.570796, 0.0, 0.0]),
+            PointChannel::angle(Point::Tip).rotated([0.5 * PI, 0.0, 0.0]),
             Some(0.01),
             "observation[0].rotation",
         ),
