@@ -6,6 +6,7 @@ mod common;
 mod campaign;
 mod campaign_file;
 mod campaign_guards;
+mod contacts;
 mod design;
 #[cfg(unix)]
 mod documents;
