@@ -155,7 +155,7 @@ fn most_accurate_motion(first: &InitialNumerics) -> Result<(ChosenMotion, f64), 
         bound = other.bound;
         let is_smaller = |error: f64| best.error.is_none_or(|best| error < best);
         if other.error.is_some_and(is_smaller) {
-            // The request of the scene itself is mostly not reached.
+            // A search for a larger request may happen to reach the request of the scene: then no reason remains.
             let exceeds = other.error.is_none_or(|error| error > first.scene.asked());
             best = ChosenMotion { bound: best.bound.filter(|_| exceeds), ..other };
         }

@@ -247,7 +247,7 @@ impl<'a> MotionSearch<'a> {
                 Numerics { segments, ..numerics }
             }
         };
-        // The first mesh and markers of a recorded path limit how coarse the numerics can be.
+        // The smallest numbers, and markers of a recorded path, limit how coarse the numerics can be.
         let numerics = coarsened(last.numerics);
         if numerics == last.numerics {
             return Ok(None);

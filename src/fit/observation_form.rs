@@ -13,7 +13,7 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Glitches, Observation};
 use crate::fit::measurement::sensor_table::SensorQuantity;
-use crate::fit::sensor_form::{SensorFilter, SensorForm, TareForm, refuse_given};
+use crate::fit::sensor_form::{GivenKey, SensorFilter, SensorForm, TareForm, refuse_given};
 use crate::problem::Problem;
 use crate::scene::{End, Point, StructurePoint};
 use marker_files::{Axes, ColumnRules, Format, Recording, SigmaColumns, Vertical};
@@ -216,11 +216,11 @@ impl ObservationForm {
         };
         if let Some(quantity) = form.quantity {
             let positions = [
-                ("duration", form.duration.is_some()),
-                ("markers", markers.is_some()),
-                ("every", form.every.is_some()),
-                ("glitches", form.glitches.is_some()),
-                ("offset", offset != [0.0; 3]),
+                GivenKey("duration", form.duration.is_some()),
+                GivenKey("markers", markers.is_some()),
+                GivenKey("every", form.every.is_some()),
+                GivenKey("glitches", form.glitches.is_some()),
+                GivenKey("offset", offset != [0.0; 3]),
             ];
             let allowed = "this key with positions only";
             refuse_given(key, &positions, "a key of a position with quantity", allowed)?;
@@ -251,10 +251,10 @@ impl ObservationForm {
             return form.read(folder, problem, key);
         }
         let sensors = [
-            ("of", form.of.is_some()),
-            ("rotation", form.rotation.is_some()),
-            ("tare", form.tare.is_some()),
-            ("filter", form.filter.is_some()),
+            GivenKey("of", form.of.is_some()),
+            GivenKey("rotation", form.rotation.is_some()),
+            GivenKey("tare", form.tare.is_some()),
+            GivenKey("filter", form.filter.is_some()),
         ];
         let allowed = "together with quantity only";
         refuse_given(key, &sensors, "a key of a sensor", allowed)?;
@@ -280,7 +280,10 @@ impl ObservationForm {
         }
         // Markers of a file need the file; free markers are those of the scene's recording.
         let Some(MarkerSelection::Recorded(RecordedMarkers::Free)) = markers else {
-            let free = [("every", form.every.is_some()), ("glitches", form.glitches.is_some())];
+            let free = [
+                GivenKey("every", form.every.is_some()),
+                GivenKey("glitches", form.glitches.is_some()),
+            ];
             let allowed = "with markers = \"free\" only";
             refuse_given(key, &free, "an observation without markers", allowed)?;
             // A file with named markers has one measurement per marker, another file only one.

@@ -96,13 +96,13 @@ impl SensorForm {
         }
         let recording = &self.recording;
         let positions = [
-            ("format", recording.format.is_some()),
-            ("marker", recording.marker.is_some()),
-            ("likelihood", recording.likelihood.is_some()),
-            ("scale", recording.scale.is_some()),
-            ("origin", recording.origin.is_some()),
-            ("y", recording.y.is_some()),
-            ("sigma", recording.sigma.is_some()),
+            GivenKey("format", recording.format.is_some()),
+            GivenKey("marker", recording.marker.is_some()),
+            GivenKey("likelihood", recording.likelihood.is_some()),
+            GivenKey("scale", recording.scale.is_some()),
+            GivenKey("origin", recording.origin.is_some()),
+            GivenKey("y", recording.y.is_some()),
+            GivenKey("sigma", recording.sigma.is_some()),
         ];
         let allowed = "this key with positions only; a sensor has one number as sigma";
         refuse_given(key, &positions, "a key of a position with quantity", allowed)?;
@@ -139,16 +139,19 @@ impl SensorForm {
     }
 }
 
-/// Rejects the first of the keys (name, and whether it is given) in the table `key` that is given. The error has `found` and
-/// `allowed`.
+/// The name of a key, and whether a table has it.
+pub(crate) struct GivenKey(pub &'static str, pub bool);
+
+/// Rejects the first of the `keys` that the table `key` has. The error has `found` and `allowed`.
 pub(crate) fn refuse_given(
     key: &str,
-    keys: &[(&str, bool)],
+    keys: &[GivenKey],
     found: &str,
     allowed: &str,
 ) -> Result<(), Error> {
-    keys.iter()
-        .try_for_each(|(own, is_given)| ensure(!is_given, format!("{key}.{own}"), found, allowed))
+    keys.iter().try_for_each(|GivenKey(own, is_given)| {
+        ensure(!is_given, format!("{key}.{own}"), found, allowed)
+    })
 }
 
 impl SensorForm {
