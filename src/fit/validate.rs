@@ -14,12 +14,13 @@ use crate::fit::measurement::dataset::ValidationContext;
 use crate::fit::measurement::experiment::{Experiment, all, fitted};
 use crate::fit::measurement::motion::PointMotion;
 use crate::fit::measurement::shape::EquilibriumShape;
+use crate::fit::misfit::camera::is_in_picture;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::discrepancy::omitted_effects::OMITTED_EFFECTS;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::numerics::upper_median;
 use crate::scene::validate::positive;
-use crate::scene::{Parameter, Point, Support};
+use crate::scene::{Point, Support};
 
 /// Smallest number of values of a measurement without a sigma beside other measurements: fewer do not determine their noise.
 const FEW: usize = 8;
@@ -160,9 +161,15 @@ fn check_measurements(
     several: bool,
 ) -> Result<(), Error> {
     // The times of a recording with its own clock may be later than the end of the motion.
-    let is_offset = |u: &Unknown| u.parameter == Parameter::TimeOffset && u.is_of(experiment);
+    check_camera(experiment, unknowns)?;
+    let camera = experiment.problem.scene().camera;
+    let is_offset = |u: &Unknown| {
+        let path = u.parameter.path();
+        let moves_times = path == "camera.time_offset" || path.starts_with("camera.row_delay.");
+        moves_times && u.is_of(experiment)
+    };
     let other_clock =
-        experiment.problem.scene().camera.time_offset != 0.0 || unknowns.iter().any(is_offset);
+        camera.time_offset != 0.0 || camera.row_delay != [0.0; 3] || unknowns.iter().any(is_offset);
     // Parameters of the time scheme act through the step: they need a step that stays.
     let chosen = experiment.problem.scene().chosen();
     let is_of_scheme = |u: &&Unknown| {
@@ -198,6 +205,33 @@ fn check_measurements(
                                values"
         );
         ensure(!has_no_weight, format!("{key}.sigma"), found, allowed)?;
+    }
+    Ok(())
+}
+
+/// Rejects a delay of rows, and a lens distortion, that the scene has or a fit identifies, for measurements in which a
+/// coordinate that they need was not observed in every position.
+fn check_camera(experiment: &Experiment, unknowns: &[Unknown]) -> Result<(), Error> {
+    let camera = experiment.problem.scene().camera;
+    let is_unknown =
+        |path: &str| unknowns.iter().any(|u| u.parameter.path() == path && u.is_of(experiment));
+    let is_distorted = camera.distortion != 0.0 || is_unknown("camera.distortion");
+    for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
+        let row_delay = format!("camera.row_delay.{axis}");
+        let is_delayed = camera.row_delay[c] != 0.0 || is_unknown(&row_delay);
+        let needs_distance = is_distorted && is_in_picture(&experiment.problem, c);
+        for (i, measurement) in experiment.measurements.iter().enumerate() {
+            let has_coordinate = measurement.has_coordinate(c);
+            let is_moving = measurement.motion().is_some();
+            let found = format!("{} with positions without {axis}", measurement_key(experiment, i));
+            let key = match is_delayed && is_moving {
+                true => &row_delay,
+                false => "camera.distortion",
+            };
+            let needs_it = is_delayed && is_moving || needs_distance;
+            let allowed = format!("measurements with {axis} in every position");
+            ensure(has_coordinate || !needs_it, key, found, allowed)?;
+        }
     }
     Ok(())
 }

@@ -1,18 +1,22 @@
-//! `[camera]`: relation between recorded and scene coordinates: clock, scale, rotation and position.
+//! `[camera]`: relation between recorded and scene coordinates: clock, scale, rotation, position, lens and shutter.
 //!
-//! A point at `x` is recorded at `wall + shift + pixel_scale R (x - wall)`, later by the time offset. `R` is the
+//! A point at `x` has the undistorted recorded position `u = wall + shift + pixel_scale R (x - wall)`. `R` is the
 //! rotation by `in_plane_rotation` about the normal of a planar scene (z in space). `shift` is `clamp_position`, and
-//! `wall` the first node at rest. Offset in s, angle in rad, shift in m; by default there is no offset, rotation and
-//! shift, and the scale is 1. Only fits apply it, with these numbers as possible parameters.
+//! `wall` the first node at rest. The recorded position `p` of a distorting lens satisfies
+//! `u - c = (1 + distortion r^2) (p - c)`, with the distance `r` of `p` from the optical center `c` in the picture
+//! (Brown 1971, first radial term). The clock of the recording shows `t + time_offset + row_delay . (p - wall -
+//! shift)` for the motion at `t`: a rolling shutter reads the rows of a frame one after the other.
+//!
+//! Times in s, angles in rad, positions in m, `distortion` in 1/m^2, `row_delay` in s/m. By default there is no effect:
+//! the scale is 1, all other numbers are 0. Only fits apply the camera, with these numbers as possible parameters.
 
 use crate::scene::number::{Quantity, is_default};
 use crate::scene::table::table;
 
 table! {
-    /// `[camera]`: a point at `x` is recorded at `wall + shift + pixel_scale R (x - wall)`, with `R`
-    /// the turn by `in_plane_rotation` about the normal of a planar scene (the z axis of a spatial
-    /// one), and at `time_offset` after it was there. The wall is the rod's first node at rest. Only
-    /// fits look through the camera.
+    /// `[camera]`: a point at `x` is recorded at `wall + clamp_position + pixel_scale R (x - wall)`, with the rotation `R`
+    /// by `in_plane_rotation` about the normal of a planar scene (the z axis of a spatial one). The wall is the first node
+    /// of the rod at rest. Lens distortion and the delay of rows follow. Only fits apply the camera.
     #[derive(Copy)]
     pub struct Camera {
         /// Reading of the recording's clock when the motion starts, s.
@@ -27,6 +31,17 @@ table! {
         /// Recorded position of the clamp minus its position in the scene, m.
         #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
         pub clamp_position: [D; 3] = Quantity::signed("m").within(-1e6, 1e6).of_the_camera(),
+        /// Radial distortion of the lens, 1/m^2: the undistorted distance from the optical center is `r (1 + distortion r^2)`
+        /// for the recorded distance `r`, m.
+        #[serde(default)]
+        pub distortion: D = Quantity::signed("1/m^2").of_the_camera(),
+        /// Recorded position of the optical center, m.
+        #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
+        pub optical_center: [D; 3] = Quantity::signed("m").within(-1e6, 1e6).of_the_camera(),
+        /// Delay of a rolling shutter per recorded distance from the clamp, s/m: positive along y if rows further up are read
+        /// later.
+        #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
+        pub row_delay: [D; 3] = Quantity::signed("s/m").of_the_camera(),
     }
 }
 
@@ -36,13 +51,16 @@ pub(super) fn one<D: From<f64>>() -> D {
 }
 
 impl<D: From<f64> + Default> Default for Camera<D> {
-    /// The camera without effect: no time offset, scale 1, no rotation, no shift.
+    /// The camera without effect: scale 1, all other numbers 0.
     fn default() -> Self {
         Self {
             time_offset: D::default(),
             pixel_scale: one(),
             in_plane_rotation: D::default(),
             clamp_position: Default::default(),
+            distortion: D::default(),
+            optical_center: Default::default(),
+            row_delay: Default::default(),
         }
     }
 }

@@ -15,6 +15,7 @@ mod field;
 mod formats;
 mod helix;
 mod layout;
+mod lens_and_shutter;
 mod load_deflection;
 mod markers;
 mod minima;

@@ -13,6 +13,7 @@ use crate::fit::measurement::dataset::Header;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::Observation;
+use crate::fit::misfit::camera::View;
 use crate::fit::unknown::Unknown;
 use crate::problem::Problem;
 use crate::scene::marker::is_beside;
@@ -86,7 +87,8 @@ impl FieldFit {
         let has_motion = !self.observations.is_empty();
         ensure(has_motion, "observation", "none", "at least one recorded motion")?;
         // The adjoint supports positions of the centerline with squared losses and known noise.
-        let end = self.problem.time()?.end + self.problem.scene().camera.time_offset;
+        let end = self.problem.time()?.end;
+        let view = View::new(&self.problem, |_, value| value);
         for (i, observation) in self.observations.iter().enumerate() {
             let ensure = |holds: bool, key: &str, found: &str, allowed: &str| {
                 let allowed = format!("{allowed} in a fit of distributed parameters ([[field]])");
@@ -99,9 +101,10 @@ impl FieldFit {
             ensure(*loss == Loss::Squares, "loss", "a robust loss", "\"squares\"")?;
             // Samples are on the camera's clock, whose offset moves the end of the simulation.
             let last = observation.samples.last().map_or(0.0, |s| s.time);
+            let latest = view.latest_time(last, &observation.recorded_range());
             let found = format!("a sample at {last} s");
-            let allowed = format!("samples up to time.end, {end} s,");
-            ensure(last <= end * (1.0 + 1e-9), "file", &found, &allowed)?;
+            let allowed = format!("samples up to time.end, {end} s, of the motion,");
+            ensure(latest <= end * (1.0 + 1e-9), "file", &found, &allowed)?;
         }
         // Data that are given twice make the posterior too narrow.
         let experiment = Experiment::new("", &self.problem);

@@ -182,6 +182,14 @@ impl Measurement {
         if let MeasuredData::BucklingLoad(own) = &self.data { Some(own) } else { None }
     }
 
+    /// Whether every position of a motion or a shape has an observed coordinate `c` (0 for x); true for other measurements.
+    /// Positions without any observed coordinate do not count.
+    pub(crate) fn has_coordinate(&self, c: usize) -> bool {
+        let motion = self.motion().into_iter().flat_map(|own| &own.samples).map(|s| s.position);
+        let shape = self.shape().into_iter().flat_map(|own| &own.sightings).map(|s| s.position);
+        motion.chain(shape).all(|x| x[c].is_some() || x.iter().all(Option::is_none))
+    }
+
     /// Name of the marker in the recording that prescribes the ends; `None` of other measurements.
     pub(crate) fn marker(&self) -> Option<&str> {
         self.motion()?.marker.as_deref()

@@ -307,6 +307,14 @@ impl PointMotion {
         }
     }
 
+    /// Smallest and largest observed values of each coordinate, m; none of a coordinate that was never observed.
+    pub(crate) fn recorded_range(&self) -> [Option<[f64; 2]>; 3] {
+        std::array::from_fn(|c| {
+            let observed = self.samples.iter().filter_map(|s| s.position[c]);
+            observed.map(|x| [x; 2]).reduce(|[low, high], [x, _]| [low.min(x), high.max(x)])
+        })
+    }
+
     /// Root mean square distance of all observed coordinates from their means, m; zero without samples.
     pub(crate) fn spread(&self) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
@@ -479,8 +487,8 @@ impl DataKind for PointMotion {
         self.samples.retain(|s| s.time <= horizon);
     }
 
-    /// Adds to the required `outputs` the motion of the point, that a marker is beside it (offset not zero), and the time of
-    /// the last sample.
+    /// Adds to the required `outputs` the motion of the point, that a marker is beside it (offset not zero), the time of the
+    /// last sample, and the range of the recorded coordinates.
     fn require(&self, outputs: &mut Requirements) {
         match &self.place {
             Some(place) => outputs.moving_places.push(place.clone()),
@@ -491,6 +499,12 @@ impl DataKind for PointMotion {
         }
         let last = self.samples.last().map_or(0.0, |s| s.time);
         outputs.last_recorded = outputs.last_recorded.max(last);
+        for (all, own) in outputs.recorded_range.iter_mut().zip(self.recorded_range()) {
+            *all = match (*all, own) {
+                (Some([low, high]), Some(own)) => Some([low.min(own[0]), high.max(own[1])]),
+                (all, own) => all.or(own),
+            };
+        }
     }
 
     /// Calls `each` with simulated less observed coordinate, m, sample by sample, observed coordinates only. The simulated
@@ -504,7 +518,8 @@ impl DataKind for PointMotion {
         let Some(moving) = simulated.moving else { return Ok(()) };
         let marker = self.stencil(simulated.mesh, simulated.structure)?;
         for sample in &self.samples {
-            let position = moving.marker(&marker, simulated.view.time(sample.time))?;
+            let time = simulated.view.sample_time(sample.time, &sample.position);
+            let position = moving.marker(&marker, time)?;
             simulated.compare(position, &sample.position, each);
         }
         Ok(())

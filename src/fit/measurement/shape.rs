@@ -433,7 +433,8 @@ impl DataKind for EquilibriumShape {
         // The curve through the recorded nodes has the foot point of every observed point.
         let curve = NodeCurve { nodes: &nodes, arc_length: &mesh.arc_length };
         for sighting in &self.sightings {
-            let offset = curve.offset(&sighting.position, sighting.arc_length());
+            let observed = simulated.view.undistorted(&sighting.position);
+            let offset = curve.offset(&observed, sighting.arc_length());
             (0..3).filter(|c| sighting.position[*c].is_some()).for_each(|c| each(offset[c]));
         }
         Ok(())

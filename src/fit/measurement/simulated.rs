@@ -65,6 +65,8 @@ pub struct Requirements {
     pub buckling_cases: Vec<BucklingCase>,
     /// Time of the last sample on the clock of the camera, s.
     pub last_recorded: f64,
+    /// Smallest and largest recorded coordinates of the motions, m; none along a coordinate that was never observed.
+    pub recorded_range: [Option<[f64; 2]>; 3],
     /// Time of the last sample on the clock of the motion, s.
     pub last_read: f64,
 }
@@ -115,9 +117,9 @@ impl<D: Scalar> SimulatedOutput<'_, D> {
         each: &mut dyn FnMut(D),
     ) {
         let recorded = self.view.recorded(position);
-        for (simulated, observed) in recorded.into_iter().zip(observed) {
+        for (simulated, observed) in recorded.into_iter().zip(self.view.undistorted(observed)) {
             if let Some(observed) = observed {
-                each(simulated - D::from(*observed));
+                each(simulated - observed);
             }
         }
     }

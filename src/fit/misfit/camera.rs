@@ -1,11 +1,20 @@
-//! The camera model: the recorded position of a point, and the time of the motion at a time of the recording.
+//! The camera model: recorded positions of points, positions without distortion, and times of the motion.
 //!
-//!
+//! [`View`] has the numbers of [`camera`](crate::scene::camera) of a scene, whose header has the equations, over a scalar
+//! type that may carry derivatives. Residuals compare the [undistorted](View::undistorted) observed position with the
+//! [recorded](View::recorded) position of the model, m, which is affine in the position in the world. The model is taken
+//! at the [time](View::sample_time) at which the row of the observed point is read, s. [`View::pictured`] inverts the
+//! distortion, for curves over the data.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};
 use crate::problem::Problem;
 use crate::scene::Parameter;
+
+/// Fixed-point iterations that invert the distortion; each reduces the error by `3 |distortion| r^2`.
+const INVERSIONS: usize = 30;
+/// Length of a component of the axis of the camera above which the coordinate is not in the picture.
+const ALONG_AXIS: f64 = 1.0 - 1e-9;
 
 /// The [camera](crate::scene::Camera) of a scene, over a scalar type that may carry derivatives by its parameters.
 pub(crate) struct View<D> {
@@ -13,12 +22,26 @@ pub(crate) struct View<D> {
     centre: Vector<D>,
     /// Displacement of the picture, m.
     shift: Vector<D>,
+    /// Unit vector along the optical axis.
+    axis: Vector<f64>,
     /// Rotation vector, rad.
     rotation: Vector<D>,
     /// Ratio of recorded to true lengths.
     pixel_scale: D,
     /// Time on the clock of the recording at which the motion starts, s.
     time_offset: D,
+    /// Coefficient of radial distortion, 1/m^2, with its center, m; none without distortion.
+    lens: Option<Lens<D>>,
+    /// Delay of a rolling shutter, s/m; none without delay.
+    row_delay: Option<Vector<D>>,
+}
+
+/// Radial distortion of a lens.
+struct Lens<D> {
+    /// First coefficient of Brown's model, 1/m^2.
+    distortion: D,
+    /// Recorded position of the optical center, m.
+    center: Vector<D>,
 }
 
 impl<D: Nestable> View<D> {
@@ -30,25 +53,52 @@ impl<D: Nestable> View<D> {
         // The camera of a structure turns about the start of its first rod.
         let first = scene.structure.as_ref().and_then(|structure| structure.rods.first());
         let wall = first.map_or(wall, |rod| rod.origin.unwrap_or([D::from(0.0); 3]));
+        let lens = Lens { distortion: camera.distortion, center: camera.optical_center };
+        let is_delayed = camera.row_delay.iter().any(|d| !d.is_identically_zero());
         Self {
             centre: wall,
             shift: camera.clamp_position,
+            axis: problem.normal(),
             rotation: problem.normal().map(|n| camera.in_plane_rotation * n),
             pixel_scale: camera.pixel_scale,
             time_offset: camera.time_offset,
+            lens: (!camera.distortion.is_identically_zero()).then_some(lens),
+            row_delay: is_delayed.then_some(camera.row_delay),
         }
     }
 }
 
 impl<D: Scalar> View<D> {
-    /// The time of the motion, s, at `time`, s, on the clock of the recording: `time - offset`, at least zero, with
-    /// derivatives by the offset if above zero, without any at zero.
+    /// The time of the motion, s, at `time`, s, on the clock of the recording, in the row of the clamp: `time - offset`, at
+    /// least zero, with derivatives by the offset if above zero, without any at zero.
     pub fn time(&self, time: f64) -> D {
-        let since = -self.time_offset + time;
+        self.time_at_delay(time, D::from(0.0))
+    }
+
+    /// The time of the motion, s, at which a point was recorded at the position `observed`, m, in the frame with the time
+    /// `time`, s, on the clock of the recording: [`time`](Self::time) with the delay of the row of that position. Coordinates
+    /// that were not observed have no delay.
+    pub fn sample_time(&self, time: f64, observed: &[Option<f64>; 3]) -> D {
+        let mut delay = D::from(0.0);
+        if let Some(row_delay) = self.row_delay {
+            let clamp = add(self.centre, self.shift);
+            for c in 0..3 {
+                if let Some(observed) = observed[c] {
+                    delay += row_delay[c] * (-clamp[c] + observed);
+                }
+            }
+        }
+        self.time_at_delay(time, delay)
+    }
+
+    /// `time - offset - delay`, s, at least zero, without derivatives at zero.
+    fn time_at_delay(&self, time: f64, delay: D) -> D {
+        let since = -self.time_offset - delay + time;
         if since.value() > 0.0 { since } else { D::from(0.0) }
     }
 
-    /// The recorded position, m, of a point at the position `x` in the world, m: `wall + shift + scale rotation(x - wall)`.
+    /// The recorded position, m, without distortion, of a point at the position `x` in the world, m:
+    /// `wall + shift + scale rotation(x - wall)`.
     pub fn recorded(&self, x: Vector<D>) -> Vector<D> {
         let arm = sub(x, self.centre);
         let centre = add(self.centre, self.shift);
@@ -58,4 +108,59 @@ impl<D: Scalar> View<D> {
             false => add(centre, scale(rotate(self.rotation, arm), self.pixel_scale)),
         }
     }
+
+    /// The coordinates of an `observed` position, m, as a lens without distortion would record them. Coordinates that were not
+    /// observed remain `None` and are taken as those of the optical center.
+    pub fn undistorted(&self, observed: &[Option<f64>; 3]) -> [Option<D>; 3] {
+        let Some(lens) = &self.lens else { return observed.map(|x| x.map(D::from)) };
+        let zero = D::from(0.0);
+        let from_center = |c: usize| observed[c].map_or(zero, |x| -lens.center[c] + x);
+        let arm: Vector<D> = [from_center(0), from_center(1), from_center(2)];
+        let radial = self.in_picture(arm);
+        let factor = lens.distortion * dot(radial, radial);
+        std::array::from_fn(|c| observed[c].map(|x| radial[c] * factor + x))
+    }
+
+    /// The part of a vector across the optical axis.
+    fn in_picture(&self, arm: Vector<D>) -> Vector<D> {
+        let axis = self.axis.map(D::from);
+        sub(arm, scale(axis, dot(axis, arm)))
+    }
+}
+
+impl View<f64> {
+    /// The recorded position, m, of a point at the position `x` in the world, m, with distortion: the solution of
+    /// `undistorted(p) = recorded(x)`, by fixed-point iterations.
+    pub fn pictured(&self, x: Vector<f64>) -> Vector<f64> {
+        let recorded = self.recorded(x);
+        let Some(lens) = &self.lens else { return recorded };
+        let radial = self.in_picture(sub(recorded, lens.center));
+        let mut distorted = radial;
+        for _ in 0..INVERSIONS {
+            let factor = 1.0 + lens.distortion * dot(distorted, distorted);
+            // A lens that folds the picture has no inverse: the undistorted position remains.
+            if factor < 0.5 {
+                return recorded;
+            }
+            distorted = scale(radial, factor.recip());
+        }
+        add(sub(recorded, radial), distorted)
+    }
+
+    /// The latest time of the motion, s, at which a point within the `range` of recorded coordinates, m, is read in a frame at
+    /// `time`, s, on the clock of the recording. It may be negative.
+    pub fn latest_time(&self, time: f64, range: &[Option<[f64; 2]>; 3]) -> f64 {
+        let clamp = add(self.centre, self.shift);
+        let mut latest = time - self.time_offset;
+        for (c, row_delay) in self.row_delay.iter().flatten().enumerate() {
+            let delays = range[c].map(|ends| ends.map(|x| -row_delay * (x - clamp[c])));
+            latest += delays.map_or(0.0, |[a, b]| a.max(b));
+        }
+        latest
+    }
+}
+
+/// Whether a coordinate is in the picture of the camera of a `problem`: not along its optical axis.
+pub(crate) fn is_in_picture(problem: &Problem, coordinate: usize) -> bool {
+    problem.normal()[coordinate].abs() < ALONG_AXIS
 }

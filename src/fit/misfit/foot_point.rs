@@ -42,17 +42,18 @@ impl<D: Scalar> NodeCurve<'_, D> {
     /// The vector from the `observed` point to the foot point, m, with derivatives of first and second order, searched about
     /// the arc length `near`, m. Its component along a coordinate that was not observed is the coordinate of the foot point.
     /// The arc length of a foot at an end of the search range is fixed.
-    pub fn offset(&self, observed: &[Option<f64>; 3], near: f64) -> [D; 3] {
+    pub fn offset(&self, observed: &[Option<D>; 3], near: f64) -> [D; 3] {
         let plain_nodes: Vec<[f64; 3]> = self.nodes.iter().map(|x| x.map(|c| c.value())).collect();
         let plain_arcs: Vec<f64> = self.arc_length.iter().map(D::value).collect();
         let plain = NodeCurve { nodes: &plain_nodes, arc_length: &plain_arcs };
-        let (foot, is_inside) = plain.foot(observed, near);
+        let plain_observed = observed.map(|x| x.map(|c| c.value()));
+        let (foot, is_inside) = plain.foot(&plain_observed, near);
         let mut s = D::from(foot);
         if is_inside {
             // Two Newton steps carry the derivatives of the foot by the parameters to second order.
             let step = DIFFERENCE_STEP * (plain_arcs[1] - plain_arcs[0]);
-            let slope = (plain.slope(observed, foot + step) - plain.slope(observed, foot - step))
-                / (2.0 * step);
+            let slope_at = |s: f64| plain.slope(&plain_observed, s);
+            let slope = (slope_at(foot + step) - slope_at(foot - step)) / (2.0 * step);
             // The slope may be plain: each step with it makes one more order of the derivatives exact.
             for _ in 0..2 {
                 let excess = self.slope(observed, s);
@@ -60,12 +61,12 @@ impl<D: Scalar> NodeCurve<'_, D> {
             }
         }
         let position = self.interpolate(s).position;
-        std::array::from_fn(|c| position[c] - observed[c].unwrap_or(0.0))
+        std::array::from_fn(|c| position[c] - observed[c].unwrap_or_else(|| D::from(0.0)))
     }
 
     /// Half the derivative of the squared distance from the `observed` point by the arc length, m, at the arc length `s`, m:
     /// `(x - y).x'` over the observed coordinates.
-    fn slope(&self, observed: &[Option<f64>; 3], s: D) -> D {
+    fn slope(&self, observed: &[Option<D>; 3], s: D) -> D {
         let CurvePoint { position, tangent } = self.interpolate(s);
         let parts = (0..3).filter_map(|c| Some((position[c] - observed[c]?) * tangent[c]));
         parts.fold(D::from(0.0), |sum, part| sum + part)
@@ -165,7 +166,7 @@ mod tests {
             let radius = 0.3 + off;
             let observed = [Some(radius * angle.sin()), Some(radius * angle.cos() - 0.3), None];
             // The approximate arc length has an error of 0.05 m.
-            let offset = curve.offset(&observed, 0.3 * angle + 0.05);
+            let offset = curve.offset(&observed.map(|x| x.map(Dual64::from)), 0.3 * angle + 0.05);
             let normal = [angle.sin(), angle.cos()];
             for c in 0..2 {
                 assert!((offset[c].re + off * normal[c]).abs() < 1e-7, "{offset:?}");
@@ -190,7 +191,7 @@ mod tests {
         let curve = NodeCurve { nodes: &nodes, arc_length: &arc_length };
         let tip = nodes[39].map(|x| x.re);
         let beyond = [Some(tip[0] + 0.01), Some(tip[1] - 0.01), None];
-        let offset = curve.offset(&beyond, 0.5);
+        let offset = curve.offset(&beyond.map(|x| x.map(Dual64::from)), 0.5);
         let [x, y, _] = offset.map(|x| x.re);
         assert!((x + 0.01).abs() < 1e-12 && (y - 0.01).abs() < 1e-12, "{offset:?}");
     }

@@ -36,19 +36,19 @@ impl ObservationRow {
         samples: &[Sample],
         weights: impl IntoIterator<Item = f64>,
     ) -> Vec<Self> {
-        // The camera is an affine map: the images of the origin and of the unit vectors determine it.
+        // The map to undistorted recorded positions is affine: the images of origin and unit vectors determine it.
         let origin = view.recorded([0.0; 3]);
         let columns =
             [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| view.recorded(axis));
         let mut weights = weights.into_iter();
         let mut rows = Vec::new();
         for sample in samples {
-            for (c, observed) in sample.position.iter().enumerate() {
+            for (c, observed) in view.undistorted(&sample.position).into_iter().enumerate() {
                 let Some(observed) = observed else { continue };
                 let Some(weight) = weights.next() else { return rows };
                 rows.push(Self {
                     point: point.fixed(),
-                    time: view.time(sample.time),
+                    time: view.sample_time(sample.time, &sample.position),
                     axis: columns.map(|column| (column[c] - origin[c]) * weight),
                     offset: (origin[c] - observed) * weight,
                 });

@@ -132,7 +132,7 @@ impl ObservedExperiment {
 
     /// The problem with the parameters at `point`, and the number of time steps up to the last sample; zero without a measured
     /// motion. The mesh layout and the step size stay. The motion lasts longer than the scene, by whole steps, where the
-    /// offset of the camera's clock requires it. An error beyond [`MAX_DURATION_RATIO`] times the duration of scene or
+    /// offset or the row delay of the camera requires it. An error beyond [`MAX_DURATION_RATIO`] times the duration of scene or
     /// recording.
     pub(super) fn problem_and_steps(
         &self,
@@ -146,11 +146,16 @@ impl ObservedExperiment {
         }
         let time = problem.time()?;
         // The clock of the camera may be ahead of that of the motion: the last sample determines the end.
-        let end = (self.required.last_recorded - problem.scene().camera.time_offset)
-            .max(self.required.last_read);
+        let Requirements { last_recorded, recorded_range, last_read, .. } = &self.required;
+        let camera = problem.scene().camera;
+        let end = match camera.row_delay == [0.0; 3] {
+            true => last_recorded - camera.time_offset,
+            false => View::new(&problem, |_, x| x).latest_time(*last_recorded, recorded_range),
+        };
+        let end = end.max(*last_read);
         let longest = MAX_DURATION_RATIO * time.end.max(self.required.last_recorded);
         if end > longest {
-            let words = "the time offset of the camera is longer than the motion";
+            let words = "the time offset of the camera, or the delay of its rows, is longer than the motion";
             return Err(Error::Fit(format!("{words} ({end:.3e} s of at most {longest:.3e} s)")));
         }
         let steps = ((end / time.step_size() - 1e-9).ceil().max(1.0)) as usize;

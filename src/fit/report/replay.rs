@@ -32,6 +32,8 @@ use crate::structure::{NodeMotion, Structure};
 const SHAPES: usize = 12;
 /// Number of intervals of the curve of a simulated coordinate over time.
 const CURVE: usize = 400;
+/// Largest number of fixed-point iterations for the time at which a row of a rolling shutter is read.
+const ROW_ITERATIONS: usize = 20;
 
 /// The data of plots without a simulation: search ranges, history, scan, settings, version, and the series at the `optimum`,
 /// if there is one. `sigma` is the reported noise of each measurement, in its unit.
@@ -164,7 +166,7 @@ pub(crate) fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Re
         // Plots are in recorded coordinates, like the data.
         let view = View::new(&run.problem, |_, value: f64| value);
         for shape in &mut moving {
-            shape.nodes.iter_mut().for_each(|x| *x = view.recorded(*x));
+            shape.nodes.iter_mut().for_each(|x| *x = view.pictured(*x));
         }
         plots.shapes.extend(structure_shapes(experiment, &run, &view)?);
         plots.shapes.extend(moving);
@@ -206,13 +208,24 @@ fn motion_curves(
     let Some(trajectory) = &run.moving else { return Ok(curves) };
     let nodes = run.structure.as_ref().map(Structure::nodes);
     let marker = own.stencil(&run.problem.scene().made_mesh(), nodes.as_ref())?;
+    let end = trajectory.times().last().copied().unwrap_or(0.0);
     let times = own.samples.iter().map(|s| s.time);
     let (first, last) = times.fold((f64::MAX, 0.0_f64), |(a, b), t| (a.min(t), b.max(t)));
     for k in 0..=CURVE {
         // The abscissa is that of the data, the recording's clock, which may have an offset.
         let clock = first + (last - first) * k as f64 / CURVE as f64;
-        let position = trajectory.record().read().marker(&marker, view.time(clock))?;
-        for (curve, x) in curves.iter_mut().zip(view.recorded(position)) {
+        let mut pictured = [0.0; 3];
+        let mut time = view.time(clock).min(end);
+        // The row in which the point is read, and with it the time, follows from the position.
+        for _ in 0..ROW_ITERATIONS {
+            pictured = view.pictured(trajectory.record().read().marker(&marker, time)?);
+            let in_row = view.sample_time(clock, &pictured.map(Some)).min(end);
+            if in_row == time {
+                break;
+            }
+            time = in_row;
+        }
+        for (curve, x) in curves.iter_mut().zip(pictured) {
             curve.push([clock, x]);
         }
     }
@@ -233,7 +246,7 @@ fn structure_shapes(
         for mesh in &structure.at_rest().meshes {
             let own = &motions[first..first + mesh.nodes.len()];
             first += mesh.nodes.len();
-            let nodes = own.iter().map(|[position, _]| view.recorded(*position)).collect();
+            let nodes = own.iter().map(|[position, _]| view.pictured(*position)).collect();
             shapes.push(RodShape { experiment: experiment.name.clone(), time, nodes });
         }
     };
@@ -266,6 +279,6 @@ fn equilibrium_shape(
     let nodes: Vec<usize> = (0..run.problem.nodes()).collect();
     // The run has the nodes of the measurements only; the shape needs all.
     let rest = Trajectory::at_rest(&run.problem, &nodes, &[])?;
-    let nodes = nodes.iter().map(|i| view.recorded(rest.node(*i, 0))).collect();
+    let nodes = nodes.iter().map(|i| view.pictured(rest.node(*i, 0))).collect();
     Ok(Some(RodShape { experiment: experiment.name.clone(), time: None, nodes }))
 }

@@ -262,7 +262,7 @@ impl<'a> Release<'a> {
         }
         let view = View::new(problem, |_, value| value);
         let PointMotion { point, offset, .. } = observation;
-        let start = view.recorded(problem.marker_at_rest(*point, *offset)?);
+        let start = view.pictured(problem.marker_at_rest(*point, *offset)?);
         let noise = measurement.sigma().unwrap_or_else(|| observation.noise());
         let recording = measurement.header.recording.as_ref();
         let time_zero = recording.and_then(|recording| recording.time_zero).unwrap_or(0.0);
@@ -357,7 +357,7 @@ impl<'a> Release<'a> {
         let ratio = norm(recorded) / norm(arm);
         let cosine = dot(arm, recorded) / (norm(arm) * norm(recorded)).max(f64::MIN_POSITIVE);
         let nodes = (0..problem.nodes()).filter_map(|i| problem.stencil(Point::Node(i)).ok());
-        let distance = |(_, x): &(usize, Vector<f64>)| norm(sub(self.view.recorded(*x), position));
+        let distance = |(_, x): &(usize, Vector<f64>)| norm(sub(self.view.pictured(*x), position));
         let positions = nodes.map(|stencil| problem.rest_position(&stencil)).enumerate();
         let closest = positions.min_by(|a, b| distance(a).total_cmp(&distance(b)));
         let nearest = NODE_DISTANCE * START_DISTANCE[0] * length;

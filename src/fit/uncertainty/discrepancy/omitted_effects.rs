@@ -1,6 +1,6 @@
 //! Effects that a scene may omit: terms of size zero, and numbers that may have errors.
 //!
-//! [`OMITTED_EFFECTS`] is the table of the 22 effects that score tests examine (those of structures are in
+//! [`OMITTED_EFFECTS`] is the table of the 24 effects that score tests examine (those of structures are in
 //! `structure_effects`). Each effect is a number of the scene, or of the scene with a term added. The term has no
 //! effect, or a small one ([`TRACE`]) where scenes do not allow zero. Kelvin-Voigt damping has half of its plausible
 //! size instead. Residuals are differentiated by the number like by any parameter. Its plausible size, in the unit of
@@ -114,7 +114,7 @@ const CLAMP_ROTATIONS: [&str; 2] =
     ["supports.start_compliance.rotation", "supports.end_compliance.rotation"];
 
 /// All omitted effects that a fit tests, in the order of the tests.
-pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 22] = [
+pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 24] = [
     OmittedEffect {
         path: CLAMP_ROTATIONS[0],
         name: "compliant clamp",
@@ -328,6 +328,22 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 22] = [
         name: "tilted camera",
         test: "place a plumb line in the picture",
         plausible: |_| Some(ANGLE),
+        absent: Some(0.0),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "camera.row_delay.y",
+        name: "rolling shutter",
+        test: "record with the camera turned by a right angle, or with a global shutter",
+        plausible: |s| s.row_delay,
+        absent: Some(0.0),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
+        path: "camera.distortion",
+        name: "lens distortion",
+        test: "photograph a straight edge near the border of the picture",
+        plausible: |s| s.distortion,
         absent: Some(0.0),
         ..EVERY_SCENE
     },

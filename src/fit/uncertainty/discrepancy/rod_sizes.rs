@@ -8,9 +8,13 @@
 //! `tested_effects` uses them.
 
 use crate::fit::measurement::experiment::Experiment;
+use crate::fit::misfit::camera::is_in_picture;
 use crate::problem::Problem;
 use crate::scene::Section;
 use std::f64::consts::PI;
+
+/// Plausible relative change of a distance in the picture by lens distortion.
+const DISTORTION: f64 = 0.01;
 
 /// Sizes, times and curvatures of a rod and its recordings.
 pub(crate) struct RodSizes {
@@ -32,6 +36,10 @@ pub(crate) struct RodSizes {
     pub frequency: Option<f64>,
     /// Least mean time between two frames, s.
     pub frame: Option<f64>,
+    /// Delay of a rolling shutter that reads the length of the rod along y in one frame, s/m.
+    pub row_delay: Option<f64>,
+    /// Lens distortion that changes a distance of the length of the rod by [`DISTORTION`], 1/m^2.
+    pub distortion: Option<f64>,
     /// Curvature of a cantilever whose tip moves as far as the recorded points, 1/m.
     pub curvature: Option<f64>,
 }
@@ -50,11 +58,17 @@ impl RodSizes {
             let (first, last) = (o.samples.first()?.time, o.samples.last()?.time);
             (o.samples.len() > 1).then(|| (last - first) / (o.samples.len() - 1) as f64)
         });
+        let frame = frames.reduce(f64::min);
+        let has_coordinate = |c| experiment.measurements.iter().all(|own| own.has_coordinate(c));
+        // Pictures are of one plane; recordings in space are from several cameras.
+        let is_pictured = problem.model().0 == "planar";
+        let has_picture = (0..3).all(|c| !is_in_picture(problem, c) || has_coordinate(c));
         let farthest = experiment.records().map(|o| o.spread()).reduce(f64::max);
         let farthest = farthest.filter(|distance| *distance > 0.0);
+        let length = problem.length();
         Self {
-            length: problem.length(),
-            mass: scene.material.density * moments.area * problem.length(),
+            length,
+            mass: scene.material.density * moments.area * length,
             density: scene.material.density,
             radius: match scene.rod.section {
                 Section::Circle { radius } | Section::Tube { radius, .. } => Some(radius),
@@ -69,9 +83,11 @@ impl RodSizes {
             bending: scene.material.youngs_modulus * least,
             // The first extreme is half a period after the start.
             frequency: rise_times.reduce(f64::min).map(|time| PI / time),
-            frame: frames.reduce(f64::min),
+            frame,
+            row_delay: frame.filter(|_| is_pictured && has_coordinate(1)).map(|t| t / length),
+            distortion: (is_pictured && has_picture).then_some(DISTORTION / (length * length)),
             // A tip load deflects the tip by k L^2/3 for the curvature k at the clamp.
-            curvature: farthest.map(|distance| 3.0 * distance / problem.length().powi(2)),
+            curvature: farthest.map(|distance| 3.0 * distance / length.powi(2)),
         }
     }
 }
