@@ -1,6 +1,10 @@
 //! The camera model: the recorded position of a point, and the time of the motion at a time of the recording.
 //!
-//!
+//! Input: the camera of a scene (displacement, m, rotation in the plane, rad, scale of lengths, time offset, s), with
+//! derivatives by its parameters. Output: a [`View`], which maps a position `x` in the world, m, to the recorded one,
+//! m, `wall + displacement + scale R (x - wall)`. `R` is the rotation about the normal of the plane, and `wall` is the
+//! start of the rod, or of the first rod of a structure. It maps a time `t` on the clock of the recording to the time
+//! of the motion, `t - offset`, at least 0.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};
@@ -22,8 +26,9 @@ pub(crate) struct View<D> {
 }
 
 impl<D: Nestable> View<D> {
-    /// The camera of a problem, with the wall of its rod as center and the normal of its plane as axis. `seed` returns the
-    /// scalar of a parameter from its value, with derivatives where the parameter is an unknown.
+    /// The camera of a problem, with the wall of its rod (the start of the first rod of a structure) as center and the
+    /// normal of its plane as axis. `seed` returns the scalar of a parameter from its value, with derivatives where the
+    /// parameter is an unknown.
     pub fn new(problem: &Problem, seed: impl Fn(Parameter, f64) -> D) -> Self {
         let (wall, scene) = problem.wall_over(seed);
         let camera = scene.camera;
@@ -48,7 +53,8 @@ impl<D: Scalar> View<D> {
         if since.value() > 0.0 { since } else { D::from(0.0) }
     }
 
-    /// The recorded position, m, of a point at the position `x` in the world, m: `wall + shift + scale rotation(x - wall)`.
+    /// The recorded position, m, of a point at the position `x` in the world, m: `wall + shift + scale R (x - wall)`
+    /// with the rotation `R` of the camera.
     pub fn recorded(&self, x: Vector<D>) -> Vector<D> {
         let arm = sub(x, self.centre);
         let centre = add(self.centre, self.shift);

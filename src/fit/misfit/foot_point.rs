@@ -13,10 +13,11 @@
 use crate::numerics::scalar::Scalar;
 use crate::scene::Stencil;
 
-/// Half-width of the range in which the foot is searched, over the length of the rod. The range is centered at the arc length
-/// that chords between the observed points yield.
+/// Half-width of the range in which the foot is searched, over the length of the rod. The range is centered at the arc
+/// length that chords between the observed points yield.
 const SEARCH_RADIUS: f64 = 0.2;
-/// Number of bisections of the two edges at the nearest node: they determine the arc length of the foot to 1e-12 of an edge.
+/// Number of bisections of the two edges at the nearest node: they determine the arc length of the foot to 1e-12 of an
+/// edge.
 const BISECTIONS: usize = 40;
 /// Step of the difference quotient of `f`, over the length of an edge. `f` is a polynomial; an approximate slope is
 /// sufficient for Newton's method.
@@ -39,9 +40,9 @@ struct CurvePoint<D> {
 }
 
 impl<D: Scalar> NodeCurve<'_, D> {
-    /// The vector from the `observed` point to the foot point, m, with derivatives of first and second order, searched about
-    /// the arc length `near`, m. Its component along a coordinate that was not observed is the coordinate of the foot point.
-    /// The arc length of a foot at an end of the search range is fixed.
+    /// The vector from the `observed` point to the foot point, m, with derivatives of first and second order, searched
+    /// about the arc length `near`, m. Its component along a coordinate that was not observed is the coordinate of the
+    /// foot point. The arc length of a foot at an end of the search range is fixed.
     pub fn offset(&self, observed: &[Option<f64>; 3], near: f64) -> [D; 3] {
         let plain_nodes: Vec<[f64; 3]> = self.nodes.iter().map(|x| x.map(|c| c.value())).collect();
         let plain_arcs: Vec<f64> = self.arc_length.iter().map(D::value).collect();
@@ -63,17 +64,17 @@ impl<D: Scalar> NodeCurve<'_, D> {
         std::array::from_fn(|c| position[c] - observed[c].unwrap_or(0.0))
     }
 
-    /// Half the derivative of the squared distance from the `observed` point by the arc length, m, at the arc length `s`, m:
-    /// `(x - y).x'` over the observed coordinates.
+    /// Half the derivative of the squared distance from the `observed` point by the arc length, m, at the arc length
+    /// `s`, m: `(x - y).x'` over the observed coordinates.
     fn slope(&self, observed: &[Option<f64>; 3], s: D) -> D {
         let CurvePoint { position, tangent } = self.interpolate(s);
         let parts = (0..3).filter_map(|c| Some((position[c] - observed[c]?) * tangent[c]));
         parts.fold(D::from(0.0), |sum, part| sum + part)
     }
 
-    /// Position and tangent at an arc length `s`, m, by the cubic Lagrange polynomial through the four nodes around it (fewer
-    /// if the rod has fewer). Both carry the derivatives of nodes, arc lengths and `s`. The tangent is `dx/ds`, of length
-    /// about 1.
+    /// Position and tangent at an arc length `s`, m, by the cubic Lagrange polynomial through the four nodes around it
+    /// (fewer if the rod has fewer). Both carry the derivatives of nodes, arc lengths and `s`. The tangent is `dx/ds`,
+    /// of length about 1.
     fn interpolate(&self, s: D) -> CurvePoint<D> {
         let near = Stencil::around(self.arc_length, s.value());
         let zero = [D::from(0.0); 3];
@@ -100,10 +101,10 @@ impl<D: Scalar> NodeCurve<'_, D> {
 }
 
 impl NodeCurve<'_, f64> {
-    /// The arc length, m, of the point of the curve nearest to the `observed` one, and whether that point is a foot of a
-    /// perpendicular. Nodes within [`SEARCH_RADIUS`] lengths of `near`, m, compete; bisection follows between the neighbors of
-    /// the nearest. `false`: the end of that range is nearest, and its arc length is returned. If no node competes, the last
-    /// node counts as nearest. The distance is that of the observed coordinates.
+    /// The arc length, m, of the point of the curve nearest to the `observed` one, and whether that point is a foot of
+    /// a perpendicular. Nodes within [`SEARCH_RADIUS`] lengths of `near`, m, compete, by the distance in the observed
+    /// coordinates; if none does, the last node counts as nearest. Bisection follows in the two edges at the nearest
+    /// node. `false`: the distance has no minimum inside of these, and the arc length of their nearer end is returned.
     fn foot(&self, observed: &[Option<f64>; 3], near: f64) -> (f64, bool) {
         let last = self.arc_length.len() - 1;
         let (start, end) = (self.arc_length[0].max(0.0), self.arc_length[last]);
