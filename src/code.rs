@@ -3,14 +3,15 @@
 //! A code follows its message in brackets, as in `[beyond-sigma]`, on the terminal, in JSON and on pages. Its entry
 //! with meaning, test and remedy is in `docs/codes/`, compiled into the library, and `rodfit explain` prints it.
 //! Messages may change; a renamed code is still read by its former name. Exit codes of the program have entries too.
-//! [`Code`] has the codes; [`explained`] returns the entry of a current or former name, None for others, and
-//! [`all_explained`] all entries with their names.
+//! [`Code`] has the codes, and [`named`] returns the one with a current or former name. [`explained`] returns the entry
+//! of such a name, or of an exit code. Both return None for other texts. [`all_explained`] returns all entries with
+//! their names.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Documents with the entries of all codes, in the order of [`Code`], then those of the exit codes. Each entry has a heading of
-/// the second level.
+/// Documents with the entries of all codes, in the order of [`Code`], then those of the exit codes. Each entry has a
+/// heading of the second level.
 const PAGES: [&str; 5] = [
     include_str!("../docs/codes/grades.md"),
     include_str!("../docs/codes/residuals.md"),
@@ -178,8 +179,8 @@ impl fmt::Display for Code {
     }
 }
 
-/// Names and entries, in the order of the documents, of all codes and of the exit codes of the program, such as `3`. The
-/// first line of an entry is its title; texts are trimmed Markdown.
+/// Names and entries, in the order of the documents, of all codes and of the exit codes of the program, such as `3`.
+/// The first line of an entry is its title; texts are trimmed Markdown.
 pub fn all_explained() -> impl Iterator<Item = (&'static str, &'static str)> {
     PAGES.iter().flat_map(|page| page.split("\n## ").skip(1)).filter_map(|text| {
         let (name, text) = text.split_once('\n')?;
@@ -193,8 +194,8 @@ pub fn named(name: &str) -> Option<Code> {
     Code::ALL.iter().find(is_name).copied()
 }
 
-/// Entry, in Markdown, of a code by its current or former name, or of an exit code of the program. None for a text without an
-/// entry.
+/// Entry, in Markdown, of a code by its current or former name, or of an exit code of the program. None for a text
+/// without an entry.
 pub fn explained(name: &str) -> Option<&'static str> {
     let name = named(name).map_or(name, |code| code.name());
     all_explained().find(|(other, _)| *other == name).map(|(_, text)| text)

@@ -1,9 +1,11 @@
 //! The error type of the library, and constructors of its variants.
 //!
-//! Two groups: invalid input (file, key or line, found value, allowed values; also queries out of range), without a code;
-//! and failed or interrupted computations (time, quantity, remedy), with a [`Code`]. The command returns exit code 2 for
-//! the first group and 3 for the second. Texts from files are shortened, and their control characters escaped. Errors get
-//! their file ([`Error::in_file`]) and table ([`Error::below`]) where they are passed on.
+//! Variants are of two groups. Invalid input has a file, key or line, the found value and the allowed ones, and no
+//! code; queries out of range belong to it. Failed or interrupted computations have a [`Code`] ([`Error::code`]), and
+//! in general the time, the quantity and a remedy. The command returns exit code 2 for the first group
+//! ([`Error::is_input`]) and 3 for the second. In messages, texts from files are shortened and their control characters
+//! escaped. Errors get their file ([`Error::in_file`]) and table ([`Error::below`]) where they are passed on.
+//! [`ensure`] checks a condition on a value. [`none_on_failure`] replaces an error by `None`, except an interruption.
 
 use crate::code::Code;
 use marker_files::printable::{
@@ -22,8 +24,8 @@ pub(crate) fn none_on_failure<T>(result: Result<T, Error>) -> Result<Option<T>, 
     }
 }
 
-/// `Ok` if a condition `holds`, else [`Error::Invalid`] of the `key` with the value `found` and the `allowed` values, without
-/// a file.
+/// `Ok` if a condition `holds`, else [`Error::Invalid`] of the `key` with the value `found` and the `allowed` values,
+/// without a file.
 pub(crate) fn ensure(
     holds: bool,
     key: impl Into<String>,
@@ -236,8 +238,8 @@ pub enum Error {
     Fit(String),
 }
 
-/// Text `, 12.3 % of the largest kinetic energy` for a fraction of it, as in an error of growing energy. Empty for a negative
-/// fraction, and for one of 1e4 or more or not finite, as without motion.
+/// Text `, 12.3 % of the largest kinetic energy` for a fraction of it, as in an error of growing energy. Empty for a
+/// negative fraction, and for one of 1e4 or more or not finite, as without motion.
 fn kinetic_percentage(fraction: f64) -> String {
     match 100.0 * fraction {
         percent @ 0.1..1e6 => format!(", {percent:.1} % of the largest kinetic energy"),
@@ -258,7 +260,8 @@ impl Error {
         Self::Io { named_in: None, path: path.into(), source }
     }
 
-    /// [`Error::Invalid`] of a key or an option, without a file: its value `found` and a description of the `allowed` ones.
+    /// [`Error::Invalid`] of a key or an option, without a file: its value `found` and a description of the `allowed`
+    /// ones.
     pub(crate) fn invalid(
         key: impl Into<String>,
         found: impl ToString,
@@ -272,8 +275,8 @@ impl Error {
         }
     }
 
-    /// [`Error::OutOfRange`] as [`Error::Invalid`] of a key, with the range that a `place` such as `"of the rod"` allows. Others
-    /// are unchanged.
+    /// [`Error::OutOfRange`] as [`Error::Invalid`] of a key, with the range that a `place` such as `"of the rod"`
+    /// allows. Others are unchanged.
     pub(crate) fn at_key(self, key: impl Into<String>, place: &str) -> Self {
         match self {
             Self::OutOfRange { what, found, low, high } => {
@@ -284,8 +287,8 @@ impl Error {
         }
     }
 
-    /// The error with the file that it comes from. Unchanged if it has a file already, if `path` is `None`, and for kinds
-    /// without such a file: only `Parse`, `Invalid` and `Io` have one.
+    /// The error with the file that it comes from. Unchanged if it has a file already, if `path` is `None`, and for
+    /// kinds without such a file: only `Parse`, `Invalid` and `Io` have one.
     pub(crate) fn in_file(mut self, path: Option<&Path>) -> Self {
         if let Self::Parse { file, .. }
         | Self::Invalid { file, .. }
@@ -333,8 +336,8 @@ impl Error {
         })
     }
 
-    /// The error with its key below a table, `observation[0].duration` for `duration`. Only [`Error::Invalid`] has a key;
-    /// others are unchanged.
+    /// The error with its key below a table, `observation[0].duration` for `duration`. Only [`Error::Invalid`] has a
+    /// key; others are unchanged.
     pub(crate) fn below(mut self, table: &str) -> Self {
         if let Self::Invalid { key, .. } = &mut self {
             *key = format!("{table}.{key}");
@@ -349,8 +352,8 @@ impl Error {
 }
 
 impl From<marker_files::Error> for Error {
-    /// The error of a data file: `Io`, or `Data` with file, line and message. Accelerations in place of positions are `Data`
-    /// in line 1. Other errors of the reader become `Fit`.
+    /// The error of a data file: `Io`, or `Data` with file, line and message. Accelerations in place of positions are
+    /// `Data` in line 1. Other errors of the reader become `Fit`.
     fn from(error: marker_files::Error) -> Self {
         match error {
             marker_files::Error::Io { path, source } => Self::io(&path, source),

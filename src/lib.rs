@@ -1,9 +1,9 @@
 //! Simulation of slender elastic rods, and identification of their parameters from recorded motion.
 //!
-//! A [`Scene`] describes a rod, its supports and its loads. It becomes a [`Problem`], which is
-//! simulated. A [`Fit`] compares simulations with measurements and estimates parameters with their
-//! uncertainty. Derivatives by unknowns and parameters are hand-derived or from dual numbers, not
-//! differences. Numbers are in SI units.
+//! A [`Scene`] describes a rod, its supports and its loads. It becomes a [`Problem`], which is simulated. A
+//! [`StructureScene`] describes several rods with bodies and joints, and becomes a [`Structure`]. A [`Fit`] compares
+//! simulations with measurements and estimates parameters with their uncertainty. Derivatives by unknowns and
+//! parameters are hand-derived or from dual numbers, not differences. Numbers are in SI units.
 //!
 //! # A simulation and a fit
 //!
@@ -58,16 +58,18 @@
 //! | [`scene`] | rod, material, supports, loads, initial state; parameters by name |
 //! | [`problem`] | a prepared scene: mesh, supports, [model](problem::model) |
 //! | [`statics`], [`vibration`], [`dynamics`] | equilibria, modes, trajectories with [sensitivities](dynamics::sensitivity) and [schemes](dynamics::stepper) |
+//! | [`structure`] | several rods with bodies and joints: equilibria, modes, trajectories |
 //! | [`fit`] | measurements, search, uncertainty, report |
 //! | [`energy`], [`rod`] | elements and their assembly; [user-defined energies](energy::own) |
 //! | [`check`] | verification of derivatives, also of your own |
 //! | [`export`] | files of a rod for other simulators |
+//! | [`code`] | codes of grades, warnings and reasons for which a computation ended |
 //! | [`accuracy`], [`study`] | choice of mesh and step; speed against error |
 //! | [`summary`] | results as text for a terminal |
 //! | [`numerics`] | dual numbers, band matrices, least squares; independent of rods |
 //! | `page`, `campaign`, `command` | HTML pages, many fits, the command line (features `page` and `cli`) |
 //!
-//! Every stage is generic over the [`Scalar`], so a simulation also runs in dual numbers.
+//! Energies, simulations and equilibria are generic over the [`Scalar`], so that they also run in dual numbers.
 //!
 //! # Theory
 //!
@@ -81,8 +83,8 @@
 //!      - f.q
 //! ```
 //!
-//! The equation of motion is `M dv/dt = -dE/dq - damping`. Implicit schemes solve each step with
-//! Newton's method on an exact banded tangent. A fit minimizes
+//! The equation of motion is `M dv/dt = -dE/dq - damping`. Implicit schemes solve each step with Newton's method on an
+//! exact banded tangent. A fit of a recorded motion minimizes, with the default loss,
 //!
 //! ```text
 //! 1/2 sum_k |x(s, t_k; p) - x_observed_k|^2 / sigma^2
@@ -100,7 +102,7 @@
 //! | `E`, `G` | Young's and shear modulus | Pa |
 //! | `A`, `I`, `J` | area, second moment of area, torsion constant | m^2, m^4 |
 //! | `M` | lumped masses, half of each adjacent edge; rotational inertias of edges | kg, kg m^2 |
-//! | `beta` | parameter of Newmark-beta: 1 is implicit Euler, 1/2 conserves energy | 1 |
+//! | `beta` | parameter of Newmark-beta: 1 is implicit Euler, 1/2 is of second order without dissipation | 1 |
 //!
 //! To change an energy, read [`energy::stretch`] first; [`check`] verifies its derivatives.
 

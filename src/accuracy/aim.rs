@@ -1,15 +1,15 @@
 //! Purposes for which numerics are chosen ([`Aim`]: a motion, an equilibrium, modes, or a first guess), and limits of
 //! the choice: Newton tolerances, largest meshes, allowed numbers of edges.
 //!
-//! The Newton tolerance of a step, over the rod length, is a fraction of the requested accuracy ([`RUN_TOLERANCE`],
-//! [`TRIAL_TOLERANCE`]), at most [`LARGEST_TOLERANCE`]. It is set only where the program chose the scheme and that
-//! has Newton iterations. Compared meshes at rest, and the first mesh of any purpose, have at most [`MAX_SEGMENTS`]
-//! edges. Compared meshes of modes have at most [`MAX_SEGMENTS_OF_MODES`], unless the first one has more. The chosen
-//! mesh may have up to twice as many, by extrapolation. Markers of a recorded path round these numbers up.
-//! `allowed_edges` returns the smallest number of edges, at least the given one, at which every marker of a recorded
-//! path is at a node. Without such a path it is the given one. `begins_with_velocity_jump` returns whether a motion
-//! begins with a jump of velocities: `supports.motion`, or an initial velocity or angular velocity that is not zero.
-//! The choice of numerics uses them.
+//! [`set_newton_tolerance`] sets the Newton tolerance of a step, an error over the rod length, to a fraction of the
+//! requested accuracy ([`RUN_TOLERANCE`], [`TRIAL_TOLERANCE`]), at most [`LARGEST_TOLERANCE`]. It changes a scene only
+//! where the program chose the scheme and that has Newton iterations. Compared meshes at rest, and the first mesh of
+//! any purpose, have at most [`MAX_SEGMENTS`] edges. Compared meshes of modes have at most [`MAX_SEGMENTS_OF_MODES`],
+//! unless the first one has more. The chosen mesh may have up to twice as many, by extrapolation. Markers of a recorded
+//! path round these numbers up. [`allowed_edges`] returns the smallest number of edges, at least the given one, at
+//! which every marker of a recorded path is at a node. Without such a path it is the given one.
+//! [`begins_with_velocity_jump`] returns whether a motion begins with a jump of velocities: `supports.motion`, or an
+//! initial velocity or angular velocity that is not zero.
 
 use crate::scene::{Recorded, Scene, StepTolerance, Time};
 
@@ -22,8 +22,8 @@ pub(super) const TRIAL_TOLERANCE: f64 = 1e-4;
 pub(super) const LARGEST_TOLERANCE: f64 = 1e-6;
 /// Largest number of edges of a compared mesh at rest, and of the first mesh.
 pub(super) const MAX_SEGMENTS: usize = 20_000;
-/// Largest number of edges of a compared mesh for modes, unless the first mesh has more. Rounding errors of frequencies grow
-/// with the fourth power of the edges, and are 1e-5 at 1e3 edges.
+/// Largest number of edges of a compared mesh for modes, unless the first mesh has more. Rounding errors of frequencies
+/// grow with the fourth power of the edges, and are 1e-5 at 1e3 edges.
 pub(super) const MAX_SEGMENTS_OF_MODES: usize = 1_000;
 
 /// Purpose that mesh, step and scheme are chosen for.
@@ -40,9 +40,9 @@ pub enum Aim {
     Guess,
 }
 
-/// Sets the Newton tolerance of a step, a predicted error over the rod length, to `part` times the requested accuracy, at
-/// most [`LARGEST_TOLERANCE`]. Nothing changes where the program did not choose the scheme, the scene has no `[time]`, or
-/// the scheme has no Newton iterations.
+/// Sets the Newton tolerance of a step, a predicted error over the rod length, to `part` times the requested accuracy,
+/// at most [`LARGEST_TOLERANCE`]. Nothing changes where the program did not choose the scheme, the scene has no
+/// `[time]`, or the scheme has no Newton iterations.
 pub(super) fn set_newton_tolerance(scene: &mut Scene, part: f64) {
     let (requested, chosen) = (scene.asked(), scene.chosen().scheme);
     // A scheme that the scene gives keeps the tolerance of the scene.

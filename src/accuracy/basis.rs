@@ -2,11 +2,12 @@
 //! length) and orders, and the limits of the work.
 //!
 //! [`Basis::refinement`] returns the factors on mesh and step with the least work whose extrapolated error is the
-//! target. If there are none within [`LAST_GROWTH`] times the work of the trial run, it returns the most accurate
-//! ones within that work. A part that is not free keeps the factor 1; factors below 1 are coarser. [`Basis::refined`]
-//! returns edges and steps of a run with them, rounded up. The search for numerics chooses the run with it, and the
-//! check of that run a repetition. [`ChosenMotion`] is the result of the search: numerics, step in s, estimated error
-//! (none if unknown), and the reason if the requested error is not reached.
+//! target. If there are none within [`LAST_GROWTH`] times the work of the trial run, it returns the most accurate ones
+//! within that work. A part that is not free keeps the factor 1; factors below 1 are coarser. [`Basis::refined`]
+//! returns edges and steps of a run with them, rounded up. [`Basis::growth`] is the work of a run over that of the
+//! trial run, and [`Basis::is_affordable`] whether it is within the limit. [`ChosenMotion`] is the result of the
+//! search: numerics, step in s, estimated error (none if unknown), and the reason if the requested error is not
+//! reached.
 
 use crate::accuracy::aim::allowed_edges;
 use crate::accuracy::refinement::{ErrorModel, Free, RefinementFactors, work};
@@ -47,8 +48,8 @@ pub(crate) struct Basis {
     pub free: Free,
     /// Error for which the numerics are chosen, over the length.
     pub target: f64,
-    /// Error that the search was to reach, over the length: the request of the scene, or a larger one where that is out of
-    /// reach.
+    /// Error that the search was to reach, over the length: the request of the scene, or a larger one where that is out
+    /// of reach.
     pub requested: f64,
     /// Largest work of a chosen run, edges times steps of generalised-alpha.
     pub most_work: f64,
@@ -58,8 +59,8 @@ pub(crate) struct Basis {
 
 impl Basis {
     /// The refinement of the trial run with the least work whose extrapolated error is the target, if that is at most
-    /// [`LAST_GROWTH`] times the work of the trial run; else the most accurate one within that work. A part, mesh or step,
-    /// that is not `free` keeps the factor 1. Factors below 1 are coarser than the trial run.
+    /// [`LAST_GROWTH`] times the work of the trial run; else the most accurate one within that work. A part, mesh or
+    /// step, that is not `free` keeps the factor 1. Factors below 1 are coarser than the trial run.
     pub fn refinement(&self) -> RefinementFactors {
         let segments = self.trial.numerics.segments as f64;
         match self.errors.cheapest(self.target, segments, self.free) {
@@ -68,8 +69,8 @@ impl Basis {
         }
     }
 
-    /// Edges, steps and scheme of the trial run refined by the factors `finer`. Both numbers are rounded up, to at least
-    /// 2 edges and 1 step; edges further so that every marker of a recorded path is at a node.
+    /// Edges, steps and scheme of the trial run refined by the factors `finer`. Both numbers are rounded up, to at
+    /// least 2 edges and 1 step; edges further so that every marker of a recorded path is at a node.
     pub fn refined(&self, finer: RefinementFactors, scene: &Scene) -> Numerics {
         let from = self.trial.numerics;
         // Rounding errors of a factor that gives a whole number must not add an edge or a step.
@@ -86,8 +87,8 @@ impl Basis {
         self.trial_work * chosen <= self.most_work * trial
     }
 
-    /// The work of a run with these numerics over that of the trial run. Work is (edges + 8) times steps, independent of
-    /// the scheme.
+    /// The work of a run with these numerics over that of the trial run. Work is (edges + 8) times steps, independent
+    /// of the scheme.
     pub fn growth(&self, numerics: Numerics) -> f64 {
         let [chosen, trial] =
             [numerics, self.trial.numerics].map(|n| work(n.segments as f64, n.steps as f64));

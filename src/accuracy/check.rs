@@ -1,13 +1,14 @@
 //! Check of a chosen run by the last trial run, with repetition where its error is too large.
 //!
-//! Positions of both runs are compared at seven to nine points and about 200 times. Where they differ by more than
-//! the estimated change of the errors, these were underestimated, and are enlarged until they explain the difference.
-//! A run with less than [`LEAST_GROWTH`] times the work of the trial run enlarges no error. The run is accepted if
-//! its error is at most the requested one, or [`CORRECTED_PART`] of it after an enlargement. Otherwise it is repeated
-//! with finer numerics, and a failed run with [`AFTER_FAILURE`] times the steps. There are at most
-//! [`MAX_REPETITIONS`] repetitions, within limits of work, and none where the scene gives the step; then the run is
-//! kept unchanged. Output: the last run and its estimated error over the length, `None` for a failed run or without
-//! estimates. Users: [`Scene::simulate`], and [`run_checked`] and [`simulate_checked`] for other kinds of runs.
+//! Positions of both runs are compared at seven to nine points and at most about 200 times. Where they differ by more
+//! than the estimated change of the errors, these were underestimated, and are enlarged until they explain the
+//! difference. A run with less than [`LEAST_GROWTH`] times the work of the trial run enlarges no error. The run is
+//! accepted if its error is at most the requested one, or [`CORRECTED_PART`] of it after an enlargement. Otherwise it
+//! is repeated with finer numerics. A run whose simulation fails is repeated with [`AFTER_FAILURE`] times the steps,
+//! unless invalid input, a file or a stop ended it. There are at most [`MAX_REPETITIONS`] repetitions, within limits of
+//! work, and none where the scene gives the step; then the run is kept unchanged. Output: the last run and its
+//! estimated error over the length, `None` for a failed run or without estimates. [`Scene::simulate`] does this for a
+//! scene, [`run_checked`] for any kind of run, and [`simulate_checked`] for a run that is recorded as a trajectory.
 
 use crate::accuracy::aim::{RUN_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::basis::Basis;
@@ -114,12 +115,13 @@ impl RunCheck {
         })
     }
 
-    /// Assesses a run from its `outcome` and its largest difference from the last trial run. A completed run is accepted
-    /// with its estimated error over the length if that is at most the requested one. If the difference enlarged the
-    /// estimate, the limit is `CORRECTED_PART` of the requested one. Otherwise it is to be repeated with finer numerics,
-    /// and a failed run with `AFTER_FAILURE` times the steps. Without `can_repeat`, after `MAX_REPETITIONS`, or where no
-    /// finer run is affordable, the run is accepted unchanged. Errors of the input, of files or of a stop are accepted too.
-    /// The accepted estimate is `None` for a failed run, and where the trial runs have no estimated errors.
+    /// Assesses a run from its `outcome` and its largest difference from the last trial run. A completed run is
+    /// accepted with its estimated error over the length if that is at most the requested one. If the difference
+    /// enlarged the estimate, the limit is `CORRECTED_PART` of the requested one. Otherwise it is to be repeated with
+    /// finer numerics, and a failed run with `AFTER_FAILURE` times the steps. Without `can_repeat`, after
+    /// `MAX_REPETITIONS`, or where no finer run is affordable, the run is accepted unchanged. Errors of the input, of
+    /// files or of a stop are accepted too. The accepted estimate is `None` for a failed run, and where the trial runs
+    /// have no estimated errors.
     ///
     /// # Errors
     /// Those of building another problem.
@@ -165,9 +167,9 @@ impl RunCheck {
     }
 
     /// The refinement of the trial run for a repetition after the `errors` were corrected: that with the least work for
-    /// [`REPEATED_TARGET`] of the requested error. If that is not affordable, and the error `expected` before the run was
-    /// low enough, the most accurate one within [`REPEATED_GROWTH`] times the work of this run. `None` if neither is
-    /// affordable.
+    /// [`REPEATED_TARGET`] of the requested error. If that is not affordable, and the error `expected` before the run
+    /// was low enough, the most accurate one within [`REPEATED_GROWTH`] times the work of this run. `None` if neither
+    /// is affordable.
     fn repeat_refinement(&self, errors: ErrorModel, expected: f64) -> Option<RefinementFactors> {
         let free = self.basis.free;
         let segments = self.basis.trial.numerics.segments as f64;
@@ -181,8 +183,8 @@ impl RunCheck {
         [cheapest, partly].into_iter().flatten().find(|finer| self.is_affordable(*finer))
     }
 
-    /// Whether a run with the trial run's numerics refined by `finer` is affordable. It takes more work than this run, at
-    /// most [`LEAST_GROWTH`] times [`REPEATED_GROWTH`] of it, and at most the largest work of a chosen run.
+    /// Whether a run with the trial run's numerics refined by `finer` is affordable. It takes more work than this run,
+    /// at most [`LEAST_GROWTH`] times [`REPEATED_GROWTH`] of it, and at most the largest work of a chosen run.
     fn is_affordable(&self, finer: RefinementFactors) -> bool {
         let numerics = self.basis.refined(finer, &self.scene);
         let [next, this] = [numerics, self.numerics].map(|numerics| self.basis.growth(numerics));
@@ -195,8 +197,8 @@ impl RunCheck {
     /// runs, over the length. With `e` the sum of mesh and step errors, errors explain a difference up to `|e_trial -
     /// e_run|`, or up to [`LEAST_CHANGE`] times `e_trial` if that is larger. The factor is found by bisection from 1 to
     /// [`MAX_UNDERESTIMATION`]. For motions of many modes it also lowers the orders, to [`LOWEST_ORDER`] at least. The
-    /// errors stay if they explain the difference, are zero, or the run has less than [`LEAST_GROWTH`] times the work of
-    /// the trial run.
+    /// errors stay if they explain the difference, are zero, or the run has less than [`LEAST_GROWTH`] times the work
+    /// of the trial run.
     fn corrected(&self, difference: f64) -> ErrorModel {
         let errors = self.basis.errors;
         let change = |errors: ErrorModel| {
@@ -221,9 +223,9 @@ impl RunCheck {
         errors.underestimated(high, lowest)
     }
 
-    /// The request of a repetition: the problem with the trial run's numerics refined by `finer`, and its check with one
-    /// more attempt counted. The problem's expected error is that of the trial run's `errors` after the refinement; none
-    /// without them. Error: the problem cannot be built.
+    /// The request of a repetition: the problem with the trial run's numerics refined by `finer`, and its check with
+    /// one more attempt counted. The problem's expected error is that of the trial run's `errors` after the refinement;
+    /// none without them. Error: the problem cannot be built.
     fn repeat_with(
         mut self,
         finer: RefinementFactors,
@@ -239,9 +241,10 @@ impl RunCheck {
     }
 }
 
-/// The problem of a scene with these numerics, its estimated `error` over the length, the `work` of the search, and the
-/// Newton tolerance of chosen runs. The step is reduced to a stable one of an explicit scheme, and to the good step of
-/// moved supports. Error: the scene cannot be built with them.
+/// The problem of a scene with these numerics where it leaves them out, its estimated `error` over the length, the
+/// `work` of the search, and the Newton tolerance of chosen runs. The step is reduced to a stable one of an explicit
+/// scheme, and to one that resolves the motions of supports and the signals well. Error: the scene cannot be built with
+/// them.
 fn problem_with_numerics(
     scene: &Scene,
     numerics: Numerics,
@@ -265,9 +268,9 @@ fn problem_with_numerics(
 }
 
 impl Scene {
-    /// Simulates the scene with the numerics that it gives, or that are chosen and checked by the run: it is repeated
-    /// with finer ones where it fails, or where the estimated error turns out to be above the requested one. All nodes
-    /// are recorded at every step.
+    /// Simulates the scene with the numerics that it gives, or that are chosen and checked by the run. If the step is
+    /// left out, the run is repeated with finer ones, within limits of work, where it fails or where its estimated
+    /// error turns out to be above the requested one. All nodes are recorded at every step.
     ///
     /// ```
     /// use rodfit::{Point, Scene};
@@ -302,8 +305,8 @@ pub struct Attempt<R> {
 /// Runs a problem of [`Scene::checked_problem`], and repeats the run with finer numerics while its check requires it.
 /// Without a check it runs once.
 ///
-/// `attempt` runs a problem once, and calls the function that it is given after every step. Returned is the last attempt;
-/// its problem has the estimated error of the check.
+/// `attempt` runs a problem once, and calls the function that it is given after every step. Returned is the last
+/// attempt; its problem has the estimated error of the check.
 ///
 /// # Errors
 /// Those of `attempt`, and of building the problem of a repetition; that of a run is in its outcome.
@@ -331,9 +334,9 @@ pub fn run_checked<R>(
     }
 }
 
-/// [`run_checked`] for a run that is recorded in a [`Trajectory`]. Before each run `prepare` returns the problem, with a
-/// stop flag or another kind of derivatives, and the empty trajectory. Returned are the problem of the last run, with its
-/// estimated error, and the recorded run.
+/// [`run_checked`] for a run that is recorded in a [`Trajectory`]. Before each run `prepare` returns the problem, with
+/// a stop flag or another kind of derivatives, and the empty trajectory. Returned are the problem of the last run, with
+/// its estimated error, and the recorded run.
 ///
 /// # Errors
 /// Those of `prepare` and of [`Trajectory::run`].
@@ -351,9 +354,9 @@ pub fn simulate_checked(
 }
 
 impl RunMonitor {
-    /// Compares a state of the run with the trial run at the same time, if 1/200 of the scene's time has passed since the
-    /// last comparison. Keeps the largest distance of the compared points, over the length. Work so far is updated in
-    /// every call.
+    /// Compares a state of the run with the trial run at the same time, if 1/200 of the scene's time has passed since
+    /// the last comparison. Keeps the largest distance of the compared points, over the length. The work of the run is
+    /// updated in every call.
     pub fn push(&mut self, state: &dyn Snapshot) {
         let time = state.time();
         self.work = self.cost.work(state.work());
@@ -403,8 +406,8 @@ mod tests {
         assert!(matches!(unknown, RunAssessment::Accepted(None)));
     }
 
-    /// Errors that explain a larger difference change by it from the trial run to the chosen one; with new modes in every
-    /// refinement the order is lower, and the error of the chosen run grows by more than that of the trial run.
+    /// Errors that explain a larger difference change by it from the trial run to the chosen one; with new modes in
+    /// every refinement the order is lower, and the error of the chosen run grows by more than that of the trial run.
     #[test]
     fn corrected_errors_explain_the_difference_of_the_run() {
         let (_, mut check) = checked();

@@ -1,14 +1,13 @@
-//! Differences of successive runs, each finer than the one before in mesh or in step, and from them order and error of the
-//! last run.
+//! Differences of successive runs, each finer than the one before in mesh or in step, and from them order and error of
+//! the last run.
 //!
 //! Let `e = C h^p` be the error after a refinement by `r`. The refinement changes the result by `d = e (r^p - 1)`
-//! (Richardson). [`RefinementSequence`] stores the differences `d` with their factors `r`, and returns the order `p` and the
-//! error `d/(r^p - 1)` of the last run (0 without a difference). The order is observed from the ratio of two differences,
-//! and kept within [`OrderBounds`]. An order above its `at_once` needs a third difference; with a single difference it is
-//! `assumed`. Modes that a coarse mesh does not have, or that large steps damp, appear one after the other, so that
-//! differences decrease more slowly than the order of the method. A difference is the largest distance of positions over the
-//! rod length ([`largest_distance`]), or relative for modes. The searches for the numerics of motions and for meshes at rest
-//! use it.
+//! (Richardson). [`RefinementSequence`] stores the differences `d` with their factors `r`, and returns the order `p`
+//! and the error `d/(r^p - 1)` of the last run (0 without a difference). The order is observed from the ratio of two
+//! differences, and kept within [`OrderBounds`]. An order above its `at_once` needs a third difference; with a single
+//! difference it is `assumed`. Modes that a coarse mesh does not have, or that large steps damp, appear one after the
+//! other, so that differences decrease more slowly than the order of the method. A difference is the largest distance
+//! of positions over the rod length ([`largest_distance`]), or relative for modes.
 
 use crate::accuracy::extrapolation::Extrapolation;
 
@@ -51,8 +50,8 @@ struct RefinementChange {
 
 impl RefinementChange {
     /// The order `p` that explains the decrease from this difference `d1` to the `next` one `d2`, for the refinement
-    /// factors `r1` and `r2`: the solution of `d2/d1 = (1 - r2^-p)/(r1^p - 1)` by bisection. It is `lowest` or `highest` if
-    /// the decrease is slower or faster than these orders.
+    /// factors `r1` and `r2`: the solution of `d2/d1 = (1 - r2^-p)/(r1^p - 1)` by bisection. It is `lowest` or
+    /// `highest` if the decrease is slower or faster than these orders.
     fn order_to(self, next: Self, lowest: f64, highest: f64) -> f64 {
         let fall = next.difference / self.difference.max(f64::MIN_POSITIVE);
         // With the order p the error falls by ratio^-p at each refinement; both ratios may
@@ -107,8 +106,8 @@ impl RefinementSequence {
         self.changes.pop().map_or(1.0, |change| change.ratio)
     }
 
-    /// The sequence of the run before the last one: a single difference, extrapolated from the last one with the observed
-    /// order, as `d r^p`. Empty if it was.
+    /// The sequence as it would end with the run before the last one: a single difference, extrapolated from the last
+    /// difference `d` and its factor `r` with the [order](Self::order) `p`, as `d r^p`. Empty without a difference.
     pub fn coarsened(mut self) -> Self {
         let order = self.order();
         if let Some(last) = self.changes.pop() {
@@ -134,8 +133,8 @@ impl RefinementSequence {
         !matches!(self.changes[..], [.., before, last] if last.difference >= before.difference)
     }
 
-    /// Whether the last two differences decrease at least as fast as the lowest order requires; true for fewer than two.
-    /// For this test orders down to half the lowest one are resolved.
+    /// Whether the last two differences decrease at least as fast as the lowest order requires; true for fewer than
+    /// two. For this test orders down to half the lowest one are resolved.
     pub fn is_converging(&self) -> bool {
         let OrderBounds { lowest, highest, .. } = self.bounds;
         match self.changes[..] {

@@ -1,10 +1,10 @@
-//! Richardson extrapolation: the error `e = C h^p` from the change by a refinement, and the theoretical orders `p` of mesh
-//! and step errors of a scene.
+//! Richardson extrapolation: the error `e = C h^p` from the change by a refinement, and the theoretical orders `p` of
+//! mesh and step errors of a scene.
 //!
-//! [`Extrapolation`]: from the refinement factor `r` and the order `p`, the error before or after the refinement over the
-//! change that it makes. The theoretical order of the mesh is 2; it is 1 with walls at nodes or recorded ends that hold
-//! several markers, and for `order_of_mesh` also after a jump of velocities. That of the step is the order of the scheme,
-//! or 1 for damped Newmark. Searches for numerics, and discretization errors of fits, use them.
+//! [`Extrapolation`]: from the refinement factor `r` and the order `p`, the error before or after the refinement over
+//! the change that it makes. [`smooth_mesh_order`] is the theoretical order of the mesh error: 2, or 1 with an end that
+//! is clamped at nodes, or a recorded end that holds several markers. [`order_of_mesh`] is 1 also after a jump of
+//! velocities. [`step_order`] is the order of the scheme, or 1 for Newmark's method with numerical damping.
 
 use crate::accuracy::aim::begins_with_velocity_jump;
 use crate::scene::{Scene, Time};
@@ -31,16 +31,17 @@ impl Extrapolation {
     }
 }
 
-/// The theoretical order of the mesh error of smooth motions: one with walls at nodes or grippers that hold several
-/// markers, which suppress the bending of half an edge behind them. Two otherwise.
+/// The theoretical order of the mesh error of smooth motions. It is one if an end is clamped at nodes
+/// (`supports.clamp`), or a recorded end holds several markers: that suppresses the bending of half an edge behind it.
+/// It is two otherwise.
 pub(crate) fn smooth_mesh_order(scene: &Scene) -> f64 {
     if scene.supports.cut_edges() { 1.0 } else { 2.0 }
 }
 
-/// The theoretical order of the mesh error: one if the scene has a `supports.motion` or an initial velocity
-/// ([`begins_with_velocity_jump`]), otherwise that of smooth motions. After such a jump of velocities mode `k` has an amplitude of order
-/// `k^-3`. Modes above the root of the number of edges have a wrong phase: the sum of their amplitudes decreases with the
-/// edge length.
+/// The theoretical order of the mesh error: one if the scene has a `supports.motion`, or an initial velocity or angular
+/// velocity ([`begins_with_velocity_jump`]), otherwise that of smooth motions. After such a jump of velocities mode `k`
+/// has an amplitude of order `k^-3`. Modes above the root of the number of edges have a wrong phase: the sum of their
+/// amplitudes decreases with the edge length.
 pub(super) fn order_of_mesh(scene: &Scene) -> f64 {
     if begins_with_velocity_jump(scene) { 1.0 } else { smooth_mesh_order(scene) }
 }

@@ -1,13 +1,17 @@
 //! Choice of mesh, step and scheme of a scene that leaves them out, for the error that it requests.
 //!
-//! Input: a scene with `accuracy`, the requested error over the rod length (default 0.1 %). For a motion, trial runs
-//! refine the mesh or the step, whichever has the larger error (`motion`). The differences of positions between
-//! successive runs estimate both errors (`difference`). The numerics with the least work that reach the requested error
-//! by extrapolation are chosen (`refinement`; `rodas4` as an alternative scheme). The chosen run is compared with the
-//! last trial run, and repeated with finer numerics where it disagrees or fails (`check`). Equilibria and modes need a
-//! mesh only, which is doubled until the extrapolated error suffices (`static_mesh`). Output: a [`Problem`] with these
-//! numerics and the estimated error, and the check of its run. `cargo run --release --example chosen_numerics` compares
-//! estimated with true errors, and gives the costs.
+//! Input: a scene of one rod with `accuracy`, the requested error over the rod length (default 0.1 %). For a motion,
+//! trial runs refine the mesh or the step, in general whichever has the larger error (`motion`). The differences of
+//! positions between successive runs estimate both errors (`difference`). The numerics with the least work that reach
+//! the requested error by extrapolation are chosen (`refinement`; `rodas4` as an alternative scheme), or the most
+//! accurate ones within limits of work. The chosen run is compared with the last trial run, and repeated with finer
+//! numerics where it disagrees or fails (`check`). Equilibria and modes need a mesh only, which is doubled until the
+//! extrapolated error suffices (`static_mesh`).
+//!
+//! Output: a [`Problem`] with these numerics and the estimated error ([`Scene::problem`]; [`Scene::problem_for`] for a
+//! stated purpose), and the check of its run ([`Scene::checked_problem`]). Numerics that the scene gives are kept.
+//! Errors are invalid scenes and files, and of equilibria and modes failed solutions. `cargo run --release --example
+//! chosen_numerics` compares estimated with true errors, and gives the costs.
 
 mod aim;
 mod basis;
@@ -68,15 +72,17 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Invalid`] with file, key, what was found and what is allowed. Where something is to be chosen, those of a
-    /// simulation.
+    ///
+    /// [`Error::Invalid`] with file, key, found and allowed content. Where something is to be chosen, also those of
+    /// reading data files and of the trial solutions.
     pub fn problem(&self) -> Result<Problem, Error> {
         self.problem_for(if self.time.is_some() { Aim::Motion } else { Aim::Rest })
     }
 
-    /// The problem of a simulation with its chosen numerics, estimated error and the work of the search, and the check of
-    /// its run. With `accuracy` the error is also estimated where nothing is left out. The check is `None` without
-    /// `[time]`, where nothing is left out, or where no trial run succeeded. It repeats a run only if the step is left out.
+    /// The problem of a simulation with its chosen numerics, estimated error and the work of the search, and the check
+    /// of its run. With `accuracy` the error is also estimated where nothing is left out. The check is `None` without
+    /// `[time]`, where nothing is left out, or where no trial run succeeded. It repeats a run only if the step is left
+    /// out.
     ///
     /// # Errors
     /// Those of [`problem`](Self::problem).
@@ -105,11 +111,13 @@ impl Scene {
         Ok((chosen.build()?, check))
     }
 
-    /// The problem with mesh, step and scheme [chosen](self) for a purpose: a motion, an equilibrium or modes with an
-    /// estimated error, or a first guess with the first mesh and step. Without anything left out it is built as given,
-    /// except for a motion with `accuracy`.
+    /// The problem with mesh, step and scheme [chosen](self) for a purpose, where the scene leaves them out. A motion
+    /// has an estimated error, as have an equilibrium and modes if the mesh is left out. A first guess has the first
+    /// mesh and step. Without anything left out the problem is built as given; a motion with `accuracy` also has an
+    /// estimated error.
     ///
     /// # Errors
+    ///
     /// Those of [`problem`](Self::problem), and of the trial solutions.
     pub fn problem_for(&self, aim: Aim) -> Result<Problem, Error> {
         self.validate()?;
@@ -137,10 +145,10 @@ impl Scene {
     }
 }
 
-/// The numerics of a motion for the request of its scene, and the work of the search, edges times Newton iterations. Where
-/// the limit of work prevents that error, the searches of requests larger by [`LOWERED_REQUEST`] follow, up to
-/// [`LARGEST_REQUEST`], until one reaches its own. Of all numerics those with the smallest estimated error are returned, so
-/// that this error is at most that of each of these larger requests. Error: an error of the input.
+/// The numerics of a motion for the request of its scene, and the work of the search, edges times Newton iterations.
+/// Where the limit of work prevents that error, the searches of requests larger by [`LOWERED_REQUEST`] follow, up to
+/// [`LARGEST_REQUEST`], until one reaches its own. Of all numerics those with the smallest estimated error are
+/// returned, so that this error is at most that of each of these larger requests. Error: an error of the input.
 fn most_accurate_motion(first: &InitialNumerics) -> Result<(ChosenMotion, f64), Error> {
     let mut scene = first.scene.clone();
     let mut search = MotionSearch::new(&first.scene, first.guess.clone())?;
@@ -174,8 +182,9 @@ struct InitialNumerics {
 }
 
 impl InitialNumerics {
-    /// The numerics with which the search begins for a scene: the first number of edges and the first step, s. Reads the
-    /// files of the rod's shape. An error for such a file, or for a rod that needs too many edges.
+    /// The numerics with which the search begins for a scene and a purpose: the first number of edges and the first
+    /// step, s (0 without `[time]`). Reads the files of the rod's shape. An error for such a file, or for a rod that
+    /// needs more than [`MAX_SEGMENTS`] edges.
     fn of(scene: &Scene, aim: Aim) -> Result<Self, Error> {
         let mut scene = scene.clone();
         let path = scene.path.clone();
@@ -188,9 +197,9 @@ impl InitialNumerics {
 }
 
 /// Edges of the first trial mesh for a purpose: at least [`FIRST_EDGES`] for a motion and [`FIRST_EDGES_STILL`] times
-/// [`fineness`] otherwise. The turning angle of the rod, an upper bound for rest shape and stress-free shape, is at most
-/// [`FIRST_TURN`] per edge. Modes have at least two edges each. Rounded up so that markers of a recorded path are at nodes.
-/// An error above [`MAX_SEGMENTS`].
+/// [`fineness`] otherwise. The turning angle of the rod, an upper bound for rest shape and stress-free shape, is at
+/// most [`FIRST_TURN`] per edge. Modes have at least two edges each. Rounded up so that markers of a recorded path are
+/// at nodes. An error above [`MAX_SEGMENTS`].
 fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
     let shape = &scene.rod.shape;
     // Edges are chords: too few of them would change the shape of a curved rod.
@@ -219,10 +228,10 @@ fn fineness(scene: &Scene) -> f64 {
     (1e-2 / scene.asked()).max(1.0).powf(0.25)
 }
 
-/// The lowest angular frequency of torsion, `pi/(2 L) sqrt(G/rho)` as of a round section, of a rod with natural twist and
-/// this `length` L, m, held at one end, rad/s. Zero without natural twist, or without shear modulus and Poisson's ratio.
-/// It limits the first trial step: larger steps damp torsion and the bending that couples with it on every mesh, so that
-/// differences between runs do not contain it.
+/// The lowest angular frequency of torsion, `pi/(2 L) sqrt(G/rho)` as of a round section, of a rod with natural twist
+/// and this `length` L, m, held at one end, rad/s. Zero without natural twist, or without shear modulus and Poisson's
+/// ratio. It limits the first trial step: larger steps damp torsion and the bending that couples with it on every mesh,
+/// so that differences between runs do not contain it.
 fn torsional_rate(scene: &Scene, length: f64) -> f64 {
     let is_twisted = !scene.rod.natural_twist.is_zero();
     let (_, material) = scene.at(0.5);
@@ -234,12 +243,13 @@ fn torsional_rate(scene: &Scene, length: f64) -> f64 {
     shear.filter(|_| is_twisted).map_or(0.0, rate)
 }
 
-/// The first trial step, s: the shortest time scale of the scene, or its end time if that is shorter, over [`FIRST_STEPS`].
-/// The time scale is `2 pi` over the largest of five rates, rad/s. One is `sqrt(12.4 E I/(rho A L^4))` of the first bending
-/// mode of a cantilever with the larger `I`, in the middle of the rod. The second is `sqrt((g + F/m)/L)` with the sum `F`
-/// of the sizes of all point and line loads. The others are [`torsional_rate`], the initial velocity over `L`, and the
-/// initial angular velocity. The step is at most the mean sample interval of a recorded path and the good step of moved
-/// supports. Zero without `[time]`. Error: no mesh, or a path that is not read.
+/// The first trial step, s: the shortest time scale of the scene, or its end time if that is shorter, over
+/// [`FIRST_STEPS`]. The time scale is `2 pi` over the largest of five rates, rad/s. One is `sqrt(12.4 E I/(rho A L^4))`
+/// of the first bending mode of a cantilever with the larger `I`, in the middle of the rod. The second is `sqrt((g +
+/// F/m)/L)` with the sum `F` of the sizes of all point loads, those of `initial` too, and line loads. The others are
+/// [`torsional_rate`], the initial velocity over `L`, and the initial angular velocity. The step is at most the mean
+/// sample interval of a recorded path, and resolves the motions of supports and the signals well. Zero without
+/// `[time]`. Error: no mesh, or a path that is not read.
 fn first_step(scene: &Scene, edges: usize) -> Result<f64, Error> {
     let Some(time) = &scene.time else { return Ok(0.0) };
     let (section, material) = scene.at(0.5);

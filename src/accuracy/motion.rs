@@ -1,24 +1,24 @@
 //! Search for mesh, step and scheme of a motion by trial runs.
 //!
-//! Input: the scene, whose given mesh or step is kept, the scene with the first mesh, and a first step in s. The
-//! first run has half of a given mesh or step. Each further run usually has a finer mesh or smaller steps. The
-//! [differences](crate::accuracy::difference) between successive runs estimate the errors of mesh and step. The part
-//! with the larger error is refined next. A failed run is followed by one with smaller steps, unless the step is
+//! Input: the scene, whose given mesh or step is kept, the scene with the first mesh, and a first step in s. The first
+//! run has half of the edges or steps that the scene gives. Each further run usually has a finer mesh or smaller steps.
+//! The [differences](crate::accuracy::difference) between successive runs estimate the errors of mesh and step. The
+//! part with the larger error is refined next. A failed run is followed by one with smaller steps, unless the step is
 //! given; repeated failures also add edges, unless the mesh is given.
 //!
 //! If scheme and mesh are open and generalised-alpha needs much smaller steps, `rodas4` is tried on a mesh coarser by
 //! [`LARGE_RATIO`]. If its step error reaches the target with less work, the search goes on from that run.
 //!
-//! The target error is a fraction of the requested one, given by `tuning`. The search ends where an extrapolation
-//! from the last run reaches it, or where given numerics make further runs impossible or useless. It also ends at a
-//! limit of work, or after more than [`MAX_FAILURES`] failed runs. Before it ends at the limit of work, the part with the
+//! The target error is a fraction of the requested one, given by `tuning`. The search ends where an extrapolation from
+//! the last run reaches it, or where given numerics make further runs impossible or useless. It also ends at a limit of
+//! work, or after more than [`MAX_FAILURES`] failed runs. Before it ends at the limit of work, the part with the
 //! smaller error is made coarser if the other one can then be refined further.
 //!
-//! Output: the numerics with the least work whose extrapolated error is the target, else the most accurate ones
-//! within the allowed work. The step may then be reduced: to a stable one of an explicit scheme, or for moved
-//! supports. The estimated error, over the length, is `None` unless every part that the scene leaves open was
-//! estimated. The reason is added if the error is above the requested one or unknown. The basis for the check of the
-//! run is added, unless no run succeeded; the numerics are then those of the last attempt.
+//! Output: the numerics with the least work whose extrapolated error is the target, else the most accurate ones within
+//! the allowed work. The step may then be reduced: to a stable one of an explicit scheme, or to resolve the motions of
+//! supports and the signals well. The estimated error, over the length, is `None` unless every part that the scene
+//! leaves open was estimated. The reason is added if the error is above the requested one or unknown. The basis for the
+//! check of the run is added, unless no run succeeded; the numerics are then those of the last attempt.
 //!
 //! Neither part is refined far without the other. Large steps damp the modes that finer edges would add, and a coarse
 //! mesh lacks the modes that smaller steps would reveal.
@@ -56,7 +56,8 @@ const EXTENDED_SEARCH: f64 = 20.0;
 const WITHOUT_ESTIMATE: f64 = 5.0;
 /// Fraction of the target error that is allowed for the step.
 const STEP_PART: f64 = 0.5;
-/// Error of the step over that of a given mesh below which smaller steps are not tried, if the mesh alone exceeds the target.
+/// Error of the step over that of a given mesh below which smaller steps are not tried, if the mesh alone exceeds the
+/// target.
 const HOPELESS_STEP_PART: f64 = 0.1;
 /// Factor on the number of edges after every second failed run.
 const MORE_EDGES: f64 = 1.5;
@@ -121,12 +122,12 @@ impl<'a> MotionSearch<'a> {
         self.trials.work.get()
     }
 
-    /// Runs the search and returns mesh, step and scheme with the estimated error over the length. The first trial run has
-    /// the first mesh and a step of about `first_step`, s; a given mesh or step is halved for it. After a failed run the
-    /// number of steps is doubled. The search ends where an extrapolation suffices or given numerics prevent further runs
-    /// (`next_part`). It also ends at the limit of work, and after more than [`MAX_FAILURES`] failed runs; then the reason
-    /// is [`Bound::Work`]. A reason is returned only if the error is above the requested one or unknown. Error: an error of
-    /// the input.
+    /// Runs the search and returns mesh, step and scheme with the estimated error over the length. The first trial run
+    /// has the first mesh and a step of about `first_step`, s; it has half of the edges or steps that the scene gives.
+    /// After a failed run the number of steps is doubled, unless the scene gives the step. The search ends where an
+    /// extrapolation suffices or given numerics prevent further runs (`next_part`). It also ends at the limit of work,
+    /// and after more than [`MAX_FAILURES`] failed runs; then the reason is [`Bound::Work`]. A reason is returned only
+    /// if the error is above the requested one or unknown. Error: an error of the input.
     pub fn choose(&mut self, first_step: f64) -> Result<ChosenMotion, Error> {
         let (end, scheme) = (self.trials.guess.time()?.end, self.trials.guess.time()?.scheme);
         let first_steps = (end / first_step - 1e-9).ceil().max(1.0) as usize;
@@ -207,8 +208,8 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// Whether trial runs above the usual limit of work are expected to reach the target error. Mesh and step have two or
-    /// more differences each, which converge. The work predicted from the run with the numerics `at` is at most
+    /// Whether trial runs above the usual limit of work are expected to reach the target error. Mesh and step have two
+    /// or more differences each, which converge. The work predicted from the run with the numerics `at` is at most
     /// [`EXTENDED_SEARCH`] times that limit.
     fn is_promising(&self, at: Numerics) -> bool {
         let is_falling = |d: &RefinementSequence| d.count() > 1 && d.is_converging();
@@ -219,10 +220,11 @@ impl<'a> MotionSearch<'a> {
             && work.is_some_and(|work| work <= EXTENDED_SEARCH * self.trials.most_work)
     }
 
-    /// A trial run to refine mesh or step from where the refinement of `last` to `next` is too much work: that of `last`
-    /// with the other part coarser by its last refinement, and `next` coarsened in the same way. The last difference of the
-    /// other part is extrapolated to it. `None`, without a change, if the coarser part would have the larger error, has no
-    /// difference, is given by the scene, or cannot be coarser, or if the coarser run fails. Error: invalid input.
+    /// A trial run to refine mesh or step from where the refinement of `last` to `next` is too much work: that of
+    /// `last` with the other part coarser by its last refinement, and `next` coarsened in the same way. The last
+    /// difference of the other part is extrapolated to it. `None`, without a change, if the coarser part would have the
+    /// larger error, has no difference, is given by the scene, or cannot be coarser, or if the coarser run fails.
+    /// Error: invalid input.
     fn coarser_basis(
         &mut self,
         last: Option<&TrialRun>,
@@ -263,10 +265,10 @@ impl<'a> MotionSearch<'a> {
 
     /// A trial run of `rodas4` whose step error reaches [`STEP_PART`] of the target error with less work than
     /// generalised-alpha, by [`rodas4::cheaper_alternative`]. Its mesh has the edges of `now` over [`LARGE_RATIO`], at
-    /// least those of the first mesh. It is tried if scheme and mesh are left open, the scene supports `rodas4`, and there
-    /// are two differences of the step and one of the mesh. Generalised-alpha must need a step refined by
-    /// [`MIN_STEP_REFINEMENT`] or more, and have [`RETRY_REFINEMENT`] times the steps of the last attempt. Else `None`. An
-    /// attempt stores the number of steps of `now`.
+    /// least those of the first mesh. It is tried if scheme and mesh are left open, the scene supports `rodas4`, and
+    /// there are two differences of the step and one of the mesh. Generalised-alpha must need a step refined by
+    /// [`MIN_STEP_REFINEMENT`] or more, and have [`RETRY_REFINEMENT`] times the steps of the last attempt. Else `None`.
+    /// An attempt stores the number of steps of `now`.
     fn cheaper_alternative(&mut self, now: Numerics) -> Result<Option<Alternative>, Error> {
         let can = self.trials.open.scheme
             && self.given_segments.is_none()
@@ -313,15 +315,16 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// Whether the mesh is that of a polyline's points, which cannot be changed.
+    /// Whether the mesh is that of the points of a polyline, which cannot be changed.
     fn has_mesh_of_points(&self) -> bool {
         self.scene.rod.segments.is_none() && self.given_segments.is_some()
     }
 
-    /// Adds the largest distance between two trial runs, over the length, to the sequence of the part that was refined by
-    /// the factor `ratio` between them. Earlier differences of that part are dropped if the other part was refined by more
-    /// than [`MAX_SHIFT_OF_ORDERS`] in between. The refinement of the other part since the last difference of this one is 1
-    /// again. The refinement of this part since the last difference of the other is multiplied by `ratio`.
+    /// Adds the largest distance between two trial runs, over the length, to the sequence of the part that was refined
+    /// by the factor `ratio` between them. Earlier differences of that part are dropped if the other part was refined
+    /// by more than [`MAX_SHIFT_OF_ORDERS`] in between. The refinement of the other part since the last difference of
+    /// this one is 1 again. The refinement of this part since the last difference of the other is multiplied by
+    /// `ratio`.
     fn compare(&mut self, before: &Positions, after: &Positions, refined: RefinedPart, ratio: f64) {
         let difference = largest_distance(before, after);
         match refined {
@@ -368,9 +371,9 @@ impl<'a> MotionSearch<'a> {
     }
 
     /// The factor by which mesh or step of the numerics `now` is refined next: [`LARGE_RATIO`] or [`SMALL_RATIO`]. The
-    /// large one needs two or more differences of this part, the last one below [`UNRELATED`], and no refinement of this
-    /// part since the last difference of the other. The target must also need a refinement above [`LARGE_RATIO_MARGIN`]
-    /// times the large ratio, or be out of reach of all.
+    /// large one needs two or more differences of this part, the last one below [`UNRELATED`], and no refinement of
+    /// this part since the last difference of the other. The target must also need a refinement above
+    /// [`LARGE_RATIO_MARGIN`] times the large ratio, or be out of reach of all.
     fn ratio(&self, now: Numerics, part: RefinedPart) -> usize {
         let (own, other_is_fresh) = match part {
             RefinedPart::Mesh => (&self.mesh, self.since_step <= 1.0),
@@ -417,13 +420,13 @@ impl<'a> MotionSearch<'a> {
         self.mesh.count() + self.step.count() > 0 && self.estimated() == self.free()
     }
 
-    /// The part, mesh or step, to be refined after the run `now`. Parts without a difference come first, the step before
-    /// the mesh; then one whose difference is outdated by refinements of the other above [`MAX_SHIFT`]. The target is
-    /// within reach if an extrapolation by factors up to [`MAX_EXTRAPOLATION`], within the growth of work of the tuning,
-    /// suffices and no last difference exceeds [`UNRELATED`]. Then it is a part whose difference that extrapolation would
-    /// outdate, or a given part that is still coarser than given, or else `None`. Out of reach it is the part with the
-    /// larger error. `None` also if neither part may be refined, or where smaller steps are useless beside the error of a
-    /// given mesh ([`HOPELESS_STEP_PART`]).
+    /// The part, mesh or step, to be refined after the run `now`; `None` ends the search. Parts without a difference
+    /// come first, the step before the mesh; then one whose difference is outdated by refinements of the other above
+    /// [`MAX_SHIFT`]. The target is within reach if an extrapolation by factors up to [`MAX_EXTRAPOLATION`], within the
+    /// growth of work of the tuning, suffices and no last difference exceeds [`UNRELATED`]. Then it is a part whose
+    /// difference that extrapolation would outdate, or a given part that is still coarser than given, or else `None`.
+    /// Out of reach it is the part with the larger error. `None` also if neither part may be refined, or where smaller
+    /// steps are useless beside the error of a given mesh ([`HOPELESS_STEP_PART`]).
     fn next_part(&self, now: Numerics) -> Option<RefinedPart> {
         let can = |part| self.can_refine(now, part);
         let (mesh, step) = (can(RefinedPart::Mesh), can(RefinedPart::Step));
@@ -485,8 +488,8 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// The error for which numerics are chosen, over the length: the requested accuracy times the `target` of the tuning
-    /// constants.
+    /// The error for which numerics are chosen, over the length: the requested accuracy times the `target` of the
+    /// tuning constants.
     fn target(&self) -> f64 {
         self.tuning.target * self.scene.asked()
     }
@@ -502,10 +505,10 @@ impl<'a> MotionSearch<'a> {
         }
     }
 
-    /// The chosen numerics after the trial run `last`: those with the least work whose extrapolated error is the target,
-    /// or the most accurate within the allowed work. The error is `None` if not all open parts were estimated. Without a
-    /// successful run they are `tried`, the numerics of the last attempt, without error and basis. `bound` is the reason
-    /// of an early end; the result has one only if the error is above the requested one or unknown.
+    /// The chosen numerics after the trial run `last`: those with the least work whose extrapolated error is the
+    /// target, or the most accurate within the allowed work. The error is `None` if not all open parts were estimated.
+    /// Without a successful run they are `tried`, the numerics of the last attempt, without error and basis. `bound` is
+    /// the reason of an early end; the result has one only if the error is above the requested one or unknown.
     fn conclude(
         &self,
         last: Option<TrialRun>,
@@ -555,7 +558,8 @@ impl<'a> MotionSearch<'a> {
     }
 
     /// Edges, steps and scheme of the last trial run refined by `finer`, and the step, s. A given mesh or step is kept.
-    /// Other steps are reduced to a stable one of an explicit scheme, and to the good step of moved supports.
+    /// Other steps are reduced to a stable one of an explicit scheme, and to one that resolves the motions of supports
+    /// and the signals well.
     fn numerics(&self, basis: &Basis, finer: RefinementFactors) -> Result<(Numerics, f64), Error> {
         let numerics = basis.refined(finer, self.scene);
         let numerics = Numerics {

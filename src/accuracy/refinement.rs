@@ -2,14 +2,15 @@
 //! refinement for a requested error.
 //!
 //! Input: estimated errors `e_m`, `e_s` of a run, in any common unit (over the length; in fits on the scale of an
-//! unknown), and their orders `p`, `q`. Output: the factors `r_m` and `r_s` by which edges and steps increase (below
-//! 1: coarser). Work is (edges + [`EDGES_PER_STEP`]) times steps. Beyond a factor of [`MAX_EXTRAPOLATION`] the errors
+//! unknown), and their orders `p`, `q`. Output: the factors `r_m` and `r_s` by which edges and steps increase (below 1:
+//! coarser). [`work`] is (edges + [`EDGES_PER_STEP`]) times steps. Beyond a factor of [`MAX_EXTRAPOLATION`] the errors
 //! are assumed to decrease with half the order. The best `r_m` is that of least work among equal ratios from
-//! [`COARSEST`] to [`FINEST`]; `r_s` follows from the remaining error. A part that may not change keeps the factor 1,
-//! and the result is `None` if no candidate reaches the error. `best_within` returns the most accurate factors within
-//! an allowed work, `underestimated` the model with larger errors and with the lower orders that then explain the
-//! same change. The choice of numerics and the check of runs use it. The choice of finer numerics for a fit uses
-//! `finer_for`, without factors below 1.
+//! [`COARSEST`] to [`FINEST`]; `r_s` follows from the remaining error. A part that may not change keeps the factor 1;
+//! in general the result is `None` if no candidate reaches the error. [`ErrorModel::cheapest`] returns these factors
+//! with their work, and [`ErrorModel::after`] the error that any factors leave. [`ErrorModel::best_within`] returns the
+//! most accurate factors within an allowed work. [`ErrorModel::finer_for`] has no factors below 1, and returns
+//! [`FINEST`] for both if no candidate reaches the error. [`ErrorModel::underestimated`] is the model with larger
+//! errors, and with the lower orders that then explain the same change.
 
 /// Smallest refinement of the mesh that is considered.
 const COARSEST: f64 = 0.5;
@@ -26,7 +27,8 @@ const EDGES_PER_STEP: f64 = 8.0;
 /// Error for which a refinement is chosen over the allowed one, where the order is that of the method and not observed.
 const TARGET_PART: f64 = 0.8;
 
-/// Errors of mesh and step of a run, over the length, and the powers with which they fall.
+/// Errors of mesh and step of a run, in one unit (over the length, or on the scale of an unknown), and the powers with
+/// which they fall.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ErrorModel {
     /// Error of the mesh.
@@ -53,8 +55,8 @@ pub(crate) struct Free {
     pub step: bool,
 }
 
-/// The refinement that enters the power law: `finer` itself up to [`MAX_EXTRAPOLATION`], beyond it that times the square
-/// root of the remaining factor.
+/// The refinement that enters the power law: `finer` itself up to [`MAX_EXTRAPOLATION`], beyond it that times the
+/// square root of the remaining factor.
 fn effective(finer: f64) -> f64 {
     finer.min(MAX_EXTRAPOLATION) * (finer / MAX_EXTRAPOLATION).max(1.0).sqrt()
 }
@@ -77,8 +79,8 @@ impl ErrorModel {
     }
 
     /// The refinement with the least work of a run with `segments` edges whose error is at most `allowed`; neither mesh
-    /// nor step is coarsened. Factors of one if the error is small enough already; else the target is [`TARGET_PART`] of
-    /// `allowed`. [`FINEST`] for both if no refinement reaches it.
+    /// nor step is coarsened. Factors of one if the error is small enough already; else the target is [`TARGET_PART`]
+    /// of `allowed`. [`FINEST`] for both if no refinement reaches it.
     pub fn finer_for(&self, allowed: f64, segments: usize) -> RefinementFactors {
         let same = RefinementFactors { mesh: 1.0, step: 1.0 };
         if self.after(same) <= allowed {
@@ -108,10 +110,10 @@ impl ErrorModel {
         }
     }
 
-    /// The model with both errors multiplied by `factor`, after a finer run showed that they were underestimated. They were
-    /// extrapolated from the change `d` of a refinement by two, `e = d/(2^p - 1)`: the same change with larger errors has a
-    /// lower order `p`. Orders are lowered to it, at least to `lowest`; orders below `lowest` stay. The lowered order is
-    /// `log2(1 + (2^p - 1)/factor)`.
+    /// The model with both errors multiplied by `factor`, after a finer run showed that they were underestimated. They
+    /// were extrapolated from the change `d` of a refinement by two, `e = d/(2^p - 1)`: the same change with larger
+    /// errors has a lower order `p`. Orders are lowered to it, at least to `lowest`; orders below `lowest` stay. The
+    /// lowered order is `log2(1 + (2^p - 1)/factor)`.
     pub fn underestimated(&self, factor: f64, lowest: f64) -> Self {
         let lower = |order: f64| {
             let explained = (1.0 + (order.exp2() - 1.0) / factor).log2();
@@ -127,9 +129,9 @@ impl ErrorModel {
     }
 
     /// The least expensive refinement of a run with `segments` edges whose error is at most `target`, and its work over
-    /// that of the run. A part, mesh or step, that is not `free` has the factor one. Of each candidate of the mesh the step
-    /// follows from the remaining error. Factors may be below one (coarser), down to [`COARSEST`]. `None` if no candidate
-    /// reaches the target.
+    /// that of the run. A part, mesh or step, that is not `free` has the factor one. Of each candidate of the mesh the
+    /// step follows from the remaining error. Factors may be below one (coarser), down to [`COARSEST`]. `None` if no
+    /// candidate reaches the target.
     pub fn cheapest(
         &self,
         target: f64,
@@ -185,7 +187,8 @@ mod tests {
         ErrorModel { mesh, step, mesh_order: 2.0, step_order: 2.0 }
     }
 
-    /// Without a price for a step both errors are equal at the least work: with the orders equal, d(mesh part) = d(step part).
+    /// Without a price for a step both errors are equal at the least work: with the orders equal, d(mesh part) = d(step
+    /// part).
     #[test]
     fn cheapest_refinement_shares_the_error_equally_on_large_meshes() {
         let model = model(4e-3, 1e-3);

@@ -2,11 +2,11 @@
 //!
 //! Input: the number of edges of a coarse mesh, the steps that generalised-alpha has run and would need, and the target
 //! error of the step over the length. Trial runs halve the step, at most [`MAX_RUNS`] runs, until the observed order
-//! predicts the work for the target within [`MAX_EXTRAPOLATION`] times the steps. `rodas4` is chosen if that is less than
-//! [`MAX_WORK_RATIO`] of the work of generalised-alpha. Its error decreases abruptly at a number of steps that is the same
-//! on coarse and on fine meshes to a factor of 1.4. A step takes as long as several Newton iterations of generalised-alpha.
-//! Output: the last trial run, or the one before if that reaches the target, and its differences. It is `None` if no run
-//! suffices, or as soon as a run is itself too expensive. The search for the numerics of a motion uses it.
+//! predicts the work for the target within [`MAX_EXTRAPOLATION`] times the steps. `rodas4` is chosen if that is less
+//! than [`MAX_WORK_RATIO`] of the work of generalised-alpha. Its error decreases abruptly at a number of steps that is
+//! the same on coarse and on fine meshes to a factor of 1.4. A step takes as long as several Newton iterations of
+//! generalised-alpha. Output: the last trial run, or the one before if that reaches the target, and its differences. It
+//! is `None` if no run suffices, or as soon as a run is itself too expensive.
 
 use crate::accuracy::difference::{OrderBounds, RefinementSequence, UNRELATED, largest_distance};
 use crate::accuracy::trial::{ITERATIONS, Numerics, TrialRun, TrialRuns};
@@ -34,9 +34,9 @@ pub(super) struct Alternative {
 /// A trial run of `rodas4` on `segments` edges whose step error is extrapolated to `target`, over the length, with its
 /// differences. Its work must be less than [`MAX_WORK_RATIO`] of that of generalised-alpha with `needed` steps, and the
 /// extrapolation at most [`MAX_EXTRAPOLATION`] times the steps. The first run takes [`FIRST_WORK_RATIO`] of the work of
-/// `tried` steps of generalised-alpha (at least 4 steps), each further one twice the steps. If the run before the last one
-/// reaches the target, that one is returned. `None` if none of [`MAX_RUNS`] runs suffices, or as soon as a run is itself
-/// too expensive. Error: invalid input.
+/// `tried` steps of generalised-alpha (at least 4 steps), each further one twice the steps. If the run before the last
+/// one reaches the target, that one is returned. `None` if none of [`MAX_RUNS`] runs suffices, or as soon as a run is
+/// itself too expensive. Error: invalid input.
 pub(super) fn cheaper_alternative(
     trials: &TrialRuns<'_>,
     segments: usize,

@@ -4,13 +4,12 @@
 //! Input: the scene, the purpose, and the first number of edges. Compared are the positions of the free ends (the
 //! middle without any) over the length, or the logarithms of frequencies and growth rates. Modes are about the rest
 //! shape if there is no equilibrium. The error follows by Richardson extrapolation with the observed order
-//! (`difference`). The chosen mesh follows by extrapolation: from half of the last mesh to [`MAX_EXTRAPOLATION`]
-//! times it, which is 1 to 2 by the number of compared meshes. It has at least 2 edges per mode. A mesh without an
+//! (`difference`). The chosen mesh follows by extrapolation: from half of the last mesh to [`MAX_EXTRAPOLATION`] times
+//! it, which is 1 to 2 by the number of compared meshes. It has at least 2 edges per mode. A mesh without an
 //! equilibrium is skipped if a finer one is allowed. Compared meshes have at most [`MAX_SEGMENTS`] edges
-//! ([`MAX_SEGMENTS_OF_MODES`], or the first number, for modes). The search ends there, or where rounding errors
-//! dominate; then the requested error is not reached.
-//! Output: [`StaticMesh`] with the number of edges, the estimated error (over the length, or relative for modes), and
-//! the reason in that case. Failed solutions are errors.
+//! ([`MAX_SEGMENTS_OF_MODES`], or the first number, for modes). The search ends there at the latest, or where rounding
+//! errors dominate; then the requested error may not be reached. Output: [`StaticMesh`] with the number of edges, the
+//! estimated error (over the length, or relative for modes), and the reason in that case. Failed solutions are errors.
 
 use crate::accuracy::aim::{Aim, MAX_SEGMENTS, MAX_SEGMENTS_OF_MODES, allowed_edges};
 use crate::accuracy::difference::{OrderBounds, Positions, RefinementSequence, largest_distance};
@@ -53,14 +52,16 @@ pub(super) struct StaticMesh {
     pub bound: Option<Bound>,
 }
 
-/// Chooses the mesh of an equilibrium or of modes. The number of edges is doubled from `first` on. After each solution the
-/// number for [`TARGET_PART`] of the requested error is extrapolated. The search ends if that is at most
-/// [`MAX_EXTRAPOLATION`] times the last one. The chosen number is that one, but at least half of the last one, 2, or 2 per
-/// mode. A mesh without an equilibrium is skipped if a finer one is allowed. At the largest mesh the result is that mesh,
-/// with the reason [`Bound::Work`]. Where differences below [`MAX_ROUNDING`] do not decrease, it is half of the last mesh,
-/// with the same reason. The error is then the last estimate, or else the last difference. `step`, s, is that of the scene.
+/// Chooses the mesh of an equilibrium or of modes. The number of edges is doubled from `first` on; `step`, s, is that
+/// of the scene. After each solution the number for [`TARGET_PART`] of the requested error is extrapolated. The search
+/// ends if that is at most [`MAX_EXTRAPOLATION`] times the last one. The chosen number is that one, but at least half
+/// of the last one, 2, or 2 per mode. A mesh without an equilibrium is skipped if a finer one is allowed. The search
+/// also ends at the largest mesh, which is then chosen. Where differences below [`MAX_ROUNDING`] do not decrease, half
+/// of the last mesh is chosen. In both cases the error is the last estimate or difference, and the reason is
+/// [`Bound::Work`] if it is above the requested one or unknown.
 ///
 /// # Errors
+///
 /// Those of the solutions, and of building a problem.
 pub(super) fn choose_static_mesh(
     scene: &Scene,
@@ -124,9 +125,9 @@ pub(super) fn choose_static_mesh(
     }
 }
 
-/// Logarithm and sign of a frequency or, negative, of a growth rate, rad/s, as a vector with a third entry of zero; zeros
-/// for zero. The distance of two meshes is the relative error of the mode. It is above one where the mode is stable on
-/// one mesh only.
+/// Logarithm and sign of a frequency or, negative, of a growth rate, rad/s, as a vector with a third entry of zero;
+/// zeros for zero. The distance of two meshes is the relative error of the mode. It is above one where the mode is
+/// stable on one mesh only.
 fn logarithm(frequency: f64) -> [f64; 3] {
     match frequency == 0.0 {
         true => [0.0; 3],
@@ -134,9 +135,9 @@ fn logarithm(frequency: f64) -> [f64; 3] {
     }
 }
 
-/// The quantities of a mesh that are compared. For an equilibrium the positions of the free ends, or of the middle without
-/// any, over the length. For modes the [logarithm] of each frequency, about the equilibrium, or about the rest shape where
-/// there is none. Error: the equilibrium, or modes about both, cannot be computed.
+/// The quantities of a mesh that are compared. For an equilibrium the positions of the free ends, or of the middle
+/// without any, over the length. For modes the [logarithm] of each frequency, about the equilibrium, or about the rest
+/// shape where there is none. Error: the equilibrium, or modes about both, cannot be computed.
 fn compared_quantities(problem: &Problem, aim: Aim) -> Result<Positions, Error> {
     if let Aim::Modes(count) = aim {
         // A rod without an equilibrium has modes about its unstressed shape.

@@ -1,11 +1,12 @@
 //! Trial runs: simulations of a scene with given numerics that record up to nine points at 100 times, and their work.
 //!
-//! Input: edges, steps and scheme, used even where the scene gives others. The points divide the rod into eight parts; its
-//! free ends are added. Output: positions of these points over the rod length, the recorded motion of the nodes around them,
-//! or nothing for a run that fails or needs halved steps of `rodas4`. Invalid input is an error. Steps of explicit schemes
-//! are at most [`OF_STABLE_STEP`] of the largest stable one. Results are stored, so that no run is computed twice. The unit
-//! of work is one edge times one Newton iteration of generalised-alpha; a step of `rodas4` counts as five in the plane and
-//! three in space. The search for the numerics of a motion uses them.
+//! Input: edges, steps and scheme, used even where the scene gives others. The points divide the rod into eight parts;
+//! its free ends are added. Output: positions of these points over the rod length, the recorded motion of the nodes
+//! around them, or nothing for a run that fails or needs halved steps of `rodas4`. Invalid input and files are errors.
+//! Steps of explicit schemes are at most [`OF_STABLE_STEP`] of the largest stable one. Results are stored, so that no
+//! run is computed twice. The unit of work is one edge times one Newton iteration of generalised-alpha; a step of
+//! `rodas4` counts as five in the plane and three in space. [`comparison_points`] are the points,
+//! [`free_ends_or_middle`] those for equilibria. [`largest_step`] is the largest stable step of an explicit scheme, s.
 
 use crate::accuracy::aim::{TRIAL_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::difference::Positions;
@@ -92,8 +93,8 @@ impl<'a> TrialRuns<'a> {
         })
     }
 
-    /// Expected work of a run with these numerics: edges times steps. For `rodas4` times the Newton iterations that take
-    /// as long as one of its steps, over the mean number [`ITERATIONS`] of generalised-alpha.
+    /// Expected work of a run with these numerics: edges times steps. For `rodas4` times the Newton iterations that
+    /// take as long as one of its steps, over the mean number [`ITERATIONS`] of generalised-alpha.
     pub fn expected_work(&self, Numerics { segments, steps, scheme }: Numerics) -> f64 {
         // The unit of work is an iteration of generalised-alpha, so that both schemes can be compared.
         let one = match scheme {
@@ -116,8 +117,8 @@ impl<'a> TrialRuns<'a> {
 
     /// Simulates the scene with these numerics to its end, even where it gives finer ones, with [`TRIAL_TOLERANCE`] for
     /// Newton's method. The run's work is added. Only the nodes around the compared points are recorded. A step above
-    /// [`OF_STABLE_STEP`] of the largest stable one of an explicit scheme is reduced to that. `None` for a run that fails,
-    /// or in which `rodas4` halves a step, which stops it. An error only for invalid input or files.
+    /// [`OF_STABLE_STEP`] of the largest stable one of an explicit scheme is reduced to that. `None` for a run that
+    /// fails, or in which `rodas4` halves a step, which stops it. An error only for invalid input or files.
     fn new_run(
         &self,
         Numerics { segments, steps, scheme }: Numerics,
@@ -225,7 +226,8 @@ fn positions(problem: &Problem, stencils: &[Stencil], record: &Record) -> Result
     Ok(positions)
 }
 
-/// [`OF_STABLE_STEP`] of the largest stable step of an explicit scheme, s; `None` for implicit schemes, without a limit.
+/// [`OF_STABLE_STEP`] of the largest stable step of an explicit scheme, s; `None` for implicit schemes, which have no
+/// limit.
 pub(super) fn largest_stable_step(problem: &Problem) -> Result<Option<f64>, Error> {
     Ok(largest_step(problem)?.map(|largest| OF_STABLE_STEP * largest))
 }

@@ -1,12 +1,12 @@
 //! Changes of a campaign task to its fit file and scenes: new values by the paths of TOML keys.
 //!
 //! A path has parts separated by dots, as in `rod.segments`, `observation.0.file`, `loads.gravity.y` or
-//! `experiment.long.radius`. A part is a key of a table, or an index (from 0), an axis (x, y, z) or a `name` in a
-//! list. The short name of a scene parameter, as `radius`, stands for its path. [`Key::new`] determines whether the
-//! fit file, all scenes, or the scene of one experiment has the key, or returns an error. [`set_value`] writes the
-//! value into the table; a number or truth value in the place of a text becomes a text. It creates missing tables,
-//! and `[0, 0, 0]` for a missing vector, but no items of lists. A missing index or name, or a path below a plain
-//! value, is an error. Tables (CSV) and grids of a campaign file use such paths.
+//! `experiment.long.radius`. A part is a key of a table, or an index (from 0), an axis (x, y, z) or a `name` in a list.
+//! The short name of a scene parameter, as `radius`, stands for its path. [`Key::new`] determines, by the first part or
+//! the short name, whether the fit file, all scenes or the scene of one experiment may have the key. Other names are
+//! errors. [`set_value`] writes the value into the table; a number or truth value in the place of a text becomes a
+//! text. It creates missing tables, and `[0, 0, 0]` for a missing vector, but no items of lists. A missing index or
+//! name, or a path below a plain value, is an error. [`can_be_planned`] rejects values that JSON does not have.
 
 use crate::error::Error;
 use crate::scene::Parameter;
@@ -43,9 +43,10 @@ pub(crate) enum Key {
 }
 
 impl Key {
-    /// The key with a dotted path or short name, as in a column of the table or a key of the grid. `experiment.NAME.` and a
-    /// key of a scene is one of the scene of that experiment. Otherwise the first part is a table of fit files or of scenes,
-    /// or the whole is the short name of a scene parameter. Error: neither fit files nor scenes have the key.
+    /// The key with a dotted path or short name, as in a column of the table or a key of the grid. `experiment.NAME.`
+    /// and a key of a scene is one of the scene of that experiment. Otherwise the first part is a table of fit files or
+    /// of scenes, or the whole is the short name of a scene parameter. Error: neither fit files nor scenes have the
+    /// key.
     pub fn new(name: &str) -> Result<Self, Error> {
         let parts: Vec<String> = name.split('.').map(Into::into).collect();
         // Keys of the scene of one experiment begin with its index or name.
@@ -65,8 +66,8 @@ impl Key {
         })
     }
 
-    /// Whether a string at this key is the path of a file, of data or of a scene, by the last part that is no index: `file`,
-    /// `path`, `paths`, or `scene` in a fit file.
+    /// Whether a string at this key is the path of a file, of data or of a scene, by the last part that is no index:
+    /// `file`, `path`, `paths`, or `scene` in a fit file.
     pub fn names_a_file(&self) -> bool {
         let (Self::Fit(path) | Self::Scenes(path) | Self::Scene(_, path)) = self;
         // The index of a list follows its key, as in `paths.0`.
@@ -82,8 +83,8 @@ pub(crate) fn is_file_key(key: &str) -> bool {
     ["file", "path", "paths"].contains(&key)
 }
 
-/// The path of a key of a scene, from its `parts`. A first part of [`SCENE_TABLES`] leaves it unchanged; the short name of a
-/// parameter (all parts, joined by dots) becomes the parameter's path. None for other keys, or without parts.
+/// The path of a key of a scene, from its `parts`. A first part of [`SCENE_TABLES`] leaves it unchanged; the short name
+/// of a parameter (all parts, joined by dots) becomes the parameter's path. None for other keys, or without parts.
 fn scene_path(parts: &[String]) -> Option<Vec<String>> {
     if SCENE_TABLES.contains(&&**parts.first()?) {
         return Some(parts.to_vec());
@@ -92,8 +93,8 @@ fn scene_path(parts: &[String]) -> Option<Vec<String>> {
     Some(path.split('.').map(Into::into).collect())
 }
 
-/// Whether a value can stand in a plan, which is JSON: no infinite or NaN numbers, and no dates. Lists and tables are checked in
-/// full.
+/// Whether a value can stand in a plan, which is JSON: no infinite or NaN numbers, and no dates. Lists and tables are
+/// checked in full.
 pub(crate) fn can_be_planned(value: &Value) -> bool {
     match value {
         Value::Float(number) => number.is_finite(),
@@ -104,9 +105,10 @@ pub(crate) fn can_be_planned(value: &Value) -> bool {
     }
 }
 
-/// Sets the value at a path of a table. Missing tables are created; a missing value whose next part is an axis (x, y, z)
-/// becomes `[0, 0, 0]`. Items of lists are never created. A number or truth value that replaces a text becomes a text. An
-/// empty path changes nothing. Error: a list has no such index or name, or the path goes on below a plain value.
+/// Sets the value at a path of a table. Missing tables are created; a missing value whose next part is an axis (x, y,
+/// z) becomes `[0, 0, 0]`. Items of lists are never created. A number or truth value that replaces a text becomes a
+/// text. An empty path changes nothing. Error: a list has no such index or name, or the path goes on below a plain
+/// value.
 pub(crate) fn set_value(table: &mut Table, path: &[String], value: &Value) -> Result<(), Error> {
     let missing = || {
         let allowed = "a key of the file; list items are counted from 0";
@@ -139,9 +141,9 @@ fn axis(name: &str) -> Option<usize> {
     ["x", "y", "z"].iter().position(|axis| *axis == name)
 }
 
-/// The value with the key `part` in a table, created by `missing` if absent. In a list it is the existing item with this index
-/// (from 0), else axis (x, y, z as 0, 1, 2), else `name`; the first that applies. None for other kinds of values and items
-/// that do not exist.
+/// The value with the key `part` in a table, created by `missing` if absent. In a list it is the existing item with
+/// this index (from 0), else axis (x, y, z as 0, 1, 2), else `name`; the first that applies. None for other kinds of
+/// values and items that do not exist.
 fn child<'a>(
     value: &'a mut Value,
     part: &str,

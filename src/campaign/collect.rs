@@ -18,8 +18,9 @@ use std::collections::{HashMap, HashSet};
 use std::fmt;
 use std::io::{self, Write};
 
-/// Largest relative difference of values and standard errors between results of two platforms that count as equal. It is far
-/// above rounding errors and far below any standard error; with a larger value, results of other data could count as equal.
+/// Largest relative difference of values and standard errors between results of two platforms that count as equal. It
+/// is far above rounding errors and far below any standard error; with a larger value, results of other data could
+/// count as equal.
 const PLATFORM_DIFFERENCE: f64 = 1e-9;
 
 /// The results of a campaign's tasks, read from the store of its plan.
@@ -58,13 +59,14 @@ impl fmt::Display for Damage {
 }
 
 impl<'a> Collected<'a> {
-    /// Reads all results of a plan's tasks from its folder, one for each id, and the damaged lines. Results of other tasks
-    /// are ignored. Of two equal results the one whose JSON is first in alphabetical order is kept.
+    /// Reads all results of a plan's tasks from its folder, one for each id, and the damaged lines. Results of other
+    /// tasks are ignored. Of two equal results the one whose JSON is first in alphabetical order is kept.
     ///
     /// # Errors
     ///
-    /// Results that cannot be read, and two different results of one task: byte by byte on one platform, by more than 1e-9
-    /// between platforms.
+    /// Results that cannot be read, and two different results of one task. On one platform they differ if any byte
+    /// does. On two platforms they differ in exit code or parameters, or in a value or standard error by more than 1e-9
+    /// of its size.
     pub fn new(plan: &'a Plan) -> Result<Self, Error> {
         let planned: HashSet<&str> = plan.tasks.iter().map(|task| &*task.id).collect();
         let mut results: HashMap<String, StoredRecord> = HashMap::new();
@@ -89,14 +91,14 @@ impl<'a> Collected<'a> {
         self.plan.tasks.iter().filter(|task| !self.results.contains_key(&task.id))
     }
 
-    /// Pairs of a task with a result and that result, in the order of the plan. Tasks without a result are left out; tasks
-    /// with one id share a result and are all listed.
+    /// Pairs of a task with a result and that result, in the order of the plan. Tasks without a result are left out;
+    /// tasks with one id share a result and are all listed.
     pub(crate) fn results(&self) -> impl Iterator<Item = (&'a CampaignTask, &StoredRecord)> {
         self.plan.tasks.iter().filter_map(|task| Some((task, self.results.get(&task.id)?)))
     }
 
-    /// Writes a line of JSON for every task with a result, sorted by id: id, name if there is one, fit file, changes, and the
-    /// stored result. The bytes are the same on one platform however the campaign was run.
+    /// Writes a line of JSON for every task with a result, sorted by id: id, name if there is one, fit file, changes,
+    /// and the stored result. The bytes are the same on one platform however the campaign was run.
     ///
     /// # Errors
     ///
@@ -121,8 +123,9 @@ impl<'a> Collected<'a> {
     }
 }
 
-/// An error with the places of both results if two results of a task are not equal. On one platform they must be equal byte by
-/// byte, on two by [`have_equal_parameters`]. Texts that differ and are no JSON are not equal. None if they are equal.
+/// An error with the places of both results if two results of a task are not equal. On one platform they must be equal
+/// byte by byte, on two by [`have_equal_parameters`]. Texts that differ and are no JSON are not equal. None if they are
+/// equal.
 fn difference(one: &StoredRecord, other: &StoredRecord) -> Option<Error> {
     let value = |record: &StoredRecord| serde_json::from_str::<Value>(&record.result).ok();
     // Equal texts need no parsing.
@@ -137,8 +140,8 @@ fn difference(one: &StoredRecord, other: &StoredRecord) -> Option<Error> {
 }
 
 /// Whether two results (JSON) have the same exit code, and as many parameters in the same order with the same names and
-/// experiments. A result without a report has none. Values and standard errors must agree to [`PLATFORM_DIFFERENCE`] of the
-/// larger one, or both be absent.
+/// experiments. A result without a report has none. Values and standard errors must agree to [`PLATFORM_DIFFERENCE`] of
+/// the larger one, or both be absent.
 fn have_equal_parameters(one: &Value, other: &Value) -> bool {
     let parameters =
         |of: &Value| of["report"]["parameters"].as_array().cloned().unwrap_or_default();

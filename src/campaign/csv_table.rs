@@ -5,8 +5,9 @@
 //! standard error and ends of the 95 % interval of every parameter in SI units follow, empty where missing; a lower
 //! bound alone fills the low end. Tasks with `analysis.bootstrap_first` that are parts of one bootstrap (equal fit
 //! file, name and other changes) are one row. Its `analysis.bootstrap` is the number of all pooled replicates, which
-//! give one standard error and one interval in further columns; its other columns are those of the first part.
-//! Results that are not valid JSON of this version are an error. The same rows are the input of the comparison page.
+//! give one standard error and one interval in further columns; its other columns are those of the first part. Results
+//! that are not valid JSON of this version are an error. [`Collected::csv_table`] returns the bytes of the table,
+//! [`Collected::rows`] the rows before they become text.
 
 use crate::campaign::changes::Changes;
 use crate::campaign::collect::Collected;
@@ -85,9 +86,10 @@ impl ResultRow<'_> {
         }
     }
 
-    /// The cells of the parameter with this label: value, standard error, low and high end of the 95 % interval, then standard
-    /// error and ends of the pooled bootstrap. Numbers have all digits; missing ones are empty. Without an interval a lower
-    /// bound fills only the low end; an upper bound alone is not in the table. All are empty for a fit without this parameter.
+    /// The cells of the parameter with this label: value, standard error, low and high end of the 95 % interval, then
+    /// standard error and ends of the pooled bootstrap. Numbers have all digits; missing ones are empty. Without an
+    /// interval a lower bound fills only the low end; an upper bound alone is not in the table. All are empty for a fit
+    /// without this parameter.
     fn estimate(&self, label: &str) -> [String; 7] {
         let mut own = self.result.parameters().zip(&self.replicates);
         let Some((e, replicates)) = own.find(|(e, _)| e.label() == label) else {
@@ -107,9 +109,10 @@ impl ResultRow<'_> {
 }
 
 impl Collected<'_> {
-    /// A header and a CSV row for every fit with a result, in the order of the plan: id, name, fit file, changed keys, exit
-    /// code, grade, status, and value, standard error and 95 % interval of every parameter. Columns are the union over all
-    /// fits. The parts of a bootstrap are one row. Text that a spreadsheet would compute has a leading apostrophe.
+    /// A header and a CSV row for every fit with a result, in the order of the plan: id, name, fit file, changed keys,
+    /// exit code, grade, status, and value, standard error and 95 % interval of every parameter. Columns are the union
+    /// over all fits. The parts of a bootstrap are one row. Text that a spreadsheet would compute has a leading
+    /// apostrophe.
     ///
     /// # Errors
     ///
@@ -155,10 +158,10 @@ impl Collected<'_> {
         writer.into_inner().map_err(|error| failed(&error))
     }
 
-    /// The results in the order of the plan, with all parts of a bootstrap pooled in the row of its first part with a result.
-    /// Pooled are the replicates of each parameter, by its position in the report; the rest is that of the first part. Parts
-    /// belong together if fit file, name and all other changes are equal. Error: a result that is not valid JSON of this
-    /// version.
+    /// The results in the order of the plan, with all parts of a bootstrap pooled in the row of its first part with a
+    /// result. Pooled are the replicates of each parameter, by its position in the report; the rest is that of the
+    /// first part. Parts belong together if fit file, name and all other changes are equal. Error: a result that is not
+    /// valid JSON of this version.
     pub(crate) fn rows(&self) -> Result<Vec<ResultRow<'_>>, Error> {
         let mut rows: Vec<ResultRow> = Vec::new();
         // The row of each bootstrap by its fit, its name and its other changes.
@@ -190,7 +193,8 @@ impl Collected<'_> {
     }
 }
 
-/// The changes of a task except the keys of its part of a bootstrap, as lines `key = value`. Equal texts identify one bootstrap.
+/// The changes of a task except the keys of its part of a bootstrap, as lines `key = value`. Equal texts identify one
+/// bootstrap.
 fn other_changes(changes: &Changes) -> String {
     let others = changes.iter().filter(|(key, _)| !BOOTSTRAP_KEYS.contains(&&***key));
     others.map(|(key, value)| format!("{key} = {value}\n")).collect()

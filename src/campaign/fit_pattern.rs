@@ -1,8 +1,8 @@
 //! Glob patterns of fit files in a campaign file, as `specimens/*/fit.toml` and `**/fit.toml`.
 //!
-//! Input is a pattern and the folder that it is relative to; output are the matching files in alphabetical order, an
-//! empty list without any. `**` matches any number of folders; below it a link is followed unless it leads to a
-//! folder on the way to it. Folders that cannot be read are skipped, and so are folders of devices and processes,
+//! Input is a pattern, absolute or relative to a folder, and that folder; output are the matching files in alphabetical
+//! order, an empty list without any. `**` matches any number of folders; below it a link is followed unless it leads to
+//! a folder on the way to it. Folders that cannot be read are skipped, and so are folders of devices and processes,
 //! which hold no fits and may change while they are listed. A pattern that is not well formed, and a search of the
 //! whole disk or of more than `MOST_ENTRIES` entries, are errors.
 
@@ -18,8 +18,9 @@ const SYSTEM_FOLDERS: [&str; 3] = ["/dev", "/proc", "/sys"];
 /// The component of a pattern that matches any number of folders, including none.
 const ANY_DEPTH: &str = "**";
 
-/// The files that match a pattern, which is relative to `folder` or absolute, each once in alphabetical order (of paths, with
-/// `folder` in front of relative patterns); none if none matches. `key` is the key with the pattern, for messages.
+/// The files that match a pattern, which is relative to `folder` or absolute, each once in alphabetical order (of
+/// paths, with `folder` in front of relative patterns); none if none matches. `key` is the key with the pattern, for
+/// messages.
 ///
 /// # Errors
 ///
@@ -66,9 +67,10 @@ struct Walk {
 }
 
 impl Walk {
-    /// Adds the files below the path `place` that match the remaining `parts` of a pattern. A part with wildcards is compared
-    /// with all entries of the folder, a literal one is appended to the path, and `**` leads to `visit_below`; without parts
-    /// `place` itself, if it is a file. Error: the scope of a search that is too large.
+    /// Adds the files below the path `place` that match the remaining `parts` of a pattern. A part with wildcards is
+    /// compared with the names of all entries of the folder; a literal part is appended to the path. A part `**`
+    /// matches all folders below ([`visit_below`](Self::visit_below)). Without parts `place` itself is added, if it is
+    /// a file. Error: the scope of a search that is too large, as text.
     fn visit(&mut self, place: &Path, parts: &[PatternPart]) -> Result<(), String> {
         let Some((part, rest)) = parts.split_first() else {
             if place.is_file() {
@@ -93,9 +95,9 @@ impl Walk {
         Ok(())
     }
 
-    /// Adds the files in the folder `top` and in all folders below it that match `parts`, or all files without parts. A link
-    /// to a folder is followed unless it leads to a folder on the way to it. Nothing is added for a folder that does not
-    /// exist. Error: `top` is the root of the disk, or there are too many entries.
+    /// Adds the files in the folder `top` and in all folders below it that match `parts`, or all files without parts. A
+    /// link to a folder is followed unless it leads to a folder on the way to it. Nothing is added for a folder that
+    /// does not exist. Error: `top` is the root of the disk, or there are too many entries.
     fn visit_below(&mut self, top: &Path, parts: &[PatternPart]) -> Result<(), String> {
         let Ok(real) = top.canonicalize() else { return Ok(()) };
         if real.parent().is_none() {
@@ -127,8 +129,8 @@ impl Walk {
         Ok(())
     }
 
-    /// The entries of a folder; none of a folder that cannot be read. Each counts. Error: more than [`MOST_ENTRIES`] entries
-    /// in total.
+    /// The entries of a folder; none of a folder that cannot be read. Each counts. Error: more than [`MOST_ENTRIES`]
+    /// entries in total.
     fn entries(&mut self, folder: &Path) -> Result<Vec<std::fs::DirEntry>, String> {
         let mut entries = Vec::new();
         for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {

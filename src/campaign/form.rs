@@ -1,11 +1,12 @@
 //! The campaign file (TOML): which fits are made, and with which changes of their keys.
 //!
 //! Input: the file. Fit files are given by patterns or by a CSV table, whose columns are changed keys. A grid adds all
-//! combinations of listed values; it wins over the table for the same key. [`CampaignFile::read`] checks the keys;
-//! [`CampaignFile::rows`] returns one [`CampaignRow`] for each fit file or row of the table and each combination, the grid
-//! varying faster. `[starts]` later repeats each row from random start values. `[bootstrap]` divides the replicates of a
-//! bootstrap among tasks: replicates over batch, rounded down, at least 1. Wrong keys and patterns, no fit, and more than
-//! [`MOST_TASKS`] tasks are errors, the last detected before the list is built.
+//! combinations of listed values; it replaces a value of the table for a key with the same text. [`CampaignFile::read`]
+//! checks the keys; [`CampaignFile::rows`] returns one [`CampaignRow`] for each fit file or row of the table and each
+//! combination, the grid varying faster. [`CampaignFile::task_count`] is the number of tasks that a number of rows
+//! becomes. `[starts]` repeats each row from random start values. `[bootstrap]` divides the replicates of a bootstrap
+//! among tasks: replicates over batch, rounded down, at least 1. [`extended`] combines sets of changes. Wrong keys and
+//! patterns, no fit, and more than [`MOST_TASKS`] rows are errors, the last detected before the list is built.
 
 use crate::campaign::changes::{Changes, Key};
 use crate::campaign::fit_pattern::matching_files;
@@ -60,8 +61,8 @@ pub(crate) struct DistributedBootstrap {
 }
 
 impl DistributedBootstrap {
-    /// Number of tasks among which the replicates are divided: replicates over batch, rounded down, at least 1. It panics for
-    /// a batch of 0, which [`CampaignFile::read`] rejects.
+    /// Number of tasks among which the replicates are divided: replicates over batch, rounded down, at least 1. It
+    /// panics for a batch of 0, which [`CampaignFile::read`] rejects.
     pub fn parts(self) -> usize {
         (self.replicates / self.batch).max(1)
     }
@@ -85,8 +86,8 @@ pub(crate) struct RandomStarts {
 }
 
 impl CampaignFile {
-    /// Reads and checks a campaign file. Errors (unreadable, unknown keys, wrong types, numbers out of range) name the file,
-    /// the key and the allowed values.
+    /// Reads and checks a campaign file. Errors (unreadable, unknown keys, wrong types, numbers out of range) name the
+    /// file, the key and the allowed values.
     pub fn read(file: &Path) -> Result<Self, Error> {
         let text = text(file)?;
         let form: Self = parse(&text, &[])
@@ -95,9 +96,9 @@ impl CampaignFile {
         Ok(form)
     }
 
-    /// Rejects fewer than 2 or more than [`MOST_TASKS`] replicates of a bootstrap, batches outside 2 to 100000, and numbers of
-    /// starts outside 1 to [`MOST_TASKS`]. The error has the key, the value and the allowed range. Missing tables are not
-    /// checked.
+    /// Rejects fewer than 2 or more than [`MOST_TASKS`] replicates of a bootstrap, batches outside 2 to 100000, and
+    /// numbers of starts outside 1 to [`MOST_TASKS`]. The error has the key, the value and the allowed range. Missing
+    /// tables are not checked.
     fn check(&self) -> Result<(), Error> {
         if let Some(DistributedBootstrap { replicates, batch, .. }) = self.bootstrap {
             if !(2..=MOST_TASKS).contains(&replicates) {
@@ -117,8 +118,8 @@ impl CampaignFile {
         }
     }
 
-    /// Number of tasks of this number of `rows`: rows times random starts times parts of the bootstrap, each 1 if the file
-    /// has none. It is limited to the largest integer.
+    /// Number of tasks of this number of `rows`: rows times random starts times parts of the bootstrap, each 1 if the
+    /// file has none. It is limited to the largest integer.
     pub fn task_count(&self, rows: usize) -> usize {
         let starts = self.starts.map_or(1, |starts| starts.count);
         let parts = self.bootstrap.map_or(1, DistributedBootstrap::parts);
@@ -127,9 +128,9 @@ impl CampaignFile {
     }
 
     /// All fits with their changes: each row of the table, or matched file, with each combination of the grid, the grid
-    /// varying faster. Values of the grid win over those of the table for a key of the same text. `file` is the path of the
-    /// campaign file, whose folder all paths are relative to. Error: an invalid pattern, table or grid, no fit, or more than
-    /// [`MOST_TASKS`].
+    /// varying faster. Values of the grid win over those of the table for a key of the same text. `file` is the path of
+    /// the campaign file, whose folder all paths are relative to. Error: an invalid pattern, table or grid, no fit, or
+    /// more than [`MOST_TASKS`] rows.
     pub fn rows(&self, file: &Path) -> Result<Vec<CampaignRow>, Error> {
         let root = folder_of(file);
         let in_file = |error: Error| error.in_file(Some(file));
@@ -165,8 +166,9 @@ impl CampaignFile {
         Ok(all)
     }
 
-    /// The fit files that match the patterns, pattern after pattern, each file once. Paths are relative to the folder `root`
-    /// of the campaign file, or as they are if elsewhere. Error: an invalid pattern, or one that matches no further file.
+    /// The fit files that match the patterns, pattern after pattern, each file once. Paths are relative to the folder
+    /// `root` of the campaign file, or as they are if elsewhere. Error: an invalid pattern, or one that matches no
+    /// further file.
     fn matched(&self, root: &Path) -> Result<Vec<PathBuf>, Error> {
         let (mut all, mut seen) = (Vec::new(), BTreeSet::new());
         for (k, pattern) in self.fits.iter().enumerate() {
@@ -190,9 +192,9 @@ impl CampaignFile {
     }
 }
 
-/// All combinations of the values of a grid, the first key varying slowest; one without changes if the grid is empty. Keys are
-/// in the order of the table, and may be quoted paths, or tables in tables. Errors: an unknown key, a key twice, a value that
-/// is no list, an empty list, and more than [`MOST_TASKS`] combinations.
+/// All combinations of the values of a grid, the first key varying slowest; one without changes if the grid is empty.
+/// Keys are in the order of the table, and may be quoted paths, or tables in tables. Errors: an unknown key, a key
+/// twice, a value that is no list, an empty list, and more than [`MOST_TASKS`] combinations.
 fn combinations(grid: &Table) -> Result<Vec<Changes>, Error> {
     let mut axes = Vec::new();
     flatten(grid, "", &mut axes);
@@ -227,7 +229,8 @@ struct GridAxis {
     value: Value,
 }
 
-/// Every set of changes of `all` combined with each set of `more`, which varies faster and whose values win for equal keys.
+/// Every set of changes of `all` combined with each set of `more`, which varies faster and whose values win for equal
+/// keys.
 pub(crate) fn extended(
     all: &[Changes],
     more: impl Iterator<Item = Changes> + Clone,

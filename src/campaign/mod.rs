@@ -1,13 +1,13 @@
 //! Many fits on many machines: planned once, run in shards that may be killed at any moment, and collected. On one
 //! platform the collected bytes are the same however the tasks were distributed.
 //!
-//! A campaign file (`form`, with patterns, tables, grids and random starts) names fit files with changes of their
-//! keys (`changes`, `resolved`). A [`Plan`] is the list of its [`CampaignTask`]s. The id of a task is a hash of
-//! everything that its result depends on, and of nothing else; so a task with a result is not computed again.
-//! [`run`](Plan::run) solves tasks (`outcome`) and appends results to a [`Store`], a line of JSON each, by any number
-//! of processes, each for a [`Shard`] or for all tasks. [`Collected`] merges the results of all of them, to a
-//! [`Status`], lines of JSON, a CSV table (`csv_table`), and summaries for a comparison page. Results of one task
-//! that differ are an error.
+//! A campaign file (`form`, with patterns, tables, grids and random starts) names fit files with changes of their keys
+//! (`changes`, `resolved`). A [`Plan`] is the list of its [`CampaignTask`]s. The id of a task is a hash of the
+//! program's version, the fit with its changes, its scenes and the contents of its data. It does not depend on their
+//! place, so that a task with a result is not computed again. [`run`](Plan::run) solves tasks (`outcome`) and appends
+//! results to a [`Store`], a line of JSON each, by any number of processes, each for a [`Shard`] or for all tasks.
+//! [`Collected`] merges the results of all of them, to a [`Status`], lines of JSON, a CSV table (`csv_table`), and
+//! summaries for a comparison page. Results of one task that differ are an error.
 
 mod changes;
 mod collect;

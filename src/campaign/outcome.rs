@@ -1,10 +1,11 @@
 //! Solution of one task of a campaign, and its outcome as JSON: a report, or an error message.
 //!
-//! [`solve`] receives a task with its files resolved and a stop flag. Output: the exit code of `rodfit fit` and the JSON with
-//! code, platform, and report or error; None if the fit was stopped. The code is 0 for a usable grade, 2 for rejected input,
-//! 3 for other grades and failed fits. The JSON depends on the fit, its data and the platform only: the wall time is removed,
-//! and paths of files in texts are replaced by the names of their keys. So equal tasks have equal bytes, whatever the folder,
-//! the process and the load of the machine. `run` stores the outcome.
+//! [`solve`] receives a task with its files resolved and a stop flag. Output: the exit code of `rodfit fit` and the
+//! JSON with code, platform, and report or error; None if the fit was stopped. The code is 0 for a usable grade, 2 for
+//! rejected input, 3 for other grades and failed fits. The JSON depends on the fit, its data and the platform only: the
+//! wall time is removed, and paths of files in texts are replaced by the names of their keys. So equal tasks have equal
+//! bytes, whatever the folder, the process and the load of the machine. [`Outcome::new`] is the outcome of another
+//! program.
 
 use crate::campaign::platform::platform;
 use crate::campaign::resolved::{PathName, ResolvedFit};
@@ -33,9 +34,9 @@ impl Outcome {
 /// Key of a report with the wall time, which depends on the speed of the machine and is removed.
 const TIME_KEY: &str = "wall_seconds";
 
-/// Solves a task. Its outcome has the exit code of `rodfit fit` and the report: 0 for a usable grade, else 3. If the fit was
-/// rejected (2) or failed (3), it has the error message instead. The JSON has the platform, no wall time, and names of keys in
-/// the place of paths. None if `stop` was set before its end.
+/// Solves a task. Its outcome has the exit code of `rodfit fit` and the report: 0 for a usable grade, else 3. If the
+/// fit was rejected (2) or failed (3), it has the error message instead. The JSON has the platform, no wall time, and
+/// names of keys in the place of paths. None if `stop` was set before its end.
 pub(crate) fn solve(task: &ResolvedFit, stop: Arc<AtomicBool>) -> Option<Outcome> {
     let solved = task.fit(|_| Ok(())).and_then(|file| file.fit().stop_when(stop).solve());
     let (code, key, mut content) = match solved {
@@ -67,8 +68,8 @@ pub(crate) fn solve(task: &ResolvedFit, stop: Arc<AtomicBool>) -> Option<Outcome
 }
 
 /// Replaces the paths of files by the names of their keys, in place, in all texts of a JSON value and of its items. All
-/// occurrences within a text are replaced. The paths are replaced in the order of `names` (the longest first); keys of objects
-/// stay.
+/// occurrences within a text are replaced. The paths are replaced in the order of `names` (the longest first); keys of
+/// objects stay.
 fn replace_paths(value: &mut Value, names: &[PathName]) {
     match value {
         Value::String(text) => {

@@ -2,11 +2,12 @@
 //!
 //! Input is a campaign file with the fits, scenes and data that it names. Each row becomes one task per random start
 //! and part of a bootstrap, with an id that is a hash of all inputs. Every fit is read and checked once. One of a
-//! pattern that cannot be solved is still planned and listed as refused. One of a table is an error, and so are keys
-//! of the grid that do not exist, and fits that [`Admission`] rejects. The folder gets `tasks.jsonl`, a line of JSON
-//! per task, and `plan.json` with the version, the number of tasks and their digest. Results in it stay; a folder
-//! with other files is an error. [`Plan::open`] rejects a changed list or a plan of another version.
-//! [`Plan::open_results`] accepts other versions, to collect results.
+//! pattern that cannot be solved is still planned and listed as refused. One of a table is an error, and so are keys of
+//! the grid that do not exist, and fits that [`Admission`] rejects. The folder gets `tasks.jsonl`, a line of JSON per
+//! task, and `plan.json` with the version, the number of tasks and their digest. Results in it stay; a folder with
+//! other files is an error. [`Plan::open`] rejects a changed list or a plan of another version. [`Plan::open_results`]
+//! accepts other versions, to collect results. [`Plan::size`] is the number of tasks of a campaign file, whose fits it
+//! does not read.
 
 use crate::campaign::changes::{Changes, can_be_planned};
 use crate::campaign::form::{CampaignFile, DistributedBootstrap, MOST_TASKS, extended};
@@ -107,14 +108,15 @@ impl schemars::JsonSchema for Plan {
 }
 
 impl Plan {
-    /// Reads a campaign file and all files that it names, and writes `tasks.jsonl` and `plan.json` into a folder, which is
-    /// created if it is missing. Existing files of a plan are replaced; results in the folder are kept, and belong to tasks
-    /// with unchanged ids. Fits of patterns that cannot be solved are planned, and their errors are returned as `refused`.
+    /// Reads a campaign file and all files that it names, and writes `tasks.jsonl` and `plan.json` into a folder, which
+    /// is created if it is missing. Existing files of a plan are replaced; results in the folder are kept, and belong
+    /// to tasks with unchanged ids. Fits of patterns that cannot be solved are planned, and their errors are returned
+    /// as `refused`.
     ///
     /// # Errors
     ///
-    /// An invalid campaign file or table, with its line; files that cannot be read; a fit of a table that cannot be solved; a
-    /// fit that `admission` rejects; too many tasks; and a folder with other files.
+    /// An invalid campaign file or table, with its line; files that cannot be read; a fit of a table that cannot be
+    /// solved; a fit that `admission` rejects; too many tasks; and a folder with other files.
     pub fn make(file: &Path, folder: &Path, admission: &Admission) -> Result<Planned, Error> {
         let campaign = CampaignFile::read(file)?;
         let root = folder_of(file);
@@ -155,7 +157,8 @@ impl Plan {
         Ok(Planned { plan, refused })
     }
 
-    /// Number of tasks of a campaign file, by its patterns, table, grid, random starts and bootstrap. The fits are not read.
+    /// Number of tasks of a campaign file, by its patterns, table, grid, random starts and bootstrap. The fits are not
+    /// read.
     ///
     /// # Errors
     ///
@@ -188,7 +191,8 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// A folder without a plan, with a plan by another version of the program, or with other tasks than the planned ones.
+    /// A folder without a plan, with a plan by another version of the program, or with other tasks than the planned
+    /// ones.
     pub fn open(folder: &Path) -> Result<Self, Error> {
         let description = read_description(folder)?;
         let version = env!("CARGO_PKG_VERSION");
@@ -212,8 +216,8 @@ impl Plan {
         Self::described(folder, read_description(folder)?)
     }
 
-    /// The plan with a description, from the file of tasks in its folder. Error: that file or the folder of the campaign
-    /// cannot be read, or the number or the digest of the tasks differs.
+    /// The plan with a description, from the file of tasks in its folder. Error: that file or the folder of the
+    /// campaign cannot be read, or the number or the digest of the tasks differs.
     fn described(folder: &Path, description: PlanDescription) -> Result<Self, Error> {
         let PlanDescription { root, tasks: planned, digest, .. } = description;
         let root = folder.join(root);
@@ -236,11 +240,11 @@ struct RowTasks {
     refused: Option<Error>,
 }
 
-/// The tasks of a row: one for each combination of its random starts (slower) and of the parts of its bootstrap. `root` is the
-/// folder of the campaign file; `hashes` has those of data files read so far, and gets new ones. A fit of a pattern that
-/// cannot be solved is returned as `refused`. Errors: a value that cannot be planned, unreadable files, and a fit that
-/// `admission` rejects. Further ones are an invalid fit of a table, an unknown key of a grid, and random starts without
-/// bounds.
+/// The tasks of a row: one for each combination of its random starts (slower) and of the parts of its bootstrap. `root`
+/// is the folder of the campaign file; `hashes` has those of data files read so far, and gets new ones. A fit of a
+/// pattern that cannot be solved is returned as `refused`. Errors: a value that cannot be planned, unreadable files,
+/// and a fit that `admission` rejects. Further ones are an invalid fit of a table, an unknown key of a grid, and random
+/// starts without bounds.
 fn row_tasks(
     root: &Path,
     row: &CampaignRow,
@@ -317,9 +321,9 @@ fn unknown_grid_key(root: &Path, row: &CampaignRow, error: &Error) -> Option<Err
     is_valid.then(|| Error::invalid("grid", format!("{} ({error})", keys.join(", ")), allowed))
 }
 
-/// The changes of each part of a bootstrap: its number of replicates (`analysis.bootstrap`), the index of its first one from 0
-/// (`analysis.bootstrap_first`), and the common `seed`. Part `k` of `n` has the replicates from `k N/n` to below `(k + 1)
-/// N/n`, rounded down. All parts together run the replicates of one fit, in nearly equal numbers.
+/// The changes of each part of a bootstrap: its number of replicates (`analysis.bootstrap`), the index of its first one
+/// from 0 (`analysis.bootstrap_first`), and the common `seed`. Part `k` of `n` has the replicates from `k N/n` to below
+/// `(k + 1) N/n`, rounded down. All parts together run the replicates of one fit, in nearly equal numbers.
 fn bootstrap_parts(
     bootstrap: DistributedBootstrap,
     seed: i64,
@@ -349,8 +353,8 @@ fn check_task_count(tasks: usize, file: &Path) -> Result<(), Error> {
     }
 }
 
-/// Rejects a folder with files other than those of a plan or temporary ones of a killed process. A missing, unreadable or
-/// empty folder is accepted, and one with `plan.json` whatever else it has. The error has the key `--out`.
+/// Rejects a folder with files other than those of a plan or temporary ones of a killed process. A missing, unreadable
+/// or empty folder is accepted, and one with `plan.json` whatever else it has. The error has the key `--out`.
 fn check_folder(folder: &Path) -> Result<(), Error> {
     let Ok(mut entries) = std::fs::read_dir(folder) else { return Ok(()) };
     let is_of_plan =
@@ -393,8 +397,9 @@ fn json_lines<T: Serialize>(values: &[T]) -> std::io::Result<Vec<u8>> {
     Ok(lines)
 }
 
-/// Writes `bytes` to the file `name` in a folder, under a temporary name first, so that its own never stands for a part of
-/// it. It is synced to the disk, readable by all users, and replaces an older file. Error: a failed write, with the path.
+/// Writes `bytes` to the file `name` in a folder, under a temporary name first, so that its own never stands for a part
+/// of it. It is synced to the disk, readable by all users, and replaces an older file. Error: a failed write, with the
+/// path.
 fn write(folder: &Path, name: &str, bytes: &[u8]) -> Result<(), Error> {
     let path = folder.join(name);
     let written = PartFile::beside(&path).and_then(|mut file| {
@@ -411,8 +416,8 @@ fn write(folder: &Path, name: &str, bytes: &[u8]) -> Result<(), Error> {
     written.map_err(|error| Error::io(&path, error))
 }
 
-/// The relative path from one absolute folder to another, so that both can be moved together; `to` itself if they have no
-/// common part, as on different drives.
+/// The relative path from one absolute folder to another, so that both can be moved together; `to` itself if they have
+/// no common part, as on different drives.
 fn relative_path(from: &Path, to: &Path) -> PathBuf {
     let (from, to): (Vec<Component>, Vec<Component>) =
         (from.components().collect(), to.components().collect());

@@ -1,11 +1,11 @@
 //! The key of the platform of a result: processor architecture, operating system, C library, a hash of its mathematical
 //! functions, and vector unit.
 //!
-//! The last digits of a fit depend on the implementation of sin, exp and similar functions, of which one library may have
-//! several variants. So the key contains a hash (4 bytes, hexadecimal) of all bits of the values of 16 functions at
-//! `ARGUMENTS` positive arguments. [`platform`] returns the key as text, as `x86_64-linux-gnu libm-1a2b3c4d` and the vector
-//! unit, computed once per process. It is a part of every stored result: results with equal keys are compared byte by byte,
-//! others with a tolerance.
+//! The last digits of a fit depend on the implementation of sin, exp and similar functions, of which one library may
+//! have several variants. So the key contains a hash (4 bytes, hexadecimal) of all bits of the values of 16 functions
+//! at `ARGUMENTS` positive arguments. [`platform`] returns the key as text, as `x86_64-linux-gnu libm-1a2b3c4d` and the
+//! vector unit, computed once per process. It is a part of every stored result: results with equal keys are compared
+//! byte by byte, others with a tolerance.
 
 use crate::campaign::hash::hash;
 use crate::numerics::simd::simd_level;
@@ -17,8 +17,8 @@ use std::sync::OnceLock;
 /// differences between libraries, at a cost of microseconds.
 const ARGUMENTS: usize = 256;
 
-/// The key of this process as text, such as `x86_64-linux-gnu libm-1a2b3c4d` and the vector unit, computed once. Results with
-/// the same key are equal to the last bit.
+/// The key of this process as text, such as `x86_64-linux-gnu libm-1a2b3c4d` and the vector unit, computed once.
+/// Results with the same key are equal to the last bit.
 pub fn platform() -> &'static str {
     static KEY: OnceLock<String> = OnceLock::new();
     KEY.get_or_init(|| {
@@ -35,8 +35,8 @@ pub fn platform() -> &'static str {
     })
 }
 
-/// The k-th argument: `1e-3 * 2^(k / 20 + 1/3)`, k from 0, over four decades, with all binary digits in use. The compiler
-/// cannot evaluate it in advance.
+/// The k-th argument: `1e-3 * 2^(k / 20 + 1/3)`, k from 0, over four decades, with all binary digits in use. The
+/// compiler cannot evaluate it in advance.
 fn argument(k: usize) -> f64 {
     black_box(1e-3 * (k as f64 * 0.05 + 1.0 / 3.0).exp2())
 }

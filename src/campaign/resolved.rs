@@ -1,11 +1,13 @@
-//! A task with everything that its result depends on: the fit file as one TOML table, with changes applied, scenes in the
-//! places of their names, and absolute paths of data.
+//! A task with everything that its result depends on: the fit file as one TOML table, with changes applied, the
+//! contents of scene files in the places of their names, and absolute paths of data.
 //!
-//! Input: a fit file and its changes, applied in the order fit file, all scenes, scene of one experiment. From this table come
-//! the fit to solve ([`ResolvedFit::fit`]) and the id of the task ([`ResolvedFit::id`]). The id is the first 128 bits, in
-//! hexadecimal, of a hash of the program's version, all keys, and the contents of all data files. Paths do not count, except
-//! for the stems of recordings, which name experiments. Equal inputs have equal ids, wherever the files are. Unreadable files,
-//! and keys or experiments that do not exist, are errors. Plans use the ids, and runs check them before they solve the fit.
+//! Input: a fit file and its changes, applied in the order fit file, all scenes, scene of one experiment. From this
+//! table come the fit to solve ([`ResolvedFit::fit`]) and the id of the task ([`ResolvedFit::id`]). The id is the first
+//! 128 bits, in hexadecimal, of a hash of the program's version, all keys, and the contents of all data files. Paths do
+//! not count, except for the stems of recordings, which name experiments. Equal inputs have equal ids, wherever the
+//! files are. Unreadable files, and keys or experiments that do not exist, are errors. [`ResolvedFit::path_names`] are
+//! the paths that results must not contain, with names of keys in their place. [`read_toml`] reads a TOML file, and
+//! [`folder_of`] returns the folder of a path.
 
 use crate::campaign::changes::{Changes, Key, is_file_key, set_value};
 use crate::campaign::hash::hash;
@@ -50,9 +52,9 @@ struct FitScene<'a> {
 }
 
 impl ResolvedFit {
-    /// The fit file `fit` with changes. Its path and file names in the changes are relative to `root`; those in files are
-    /// relative to the folder of their file, and become absolute. Changes apply in the order fit file, all scenes, scene of
-    /// one experiment. Errors: unreadable files, keys and experiments that do not exist.
+    /// The fit file `fit` with changes. Its path and file names in the changes are relative to `root`; those in files
+    /// are relative to the folder of their file, and become absolute. Changes apply in the order fit file, all scenes,
+    /// scene of one experiment. Errors: unreadable files, keys and experiments that do not exist.
     pub fn new(root: &Path, fit: &Path, changes: &Changes) -> Result<Self, Error> {
         let file = root.join(fit);
         let folder = folder_of(&file).to_path_buf();
@@ -96,9 +98,9 @@ impl ResolvedFit {
     }
 
     /// The first 128 bits of the hash (SHA-256) of everything that the result depends on, in hexadecimal: the program's
-    /// version, the fit, its scenes, and the contents of its data. Paths do not count, except for the stems of recordings
-    /// (`path`, `paths`), which name experiments. The order of keys has no effect. `hashes` has those of data files read
-    /// before, and gets new ones. Error: a data file that cannot be read.
+    /// version, the fit, its scenes, and the contents of its data. Paths do not count, except for the stems of
+    /// recordings (`path`, `paths`), which name experiments. The order of keys has no effect. `hashes` has those of
+    /// data files read before, and gets new ones. Error: a data file that cannot be read.
     pub fn id(&self, hashes: &mut DataHashes) -> Result<String, Error> {
         let mut table = self.table.clone();
         let mut failure = None;
@@ -120,16 +122,17 @@ impl ResolvedFit {
         failure.map_or_else(|| Ok(hash(whole.to_string().as_bytes(), ID_BYTES)), Err)
     }
 
-    /// The fit, read and checked, with its data; planned measurements are accepted here and rejected by its solution. Error:
-    /// invalid keys, a scene that `admit` rejects before its mesh is made, and a fit of lists along the rod.
+    /// The fit, read and checked, with its data; planned measurements are accepted here and rejected by its solution.
+    /// Error: invalid keys, a scene that `admit` rejects before its mesh is made, and a fit of values along the rod
+    /// (`[[field]]`).
     pub fn fit(&self, admit: impl Fn(&Scene) -> Result<(), Error>) -> Result<FitFile, Error> {
         FitFile::read(&self.table.to_string(), &self.file, &admit)?
             .of_parameters()
             .map_err(|error| error.in_file(Some(&self.file)))
     }
 
-    /// The paths in the fit with the names of their keys, which replace them in results; that of the fit file is `the fit`.
-    /// Longest paths come first, as they may begin with shorter ones.
+    /// The paths in the fit with the names of their keys, which replace them in results; that of the fit file is `the
+    /// fit`. Longest paths come first, as they may begin with shorter ones.
     pub fn path_names(&self) -> Vec<PathName> {
         let file = self.file.display().to_string();
         let mut names = vec![PathName { path: file, name: "the fit".into() }];
@@ -141,9 +144,9 @@ impl ResolvedFit {
     }
 }
 
-/// All scenes of a fit file in `folder`, each read and put into the place of its name: that of the fit first, then those of
-/// experiments. Scenes of experiments have their index and name (empty without one). Values that are neither a name nor a
-/// table are skipped. Error: a scene file that cannot be read.
+/// All scenes of a fit file in `folder`, each read and put into the place of its name: that of the fit first, then
+/// those of experiments. Scenes of experiments have their index and name (empty without one). Values that are neither a
+/// name nor a table are skipped. Error: a scene file that cannot be read.
 fn fit_scenes<'a>(fit: &'a mut Table, folder: &Path) -> Result<Vec<FitScene<'a>>, Error> {
     let mut scenes = Vec::new();
     let mut experiments: &mut [Value] = &mut [];
@@ -197,8 +200,8 @@ fn make_absolute(table: &mut Table, folder: &Path) {
     });
 }
 
-/// If a scene is the name of a file in `folder`, puts the table of that file in the place of the name, with absolute paths.
-/// Returns the table; none if the value is neither a name nor a table. Error: the file cannot be read or parsed.
+/// If a scene is the name of a file in `folder`, puts the table of that file in the place of the name, with absolute
+/// paths. Returns the table; none if the value is neither a name nor a table. Error: the file cannot be read or parsed.
 fn inline_scene<'a>(scene: &'a mut Value, folder: &Path) -> Result<Option<&'a mut Table>, Error> {
     if let Value::String(name) = scene {
         let file = folder.join(&*name);
@@ -209,8 +212,8 @@ fn inline_scene<'a>(scene: &'a mut Value, folder: &Path) -> Result<Option<&'a mu
     Ok(scene.as_table_mut())
 }
 
-/// Calls `each` with the dotted path and the value of every name of a file in a table, at any depth. These are texts, or
-/// lists of texts, with a key by [`is_file_key`]. `key` is the path of the table, empty for the outermost one.
+/// Calls `each` with the dotted path and the value of every name of a file in a table, at any depth. These are texts,
+/// or lists of texts, with a key by [`is_file_key`]. `key` is the path of the table, empty for the outermost one.
 fn for_each_file(table: &mut Table, key: &str, each: &mut dyn FnMut(&str, &mut String)) {
     for (part, value) in table.iter_mut() {
         let key = if key.is_empty() { part.clone() } else { format!("{key}.{part}") };
@@ -218,8 +221,8 @@ fn for_each_file(table: &mut Table, key: &str, each: &mut dyn FnMut(&str, &mut S
     }
 }
 
-/// Calls `each` with every name of a file in a value with the path `key`. If `is_file`, the value is a name itself or a list
-/// of names. Tables in it are entered; items of lists have their index, from 0, in the path.
+/// Calls `each` with every name of a file in a value with the path `key`. If `is_file`, the value is a name itself or a
+/// list of names. Tables in it are entered; items of lists have their index, from 0, in the path.
 fn for_each_file_in(
     value: &mut Value,
     is_file: bool,
@@ -238,8 +241,8 @@ fn for_each_file_in(
     }
 }
 
-/// The SHA-256 of a data file in hexadecimal, from `hashes` if it is there, else computed and added to it. Error: the file
-/// cannot be read.
+/// The SHA-256 of a data file in hexadecimal, from `hashes` if it is there, else computed and added to it. Error: the
+/// file cannot be read.
 fn data_hash(file: &Path, hashes: &mut DataHashes) -> Result<String, Error> {
     // Many fits of a plan may share a data file, which is read once.
     if let Some(known) = hashes.get(file) {
@@ -250,8 +253,8 @@ fn data_hash(file: &Path, hashes: &mut DataHashes) -> Result<String, Error> {
     Ok(found)
 }
 
-/// A TOML value as JSON whose text is the same for equal values (an integer differs from an equal float): keys are sorted, and
-/// dates are texts. Infinite and NaN numbers are objects with the number as text.
+/// A TOML value as JSON whose text is the same for equal values (an integer differs from an equal float): keys are
+/// sorted, and dates are texts. Infinite and NaN numbers are objects with the number as text.
 fn canonical_json(value: &Value) -> Json {
     match value {
         Value::Table(table) => {

@@ -1,9 +1,10 @@
 //! A row of a campaign: a fit file with its changed keys, before random starts and bootstrap multiply it to tasks.
 //!
-//! [`CampaignRow`] has the path of the fit file, relative to the campaign's folder, its name (empty if none), and its changes
-//! by table and grid. It also has its line in the campaign's CSV table, counted from 1 with the header; None for fits found by
-//! patterns. `form` and `table` create rows, and `plan` makes tasks of them. [`CampaignRow::locate`] converts an error of the
-//! fit to an error at its line of the table, with the changes in the message. It returns errors of other rows unchanged.
+//! [`CampaignRow`] has the path of the fit file, relative to the campaign's folder, its name (empty if none), and its
+//! changes by table and grid. It also has its line in the campaign's CSV table, counted from 1 with the header; None
+//! for fits found by patterns. `form` and `table` create rows, and `plan` makes tasks of them. [`CampaignRow::locate`]
+//! converts an error of the fit to an error at its line of the table, with the changes in the message. It returns
+//! errors of other rows unchanged.
 
 use crate::campaign::changes::Changes;
 use crate::error::Error;
@@ -29,8 +30,8 @@ pub(crate) struct TableLine {
 }
 
 impl CampaignRow {
-    /// An error of this fit as an error at its line of the table, with the changes in its message; unchanged for a fit that
-    /// is not from a table.
+    /// An error of this fit as an error at its line of the table, with the changes in its message; unchanged for a fit
+    /// that is not from a table.
     pub fn locate(&self, error: Error) -> Error {
         let Some(TableLine { file, line }) = &self.source else { return error };
         let changes: Vec<String> =

@@ -1,11 +1,12 @@
 //! Runs the tasks of a campaign that have no result, in parallel, and stores each outcome at once.
 //!
-//! [`Plan::run`] takes a plan and options (shard, threads, stop) and returns a [`RunSummary`] with counts, exit codes and
-//! failures. Each worker thread takes the next open task and solves it with its own share of the processors. Before a task is
-//! solved, its id is computed again: tasks with changed or missing files are listed in the summary and get no result. A panic
-//! is caught, and the task remains open. After a stop no task begins, and running ones end without a result. Results that
-//! cannot be read or stored are errors. Several processes may run shards of one plan on a shared folder; each may be killed
-//! and repeated.
+//! [`Plan::run`] takes a plan and options (shard, threads, stop) and returns a [`RunSummary`] with counts, exit codes
+//! and failures. Each worker thread takes the next open task and solves it with its own share of the processors. Before
+//! a task is solved, its id is computed again: tasks with changed or missing files are listed in the summary and get no
+//! result. A panic is caught, and the task remains open. After a stop no task begins, and running ones end without a
+//! result. Results that cannot be read or stored are errors. [`Plan::solve`] solves and stores a single task, and
+//! [`Plan::open_tasks`] returns those without a result. [`useful_threads`] limits a number of threads to that of the
+//! processors. Several processes may run shards of one plan on a shared folder; each may be killed and repeated.
 
 use crate::campaign::outcome::{Outcome, solve};
 use crate::campaign::plan::{CampaignTask, Plan};
@@ -66,15 +67,16 @@ struct TimedOutcome {
 }
 
 impl RunSummary {
-    /// Number of tasks of the shard without a result after the run: all, less those with one before it and the new results.
-    /// Changed, panicked and stopped tasks are among them.
+    /// Number of tasks of the shard without a result after the run: all, less those with one before it and the new
+    /// results. Changed, panicked and stopped tasks are among them.
     pub fn open_tasks(&self) -> usize {
         self.tasks - self.before - self.codes.len()
     }
 }
 
 impl Plan {
-    /// Solves one task and appends its outcome to the `store`; none, and nothing stored, if `stop` was set before its end.
+    /// Solves one task and appends its outcome to the `store`; none, and nothing stored, if `stop` was set before its
+    /// end.
     ///
     /// # Errors
     ///
@@ -90,8 +92,8 @@ impl Plan {
         Ok(Some(timed.outcome))
     }
 
-    /// Solves one task without storing its outcome, and measures its wall time, s. None if `stop` was set before its end.
-    /// Error: a task that differs from the planned one.
+    /// Solves one task without storing its outcome, and measures its wall time, s. None if `stop` was set before its
+    /// end. Error: a task that differs from the planned one.
     fn solve_task(
         &self,
         task: &CampaignTask,
@@ -103,8 +105,8 @@ impl Plan {
         Ok(outcome.map(timed))
     }
 
-    /// The fit of a task with all its files. Error: a file cannot be read, or the hash of all inputs differs from the planned
-    /// id.
+    /// The fit of a task with all its files. Error: a file cannot be read, or the hash of all inputs differs from the
+    /// planned id.
     fn resolved(&self, task: &CampaignTask) -> Result<ResolvedFit, Error> {
         let resolved = ResolvedFit::new(&self.root, &task.fit, &task.changes)?;
         // Files may have changed since the plan: their result must not be stored under the planned id.
@@ -117,8 +119,8 @@ impl Plan {
         Ok(resolved)
     }
 
-    /// The tasks of a shard (all without one) that have no result, and the number of those with one. Each id counts once; the
-    /// order is that of the plan.
+    /// The tasks of a shard (all without one) that have no result, and the number of those with one. Each id counts
+    /// once; the order is that of the plan.
     ///
     /// # Errors
     ///
@@ -137,11 +139,11 @@ impl Plan {
         Ok((open, before.len()))
     }
 
-    /// Runs the tasks of a shard without a result in parallel, and stores each outcome. The process may be killed at any
-    /// moment and repeated, and any number of shards may run at once. `progress` is called at the start and after every
-    /// result, with the number of results and that of tasks. Tasks whose files are missing or changed, and those that panic,
-    /// are in the summary and have no result. Once the stop flag is set, no further task begins, and running ones end without
-    /// a result.
+    /// Runs the tasks of a shard without a result in parallel, and stores each outcome. The process may be killed at
+    /// any moment and repeated, and any number of shards may run at once. `progress` is called at the start and after
+    /// every result, with the number of results and that of tasks. Tasks whose files are missing or changed, and those
+    /// that panic, are in the summary and have no result. Once the stop flag is set, no further task begins, and
+    /// running ones end without a result.
     ///
     /// # Errors
     ///
@@ -209,8 +211,8 @@ impl Plan {
     }
 }
 
-/// The number of threads that speed up a run: `asked`, but at least 1 and at most the number of processors. More threads only
-/// take memory and switches.
+/// The number of threads that speed up a run: `asked`, but at least 1 and at most the number of processors. More
+/// threads only take memory and switches.
 pub fn useful_threads(asked: usize) -> usize {
     let processors = available_parallelism().map_or(1, NonZero::get);
     asked.clamp(1, processors)

@@ -1,10 +1,11 @@
 //! Shards of a campaign: parts of the task list that are computed by separate processes.
 //!
-//! A task is in shard `i/n` (`i` from 0) if its id, a hexadecimal 128-bit hash read as a number, is `i` modulo `n`. So shards
-//! are of nearly equal size and do not depend on the order of tasks. Input is the text `i/n` of the command line, or the
-//! environment variables of a scheduler: Slurm job arrays first, then PBS job arrays and HyperQueue tasks. Slurm's index is
-//! the job's less the first one, over the step, with the size of the array as `n`; the others need a given `n`. Output: a
-//! [`Shard`], or None without a scheduler. Other texts, `i` not below `n`, arrays with gaps and an unknown `n` are errors.
+//! A task is in shard `i/n` (`i` from 0) if its id, a hexadecimal 128-bit hash read as a number, is `i` modulo `n`. So
+//! shards are of nearly equal size and do not depend on the order of tasks. Input is the text `i/n` of the command
+//! line, or the environment variables of a scheduler: Slurm job arrays first, then PBS job arrays and HyperQueue tasks.
+//! Slurm's index is the job's less the first one, over the step, with the size of the array, else a given number, as
+//! `n`; the others need a given `n`. Output: a [`Shard`], or None without a scheduler. Other texts, `i` not below `n`,
+//! arrays with gaps and an unknown `n` are errors.
 
 use crate::error::Error;
 use std::str::FromStr;
@@ -23,8 +24,8 @@ const ALLOWED: &str = "i/n with n of 1 or more, and i from 0 to n - 1";
 impl FromStr for Shard {
     type Err = Error;
 
-    /// Reads a shard from `i/n`, two whole numbers; spaces around them are allowed. Error: another text, or `i` not below
-    /// `n`.
+    /// Reads a shard from `i/n`, two whole numbers; spaces around them are allowed. Error: another text, or `i` not
+    /// below `n`.
     fn from_str(text: &str) -> Result<Self, Error> {
         let invalid = || Error::invalid("--shard", text, ALLOWED);
         let (index, count) = text.split_once('/').ok_or_else(invalid)?;
@@ -34,8 +35,8 @@ impl FromStr for Shard {
 }
 
 impl Shard {
-    /// Part `index`, counted from 0, of `count` parts of the tasks; none unless the index is below the count, so that the
-    /// count is at least 1.
+    /// Part `index`, counted from 0, of `count` parts of the tasks; none unless the index is below the count, so that
+    /// the count is at least 1.
     fn new(index: u64, count: u64) -> Option<Self> {
         let (index, count) = (u128::from(index), u128::from(count));
         (index < count).then_some(Self { index, count })
@@ -47,9 +48,9 @@ impl Shard {
         u128::from_str_radix(id, 16).is_ok_and(|id| id % self.count == self.index)
     }
 
-    /// The part that a scheduler assigns to this process, by its environment variables, which `variable` returns. Slurm job
-    /// arrays come first, with the size of the array or else `count`; the index is that of the job less the first one, over
-    /// the step. A PBS job array or the tasks of HyperQueue need `count`. None without a scheduler.
+    /// The part that a scheduler assigns to this process, by its environment variables, which `variable` returns. Slurm
+    /// job arrays come first, with the size of the array or else `count`; the index is that of the job less the first
+    /// one, over the step. A PBS job array or the tasks of HyperQueue need `count`. None without a scheduler.
     ///
     /// # Errors
     ///
@@ -104,7 +105,8 @@ fn unknown_count(name: &str, index: u64) -> Error {
 mod tests {
     use super::*;
 
-    /// The shard from these environment variables (name and value) of a scheduler, with the number of shards if it is given.
+    /// The shard from these environment variables (name and value) of a scheduler, with the number of shards if it is
+    /// given.
     fn scheduled(variables: &[[&str; 2]], of: Option<u64>) -> Result<Option<Shard>, Error> {
         let find =
             |name: &str| variables.iter().find(|[n, _]| *n == name).map(|[_, v]| v.to_string());

@@ -1,11 +1,11 @@
 //! Random start values of fits (`[starts]` of a campaign), and seeds of their bootstraps.
 //!
-//! Input: a fit file with its changes, the id of the fit, the seed of the campaign, and the number of the start (from 0).
-//! Each parameter that is not `fixed` has a start uniform between its bounds, in its unit; for positive parameters it is
-//! log-uniform. Missing, infinite or reversed bounds are errors, and so is a lower bound of 0 or less of a positive parameter.
-//! [`start`] returns changes `parameter.K.start` of the fit file, from which `plan` makes a task. [`bootstrap_seed`] returns a
-//! seed of 63 bits. The generator (ChaCha8) is keyed by the SHA-256 of id and seed, with one stream per start. So every start
-//! is reproducible and independent of the other fits and starts.
+//! Input: a fit file with its changes, the id of the fit, the seed of the campaign, and the number of the start (from
+//! 0). Each parameter that is not `fixed` has a start uniform between its bounds, in its unit; for positive parameters
+//! it is log-uniform. Missing, infinite or reversed bounds are errors, and so is a lower bound of 0 or less of a
+//! positive parameter. [`start`] returns changes `parameter.K.start` of the fit file, from which `plan` makes a task.
+//! [`bootstrap_seed`] returns a seed of 63 bits. The generator (ChaCha8) is keyed by the SHA-256 of id and seed, with
+//! one stream per start. So every start is reproducible and independent of the other fits and starts.
 
 use crate::campaign::changes::Changes;
 use crate::campaign::resolved::ResolvedFit;
@@ -28,7 +28,8 @@ pub(crate) fn bootstrap_seed(id: &str, seed: u64) -> i64 {
     i64::from_le_bytes([a, b, c, d, e, f, g, h]) & i64::MAX
 }
 
-/// The range from which start values of a parameter are drawn, in the parameter's unit; log-uniform if `is_logarithmic`.
+/// The range from which start values of a parameter are drawn, in the parameter's unit; log-uniform if
+/// `is_logarithmic`.
 pub(crate) struct StartRange {
     /// Index of the parameter in the fit file.
     index: usize,
@@ -37,9 +38,9 @@ pub(crate) struct StartRange {
     is_logarithmic: bool,
 }
 
-/// The ranges of all parameters of the fit file that are not `fixed`, in its order: their bounds in the parameter's unit,
-/// log-uniform for positive parameters. Missing, infinite or reversed bounds are errors, and so is a lower bound of 0 or less
-/// for a positive parameter.
+/// The ranges of all parameters of the fit file that are not `fixed`, in its order: their bounds in the parameter's
+/// unit, log-uniform for positive parameters. Missing, infinite or reversed bounds are errors, and so is a lower bound
+/// of 0 or less for a positive parameter.
 pub(crate) fn start_ranges(fit: &ResolvedFit) -> Result<Vec<StartRange>, Error> {
     let parameters = fit.table.get("parameter").and_then(Value::as_array).into_iter().flatten();
     let mut ranges = Vec::new();
@@ -70,9 +71,9 @@ pub(crate) fn start_ranges(fit: &ResolvedFit) -> Result<Vec<StartRange>, Error> 
     Ok(ranges)
 }
 
-/// The random start number `number` (from 0) as changes `parameter.K.start` of the fit file, one per range, in the unit of
-/// each parameter. A start is uniform from `low` to `high`, or log-uniform: `low (high/low)^u` with `u` uniform from 0 to 1.
-/// `id` and `seed` key the generator, and `number` is its stream.
+/// The random start number `number` (from 0) as changes `parameter.K.start` of the fit file, one per range, in the unit
+/// of each parameter. A start is uniform from `low` to `high`, or log-uniform: `low (high/low)^u` with `u` uniform from
+/// 0 to 1. `id` and `seed` key the generator, and `number` is its stream.
 pub(crate) fn start(ranges: &[StartRange], id: &str, seed: u64, number: usize) -> Changes {
     let mut random = ChaCha8Rng::from_seed(generator_key(id, seed));
     // Every start has a stream of its own, so that it does not depend on the others.

@@ -1,10 +1,10 @@
 //! Progress of a campaign: numbers of planned fits, of fits with a result by exit code, and the remaining time.
 //!
-//! Input are the collected results; each id counts once. [`Status`] has the number of planned fits and of those with a result.
-//! It counts the exit codes 0 (usable), 2 (rejected input) and 3 (not usable), and has the sum and maximum of the wall times,
-//! s. It serializes to JSON. [`Status::summary`] is the text: counts, mean and longest time, and the remaining time. That is
-//! the number of open fits times the mean wall time of finished ones, on one processor. Without any result the text is one
-//! line. Used by `rodfit campaign plan`, `status` and `collect`.
+//! Input are the collected results; each id counts once. [`Status`] has the number of planned fits and of those with a
+//! result. It counts the exit codes 0 (usable), 2 (rejected input) and 3 (not usable), and has the sum and maximum of
+//! the wall times, s. It serializes to JSON. [`Status::summary`] is the text: counts, mean and longest time, and the
+//! remaining time. That is the number of open fits times the mean wall time of finished ones, on one processor. Without
+//! any result the text is one line.
 
 use crate::campaign::collect::Collected;
 use crate::summary::{ItemTable, Summary, Tone, duration};
@@ -32,8 +32,8 @@ pub struct Status {
 const CODES: [u8; 3] = [0, 2, 3];
 
 impl Status {
-    /// Counts the collected results by exit code, and sums their wall times, each id once; tasks without a result count too.
-    /// Exit codes other than 0, 2 and 3 are in the number of results only.
+    /// Counts the collected results by exit code, and sums their wall times, each id once; tasks without a result count
+    /// too. Exit codes other than 0, 2 and 3 are in the number of results only.
     pub fn new(collected: &Collected) -> Self {
         let mut status =
             Self { tasks: 0, done: 0, codes: [0; 3], seconds: 0.0, longest_seconds: 0.0 };
@@ -58,9 +58,9 @@ impl Status {
         self.tasks - self.done
     }
 
-    /// The progress as text for a terminal: number of results, then counts by kind of result, mean and longest wall time of a
-    /// fit, and remaining time if fits are open: their number times the mean, on one processor. The tone is good if no fit is
-    /// open, else doubtful. Without any result only the first line.
+    /// The progress as text for a terminal: number of results, then counts by kind of result, mean and longest wall
+    /// time of a fit, and remaining time if fits are open: their number times the mean, on one processor. The tone is
+    /// good if no fit is open, else doubtful. Without any result only the first line.
     pub fn summary(&self) -> Summary {
         let [usable, rejected, unusable] = self.codes;
         let open = self.open_tasks();

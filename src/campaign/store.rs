@@ -1,11 +1,11 @@
 //! The results of a campaign on disk, in the folder `parts` of the plan.
 //!
-//! Every process appends to a file of its own, named by machine, process and time. Each result is one line of JSON, in one
-//! write and one sync: task id, outcome, circumstances (wall time in s, machine, end in s since 1970), and a checksum at the
-//! end. So a killed process leaves at most one torn line, the last of its file. `Store::add` appends an outcome; a failed write
-//! is an error. `Store::read` passes every valid result to a function, by files in alphabetical order; a task may have
-//! several. It returns lines with a wrong checksum as damaged (torn if last without a line break). A missing folder has no
-//! results; results of version 0.1 get current names. Runs add results; collection and status read them.
+//! Every process appends to a file of its own, named by machine, process and time. Each result is one line of JSON, in
+//! one write and one sync: task id, outcome, circumstances (wall time in s, machine, end in s since 1970), and a
+//! checksum at the end. So a killed process leaves at most one torn line, the last of its file. `Store::add` appends an
+//! outcome; a failed write is an error. `Store::read` passes every valid result to a function, by files in alphabetical
+//! order; a task may have several. It returns lines of another form or with a wrong checksum as damaged (torn if last
+//! without a line break). A missing folder has no results; results of version 0.1 get current names.
 
 use crate::campaign::former_results::with_current_names;
 use crate::campaign::hash::hash;
@@ -72,9 +72,9 @@ impl Store {
         Self { folder: folder.join(PARTS), host: host(), part: Mutex::new(None) }
     }
 
-    /// Appends the outcome of the task `id` with its wall time, s, the name of the machine and the present time. It is on disk
-    /// when this returns. The first result of this store creates its file; the first after a failed write begins another.
-    /// Threads may call it at once.
+    /// Appends the outcome of the task `id` with its wall time, s, the name of the machine and the present time. It is
+    /// on disk when this returns. The first result of this store creates its file; the first after a failed write
+    /// begins another. Threads may call it at once.
     ///
     /// # Errors
     ///
@@ -98,8 +98,9 @@ impl Store {
         Ok(())
     }
 
-    /// Creates the folder, and the file of this process, `HOST-PROCESS-NANOSECONDS.jsonl`, with a name that no other file has.
-    /// It opens the file for appending and syncs the folder, where the system can. Error: either cannot be created.
+    /// Creates the folder, and the file of this process, `HOST-PROCESS-NANOSECONDS.jsonl`, with a name that no other
+    /// file has. It opens the file for appending and syncs the folder, where the system can. Error: either cannot be
+    /// created.
     fn begin(&self) -> io::Result<File> {
         std::fs::create_dir_all(&self.folder)?;
         loop {
@@ -115,9 +116,9 @@ impl Store {
         }
     }
 
-    /// Calls `each` with every stored result, file by file (`.jsonl`) in alphabetical order, and returns the lines without a
-    /// valid one, in the same order. A task may have several results. A missing folder has no results. Error: a folder or file
-    /// that cannot be read.
+    /// Calls `each` with every stored result, file by file (`.jsonl`) in alphabetical order, and returns the lines
+    /// without a valid one, in the same order. A task may have several results. A missing folder has no results. Error:
+    /// a folder or file that cannot be read.
     pub(crate) fn read(
         &self,
         mut each: impl FnMut(StoredRecord),
@@ -158,8 +159,8 @@ impl Store {
     }
 }
 
-/// The result of a line (with its line break), with current names; none if the line is torn, is no UTF-8, has another form,
-/// or a wrong checksum. `number` counts the lines of `file` from 1.
+/// The result of a line (with its line break), with current names; none if the line is torn, is no UTF-8, has another
+/// form, or a wrong checksum. `number` counts the lines of `file` from 1.
 fn parse_record(line: &[u8], file: &Path, number: u64) -> Option<StoredRecord> {
     let line = std::str::from_utf8(line).ok()?.strip_suffix("\"}\n")?;
     let (line, checksum) = line.rsplit_once(",\"checksum\":\"")?;
@@ -185,8 +186,8 @@ fn now() -> std::time::Duration {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default()
 }
 
-/// The name of the machine by Slurm, else the kernel, else the environment. It has at most 60 characters, of which those
-/// other than ASCII letters, digits and `.-_` are `_`; `host` if unknown.
+/// The name of the machine by Slurm, else the kernel, else the environment. It has at most 60 characters, of which
+/// those other than ASCII letters, digits and `.-_` are `_`; `host` if unknown.
 fn host() -> String {
     let system = || std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
     let variable = |name: &str| std::env::var(name).ok();

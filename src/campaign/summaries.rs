@@ -1,10 +1,11 @@
-//! Summaries of a campaign's fits for the page that compares them: name, changed keys, grade, status, estimates and warnings.
+//! Summaries of a campaign's fits for the page that compares them: name, changed keys, grade, status, estimates and
+//! warnings.
 //!
-//! Input are the rows of the CSV table, in which the parts of a bootstrap are one fit. Only changed keys whose values differ
-//! between the fits are kept, without those of bootstrap parts. A fit without a name is named after its file and these keys:
-//! keys alone if all fits have one file. Output is a `FitSummary` per fit with a result, in the order of the plan, without the
-//! address of a page. A fit with an error has its message as status, and no grade and no estimates. Stored results that are
-//! not valid JSON of this version are an error.
+//! Input are the rows of the CSV table, in which the parts of a bootstrap are one fit. Only changed keys whose values
+//! differ between the fits are kept, without those of bootstrap parts. A fit without a name is named after its file and
+//! these keys: by the keys alone if all fits have one file, by the file alone without keys. Output is a `FitSummary`
+//! per fit with a result, in the order of the plan, without the address of a page. A fit with an error has its message
+//! as status, and no grade and no estimates. Stored results that are not valid JSON of this version are an error.
 
 use crate::campaign::collect::Collected;
 use crate::campaign::csv_table::{BOOTSTRAP_KEYS, ResultRow, plain_text};
@@ -15,10 +16,10 @@ use crate::summary::distinct;
 use std::collections::BTreeSet;
 
 impl Collected<'_> {
-    /// A summary of every fit with a result, in the order of the plan; the parts of a bootstrap are one fit. Changed keys of a
-    /// summary are those whose values differ between the fits, without those of bootstrap parts. A fit without a name is
-    /// called after its file and these keys. One without a report has its error message as status, and no grade and no
-    /// estimates. Pages are not set.
+    /// A summary of every fit with a result, in the order of the plan; the parts of a bootstrap are one fit. Changed
+    /// keys of a summary are those whose values differ between the fits, without those of bootstrap parts. A fit
+    /// without a name is called after its file and these keys. One without a report has its error message as status,
+    /// and no grade and no estimates. Pages are not set.
     ///
     /// # Errors
     ///
@@ -56,9 +57,9 @@ impl Collected<'_> {
     }
 }
 
-/// The name of a task. A task without one is called after its fit file (without extension) and its changes, as `file, key =
-/// value`. It has the changes alone if all tasks have one file, and the file alone without changes. Keys are shortened to
-/// their last part if that is unique.
+/// The name of a task. A task without one is called after its fit file (without extension) and its changes, as `file,
+/// key = value`. It has the changes alone if all tasks have one file, and the file alone without changes. Keys are
+/// shortened to their last part if that is unique.
 fn fit_name(task: &CampaignTask, changes: &[(String, String)], is_one_file: bool) -> String {
     if !task.name.is_empty() {
         return task.name.clone();

@@ -1,11 +1,11 @@
 //! The table of a campaign (CSV): a row for each fit, a column for each changed key.
 //!
-//! Special columns are `fit` (path of the fit file) and `name`; columns whose name begins with `#` are comments. Without a
-//! column `fit` every row applies to every fit file of the campaign; fit files in both places or in neither are an error.
-//! Cells are numbers, booleans or lists in the notation of TOML, or texts; empty cells change nothing. The separator is
-//! recognized, and with semicolons decimal commas are allowed. Output: [`table_rows`] returns a row with fit file, name,
-//! changes and line number for each fit, in the order of the table. Invalid headers, no rows, and rows without a fit file are
-//! errors with the line.
+//! Special columns are `fit` (path of the fit file) and `name`; columns whose name begins with `#` are comments.
+//! Without a column `fit` every row applies to every fit file of the campaign; fit files in both places or in neither
+//! are an error. Cells are numbers, booleans or lists in the notation of TOML, or texts; empty cells change nothing.
+//! The separator is recognized, and with semicolons decimal commas are allowed. Output: [`table_rows`] returns a row
+//! with fit file, name, changes and line number for each fit, in the order of the table. Invalid headers, no rows, and
+//! rows without a fit file are errors with the line.
 
 use crate::campaign::changes::Key;
 use crate::campaign::row::{CampaignRow, TableLine};
@@ -22,9 +22,9 @@ const FIT: &str = "fit";
 /// Name of the column with the name of the fit, which is no key.
 const NAME: &str = "name";
 
-/// The rows of the table at `path`, in its order, each with the fit file of its own column, or combined with each of `fits`.
-/// Errors have the line. They are a file that cannot be read or parsed, an invalid header, no rows, and a row without its fit
-/// file. Fit files must come from either the column or `fits`, not from both or neither.
+/// The rows of the table at `path`, in its order, each with the fit file of its own column, or combined with each of
+/// `fits`. Errors have the line. They are a file that cannot be read or parsed, an invalid header, no rows, and a row
+/// without its fit file. Fit files must come from either the column or `fits`, not from both or neither.
 pub(crate) fn table_rows(path: &Path, fits: &[PathBuf]) -> Result<Vec<CampaignRow>, Error> {
     let bytes = data(path)?;
     // The byte order mark of spreadsheets.
@@ -78,8 +78,8 @@ pub(crate) fn table_rows(path: &Path, fits: &[PathBuf]) -> Result<Vec<CampaignRo
     }
 }
 
-/// Checks the columns of a table. Err with the message for one that appears twice, that is no key, or that is the same key as
-/// another one by another name. `fit`, `name` and comments (`#`) are allowed.
+/// Checks the columns of a table. Err with the message for one that appears twice, that is no key, or that is the same
+/// key as another one by another name. `fit`, `name` and comments (`#`) are allowed.
 fn check_header(header: &[&str]) -> Result<(), String> {
     let mut keys: Vec<(&str, Key)> = Vec::new();
     for (k, column) in header.iter().enumerate() {
@@ -108,8 +108,8 @@ fn check_header(header: &[&str]) -> Result<(), String> {
     Ok(())
 }
 
-/// The value of a cell: a number (in tables with semicolons, the `delimiter`, also with a decimal comma), true or false, a
-/// list as in TOML, or else a text; dates are texts.
+/// The value of a cell: a number (in tables with semicolons, the `delimiter`, also with a decimal comma), true or
+/// false, a list as in TOML, or else a text; dates are texts.
 fn cell_value(cell: &str, delimiter: u8) -> Value {
     let point = cell.replace(',', ".");
     let is_number = delimiter == b';' && point.parse::<f64>().is_ok();

@@ -1,18 +1,20 @@
 //! Finite differences of fourth order of a function of several unknowns, for the check of hand-derived derivatives.
 //!
-//! Central differences `D(h)` over `2 h` and `D(2 h)` over `4 h` give `(4 D(h) - D(2 h)) / 3` (Richardson extrapolation, error
-//! `O(h^4)`). They are taken at seven step sizes (`STEPS`), relative to the length over which the energy is smooth ([`scale`]).
-//! That is the largest power of ten times the largest unknown up to which differences of the gradient stay those of small
-//! steps. [`compare_differences`] takes the function and the expected derivatives with the sizes of their terms. An error is
-//! the absolute difference over this size. Output: the largest error for each step size, and each entry at the step with its
-//! smallest error. `CheckReport` compares these with its tolerance.
+//! Central differences `D(h)` over `2 h` and `D(2 h)` over `4 h` give `(4 D(h) - D(2 h)) / 3` (Richardson
+//! extrapolation, error `O(h^4)`). They are taken at seven step sizes (`STEPS`), relative to the length over which the
+//! energy is smooth ([`scale`]). That is the largest power of ten times the largest unknown up to which differences of
+//! the gradient stay those of small steps. [`compare_differences`] takes the function and the expected derivatives with
+//! the sizes of their terms. An error is the absolute difference over this size ([`relative`]). Output: the largest
+//! error for each step size, and each entry at the step with its smallest error. Errors are not judged here.
 
-/// Step sizes of the differences, relative to the [length scale](scale) of the energy: large ones truncate, small ones round.
+/// Step sizes of the differences, relative to the [length scale](scale) of the energy: large ones truncate, small ones
+/// round.
 pub(crate) const STEPS: [f64; 7] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
-/// Decades below the largest unknown over which a length scale is searched for. More decades find energies that vary faster.
+/// Decades below the largest unknown over which a length scale is searched for. More decades find energies that vary
+/// faster.
 const DECADES: i32 = 10;
-/// Step, relative to the length scale, at which a difference must not have changed by more than the same fraction of the
-/// stiffest entry.
+/// Step, relative to the length scale, at which a difference must not have changed by more than the same fraction of
+/// the stiffest entry.
 const SMOOTH: f64 = 0.1;
 
 /// Finite difference of a derivative, and the value that it is compared with.
@@ -28,10 +30,10 @@ pub(crate) struct Difference {
     pub error: f64,
 }
 
-/// Length scale of an energy at the unknowns `q`: the largest step up to which differences of its `gradient` equal those
-/// of small steps within [`SMOOTH`] of `stiffest`, the largest entry of the Hessian. Steps are decades below the largest
-/// unknown (1 if all are zero), which is the result if no step is accepted. Coordinates may be much larger than this
-/// scale.
+/// Length scale of an energy at the unknowns `q`: the largest step up to which differences of its `gradient` equal
+/// those of small steps within [`SMOOTH`] of `stiffest`, the largest entry of the Hessian. Steps are decades below the
+/// largest unknown (1 if all are zero), which is the result if no step is accepted. Coordinates may be much larger than
+/// this scale.
 pub(crate) fn scale(q: &[f64], gradient: &dyn Fn(&[f64]) -> Vec<f64>, stiffest: f64) -> f64 {
     let largest = q.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let largest = if largest > 0.0 { largest } else { 1.0 };
@@ -60,8 +62,8 @@ pub(crate) fn scale(q: &[f64], gradient: &dyn Fn(&[f64]) -> Vec<f64>, stiffest: 
     found.map_or(largest, |(scale, _)| scale)
 }
 
-/// Central differences of every component of `function` by unknown `j` at `q`, an entry for each component: that between
-/// `-h` and `h`, and that between `-2 h` and `2 h`, both per unit of the unknown.
+/// Central differences of every component of `function` by unknown `j` at `q`, an entry for each component: that
+/// between `-h` and `h`, and that between `-2 h` and `2 h`, both per unit of the unknown.
 fn pairs(q: &[f64], j: usize, h: f64, function: &dyn Fn(&[f64]) -> Vec<f64>) -> Vec<[f64; 2]> {
     // Differences are divided by the rounded step.
     let shifted = |s: f64| {
@@ -90,8 +92,8 @@ pub(crate) struct DifferenceErrors {
 }
 
 /// Fourth-order differences of `function` at `q` by every unknown, at every step size `h = STEPS * scale`. Each is
-/// compared with `expected(place, h)`: the derivative by unknown `place[0]` of component `place[1]`, and the size for the
-/// relative error. Returned are the largest error of each step size, and each difference at its best step.
+/// compared with `expected(place, h)`: the derivative by unknown `place[0]` of component `place[1]`, and the size for
+/// the relative error. Returned are the largest error of each step size, and each difference at its best step.
 pub(crate) fn compare_differences(
     q: &[f64],
     scale: f64,

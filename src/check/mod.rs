@@ -1,14 +1,14 @@
 //! Comparison of hand-derived derivatives with dual numbers (num-dual) and with finite differences.
 //!
-//! The error of an entry is relative to the sum of its absolute terms ([`Terms`]), which distinguishes rounding
-//! errors of a cancellation from a wrong formula. The sum includes the change of the terms by rounding errors of the
-//! strains, so that an element at rest, whose terms vanish, is not compared with zero. Finite differences
-//! (`finite_difference`), each at its best step, have a verdict of their own: whether both derivatives are those of
-//! the energy. [`check`] compares any energy with hand-derived derivatives at given states, [`check_own`] a
-//! user-defined one, and [`check_hessian`] a given Hessian. [`check_problem`] (`scene`) compares all elements of a
-//! scene, also at `random_states`. The result is a [`CheckReport`]: largest errors, verdicts, the worst entry and the
-//! first entries above the [`Tolerance`] (default 1e-12 against dual numbers, 1e-7 against finite differences). It
-//! passes if at least one state was compared and both verdicts agree.
+//! The error of an entry is relative to the sum of its absolute terms ([`Terms`]), which distinguishes rounding errors
+//! of a cancellation from a wrong formula. The sum includes the change of the terms by rounding errors of the strains,
+//! so that an element at rest, whose terms vanish, is not compared with zero. Finite differences (`finite_difference`),
+//! each at its best step, have a verdict of their own: whether both derivatives are those of the energy. [`check`]
+//! compares any energy with hand-derived derivatives at given states, [`check_own`] a user-defined one, and
+//! [`check_hessian`] a given Hessian. [`check_problem`] (`scene`) compares the elements of a scene, also at
+//! `random_states`. [`Scaled`] is an energy of unknowns in other units. The result is a [`CheckReport`]: largest
+//! errors, verdicts, the worst entry and the first entries above the [`Tolerance`] (default 1e-12 against dual numbers,
+//! 1e-7 against finite differences). It passes if at least one state was compared and both verdicts agree.
 
 mod finite_difference;
 mod own;
@@ -33,7 +33,8 @@ use num_dual::HyperDual64;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Largest allowed relative errors of derivatives. Defaults: 1e-12 against dual numbers, 1e-7 against finite differences.
+/// Largest allowed relative errors of derivatives. Defaults: 1e-12 against dual numbers, 1e-7 against finite
+/// differences.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tolerance {
     /// Largest error of hand-derived gradients against dual numbers.
@@ -126,8 +127,8 @@ pub struct Verdicts {
     pub finite_difference: Verdict,
 }
 
-/// Largest size of an entry that must vanish, relative to its terms. Smaller values report rounding errors, larger ones hide
-/// small forces out of the plane.
+/// Largest size of an entry that must vanish, relative to its terms. Smaller values report rounding errors, larger ones
+/// hide small forces out of the plane.
 const LARGEST_ZERO: f64 = 1e-9;
 /// Number of entries above the limits that a report lists.
 const MOST_ABOVE: usize = 20;
@@ -169,8 +170,8 @@ pub struct CheckReport {
 }
 
 impl CheckReport {
-    /// An empty report before the first state: errors of zero at every step size, both verdicts `Agree`, no worst or listed
-    /// entries, no compared states.
+    /// An empty report before the first state: errors of zero at every step size, both verdicts `Agree`, no worst or
+    /// listed entries, no compared states.
     pub fn new(tolerance: Tolerance) -> Self {
         let valley = STEPS.map(|step| ValleyPoint { step, gradient: 0.0, hessian: 0.0 });
         Self {
@@ -191,8 +192,8 @@ impl CheckReport {
         self.derivatives_agree() && self.verdicts.finite_difference == Verdict::Agree
     }
 
-    /// Whether at least one state was compared and hand-derived derivatives agree with dual numbers, independent of finite
-    /// differences.
+    /// Whether at least one state was compared and hand-derived derivatives agree with dual numbers, independent of
+    /// finite differences.
     pub fn derivatives_agree(&self) -> bool {
         self.states > 0 && self.verdicts.hand_dual == Verdict::Agree
     }
@@ -221,11 +222,11 @@ impl CheckReport {
         self.compare_routes(routes, q, element, &dof);
     }
 
-    /// Compares hand-derived derivatives at the unknowns `q` with dual numbers and finite differences. It updates the largest
-    /// errors, the worst entry, verdicts, listed entries and errors by step size, and adds one state. Errors of finite
-    /// differences, each at its best step `h`, are relative to the terms plus their change over a step. With the largest
-    /// diagonal sum `s` of the Hessian's terms and the length scale `l` this change is `h s` for gradients and `h s/l` for
-    /// Hessians.
+    /// Compares hand-derived derivatives at the unknowns `q` with dual numbers and finite differences. It updates the
+    /// largest errors, the worst entry, verdicts, listed entries and errors by step size, and adds one state. Errors of
+    /// finite differences, each at its best step `h`, are relative to the terms plus their change over a step. With the
+    /// largest diagonal sum `s` of the Hessian's terms and the length scale `l` this change is `h s` for gradients and
+    /// `h s/l` for Hessians.
     fn compare_routes(
         &mut self,
         routes: DerivativeSources<'_>,
@@ -247,8 +248,8 @@ impl CheckReport {
                 self.compare_entry(&entry, hand.hessian[i][j], dual.hessian[i][j], terms);
             }
         }
-        // A difference depends on the values around the state too. So where a derivative vanishes, its error is relative to
-        // the values that it reaches within a step.
+        // A difference depends on the values around the state too. So where a derivative vanishes, its error is
+        // relative to the values that it reaches within a step.
         let stiffest = (0..q.len()).map(|i| terms.hessian[i][i]).fold(0.0, f64::max);
         let scale = scale(q, by_hand, stiffest);
         let gradients = compare_differences(q, scale, &|q| vec![energy(q)], &|[j, _], h| {
@@ -280,9 +281,9 @@ impl CheckReport {
         self.states += 1;
     }
 
-    /// Compares a hand-derived entry with its value by dual numbers, relative to `terms`, the sum of its absolute terms.
-    /// Updates the largest error and the worst entry; an error above the tolerance is counted and listed, and sets the
-    /// verdict `hand_dual` to `Disagree`.
+    /// Compares a hand-derived entry with its value by dual numbers, relative to `terms`, the sum of its absolute
+    /// terms. Updates the largest error and the worst entry; an error above the tolerance is counted and listed, and
+    /// sets the verdict `hand_dual` to `Disagree`.
     fn compare_entry(&mut self, entry: &DerivativeEntry<'_>, hand: f64, dual: f64, terms: f64) {
         let relative_error = relative(hand - dual, terms);
         let (largest, allowed) = match entry.quantity {
@@ -316,8 +317,8 @@ impl CheckReport {
     }
 
     /// Compares `found`, a component of a gradient that must vanish, with `size`, the size of its terms. Above
-    /// [`LARGEST_ZERO`] the entry `name` is listed and the verdict `hand_dual` becomes `Disagree`; largest errors do not
-    /// change.
+    /// [`LARGEST_ZERO`] the entry `name` is listed and the verdict `hand_dual` becomes `Disagree`; largest errors do
+    /// not change.
     fn compare_with_zero(&mut self, name: &str, found: f64, size: f64, element: &str) {
         let relative_error = relative(found, size);
         if relative_error > LARGEST_ZERO {
@@ -328,8 +329,8 @@ impl CheckReport {
         }
     }
 
-    /// Counts an entry with an error above its limit in `above_count`, and lists it if it is one of the first [`MOST_ABOVE`].
-    /// The list has both values, the method of comparison (`against`) and the error.
+    /// Counts an entry with an error above its limit in `above_count`, and lists it if it is one of the first
+    /// [`MOST_ABOVE`]. The list has both values, the method of comparison (`against`) and the error.
     fn list_above(
         &mut self,
         entry: &DerivativeEntry<'_>,
@@ -363,8 +364,8 @@ struct DerivativeEntry<'a> {
     dof: &'a dyn Fn() -> String,
 }
 
-/// Gradient and Hessian of any size, or the sums of their absolute terms. Its size is no type parameter, because compile time
-/// matters more than run time here.
+/// Gradient and Hessian of any size, or the sums of their absolute terms. Its size is no type parameter, because
+/// compile time matters more than run time here.
 struct GradientAndHessian {
     gradient: Vec<f64>,
     hessian: Vec<Vec<f64>>,
@@ -394,9 +395,9 @@ struct DerivativeSources<'a> {
     terms: GradientAndHessian,
 }
 
-/// Energy at `q` as a hyper-dual number with first derivatives by the two unknowns `pair` and their mixed second derivative;
-/// of two equal indices the second derivative by that unknown. Larger dual numbers, with all unknowns, would save less run
-/// time than they cost to compile.
+/// Energy at `q` as a hyper-dual number with first derivatives by the two unknowns `pair` and their mixed second
+/// derivative; of two equal indices the second derivative by that unknown. Larger dual numbers, with all unknowns,
+/// would save less run time than they cost to compile.
 fn energy_along<const N: usize>(
     energy: &impl Energy<N>,
     q: &[f64; N],
@@ -423,8 +424,8 @@ fn dual_hessian<const N: usize>(energy: &impl Energy<N>, q: &[f64; N]) -> [[f64;
     hessian
 }
 
-/// Checks the hand-derived gradient and Hessian of an energy against dual numbers and finite differences, at each of the
-/// `states`, and returns the report of all. Unknowns are named `q[i]`.
+/// Checks the hand-derived gradient and Hessian of an energy against dual numbers and finite differences, at each of
+/// the `states`, and returns the report of all. Unknowns are named `q[i]`.
 ///
 /// ```
 /// use rodfit::{Analytic, Energy, Scalar, check::{Tolerance, check}};
@@ -450,9 +451,9 @@ pub fn check<const N: usize>(
     report
 }
 
-/// Checks a given full `hessian` of `energy` at the unknowns `q` against num-dual, and against finite differences of the
-/// gradient by num-dual, with the default tolerances. Unknowns are named `q[i]`. The gradient of the report is that of
-/// num-dual itself.
+/// Checks a given full `hessian` of `energy` at the unknowns `q` against num-dual, and against finite differences of
+/// the gradient by num-dual, with the default tolerances. Unknowns are named `q[i]`. The gradient of the report is that
+/// of num-dual itself.
 pub fn check_hessian<const N: usize>(
     energy: &impl Energy<N>,
     q: &[f64; N],
@@ -489,7 +490,7 @@ impl fmt::Display for CheckReport {
 impl CheckReport {
     /// The report as text for a terminal: the verdict as status, and a table of largest errors with their limits. Below
     /// are the largest difference, the listed entries above the limits, and the errors of finite differences by step
-    /// size. Derivatives that disagree have a code.
+    /// size. Hand-derived derivatives that disagree with dual numbers have a code.
     pub fn summary(&self) -> Summary {
         let (found, allowed) = (&self.max_relative_error, &self.tolerance);
         let is_confirmed = matches!(self.verdicts.finite_difference, Verdict::Agree);

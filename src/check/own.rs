@@ -1,11 +1,11 @@
 //! Check of the derivatives of [user-defined energies](crate::energy::own) at given states.
 //!
-//! [`check_own`] takes an energy over one to three nodes, values of its parameters, and states. It regards positions of nodes
-//! and directors of edges as independent inputs. It compares the gradient and Hessian by hand (by dual numbers without them)
-//! with dual numbers and finite differences. Output: a [`CheckReport`] with an element `state k` per state. `compare` does so
-//! by the unknowns of a rod, for an energy in a scene, with lengths in units of the edge length. `check_plane_is_kept` checks
-//! that an energy that keeps a plane has no force along its normal and no moment about the tangents. Both add their errors to
-//! the report of a scene's check.
+//! [`check_own`] takes an energy over one to three nodes, values of its parameters, and states. It regards positions of
+//! nodes and directors of edges as independent inputs. It compares the gradient and Hessian by hand (by dual numbers
+//! without them) with dual numbers and finite differences. Output: a [`CheckReport`] with an element `state k` per
+//! state. `compare` does so by the unknowns of a rod, for an energy in a scene, with lengths in units of the edge
+//! length. `check_plane_is_kept` checks that an energy that keeps a plane has no force along its normal and no moment
+//! about the tangents. Both add their errors to the report of a scene's check.
 
 use crate::check::{CheckReport, DerivativeSources, GradientAndHessian, Tolerance};
 use crate::energy::adapter::{AnyEnergy, MOST, Over, OwnLocal, Site};
@@ -37,9 +37,9 @@ pub struct NodesAndEdges<const N: usize> {
     pub edges: [Directors<f64>; 2],
 }
 
-/// Checks the derivatives of a user-defined energy by nodes and directors, as independent variables, with these values of its
-/// parameters. Hand-derived ones are compared with automatic ones and with finite differences; without them the automatic ones
-/// stand in their place. Elements are named `state k` in the report, in the order of `states`.
+/// Checks the derivatives of a user-defined energy by nodes and directors, as independent variables, with these values
+/// of its parameters. Hand-derived ones are compared with automatic ones and with finite differences; without them the
+/// automatic ones stand in their place. Elements are named `state k` in the report, in the order of `states`.
 ///
 /// ```
 /// use rodfit::check::{Configuration, NodesAndEdges, Tolerance, check_own};
@@ -130,8 +130,8 @@ struct IndependentInputs<'a, E, const N: usize, const P: usize> {
 }
 
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> IndependentInputs<'_, E, N, P> {
-    /// The result of `of` at the rest shape, the parameters, the nodes and the edges. `inputs` are the coordinates of the
-    /// nodes, then those of the three directors of each edge.
+    /// The result of `of` at the rest shape, the parameters, the nodes and the edges. `inputs` are the coordinates of
+    /// the nodes, then those of the three directors of each edge.
     fn with<D: Scalar, T>(
         &self,
         inputs: &[D],
@@ -158,8 +158,8 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Energy<
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Analytic<M>
     for IndependentInputs<'_, E, N, P>
 {
-    /// The gradient by the coordinates of nodes and directors, in their order: by hand, or by dual numbers if the energy
-    /// has none by hand.
+    /// The gradient by the coordinates of nodes and directors, in their order: by hand, or by dual numbers if the
+    /// energy has none by hand.
     fn gradient(&self, inputs: &[f64; M]) -> [f64; M] {
         let slopes = self
             .with(inputs, |place, p, nodes, edges| self.energy.gradient(place, p, nodes, edges));
@@ -169,7 +169,8 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Analyti
         std::array::from_fn(|i| all[i / 3][i % 3])
     }
 
-    /// The full Hessian by the coordinates of nodes and directors: by hand, or by dual numbers if there is none by hand.
+    /// The full Hessian by the coordinates of nodes and directors: by hand, or by dual numbers if there is none by
+    /// hand.
     fn hessian(&self, inputs: &[f64; M]) -> [[f64; M]; M] {
         let curvatures =
             self.with(inputs, |place, p, nodes, edges| self.energy.hessian(place, p, nodes, edges));
@@ -197,8 +198,8 @@ pub(super) struct EnergyAt<'a> {
 }
 
 /// Compares the derivatives of an energy by the unknowns `q` of its element with dual numbers and finite differences;
-/// errors are added to the report. They are hand-derived if the energy has them. Lengths are in units of the edge length
-/// and angles in rad, so that steps by both are comparable.
+/// errors are added to the report. They are hand-derived if the energy has them. Lengths are in units of the edge
+/// length and angles in rad, so that steps by both are comparable.
 pub(super) fn compare(report: &mut CheckReport, place: EnergyAt<'_>, q: &[f64]) {
     let EnergyAt { energy, site, name, first, length } = place;
     let stride = site.chart.stride();
@@ -253,8 +254,8 @@ pub(super) fn check_plane_is_kept(
     let over: &dyn Over<f64> = energy;
     let mut gradient = [0.0; MOST];
     over.gradient(site, q, Derivatives::Hand, &mut gradient);
-    // Rounding errors are relative to the terms that cancel, and to the change of the forces with the unknowns: at rest the
-    // terms may be rounding errors themselves.
+    // Rounding errors are relative to the terms that cancel, and to the change of the forces with the unknowns: at rest
+    // the terms may be rounding errors themselves.
     let (first, second) = energy.terms(site, q);
     let largest = |terms: &[f64]| terms.iter().fold(0.0_f64, |most, term| most.max(*term));
     let size = largest(&first) + largest(second.as_flattened()) * length;

@@ -1,10 +1,11 @@
 //! Random unknowns of planar and spatial rods, for the check of derivatives at states far from those of a simulation.
 //!
-//! Input: a rod and a seeded generator of the caller, whose state moves on. Each edge has its own strain within 30 %, and the
-//! first node is at the origin. Planar turning angles are within [`LARGEST_TURN`] of both signs, spatial ones up to it about
-//! random axes. Output: `random_planar` returns x and y of all nodes, m. `random_spatial` returns x, y, z of the nodes (m)
-//! alternating with the angles of the edges, and frames. Their reference directions are rotated from the edges by up to
-//! [`LARGEST_ROTATION`]; both limits are in degrees. Edge angles and reference twists are within 6 rad of zero.
+//! Input: a rod and a seeded generator of the caller, whose state moves on. Each edge has its own strain within 30 %,
+//! and the first node is at the origin. Planar turning angles are within [`LARGEST_TURN`] of both signs, spatial ones
+//! up to it about random axes. Output: `random_planar` returns x and y of all nodes, m. `random_spatial` returns x, y,
+//! z of the nodes (m) alternating with the angles of the edges, and frames. Their reference directions are rotated from
+//! the edges by up to [`LARGEST_ROTATION`]; both limits are in degrees. Edge angles and reference twists are within 6
+//! rad of zero.
 
 use crate::energy::frame::Frames;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, unit};
@@ -12,15 +13,15 @@ use crate::rod::{PlanarRod, SpatialRod};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// Largest turning angle of random states, degrees, up to which finite differences have errors of 1e-7. At 180 degrees the
-/// bending energy is singular.
+/// Largest turning angle of random states, degrees, up to which finite differences have errors of 1e-7. At 180 degrees
+/// the bending energy is singular.
 const LARGEST_TURN: f64 = 150.0;
 /// Largest rotation of an edge from its reference direction in random states, degrees.
 const LARGEST_ROTATION: f64 = 120.0;
 
-/// Coordinates x, y of all nodes of a planar rod, m, with the first node at the origin. The first direction is random, turning
-/// angles are within [`LARGEST_TURN`] of both signs, and edge strains within 30 %, each uniform and independent. The state of
-/// the generator `random` moves on.
+/// Coordinates x, y of all nodes of a planar rod, m, with the first node at the origin. The first direction is random,
+/// turning angles are within [`LARGEST_TURN`] of both signs, and edge strains within 30 %, each uniform and
+/// independent. The state of the generator `random` moves on.
 pub(super) fn random_planar(rod: &PlanarRod<f64>, random: &mut ChaCha8Rng) -> Vec<f64> {
     let mut angle: f64 = random.random_range(-3.1..3.1);
     let mut q = vec![0.0, 0.0];
@@ -57,9 +58,10 @@ fn rotated_randomly(t: Vector<f64>, angle: f64, random: &mut ChaCha8Rng) -> Vect
     unit(add(scale(t, angle.cos()), scale(across, angle.sin())))
 }
 
-/// Unknowns (x, y, z of each node and the angle of each edge, alternating, the first node at the origin) and frames of a
-/// spatial rod. Edge strains are within 30 %, turning angles up to [`LARGEST_TURN`] about random axes, and edge angles and
-/// reference twists within 6 rad. Reference directions of the frames differ from the edges by up to [`LARGEST_ROTATION`].
+/// Unknowns (x, y, z of each node and the angle of each edge, alternating, the first node at the origin) and frames of
+/// a spatial rod. Edge strains are within 30 %, turning angles up to [`LARGEST_TURN`] about random axes, and edge
+/// angles and reference twists within 6 rad. Reference directions of the frames differ from the edges by up to
+/// [`LARGEST_ROTATION`].
 pub(super) fn random_spatial(
     rod: &SpatialRod<f64>,
     random: &mut ChaCha8Rng,
@@ -142,7 +144,8 @@ mod tests {
         }
     }
 
-    /// Plants an error in every entry that does not vanish in all states, checks that it is found, and returns their number.
+    /// Plants an error in every entry that does not vanish in all states, checks that it is found, and returns their
+    /// number.
     fn count_found_errors<E: Analytic<N> + Copy, const N: usize>(
         kind: &str,
         states: &[(E, [f64; N])],

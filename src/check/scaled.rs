@@ -1,9 +1,9 @@
 //! Wrapper [`Scaled`]: an energy as a function of its unknowns divided by given units, for the check of derivatives.
 //!
-//! Input: an energy and a unit for each unknown, such as an edge length for positions and 1 rad for angles. In these units
-//! finite differences by all unknowns have comparable steps. The energy, J, is that at `x_i units_i`. Its gradient is
-//! multiplied by the unit of each unknown, its Hessian by the units of both (chain rule); both are then in J.
-//! [`Scaled::scaled`] divides unknowns by their units.
+//! Input: an energy and a unit for each unknown, such as an edge length for positions and 1 rad for angles. In these
+//! units finite differences by all unknowns have comparable steps. The energy, J, is that at `x_i units_i`. Its
+//! gradient is multiplied by the unit of each unknown, its Hessian by the units of both (chain rule); both are then in
+//! J. [`Scaled::scaled`] divides unknowns by their units.
 
 use crate::energy::{Analytic, Energy};
 use crate::numerics::scalar::Scalar;

@@ -1,12 +1,13 @@
-//! Check of the derivatives of all elements of a scene: hand-derived against dual numbers and finite differences.
+//! Check of the derivatives of the elements of a rod in a scene: hand-derived against dual numbers and finite
+//! differences. Contacts are left out.
 //!
-//! Input: a prepared scene and a tolerance. States are the initial state of the scene, up to `OWN_STATES` states of
-//! the first `OWN_STEPS` time steps of its motion (none without `[time]`), and `RANDOM_STATES` random states from a
-//! fixed seed. At most `ELEMENTS` elements of each kind are compared in each, and all moments. In space the states of
-//! the motion are compared twice: with their own frames and with those of the step before. Output: one `CheckReport`,
-//! which `rodfit check` prints. A planar scene's user-defined energies are also checked for forces out of the plane,
-//! in a spatial model, unless it has moments. An initial state that cannot be made is an error; a step that fails
-//! ends the states of the motion.
+//! Input: a scene with its mesh (a [`Problem`]) and a tolerance. States are the initial state of the scene, up to
+//! `OWN_STATES` states of the first `OWN_STEPS` time steps of its motion (none without `[time]`), and `RANDOM_STATES`
+//! random states from a fixed seed. Elements are those of stretch, of bending (in space also twist), the moments of a
+//! planar rod, and user-defined energies; at most `ELEMENTS` of each kind are compared in each state, and all moments.
+//! In space each state of the scene is compared twice: with its own frames and with those of the step before. Output:
+//! one `CheckReport`. A planar scene's user-defined energies are also checked for forces out of the plane, in a spatial
+//! model. An initial state that cannot be made is an error; a step that fails ends the states of the motion.
 
 use crate::check::own::{self, EnergyAt};
 use crate::check::random_states::{random_planar, random_spatial};
@@ -27,7 +28,8 @@ use crate::rod::{Placed, PlanarRod, Rod, SpatialRod, UserEnergies};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// Largest number of elements of one kind that are compared in every state, evenly spaced along the rod. It limits run time.
+/// Largest number of elements of one kind that are compared in every state, evenly spaced along the rod. It limits run
+/// time.
 const ELEMENTS: usize = 100;
 /// Largest number of states of the scene's motion that are compared.
 const OWN_STATES: usize = 8;
@@ -36,11 +38,12 @@ const OWN_STEPS: usize = 400;
 /// Number of random states of the rod.
 const RANDOM_STATES: usize = 20;
 
-/// Compares the hand-derived gradients and Hessians of every kind of element of a scene (up to `ELEMENTS` of each) with those
-/// of dual numbers and with finite differences. States are the initial state of the scene, its motion if it has a `[time]` (up
-/// to a step that fails), and seeded random ones. These have turning angles up to 150 degrees and strains up to 30 %; in space
-/// also edges rotated by up to 120 degrees since the reference of their frames. [User-defined energies](crate::energy::own)
-/// are checked under their names, those of a planar scene also for forces out of the plane.
+/// Compares the hand-derived gradients and Hessians of the elements of a rod (up to `ELEMENTS` of each kind) with those
+/// of dual numbers and with finite differences. Kinds are stretch, bending (in space with twist), moments in a plane,
+/// and [user-defined energies](crate::energy::own) under their names; those of a planar scene are also checked for
+/// forces out of the plane. States are the initial state of the scene, its motion if it has a `[time]` (up to a step
+/// that fails), and seeded random ones. These have turning angles up to 150 degrees and strains up to 30 %; in space
+/// also edges rotated by up to 120 degrees since the reference of their frames.
 ///
 /// # Errors
 ///
@@ -81,7 +84,8 @@ pub fn check_problem(problem: &Problem, tolerance: Tolerance) -> Result<CheckRep
     Ok(report)
 }
 
-/// Spatial model of a planar scene: tests whether user-defined energies that claim to keep the plane have forces out of it.
+/// Spatial model of a planar scene: tests whether user-defined energies that claim to keep the plane have forces out of
+/// it.
 struct SpatialCounterpart {
     model: ModelWithSetup<SpatialModel>,
     rod: SpatialRod<f64>,
@@ -98,9 +102,9 @@ impl SpatialCounterpart {
         Some(Self { model, rod })
     }
 
-    /// Checks the user-defined energies in space, at up to [`ELEMENTS`] of their places each. Nodes are those of the unknowns
-    /// `q` of the planar rod, to which the spatial rod is moved from its rest shape: no force along the normal of the plane,
-    /// no moment about the tangents. Violations are added to the report.
+    /// Checks the user-defined energies in space, at up to [`ELEMENTS`] of their places each. Nodes are those of the
+    /// unknowns `q` of the planar rod, to which the spatial rod is moved from its rest shape: no force along the normal
+    /// of the plane, no moment about the tangents. Violations are added to the report.
     fn compare(
         &self,
         report: &mut CheckReport,
@@ -136,9 +140,9 @@ fn name(placed: &Placed<f64>, spot: &Spot<f64>) -> String {
     format!("{} at {:.4} m", placed.name, spot.numbers[0])
 }
 
-/// Calls `show(state, previous state)` at the start and at up to [`OWN_STATES`] states of the motion, evenly spaced over its
-/// first [`OWN_STEPS`] steps. At the start both states are the same. A scene without `[time]` has the start only; a step that
-/// fails ends the visit without an error.
+/// Calls `show(state, previous state)` at the start and at up to [`OWN_STATES`] states of the motion, evenly spaced
+/// over its first [`OWN_STEPS`] steps. At the start both states are the same. A scene without `[time]` has the start
+/// only; a step that fails ends the visit without an error. Error: the initial state cannot be made.
 fn visit_states<M: Model>(
     problem: &Problem,
     discretized: &Discretized<'_, M>,
@@ -168,13 +172,14 @@ fn spaced_indices(count: usize) -> impl Iterator<Item = usize> {
     (0..count).step_by(count.div_ceil(ELEMENTS).max(1))
 }
 
-/// Compares the derivatives of the elements of a planar rod at the unknowns `q` with dual numbers and finite differences, and
-/// adds the errors to the report. Kinds are stretch, joints, moments, and user-defined ones. At most [`ELEMENTS`] elements of
-/// each kind are compared, and all moments. Coordinates are relative to the first node of each element.
+/// Compares the derivatives of the elements of a planar rod at the unknowns `q` with dual numbers and finite
+/// differences, and adds the errors to the report. Kinds are stretch, joints, moments, and user-defined ones. At most
+/// [`ELEMENTS`] elements of each kind are compared, and all moments. Coordinates are relative to the first node of each
+/// element.
 fn compare_planar(report: &mut CheckReport, rod: &PlanarRod<f64>, q: &[f64]) {
-    /// Compares the derivatives of elements of one kind with dual numbers and finite differences, and adds the errors to
-    /// the report: at most [`ELEMENTS`], evenly spaced. Element `i` has its first node at node `i` of `q`. `first` and
-    /// `node` are the numbers of the first element and of its first node in the report.
+    /// Compares the derivatives of elements of one kind with dual numbers and finite differences, and adds the errors
+    /// to the report: at most [`ELEMENTS`], evenly spaced. Element `i` has its first node at node `i` of `q`. `first`
+    /// and `node` are the numbers of the first element and of its first node in the report.
     fn compare<E: Element<f64, N>, const N: usize>(
         report: &mut CheckReport,
         elements: &[E],
@@ -201,9 +206,9 @@ fn compare_planar(report: &mut CheckReport, rod: &PlanarRod<f64>, q: &[f64]) {
     compare_own(report, &rod.own, q, &[], |i| edge_length(&rod.stretch, i));
 }
 
-/// Compares the derivatives of user-defined energies at up to [`ELEMENTS`] of their places each, and adds them to the report.
-/// `q` are the unknowns of the rod, `frames` the references of its edges (none in a plane). `length(i)` is that of the edge at
-/// node `i`, m, the unit of lengths.
+/// Compares the derivatives of user-defined energies at up to [`ELEMENTS`] of their places each, and adds them to the
+/// report. `q` are the unknowns of the rod, `frames` the references of its edges (none in a plane). `length(i)` is that
+/// of the edge at node `i`, m, the unit of lengths.
 fn compare_own(
     report: &mut CheckReport,
     own: &UserEnergies<f64>,
@@ -226,10 +231,10 @@ fn edge_length<const M: usize>(edges: &[Stretch<f64, M>], node: usize) -> f64 {
     edges[node.min(edges.len() - 1)].rest_length
 }
 
-/// Compares the derivatives of the elements of a spatial rod at the unknowns `q` with dual numbers and finite differences, and
-/// adds the errors to the report. Up to [`ELEMENTS`] of each kind: stretch, bend and twist, and user-defined ones. `frames`
-/// are the reference frames. Coordinates are relative to the first node and in units of the edge length, so that finite
-/// differences by lengths and angles are comparable.
+/// Compares the derivatives of the elements of a spatial rod at the unknowns `q` with dual numbers and finite
+/// differences, and adds the errors to the report. Up to [`ELEMENTS`] of each kind: stretch, bend and twist, and
+/// user-defined ones. `frames` are the reference frames. Coordinates are relative to the first node and in units of the
+/// edge length, so that finite differences by lengths and angles are comparable.
 fn compare_spatial(
     report: &mut CheckReport,
     rod: &SpatialRod<f64>,

@@ -3,7 +3,8 @@
 //! Two quantities are measured: time steps per second of the time stepper alone ([`RUNS`]), and wall seconds of a
 //! complete fit of Young's modulus to the recorded tip. Each measurement is repeated for the time of `--seconds`, at
 //! least once, and the shortest duration counts. The output is a table, and JSON if requested, with the version, the
-//! vector unit of the processor and the number of threads.
+//! vector unit of the processor and the number of threads. The exit code is 0, or that of an output that cannot be
+//! written.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption};
@@ -31,7 +32,8 @@ fn repetition_time(text: &str) -> Result<f64, String> {
     is_allowed.then_some(seconds).ok_or_else(|| "it must be between 0 and 1000".into())
 }
 
-/// A scene compiled into the program: its name, the text of its scene file (TOML), and the recorded motion of its tip (CSV).
+/// A scene compiled into the program: its name, the text of its scene file (TOML), and the recorded motion of its tip
+/// (CSV).
 struct ShippedScene {
     name: &'static str,
     scene: &'static str,
@@ -56,8 +58,8 @@ const HELIX: ShippedScene = ShippedScene {
 const RUNS: [(ShippedScene, f64, f64); 4] =
     [(CANTILEVER, 1e-3, 0.5), (CANTILEVER, 5e-3, 1.0), (HELIX, 1e-3, 0.5), (HELIX, 5e-3, 0.5)];
 
-/// Speed of the time stepper: scene, number of segments, time step in s, beta of the scheme, and steps per second of wall
-/// time in the fastest run.
+/// Speed of the time stepper: scene, number of segments, time step in s, beta of the scheme, and steps per second of
+/// wall time in the fastest run.
 #[derive(Serialize)]
 struct SteppingSpeed {
     scene: &'static str,
@@ -75,8 +77,8 @@ struct FitTime {
     seconds: f64,
 }
 
-/// The result of the benchmark: version of rodfit, SIMD instruction set (`vector_unit`), threads of the fits, and all measured
-/// rows.
+/// The result of the benchmark: version of rodfit, SIMD instruction set (`vector_unit`), threads of the fits, and all
+/// measured rows.
 #[derive(Serialize)]
 struct BenchReport {
     version: &'static str,
@@ -127,8 +129,8 @@ pub fn run(options: &BenchOptions, global: GlobalOptions) -> Result<u8, Error> {
     Ok(outputs.finish(0, &report, None, &report.summary()))
 }
 
-/// The shortest duration that `run` returns when it is repeated until `least` has passed; it runs once at least. The first
-/// error of a run ends it.
+/// The shortest duration that `run` returns when it is repeated until `least` has passed; it runs once at least. The
+/// first error of a run ends it.
 fn fastest(
     least: Duration,
     mut run: impl FnMut() -> Result<Duration, Error>,
@@ -153,8 +155,8 @@ impl ShippedScene {
         scene.problem()
     }
 
-    /// The recorded motion of the tip, from CSV lines with a time, s, and two or three coordinates, m. Lines without a number at
-    /// the start, such as the header, are skipped; a missing coordinate is `None`.
+    /// The recorded motion of the tip, from CSV lines with a time, s, and two or three coordinates, m. Lines without a
+    /// number at the start, such as the header, are skipped; a missing coordinate is `None`.
     fn observation(&self) -> Observation {
         let line = |line: &str| {
             let mut numbers = line.split(',').map(|number| number.trim().parse().ok());

@@ -1,9 +1,10 @@
-//! `rodfit check`: verifies the hand-derived derivatives of the energies of a scene.
+//! `rodfit check`: verifies the hand-derived derivatives of the elements of the rod and of the user-defined energies of
+//! a scene.
 //!
-//! They are compared with automatic derivatives (dual numbers) and with finite differences ([`check_problem`]), on
-//! the mesh of a first guess if the scene leaves it open. States are the initial one of the scene, those of a
-//! simulation (if the scene has a `[time]`), and random ones. The result is a report (text, and JSON if requested);
-//! the exit code is 3 if any pair differs by more than its tolerance.
+//! They are compared with automatic derivatives (dual numbers) and with finite differences ([`check_problem`]), on the
+//! mesh of a first guess if the scene leaves it open. States are the initial one of the scene, those of a simulation
+//! (if the scene has a `[time]`), and random ones. The result is a report (text, and JSON if requested); the exit code
+//! is 3 if any pair differs by more than its tolerance, else 0, or that of an output that cannot be written.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, limits};
@@ -21,8 +22,8 @@ pub struct CheckOptions {
     json: JsonOption,
 }
 
-/// Checks the derivatives of the energies of a scene, on the mesh of a first guess if the scene leaves it open, and writes
-/// the report. Returns exit code 0 if all agree, 3 if some disagree.
+/// Checks the derivatives of the energies of a scene, on the mesh of a first guess if the scene leaves it open, and
+/// writes the report. Returns exit code 0 if all agree, 3 if some disagree.
 pub fn run(options: &CheckOptions, global: GlobalOptions) -> Result<u8, Error> {
     let scene = Scene::load(&options.scene)?;
     // Outputs are checked before the computation: a mistyped path costs no time.

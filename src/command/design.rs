@@ -1,10 +1,11 @@
 //! `rodfit design`: predicts the uncertainty of the parameters of an experiment before it is made.
 //!
-//! Input is a fit file, or a plan without data. `--sigma` is the standard deviation, m, of all measurements for which the
-//! file gives none; `--known` adds standard uncertainties of inputs in their units. The sensitivities of a simulation
-//! give the expected standard errors, and the best marker position, duration and frame rate. Output is JSON and a page,
-//! if requested, and a summary; the exit code is 3 if a parameter is not identifiable. Lists along the rod (`[[field]]`)
-//! are rejected.
+//! Input is a fit file, or a plan without data. `--sigma` is the standard deviation of all measurements for which the
+//! file gives none, of positions in m, of others in their unit; `--known` adds standard uncertainties of inputs in
+//! their units. The sensitivities of a simulation give the expected standard errors, and the best marker position,
+//! duration and frame rate. Output is JSON and a page, if requested, and a summary; the exit code is 3 if a parameter
+//! is not identifiable, else 0, or that of an output that cannot be written. Lists along the rod (`[[field]]`) are
+//! rejected.
 
 use crate::command::known::add_known_inputs;
 use crate::command::output::Outputs;
@@ -31,8 +32,8 @@ pub struct DesignOptions {
     sigma: Option<f64>,
 }
 
-/// Reads the plan, computes the design and writes its outputs. Returns exit code 3 if the planned data do not determine all
-/// parameters, the code of an output that cannot be written, or 0.
+/// Reads the plan, computes the design and writes its outputs. Returns exit code 3 if the planned data do not determine
+/// all parameters, the code of an output that cannot be written, or 0.
 pub fn run(options: &DesignOptions, global: GlobalOptions) -> Result<u8, Error> {
     let path = &options.fit;
     let admit = |scene: &_| limits::mesh_cost(scene).admit(global);
@@ -61,7 +62,8 @@ pub fn run(options: &DesignOptions, global: GlobalOptions) -> Result<u8, Error> 
     Ok(outputs.finish(code, &design, Some(&page), &design.summary().with_subject(&name)))
 }
 
-/// Sets the standard deviation of all measurements without one to `sigma`, m. An error unless it is finite and positive.
+/// Sets the standard deviation of all measurements of a fit file that have none to `sigma`, in m for positions and in
+/// the unit of the measurement for others. An error unless it is finite and positive.
 fn set_sigma(file: &mut FitFile, sigma: f64) -> Result<(), Error> {
     if !(sigma.is_finite() && sigma > 0.0) {
         return Err(Error::invalid("--sigma", sigma, "a finite number above 0, m"));

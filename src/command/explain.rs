@@ -17,15 +17,16 @@ pub struct ExplainOptions {
     code: Option<String>,
 }
 
-/// Prints the entry of the given code, or the list of all codes without one. Returns exit code 0; an error for an unknown
-/// code.
+/// Prints the entry of the given code, or the list of all codes without one. Returns exit code 0; an error for an
+/// unknown code.
 pub fn run(options: &ExplainOptions) -> Result<u8, Error> {
     let text = options.code.as_deref().map_or_else(|| Ok(list()), entry)?;
     terminal::print(&text).map(|()| 0)
 }
 
-/// The text of the entry of a code or exit code: name and document, wrapped for the terminal, with the former name if that
-/// was given. Brackets around the code and its case are ignored. An unknown code is an error with the most similar one.
+/// The text of the entry of a code or exit code: name and document, wrapped for the terminal, with the former name if
+/// that was given. Brackets around the code and its case are ignored. An unknown code is an error with the most similar
+/// one.
 fn entry(code: &str) -> Result<String, Error> {
     let name = code.trim_matches(['[', ']']).to_lowercase();
     let text = explained(&name).ok_or_else(|| {
@@ -46,8 +47,8 @@ fn entry(code: &str) -> Result<String, Error> {
     Ok(text.split("\n\n").map(paragraph).collect::<Vec<_>>().join("\n"))
 }
 
-/// A paragraph wrapped to the terminal's width, its line breaks replaced by spaces. Paragraphs with lists, tables or code
-/// keep their line breaks.
+/// A paragraph wrapped to the terminal's width, its line breaks replaced by spaces. Paragraphs with lists, tables or
+/// code keep their line breaks.
 fn paragraph(text: &str) -> String {
     // Lists, tables and code would lose their structure without line breaks.
     let is_list = |line: &str| line.starts_with(['-', '|', ' ', '`']);
@@ -55,7 +56,8 @@ fn paragraph(text: &str) -> String {
     wrap_message(&text, Stream::Output.style())
 }
 
-/// One line for each code and exit code: its name, padded to a common width, and the first line of its document, wrapped.
+/// One line for each code and exit code: its name, padded to a common width, and the first line of its document,
+/// wrapped.
 fn list() -> String {
     let width = all_explained().map(|(name, _)| name.len()).max().unwrap_or(0);
     let lines = all_explained().map(|(name, text)| {

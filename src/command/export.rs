@@ -1,9 +1,10 @@
 //! `rodfit export`: a rod as a file for another simulator, or its motion as frames for ParaView.
 //!
-//! `--to` is the format. A file of MuJoCo, PyElastica, USD or CSV goes to `--out`, by default standard output; notes on what it
-//! does not have, or has in another form, are printed on standard error. `--to vtk` simulates the scene and writes the files of `--frames` frames
-//! into the folder `--out`. `--segments` replaces the mesh of the scene; an open mesh is that of an equilibrium, for
-//! VTK that of the motion. Structures are rejected.
+//! `--to` is the format. A file of MuJoCo, PyElastica, USD or CSV goes to `--out`, by default standard output. Notes on
+//! parts that it does not have, or has in another form, are printed on standard error unless `--quiet` is given. `--to
+//! vtk` simulates the scene and writes at most `--frames` frames of its motion, and their list, into the folder
+//! `--out`. `--segments` replaces the mesh of the scene; an open mesh is that of an equilibrium, for VTK that of the
+//! motion. Structures are rejected. The exit code is 0, or that of an output that cannot be written.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, conclude, limits, terminal};
@@ -48,7 +49,9 @@ enum FormatOption {
     Csv,
 }
 
-/// Writes the export of a scene. Returns exit code 0, or that of an output that cannot be written.
+/// Writes a scene of one rod in the format of `--to` to `--out`, after its equilibrium mesh was chosen if it is left
+/// open; for VTK the frames of its motion. Notes on omitted or changed parts are printed on standard error. A structure
+/// is an error. Returns exit code 0, or that of an output that cannot be written.
 pub fn run(options: &ExportOptions, global: GlobalOptions) -> Result<u8, Error> {
     let mut scene = match SceneFile::load(&options.scene)? {
         SceneFile::Rod(scene) => *scene,
@@ -83,7 +86,8 @@ pub fn run(options: &ExportOptions, global: GlobalOptions) -> Result<u8, Error> 
     Ok(conclude(0, [written]))
 }
 
-/// Simulates the scene and writes the frames of its motion, and their list, into the folder of `--out`.
+/// Simulates the scene and writes the frames of its motion, at most `--frames`, and their list into the folder of
+/// `--out`; `-` is an error. Returns exit code 0, or that of a file that cannot be written.
 fn write_frames(
     scene: &Scene,
     options: &ExportOptions,

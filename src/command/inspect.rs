@@ -1,9 +1,10 @@
 //! `rodfit inspect`: describes a file of recorded markers before it is used in a fit.
 //!
-//! The format is recognized (plain table, or a motion-capture or tracking program); `--fps`, `--scale` and
-//! `--columns` give a frame rate, a scale and names of columns that the file lacks. Output is a description (JSON if requested, and text): frames, clock,
-//! markers with range, noise and gaps, likely problems, and the `[[observation]]` table for a fit file. A file that
-//! cannot be read is an error.
+//! The format is recognized (plain table, or a motion-capture or tracking program); `--fps`, `--scale` and `--columns`
+//! ([`RecordingUnits`]) give a frame rate, a scale and names of columns that the file lacks. Output is a description
+//! (JSON if requested, and text): frames, clock, markers with range, noise and gaps, likely problems, and the
+//! `[[observation]]` table for a fit file. A file that cannot be read is an error; the exit code is otherwise 0, or
+//! that of an output that cannot be written.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption};
@@ -15,7 +16,8 @@ use std::path::PathBuf;
 /// Options of `rodfit inspect`.
 #[derive(clap::Args)]
 pub struct InspectOptions {
-    /// Table, or file of Motive, Vicon, Qualisys, Tracker, DeepLabCut, SLEAP, DLTdv, Kinovea or TrackMate, or C3D, TRC, STO or MOT.
+    /// Table, or file of Motive, Vicon, Qualisys, Tracker, DeepLabCut, SLEAP, DLTdv, Kinovea or TrackMate, or C3D, TRC,
+    /// STO or MOT.
     file: PathBuf,
     #[command(flatten)]
     units: RecordingUnits,
@@ -45,16 +47,16 @@ fn columns(text: &str) -> Result<ColumnRules, String> {
 }
 
 impl RecordingUnits {
-    /// The keys of a recording with the given frame rate, Hz, scale, m per unit, and columns; all other keys are at their
-    /// defaults.
+    /// The keys of a recording with the given frame rate, Hz, scale, m per unit, and columns; all other keys are at
+    /// their defaults.
     pub fn recording(&self) -> Recording {
         let columns = self.columns.clone();
         Recording { fps: self.fps, scale: self.scale, columns, ..Recording::default() }
     }
 }
 
-/// Reads the file and writes its description. Returns exit code 0, or that of an output that cannot be written; a file that
-/// cannot be read is an error.
+/// Reads the file and writes its description. Returns exit code 0, or that of an output that cannot be written; a file
+/// that cannot be read is an error.
 pub fn run(options: &InspectOptions, global: GlobalOptions) -> Result<u8, Error> {
     let inputs = std::slice::from_ref(&options.file);
     let outputs = Outputs::with_json(&options.json, inputs, global)?;

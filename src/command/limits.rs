@@ -1,12 +1,14 @@
 //! Estimated cost of a run in memory, time and disk space before it starts, and its rejection above a limit.
 //!
 //! Time is the number of nodes times that of steps (times simulations) times a measured time; of an equilibrium or of
-//! modes it is proportional to the nodes. Memory is a measured number of bytes per node, whatever the steps, plus that of
-//! the series or recorded points of each step. Disk space is that of the positions and series of each step. In estimates
-//! for a scene whose mesh the program has yet to choose, the mesh counts as one node. A run above [`MAX_MEMORY`],
-//! [`MAX_TIME`] or [`MAX_DISK`] is an error without `--no-limits`; a long or large one ([`LONG`], [`LARGE`]) is announced
-//! on standard error unless `--quiet` or `--no-limits` is given. The constants were measured on a current machine, and
-//! are right to within a factor of two or so. The number of threads is limited here too ([`limit_threads`]).
+//! modes it is proportional to the nodes. Studies, fits and designs take a measured or largest number of simulations.
+//! Memory is a measured number of bytes per node, whatever the steps, plus that of the series or recorded points of
+//! each step. Disk space is that of the positions and series of each step. In estimates for a scene whose mesh the
+//! program has yet to choose, the mesh counts as one node. [`CostEstimate::admit`] decides: a run above [`MAX_MEMORY`],
+//! [`MAX_TIME`] or [`MAX_DISK`] is an error without `--no-limits`; a long or large one ([`LONG`], [`LARGE`]) is
+//! announced on standard error unless `--quiet` or `--no-limits` is given. The constants were measured on a current
+//! machine, and are right to within a factor of two or so. The number of threads is limited here too
+//! ([`limit_threads`]).
 
 use crate::command::{GlobalOptions, terminal};
 use rodfit::fit::{Experiment, FitFile, Measurement};
@@ -73,7 +75,8 @@ const REPLICATE_RUNS: f64 = 3.0;
 /// Memory of a recorded point at one step, for its position or one derivative of it, bytes.
 const RECORD_BYTES: f64 = 48.0;
 
-/// The estimated cost of a run: memory and disk space in bytes, time in s. `file`, `key` and `cause` are for the message.
+/// The estimated cost of a run: memory and disk space in bytes, time in s. `file`, `key` and `cause` are for the
+/// message.
 pub struct CostEstimate {
     file: Option<PathBuf>,
     /// Key of the setting that determines the cost.
@@ -86,16 +89,17 @@ pub struct CostEstimate {
 }
 
 impl CostEstimate {
-    /// The cost with the series of the reactions in a report of so many `steps`, if `has_series`: as much again as that of
-    /// tip and energies.
+    /// The cost with the series of the reactions in a report of so many `steps`, if `has_series`: as much again as that
+    /// of tip and energies.
     pub fn with_reactions(self, has_series: bool, steps: usize) -> Self {
         let steps = if has_series { steps as f64 } else { 0.0 };
         let (bytes, disk) = (self.bytes + SERIES_BYTES * steps, self.disk + SERIES_DISK * steps);
         Self { bytes, disk, ..self }
     }
 
-    /// An error for a cost above a limit, with the setting, the estimate and the first exceeded limit: memory, time, disk.
-    /// Prints a note for a long or large run unless `--quiet`. With `--no-limits` everything passes without a note.
+    /// An error for a cost above a limit, with the setting, the estimate and the first exceeded limit: memory, time,
+    /// disk. Prints a note for a long or large run unless `--quiet`. With `--no-limits` everything passes without a
+    /// note.
     pub fn admit(&self, global: GlobalOptions) -> Result<(), Error> {
         if global.ignores_limits() {
             return Ok(());
@@ -122,8 +126,8 @@ impl CostEstimate {
         Ok(())
     }
 
-    /// The cost of a scene whose memory and time are proportional to its nodes: `bytes` and `seconds`, s, are those of one
-    /// node. No disk space.
+    /// The cost of a scene whose memory and time are proportional to its nodes: `bytes` and `seconds`, s, are those of
+    /// one node. No disk space.
     fn per_node(scene: &Scene, bytes: f64, seconds: f64) -> Self {
         let nodes = node_count(scene);
         let cause = format!("{} nodes", count(nodes));
@@ -144,8 +148,8 @@ pub fn equilibrium_cost(scene: &Scene) -> CostEstimate {
     CostEstimate::per_node(scene, EQUILIBRIUM_MEMORY * node.bytes, node.equilibrium)
 }
 
-/// The cost of a number of vibration modes and [`EXTRA_MODES`] more, and of the equilibrium, which is computed first; memory
-/// and time are proportional to the nodes.
+/// The cost of a number of vibration modes and [`EXTRA_MODES`] more, and of the equilibrium, which is computed first;
+/// memory and time are proportional to the nodes.
 pub fn modes_cost(scene: &Scene, modes: usize) -> CostEstimate {
     let (node, modes) = (node_cost(scene), modes as f64 + EXTRA_MODES);
     let bytes = EQUILIBRIUM_MEMORY * node.bytes + MODE_BYTES * modes;
@@ -158,9 +162,9 @@ pub fn check_cost(scene: &Scene) -> CostEstimate {
     CostEstimate::per_node(scene, EQUILIBRIUM_MEMORY * node.bytes, CHECK_STEPS * node.step)
 }
 
-/// The cost of a simulation of `steps` steps: memory of the state, time, and disk space. `has_table`: the positions of all
-/// nodes go to a file at every step; `has_series`: the report in JSON has the series of tip and energies, which also takes
-/// memory.
+/// The cost of a simulation of `steps` steps: memory of the state, time, and disk space. `has_table`: the positions of
+/// all nodes go to a file at every step; `has_series`: the report in JSON has the series of tip and energies, which
+/// also takes memory.
 pub fn simulation_cost(
     problem: &Problem,
     steps: usize,
@@ -198,8 +202,8 @@ pub fn study_cost(scene: &Scene) -> CostEstimate {
     }
 }
 
-/// The cost of the fit file at `path`, by the [number of simulations](repeated_cost): [`FIT_RUNS`], and [`REPLICATE_RUNS`]
-/// per replicate of bootstrap and Monte Carlo.
+/// The cost of the fit file at `path`, by the [number of simulations](repeated_cost): [`FIT_RUNS`], and
+/// [`REPLICATE_RUNS`] per replicate of bootstrap and Monte Carlo.
 pub fn fit_cost(file: &FitFile, path: PathBuf) -> CostEstimate {
     let replicates = file.analysis.bootstrap + file.analysis.monte_carlo;
     repeated_cost(file, path, FIT_RUNS + REPLICATE_RUNS * replicates as f64)
@@ -210,8 +214,8 @@ pub fn design_cost(file: &FitFile, path: PathBuf) -> CostEstimate {
     repeated_cost(file, path, DESIGN_RUNS)
 }
 
-/// The cost of `runs` simulations of every experiment up to its last recorded time, with an equilibrium per [`FIT_RUNS`] of
-/// them. Memory holds each recorded point with its derivatives by all parameters; no disk space.
+/// The cost of `runs` simulations of every experiment up to its last recorded time, with an equilibrium per
+/// [`FIT_RUNS`] of them. Memory holds each recorded point with its derivatives by all parameters; no disk space.
 fn repeated_cost(file: &FitFile, path: PathBuf, runs: f64) -> CostEstimate {
     let [mut bytes, mut seconds, mut most_steps, mut most_nodes] = [0.0_f64; 4];
     // Each recorded value has a derivative by every parameter.
@@ -235,7 +239,8 @@ fn repeated_cost(file: &FitFile, path: PathBuf, runs: f64) -> CostEstimate {
     CostEstimate { file: Some(path), key: "scene", cause, bytes, seconds, disk: 0.0 }
 }
 
-/// Number of time steps of an experiment until its last recorded time, at most until the end of the scene; 0 without `[time]`.
+/// Number of time steps of an experiment until its last recorded time, at most until the end of the scene; 0 without
+/// `[time]`.
 fn recorded_steps(experiment: &Experiment) -> f64 {
     let times = experiment.measurements.iter().flat_map(|m| m.times());
     // Simulations of a fit end with the last sample.
@@ -245,7 +250,7 @@ fn recorded_steps(experiment: &Experiment) -> f64 {
 }
 
 /// The number of nodes of a scene before its mesh exists: segments + 1 (1 if the program chooses them). For a polyline
-/// without segments it is the number of its points, or an upper bound by the size of its file.
+/// without segments it is the number of its points, or an upper bound by the size of its file (0 if that is missing).
 fn node_count(scene: &Scene) -> f64 {
     // A mesh that is too large must be rejected before its memory is allocated.
     match (&scene.rod.shape, scene.rod.segments) {
@@ -258,7 +263,8 @@ fn node_count(scene: &Scene) -> f64 {
     }
 }
 
-/// The cost of a node of a scene, whose model is not chosen yet: that of a planar rod, unless the scene states a spatial one.
+/// The cost of a node of a scene, whose model is not chosen yet: that of a planar rod, unless the scene states a
+/// spatial one.
 fn node_cost(scene: &Scene) -> NodeCost {
     // Where the model is not yet known, the lower cost rejects no scene that is within the limits.
     if scene.rod.dimension == Dimension::Spatial { SPATIAL } else { PLANAR }

@@ -1,11 +1,13 @@
 //! The command `rodfit` as a function: parses a command line, runs the subcommand and returns the exit code.
 //!
-//! Subcommands of computations have the same stages: read the inputs, check that the outputs can be written, estimate
-//! the cost and reject it above a limit, compute, write, print. `output` writes files, `limits` estimates costs,
-//! `terminal` and `style` print. Structures, benchmarks, `init` and `inspect` have no estimate of the cost. Others
-//! print texts: manual pages, completions, schemas, codes. Each subcommand has a file of its name (`static` is
-//! `rest`). The code is 0 if done, 2 for invalid input, 3 if not computed, not converged or not identifiable; errors
-//! are printed on standard error. It uses the public library only; the program and the Python package call [`run`].
+//! Subcommands of computations have the same stages, in general in this order: read the inputs, check that the outputs
+//! can be written, estimate the cost and reject it above a limit, compute, write, print. `output` writes files,
+//! `limits` estimates costs, `terminal` and `style` print. Structures, benchmarks, `init` and `inspect` have no
+//! estimate of the cost. Others print texts: manual pages, completions, schemas, codes. Each subcommand has a file of
+//! its name (`static` is `rest`). The code is 0 if done, 2 for invalid input, 3 if not computed, not converged or not
+//! identifiable; errors are printed on standard error. `conclude` prints those of outputs, and returns the largest exit
+//! code. `chosen_mesh` is the mesh that was chosen, for reports. It uses the public library only; the program and the
+//! Python package call [`run`].
 
 mod bench;
 mod campaign;
@@ -185,8 +187,8 @@ impl From<DerivativesOption> for Derivatives {
     }
 }
 
-/// Runs a command line, whose first argument is the name of the program. Errors are printed on standard error. Returns the
-/// exit code: 0 done (also help and version); 2 bad input; 3 not computed, not converged or not identifiable.
+/// Runs a command line, whose first argument is the name of the program. Errors are printed on standard error. Returns
+/// the exit code: 0 done (also help and version); 2 bad input; 3 not computed, not converged or not identifiable.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     // The arguments are parsed twice if they are invalid, so they are kept.
     let arguments: Vec<OsString> = arguments.into_iter().collect();
@@ -259,13 +261,14 @@ fn man(subcommand: Option<&str>) -> Result<u8, Error> {
     terminal::print(&String::from_utf8_lossy(&page).trim_end()).map(|()| 0)
 }
 
-/// The exit code of a command that ended with an error: 2 for invalid input (`Error::is_input`), 3 for a failed computation.
+/// The exit code of a command that ended with an error: 2 for invalid input (`Error::is_input`), 3 for a failed
+/// computation.
 fn exit_code(error: &Error) -> u8 {
     if error.is_input() { 2 } else { 3 }
 }
 
-/// The mesh that the program chose for an equilibrium or modes, with its estimated error, without step and scheme; `None` for
-/// a scene with its own mesh.
+/// The mesh that the program chose for an equilibrium or modes, with its estimated error, without step and scheme;
+/// `None` for a scene with its own mesh.
 fn chosen_mesh(problem: &Problem) -> Option<Resolution> {
     let chosen = Chosen { segments: true, ..Chosen::default() };
     let found = problem.resolution().filter(|found| found.chosen.segments)?;

@@ -1,11 +1,11 @@
 //! `rodfit modes`: the lowest natural frequencies and mode shapes of a scene or a structure.
 //!
-//! They are those of small vibrations about the equilibrium under the loads, or about the rest shape (`--rest`), of
-//! the slender rod, without shear deformation and rotary inertia. `--count` is their number (10; 1 to 200), for which
-//! the mesh of one rod is chosen if the scene leaves it open. Those of a planar scene are in its plane, and also out
-//! of it if one rod has a torsional stiffness and no moments. All unstable modes of one rod are listed too (up to 200
-//! in either plane), with their growth rates; of a structure those among the requested number. Output is a text, and
-//! JSON if requested; the exit code is 0 also with unstable modes.
+//! They are those of small vibrations about the equilibrium under the loads, or about the rest shape (`--rest`), of the
+//! slender rod, without shear deformation and rotary inertia. `--count` is their number (10; 1 to 200), for which the
+//! mesh of one rod is chosen if the scene leaves it open. Those of a planar scene are in its plane, and also out of it
+//! if one rod has a torsional stiffness and no moments. All unstable modes of one rod are listed too (up to 200 in
+//! either plane), with their growth rates; of a structure those among the requested number. Output is a text, and JSON
+//! if requested; the exit code is 0 also with unstable modes, or that of an output that cannot be written.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, chosen_mesh, limits, structure};
@@ -30,8 +30,8 @@ pub struct ModesOptions {
     pub(super) json: JsonOption,
 }
 
-/// Computes the modes of a scene on its own mesh or one chosen for their number, and writes the report; a structure has its
-/// own function. Returns exit code 0, or that of an output that cannot be written.
+/// Computes the modes of a scene on its own mesh or one chosen for their number, and writes the report; a structure has
+/// its own function. Returns exit code 0, or that of an output that cannot be written.
 pub fn run(options: &ModesOptions, global: GlobalOptions) -> Result<u8, Error> {
     let scene = match SceneFile::load(&options.scene)? {
         SceneFile::Rod(scene) => *scene,

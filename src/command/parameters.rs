@@ -1,8 +1,9 @@
 //! `rodfit parameters`: lists the parameters of a scene or a structure with their values and units.
 //!
 //! A first table has those that can be identified, a second one those that cannot in this scene; the JSON has the
-//! reasons, limits and short names. The list is that of the prepared scene ([`ParameterList`]), of one rod on the mesh of
-//! a first guess if the scene leaves it open. Output is a text, and JSON if requested.
+//! reasons, limits and short names. The list is that of the prepared scene ([`ParameterList`]), of one rod on the mesh
+//! of a first guess if the scene leaves it open. Output is a text, and JSON if requested; the exit code is 0, or that
+//! of an output that cannot be written.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, limits};
@@ -22,8 +23,8 @@ pub struct ParametersOptions {
     json: JsonOption,
 }
 
-/// Writes (JSON) and prints the list of the parameters of the scene. Returns exit code 0, or that of an output that cannot be
-/// written.
+/// Writes (JSON) and prints the list of the parameters of the scene. Returns exit code 0, or that of an output that
+/// cannot be written.
 pub fn run(options: &ParametersOptions, global: GlobalOptions) -> Result<u8, Error> {
     let problem = match SceneFile::load(&options.scene)? {
         SceneFile::Structure(scene) => Experiment::of_structure("", *scene)?.problem,

@@ -3,9 +3,11 @@
 //! The scene and the recordings (`--on`) become a fit file whose measurements are all validation data, one experiment
 //! per recording. A recording prescribes the ends of the rod, and its other markers are the data, if the scene has
 //! recorded ends. Else it is a shape at rest if the scene has no `[time]`, or the motion of `--point`. Keys that the
-//! file of a motion needs are determined by its inspection. The experiments are simulated with the values of the
-//! scene. Output is a summary of the errors, and a report (`--json`) and a page (`--report`) if requested; the exit
-//! code is 3 if an experiment could not be simulated.
+//! file of a motion needs are determined by its inspection. The experiments are simulated with the values of the scene
+//! ([`prediction`]). [`set_derivatives`] selects hand-derived derivatives or dual numbers for them.
+//! [`finish_prediction`] writes the output: a summary of the errors, and a report (`--json`) and a page (`--report`) if
+//! requested. The exit code is 3 if an experiment could not be simulated, else 0, or that of an output that cannot be
+//! written.
 
 use crate::command::inspect::RecordingUnits;
 use crate::command::output::Outputs;
@@ -50,8 +52,8 @@ pub struct PredictOptions {
     derivatives: DerivativesOption,
 }
 
-/// Predicts the recordings with the values of the scene and writes the errors. Returns exit code 3 if an experiment could not
-/// be simulated, the code of an output that cannot be written, or 0.
+/// Predicts the recordings with the values of the scene and writes the errors. Returns exit code 3 if an experiment
+/// could not be simulated, the code of an output that cannot be written, or 0.
 pub fn run(options: &PredictOptions, global: GlobalOptions) -> Result<u8, Error> {
     let mut outputs = Outputs::new(&options.json, global);
     outputs.add_page_with_data(options.report.as_deref(), "predict");
@@ -70,16 +72,16 @@ pub fn run(options: &PredictOptions, global: GlobalOptions) -> Result<u8, Error>
     Ok(finish_prediction(&outputs, &report, &options.scene.display().to_string()))
 }
 
-/// Sets the derivatives of the energies (hand-derived or dual numbers) in the time steppers of all experiments of a fit file,
-/// in place.
+/// Sets the derivatives of the energies (hand-derived or dual numbers) in the time steppers of all experiments of a fit
+/// file, in place.
 pub fn set_derivatives(file: &mut FitFile, derivatives: DerivativesOption) {
     for experiment in &mut file.experiments {
         experiment.problem = experiment.problem.clone().with_derivatives(derivatives.into());
     }
 }
 
-/// The prediction errors of a fit file whose measurements are all validation data. `keeps_plots`: with data of plots; `stop`
-/// interrupts the simulations.
+/// The prediction errors of a fit file whose measurements are all validation data. `keeps_plots`: with data of plots;
+/// `stop` interrupts the simulations.
 pub fn prediction(
     file: &FitFile,
     keeps_plots: bool,
@@ -89,16 +91,16 @@ pub fn prediction(
     if keeps_plots { fit.keep_plot_data().predict() } else { fit.predict() }
 }
 
-/// Writes the `report` of a prediction as JSON and page and prints its summary, under the `title`. Returns the exit code: 3
-/// if an experiment could not be simulated, else 0, or that of an output that cannot be written.
+/// Writes the `report` of a prediction as JSON and page and prints its summary, under the `title`. Returns the exit
+/// code: 3 if an experiment could not be simulated, else 0, or that of an output that cannot be written.
 pub fn finish_prediction(outputs: &Outputs, report: &ValidationReport, title: &str) -> u8 {
     let code = if report.is_complete() { 0 } else { 3 };
     let page = || page::prediction_page(report, title);
     outputs.finish(code, report, Some(&page), &report.to_summary().with_subject(title))
 }
 
-/// A fit file as TOML text with the recordings of the options as validation data, one experiment each. With recorded ends in
-/// the scene, each recording prescribes them.
+/// A fit file as TOML text with the recordings of the options as validation data, one experiment each. With recorded
+/// ends in the scene, each recording prescribes them.
 fn fit_text(options: &PredictOptions, scene: &Scene) -> Result<String, Error> {
     let path = |path: &Path| Value::String(path.display().to_string());
     let mut experiments: Vec<Value> = Vec::new();
@@ -130,9 +132,10 @@ fn experiment_name(files: &[PathBuf], k: usize) -> String {
     }
 }
 
-/// The keys (TOML) of the measurement in a file. If recordings prescribe the ends of the rod: its free markers; `--marker`,
-/// `--time-zero`, `--fps`, `--scale` and `--columns` are rejected. If the scene has no time: a shape at rest. Else the motion of
-/// `--point`, with keys as [`Inspection`] determines them where the options give none. `--sigma` is a key in all cases.
+/// The keys (TOML) of the measurement in a file. If recordings prescribe the ends of the rod: its free markers;
+/// `--marker`, `--time-zero`, `--fps`, `--scale` and `--columns` are rejected. If the scene has no time: a shape at
+/// rest, with `--scale` and `--columns`; the other options have no effect. Else the motion of `--point`, with keys as
+/// [`Inspection`] determines them where the options give none. `--sigma` is a key in all cases.
 fn measurement_keys(file: &Path, options: &PredictOptions, scene: &Scene) -> Result<Table, Error> {
     let RecordingUnits { fps, scale, .. } = options.units;
     let columns = &options.units.columns;
@@ -186,7 +189,8 @@ fn measurement_keys(file: &Path, options: &PredictOptions, scene: &Scene) -> Res
     Ok(keys)
 }
 
-/// The TOML value of the key `point` from the text of `--point`: `tip`, or an arc length in meters. Other texts are an error.
+/// The TOML value of the key `point` from the text of `--point`: `tip`, or an arc length in meters. Other texts are an
+/// error.
 fn point_value(text: &str) -> Result<Value, Error> {
     if text == "tip" {
         return Ok(Value::String(text.into()));

@@ -2,7 +2,8 @@
 //!
 //! The mesh is that of the scene, or for one rod chosen for the equilibrium if the scene leaves it open. An unstable
 //! equilibrium is a result with exit code 0 too; one that is not found is an error. Output is a text, a report
-//! (`--json`) and the positions of all nodes (`--out`, CSV) if requested.
+//! (`--json`) and the positions of all nodes (`--out`, CSV) if requested. The exit code is otherwise 0, or that of an
+//! output that cannot be written.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, chosen_mesh, conclude, limits, structure};

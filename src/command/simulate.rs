@@ -1,11 +1,13 @@
-//! `rodfit simulate`: the motion of a scene or a structure.
+//! `rodfit simulate`: the motion of a scene or a structure from t = 0 to the end of `[time]`.
 //!
-//! Numerics (mesh, step, scheme) that the program chose are checked by their error, and the run is repeated with
-//! finer ones where needed. Output is a summary, and if requested a report (`--json`), the positions of all nodes at
-//! every step (`--out`, CSV) and a page with an animation (`--report`). With `--reactions` report and table have the forces
-//! and moments of the supports. If the table goes to a stream, the check is a
-//! run without output before. An interrupted or failed run writes its results up to that time; the exit code is then
-//! that of the error.
+//! Numerics (mesh, step, scheme) that the program chose are in general checked by their error ([`run_checked`]), and
+//! the run may be repeated with finer ones. If such a run has its table on a stream, the check is a run without output
+//! before. Output is a summary, and if requested a report (`--json`), the positions of all nodes at every step
+//! (`--out`, CSV) and a page with an animation (`--report`). With `--reactions` report and table of one rod also have
+//! the forces and moments of the supports, and the forces of contacts. Errors before the run: an invalid scene, no
+//! `[time]`, an output that cannot be written, a cost above the limits, and `--reactions` without report and table. An
+//! interrupted or failed run writes its results up to that time; the exit code is then that of the error. Structures
+//! (scenes with `[[rods]]`) have a function of [`structure`].
 
 use crate::command::output::{OutputWriter, Outputs};
 use crate::command::{
@@ -40,10 +42,11 @@ pub struct SimulateOptions {
     pub(super) derivatives: DerivativesOption,
 }
 
-/// Simulates the scene and writes its outputs; a structure has its own function. If its numerics are chosen by the program,
-/// the run is checked, and repeated with finer ones where needed. With a table on a stream there is a trial run without
-/// output first. If the reader of the table closes the stream and no report is requested, the run ends as completed. Returns
-/// the exit code: 0, or that of the error that ended the run or of an output.
+/// Simulates the scene and writes its outputs; a structure has its own function ([`structure::simulate`]). If the
+/// program chose its numerics, the run is checked, and repeated with finer ones where needed. With a table on a stream
+/// such a check is a run without output first. If the reader of the table closes the stream, and neither report nor
+/// page is requested, the run ends as completed. Returns the exit code: 0, or that of the error that ended the run or
+/// of an output. Errors before the run, as of the scene, the limits of cost or the outputs, are returned.
 pub fn run(options: &SimulateOptions, global: GlobalOptions) -> Result<u8, Error> {
     let scene = match SceneFile::load(&options.scene)? {
         SceneFile::Rod(scene) => *scene,
@@ -144,7 +147,7 @@ pub fn run(options: &SimulateOptions, global: GlobalOptions) -> Result<u8, Error
     Ok(conclude(code, [table, outcome]))
 }
 
-/// The results of a run.
+/// The results of one run, before they are written.
 struct RunRecord {
     pub(super) report: SimulationReport,
     film: Option<Film>,
@@ -154,8 +157,9 @@ struct RunRecord {
     trajectory: Trajectory,
 }
 
-/// The result as text for a terminal: status, last position of the tip, m, energy, warnings, numerics, length, model with its
-/// unknowns, and cost.
+/// The result as text for a terminal. Contents: status, last position of the tip, m, with its time, s, a sentence about
+/// the change of the energy, and warnings. Then numerics, length of the rod, m, model with its number of unknowns, and
+/// counts of work with the time of the run.
 fn summary(problem: &Problem, report: &SimulationReport) -> Summary {
     let tone = Tone::of_result(report.status == "completed", !report.warnings.is_empty());
     let mut summary = Summary::new(&report.status, tone);

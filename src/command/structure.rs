@@ -1,10 +1,11 @@
 //! `rodfit simulate`, `static` and `modes` of structures: scenes with `[[rods]]`.
 //!
-//! Mesh, step and scheme are those of the file, and no cost is estimated before a run. Output is a summary, and if
-//! requested a report (`--json`), and the positions of all nodes (`--out`, CSV; not for modes). Simulations also have
-//! a page with an animation (`--report`). A simulation without `[time]` is an error. An interrupted or failed
-//! simulation writes its results up to that time, and has the exit code of the error. The commands for one rod call
-//! these functions when the file is a structure.
+//! Mesh and step are those of the file, as is the scheme (Newmark-beta by default), and no cost is estimated before a
+//! run. Output is a summary, and if requested a report (`--json`), and the positions of all nodes (`--out`, CSV; not
+//! for modes), of a simulation at every step. Simulations also have a page with an animation (`--report`). A simulation
+//! without `[time]` or with `--reactions` is an error. An interrupted or failed simulation writes its results up to
+//! that time, and has the exit code of the error. [`rest`] computes an equilibrium, [`modes`] the lowest modes about it
+//! or about the rest shape. The commands for one rod call these functions when the file is a structure.
 
 use crate::command::modes::ModesOptions;
 use crate::command::output::Outputs;
@@ -18,8 +19,8 @@ use std::sync::atomic::Ordering;
 
 /// Simulates a structure up to the end of `[time]`, and writes the report (JSON), the positions of all nodes at every
 /// step (CSV), the page and the summary. An interrupted or failed run writes its results up to that time. Returns the
-/// exit code: 0, or that of the error that ended the run or of an output. Errors before the run: an invalid
-/// structure, an output that cannot be written, no `[time]`, and those of the equilibrium at the start.
+/// exit code: 0, or that of the error that ended the run or of an output. Errors before the run: `--reactions`, an
+/// invalid structure, an output that cannot be written, no `[time]`, and those of the initial state.
 pub fn simulate(
     scene: StructureScene,
     options: &SimulateOptions,
@@ -90,8 +91,9 @@ pub fn simulate(
     Ok(conclude(code, [table, outcome]))
 }
 
-/// Computes the equilibrium of a structure under its loads, and writes the report (JSON), the nodes (CSV) and the summary
-/// with its stability. Returns exit code 0, also for an unstable equilibrium, or that of an output that cannot be written.
+/// Computes the equilibrium of a structure under its loads, and writes the report (JSON), the nodes (CSV) and the
+/// summary with its stability. Returns exit code 0, also for an unstable equilibrium, or that of an output that cannot
+/// be written. Errors: an invalid structure, invalid outputs, and those of the search.
 pub fn rest(
     scene: StructureScene,
     options: &StaticOptions,
@@ -107,9 +109,9 @@ pub fn rest(
     Ok(conclude(outputs.finish(0, &found, None, &summary), [table]))
 }
 
-/// Computes the `--count` lowest modes of a structure about its equilibrium, or with `--rest` about its rest shape. Writes
-/// the report (JSON) and the summary. Returns exit code 0, also for unstable modes, or that of an output that cannot be
-/// written.
+/// Computes the `--count` lowest modes of a structure about its equilibrium, or with `--rest` about its rest shape.
+/// Writes the report (JSON) and the summary. Returns exit code 0, also for unstable modes, or that of an output that
+/// cannot be written. Errors: an invalid structure, invalid outputs, and those of the searches.
 pub fn modes(
     scene: StructureScene,
     options: &ModesOptions,

@@ -1,8 +1,9 @@
 //! `rodfit study`: wall time against error over schemes, time steps and meshes (work-precision study) of a scene.
 //!
 //! [`Study`] simulates the scene with several schemes, meshes and steps, and compares the tip with an extrapolated
-//! reference. A scene without `[time]` is an error. Output is a summary with the fastest run for each of several
-//! errors, and if requested a report with all runs (`--json`) and a page with the plot (`--report`).
+//! reference. A scene without `[time]`, and a study above the limits of cost, are errors. Output is a summary with the
+//! fastest run for each of several errors, and if requested a report with all runs (`--json`) and a page with the plot
+//! (`--report`).
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, limits, terminal};
@@ -22,8 +23,8 @@ pub struct StudyOptions {
     report: Option<PathBuf>,
 }
 
-/// Runs the study with a progress bar and writes its report and page. Returns exit code 0, or that of an output that cannot
-/// be written.
+/// Runs the study of the scene with a progress bar, and writes summary, report and page. Returns exit code 0, or that
+/// of an output that cannot be written. Errors: an invalid scene, a cost above the limits, and those of the study.
 pub fn run(options: &StudyOptions, global: GlobalOptions) -> Result<u8, Error> {
     let name = options.scene.display().to_string();
     let scene = Scene::load(&options.scene)?;

@@ -1,9 +1,11 @@
 //! Width and color of printed text, by the stream and the environment.
 //!
-//! Input is the stream (standard output or error), its number of columns, and the variables `NO_COLOR`, `CLICOLOR_FORCE`
-//! and `TERM`. Output is a [`TextStyle`] with a width from [`DEFAULT_WIDTH`] (also without a terminal) to [`MAX_WIDTH`],
-//! and whether the text is colored. It is on a terminal, unless `TERM` is `dumb`, or anywhere with `CLICOLOR_FORCE`;
-//! never with `NO_COLOR`. Messages on standard error that is no terminal are not wrapped.
+//! Input is the [`Stream`] (standard output or error), its number of columns, and the variables `NO_COLOR`,
+//! `CLICOLOR_FORCE` and `TERM`. Output is a [`TextStyle`]: the width for wrapping, columns, and whether the text is
+//! colored. The width is that of the terminal, cut to the range from [`DEFAULT_WIDTH`] to `MAX_WIDTH`. Without a
+//! terminal it is [`DEFAULT_WIDTH`], for standard error without limit, so that messages are not wrapped. Text is
+//! colored on a terminal, unless `TERM` is `dumb`, or anywhere if `CLICOLOR_FORCE` is set and not 0; never if
+//! `NO_COLOR` is set. Empty variables count as not set.
 
 use console::Term;
 use rodfit::summary::{DEFAULT_WIDTH, TextStyle};
@@ -22,8 +24,8 @@ pub enum Stream {
 }
 
 impl Stream {
-    /// The style of a text on this stream. Standard error that is no terminal has no wrapping: messages that other programs
-    /// read have one line each.
+    /// Width and color of a text on this stream, by its terminal and the environment. On standard error that is no
+    /// terminal the width has no limit: messages that other programs read have one line each.
     pub fn style(self) -> TextStyle {
         let (is_terminal, terminal) = match self {
             Self::Output => (std::io::stdout().is_terminal(), Term::stdout()),
@@ -38,9 +40,10 @@ impl Stream {
     }
 }
 
-/// The style of a text on a stream with this number of `columns` (`None`: [`DEFAULT_WIDTH`]), cut to [`DEFAULT_WIDTH`] to
-/// [`MAX_WIDTH`]. Color: on a terminal unless `TERM` is `dumb`, or anywhere if `CLICOLOR_FORCE` is set and not 0; never if
-/// `NO_COLOR` is set (<https://no-color.org>). `variable` returns the value of an environment variable.
+/// The style of a text on a stream with this number of `columns` (`None`: [`DEFAULT_WIDTH`]), cut to the range from
+/// [`DEFAULT_WIDTH`] to [`MAX_WIDTH`]. Color: on a terminal unless `TERM` is `dumb`, or anywhere if `CLICOLOR_FORCE` is
+/// set and not 0; never if `NO_COLOR` is set (<https://no-color.org>). Empty variables count as not set. `variable`
+/// returns the value of an environment variable, `None` if it is not set.
 fn style(
     is_terminal: bool,
     columns: Option<u16>,

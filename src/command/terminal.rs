@@ -1,13 +1,16 @@
 //! Results on standard output; progress, warnings and errors on standard error; stop of a run by Ctrl-C or the signal
 //! TERM.
 //!
-//! Nothing here panics. If the reader of standard output closes the pipe (`rodfit fit .. | head -1`), the rest of the
-//! text is dropped without an error. All other outputs are written, and the exit code is that of the computation. A
-//! standard output that cannot be written for another reason, such as a full disk, is an error. The first signal sets
-//! a flag that the run reads; a second one ends the process at once with exit code 130.
+//! Input is a text, a [`Summary`], an error or data. If the reader of standard output closes the pipe
+//! (`rodfit fit .. | head -1`), the rest of the text is dropped without an error. A standard output that cannot be
+//! written for another reason, such as a full disk, is an error. Failed writes on standard error are ignored.
 //!
-//! Control characters of names and of quoted lines are shown as `\x1b`, so that a file cannot control the terminal.
-//! Data that another program reads from standard output are not changed.
+//! Control characters in messages, and in data on a terminal, are shown as `\x1b`, so that a file cannot control the
+//! terminal; line breaks and tabs stay. Data that another program reads from standard output are not changed.
+//!
+//! [`stop_on_ctrl_c`] returns a flag that the first signal sets and that a run reads; a second signal ends the process
+//! at once with exit code 130. [`end_after_stop`] ends the process some time after the flag was set. Progress bars and
+//! spinners are hidden with `--quiet`.
 
 use crate::command::GlobalOptions;
 use crate::command::style::Stream;
@@ -20,13 +23,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Prints a text and a line break on standard output, with control characters escaped, without wrapping its lines. A closed
-/// pipe is no error.
+/// Prints a text and a line break on standard output, with control characters escaped, without wrapping its lines. A
+/// closed pipe is no error.
 pub fn print(text: &impl Display) -> Result<(), Error> {
     print_line(&printable(&text.to_string()))
 }
 
-/// Prints a result on standard output, in its width and color. A closed pipe is no error.
+/// Prints a result on standard output, wrapped to its width and colored if it is a terminal with colors
+/// ([`Stream::style`]). A closed pipe is no error.
 pub fn print_summary(summary: &Summary) -> Result<(), Error> {
     print_line(&summary.render(Stream::Output.style()))
 }
@@ -37,8 +41,9 @@ fn print_line(text: &str) -> Result<(), Error> {
     unless_closed(writeln!(stdout, "{text}").and_then(|()| stdout.flush())).map_err(stdout_error)
 }
 
-/// Writes a part of a result on standard output, and returns the number of bytes written. On a terminal control
-/// characters are escaped; programs get every byte unchanged.
+/// Writes a part of a result on standard output, and returns the number of bytes of `bytes` that were written: all of
+/// them on a terminal, where control characters are escaped. Programs get the bytes unchanged. A closed pipe is an
+/// error here.
 pub fn write_data(bytes: &[u8]) -> std::io::Result<usize> {
     let mut stdout = std::io::stdout();
     // Another program reads the data.
@@ -81,9 +86,9 @@ pub fn print_error(error: &Error) {
     }
 }
 
-/// A flag that is set by Ctrl-C and by the signal TERM, by which schedulers and containers end a process. A note is printed
-/// unless `--quiet`. A second signal ends the process at once with exit code 130. If Ctrl-C cannot be caught there is a
-/// warning.
+/// A flag that is set by Ctrl-C and by the signal TERM, by which schedulers and containers end a process. A note is
+/// printed unless `--quiet`. A second signal ends the process at once with exit code 130. If Ctrl-C cannot be caught, a
+/// warning is printed and the flag is never set.
 pub fn stop_on_ctrl_c(global: GlobalOptions) -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let shared = flag.clone();
@@ -103,8 +108,8 @@ pub fn stop_on_ctrl_c(global: GlobalOptions) -> Arc<AtomicBool> {
     flag
 }
 
-/// Starts a thread that ends the process, with a note and exit code 0, if it still runs `delay` after `stop` was set: for
-/// runs that store each result at once.
+/// Starts a thread that ends the process, with a note and exit code 0, if it still runs `delay` after `stop` was set:
+/// for runs that store each result at once.
 pub fn end_after_stop(stop: &Arc<AtomicBool>, delay: Duration) {
     /// Time between two reads of the flag.
     const INTERVAL: Duration = Duration::from_millis(50);
@@ -121,7 +126,7 @@ pub fn end_after_stop(stop: &Arc<AtomicBool>, delay: Duration) {
     });
 }
 
-/// A progress bar on standard error for this number of steps, with the remaining time; hidden with `--quiet`.
+/// A progress bar on standard error for this number of steps, with the estimated remaining time; hidden with `--quiet`.
 pub fn progress_bar(global: GlobalOptions, steps: u64) -> ProgressBar {
     if global.quiet {
         return ProgressBar::hidden();

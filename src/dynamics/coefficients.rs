@@ -1,11 +1,11 @@
 //! The equations of an implicit time step and their coefficients: Newmark-beta, average vector field,
 //! generalised-alpha.
 //!
-//! From the scheme, its parameter and the step size `h` follow [`StepCoefficients`]: the factors of forces,
-//! velocities, accelerations and strain rates at both ends of the step. Newton's method solves the equations for
-//! the unknowns `q1` at the end; velocities and accelerations there follow. `q0`, `v0`, `a0` are unknowns,
-//! velocities and accelerations at the start, `M` the masses, `n(q, v)` the elastic gradient less the loads plus
-//! the damping force.
+//! From the scheme, its parameter and the step size `h`, s, follow [`StepCoefficients`]: the factors of forces,
+//! velocities, accelerations and strain rates at both ends of the step. Its functions return the residual of the
+//! equations (kg m), velocities and accelerations at the end, and the factors of viscous stress. Newton's method solves
+//! the equations for the unknowns `q1` at the end. `q0`, `v0`, `a0` are unknowns, velocities and accelerations at the
+//! start, `M` the masses, `n(q, v)` the elastic gradient less the loads plus the damping force.
 //!
 //! # Newmark-beta
 //!
@@ -26,13 +26,13 @@
 //! `c = 1 + eta/(h beta)` and `shift = eta (s0/(h beta) + (1 - beta)/beta r0)`. Its tangent stays symmetric.
 //!
 //! `r0` is the mean rate over the step before, `(s0 - s_before)/h`, and not the `r1` found there. At beta = 1/2 the
-//! latter would continue from step to step as `r1 = 2 (s1 - s0)/h - r0`. This recursion damps no error, only
-//! changes its sign, so that the errors of a stiff wire accumulate until it diverges. With the mean rates `d0` of
-//! the last step and `d1` of this one, and the gradients `G0` and `G1` of the strain at both ends, the viscous
-//! force over a step is `eta K (d1 G1 - (1 - beta) d0 (G1 - G0))`. It is of second order at beta = 1/2. Where the
-//! geometry is linear it is just `eta K d1 G`, which never adds energy. The first step takes `d0 = 0`, which is of
-//! first order for one step. It neglects the initial strain rates of a rod that starts with a velocity while an end
-//! is held; they last for less than a step.
+//! latter would continue from step to step as `r1 = 2 (s1 - s0)/h - r0`. This recursion damps no error, only changes
+//! its sign, so that the errors of a stiff wire accumulate until it diverges. With the mean rates `d0` of the last step
+//! and `d1` of this one, and the gradients `G0` and `G1` of the strain at both ends, the viscous force over a step is
+//! `eta K (d1 G1 - (1 - beta) d0 (G1 - G0))`. It is of second order at beta = 1/2. Where the geometry is linear it is
+//! just `eta K d1 G`, which never adds energy. The first step in general takes `d0 = 0`, which is of first order for
+//! one step; a recorded start gives `d0`. It neglects the initial strain rates of a rod that starts with a velocity
+//! while an end is held; they last for less than a step.
 //!
 //! # Average vector field
 //!
@@ -238,12 +238,14 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// Factor of the mean loads in time in the residual, s^2: that of a force that is the same at both ends.
+    /// Factor of the mean loads in time in the residual, s^2: that of a force that is the same at both ends,
+    /// `end + start`; of an averaging scheme `end`, the factor of the mean force.
     pub fn load_factor(&self) -> D {
         if self.averages() { self.end } else { self.end + self.start }
     }
 
-    /// The interval, s, over which loads in time are averaged, for a step that begins at the time `start`, s.
+    /// Start and end, s, of the interval over which loads in time are averaged, for a step that begins at the time
+    /// `start`, s. It is the step, for generalised-alpha later by the fraction `load_shift` of it.
     pub fn load_interval(&self, start: f64) -> [D; 2] {
         [0.0, 1.0].map(|place| (self.load_shift + place) * self.h + start)
     }
@@ -324,9 +326,9 @@ impl<D: Scalar> StepCoefficients<D> {
         if self.averages() { D::from(1.0 / self.h) } else { self.rate }
     }
 
-    /// Residual of one degree of freedom, kg m: `mass (change - h v0) + end n1 + start n0` (the corrected Eq. 6a),
-    /// plus `mass` times the term of the acceleration `a0`. `n1` and `n0` are the forces at the end and at the start,
-    /// N.
+    /// Residual of one degree of freedom, kg m: `mass (change - h v0) + end n1 + start n0` (the corrected Eq. 6a), plus
+    /// `mass` times the term of the acceleration `a0`. `n1` and `n0` are the forces at the end and at the start, N; of
+    /// an averaging scheme the mean force over the step, and the viscous force at the start.
     #[inline]
     pub fn residual(&self, mass: D, change: D, [v0, a0]: [D; 2], n1: D, n0: D) -> D {
         // Change over the step less that at constant velocity.

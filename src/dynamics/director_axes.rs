@@ -1,11 +1,12 @@
 //! Motions of the director axes of recorded edges, for markers beside the center line, and their derivatives by
 //! parameters.
 //!
-//! A marker with an offset moves with the directors of its edge. Input: the edges of a record, a state, and its
-//! sensitivities. Output of `motions`, for every recorded edge in ascending order: tangent and both material
-//! directors in the world, each with its rate (1/s). `rates` returns their derivatives by parameter `k`, in the
-//! same order. They follow from dual numbers made of state, sensitivities and the rotation of the directors. `new`
-//! returns `None` for a record without edges.
+//! A marker with an offset moves with the directors of its edge. Input: the edges of a record, a state, and the
+//! derivatives of the state by parameters. Output of `motions`, for every recorded edge in ascending order: tangent and
+//! both material directors (unit vectors in world axes), each with its rate of change (1/s). `rates` returns their
+//! derivatives by parameter `k`, in the same order, per unit of the parameter. They follow from dual numbers made of
+//! the state, its derivatives, and the rotation from the frames of the simulation to the directors. `new` returns
+//! `None` for a record without edges.
 
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::sensitivity::Sensitivities;

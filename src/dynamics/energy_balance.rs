@@ -1,10 +1,11 @@
 //! Energy that a time integration scheme adds to a motion, or removes from it, as a warning.
 //!
-//! Without damping, internal friction, moving supports or flow the total energy `T + V` of a rod is constant. Its
-//! change is then an error of the scheme. Input: the scene, and the largest absolute change of the energy in a run
-//! over the largest kinetic energy. Output: code and text of a warning if that fraction exceeds [`MAX_CHANGE`] or
-//! is NaN, else `None`. The limit is [`MAX_DISSIPATION`] if beta or rho_inf requests dissipation, or the program
-//! chose the step. `None` also for other scenes, and without `[time]`. Large gains stop the run before
+//! Without damping, internal friction, drag of a fluid, moving supports and losses of contacts the total energy `T + V`
+//! of a rod is constant. The work of loads in time, of loads without a potential and of actuators is subtracted from
+//! it. A change is then an error of the scheme. Input: the scene, and the largest absolute change of the energy in a
+//! run over the largest kinetic energy. Output: code and text of a warning if that fraction exceeds [`MAX_CHANGE`] or
+//! is NaN, else `None`. The limit is [`MAX_DISSIPATION`] if beta or rho_inf requests dissipation, or the program chose
+//! the step. `None` also for other scenes, and without `[time]`. Large gains stop the run before
 //! ([`StepControl`](crate::dynamics::step_control::StepControl)).
 
 use crate::code::Code;
@@ -31,7 +32,7 @@ pub(super) fn is_dissipative(time: &Time) -> bool {
     }
 }
 
-/// Whether the total energy of a scene is constant: no damping, internal friction, flow, moving support, or
+/// Whether the total energy of a scene is constant: no damping, internal friction, drag of a fluid, moving support, or
 /// contact with damping or friction. Every change is then an error of the scheme.
 pub(super) fn is_conservative(scene: &Scene) -> bool {
     !(scene.supports.move_ends() || scene.loads.have_flow() || scene.is_dissipative())

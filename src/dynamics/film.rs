@@ -1,18 +1,21 @@
 //! A motion thinned to a bounded number of frames and samples, for the animation and the plots of a page.
 //!
-//! Input: the states of a run, step after step. Samples (tip and energies) are kept at regular intervals, at most
-//! [`SAMPLES`] beside the first and the last state. Frames (positions of selected nodes, at most [`EDGES`] edges) are
-//! kept at every n-th sample, at most [`FRAMES`] beside the first and the last. `Film::thinned` describes the omitted
-//! steps and nodes for a caption.
+//! Input: the number of steps of a run, and its states, step after step. Samples (tip, m, and energies, J) are kept at
+//! regular intervals of steps, at most [`SAMPLES`] beside the first and the last state. Frames (positions of selected
+//! nodes, m, at most [`EDGES`] edges) are kept at every n-th sample, at most [`FRAMES`] beside the first and the last.
+//! Output: frames and samples with their times (s). `Film::thinned` describes the omitted steps and nodes for a
+//! caption.
 
 use crate::dynamics::run::Snapshot;
 use crate::problem::Problem;
 use crate::rod::Energies;
 use crate::scene::Stencil;
 
-/// Largest number of shapes of a film, beside the first. More shapes make larger pages and smoother animations.
+/// Largest number of shapes of a film, beside the first and the last. More shapes make larger pages and smoother
+/// animations.
 const FRAMES: usize = 200;
-/// Largest number of samples of tip and energies, beside the first: more than the pixels of a plot add nothing.
+/// Largest number of samples of tip and energies, beside the first and the last: more than the pixels of a plot add
+/// nothing.
 const SAMPLES: usize = 1000;
 /// Largest number of edges of a shape.
 const EDGES: usize = 100;
@@ -72,8 +75,9 @@ impl Film {
         Self { nodes, tip: problem.tip(), steps, every, seen: 0, frames, samples }
     }
 
-    /// Adds the initial state of a simulation, or the state after a step; it must be called once for each. Tip and
-    /// energies are kept at the sampling interval, the shape at the frame interval, both also at the last step.
+    /// Adds the initial state of a simulation, or the state after a step; it must be called once for each, in their
+    /// order. Tip and energies are kept at the sampling interval, the shape at the frame interval, both also at the
+    /// last step of the run. States between are dropped.
     pub fn push(&mut self, simulation: &dyn Snapshot) {
         let [sample, frame] = self.every;
         let step = self.seen;

@@ -1,11 +1,12 @@
 //! The largest stable step (s) of an explicit scheme: its stability limit over the highest angular frequency of the
 //! rod at the start of the scene.
 //!
-//! The highest eigenvalue of `K x = omega^2 M x` is found by geometric bisection, as an upper bound within the
-//! relative `TOLERANCE`. The bounds at first are the largest diagonal entry of `M^-1 K` and Gershgorin's. The
-//! number of negative pivots of `K - lambda M` is that of eigenvalues below `lambda` (Sylvester). Output of
-//! `largest_step`: `None` for schemes without a limit. `check_step` rejects a scene if its step, or its whole time
-//! if shorter, is larger. Later states may have higher frequencies; they are not checked.
+//! The highest eigenvalue of `K x = omega^2 M x`, with the tangent `K` of the energy without loads that have no
+//! potential, and the masses `M`, is found by geometric bisection. It is an upper bound within the relative
+//! `TOLERANCE`. The bounds at first are the largest diagonal entry of `M^-1 K` and Gershgorin's. The number of negative
+//! pivots of `K - lambda M` is that of eigenvalues below `lambda` (Sylvester). Input is the discretized scene. Output
+//! of `largest_step`: the step, or `None` for schemes without a limit. `check_step` rejects a scene if its step, or its
+//! whole time if shorter, is larger. Later states may have higher frequencies; they are not checked.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -21,8 +22,9 @@ use std::ops::Range;
 const TOLERANCE: f64 = 1e-4;
 
 impl<M: Model> Discretized<'_, M> {
-    /// The largest stable step of the scene's scheme at its initial state, s: the scheme's stability limit over the
-    /// highest angular frequency. `None` for schemes without a limit.
+    /// The largest stable step of the scene's scheme at its initial state, s: the scheme's stability limit of `h omega`
+    /// over an upper bound of the highest angular frequency. Loads without a potential are left out. `None` for schemes
+    /// without a limit.
     ///
     /// # Errors
     /// Those of making the [start](Self::simulation).

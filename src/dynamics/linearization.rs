@@ -1,12 +1,13 @@
 //! Linearization of an implicit step at its solution: the data from which derivatives over the step follow.
 //!
 //! [`Linearization`] refers to the states before and after, to gradient (N) and tangent (N/m) of the forces at the
-//! solution, without and with drag. It also has those at the stages of averaging schemes, and damping and parameter
-//! of the scheme. It has the factors of the matrix of the step, for Newmark-beta `M (1 + h beta c) + h^2 beta^2 K`.
+//! solution, without and with drag. It also has those at the stages of averaging schemes ([`StageForces`]), and those
+//! of a viscous rod at the start of the next step ([`StartForces`]). It has damping, the parameter of the scheme, and
+//! the factors of the matrix of the step, for Newmark-beta `M (1 + h beta c) + h^2 beta^2 K` with the mass damping `c`.
 //! Forward sensitivities and the adjoint solve with these factors. `check_solution` tests a solution `x` for the
 //! right-hand side `b`, with an indefinite matrix only. A residual above `SOLUTION_TOLERANCE` times the sum of the
 //! largest entries of `|b|` and `|b - m M x|`, with the factor `m` of the masses, is [`Error::SingularTangent`].
-//! `coefficients` returns those of the step for a parameter over any scalar.
+//! `coefficients` returns the coefficients of the step's equations for a parameter of the scheme over any scalar.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::energy::Derivatives;
@@ -18,8 +19,8 @@ use crate::rod::{EdgeMoment, FactorsOf, NodalDrag, Rod, State};
 use crate::scene::{Damping, Scheme};
 use std::ops::Range;
 
-/// Largest residual of a linear solution, over the size of its right-hand side: half of all digits. Only solutions with an
-/// indefinite matrix are checked.
+/// Largest residual of a linear solution, over the size of its right-hand side: half of all digits. Only solutions with
+/// an indefinite matrix are checked.
 const SOLUTION_TOLERANCE: f64 = 1e-8;
 
 /// The forces of a rod at one stage of an averaging scheme, or at its end for the viscous ones.
@@ -44,8 +45,8 @@ pub struct StartForces<D, T> {
     pub tangent: T,
 }
 
-/// A step solved by Newton's method, with the tangents, factors and states from which its derivatives and their transpose
-/// follow.
+/// A step solved by Newton's method, with the tangents, factors and states from which its derivatives and their
+/// transpose follow.
 #[derive(Debug)]
 pub struct Linearization<'a, D: Scalar, R: Rod<D>> {
     /// The rod under its loads.
@@ -71,7 +72,7 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D>> {
     pub before: &'a State<D, R::Frames>,
     /// The state at its end.
     pub after: &'a State<D, R::Frames>,
-    /// The elastic gradient less the loads at the solution, N (N m for angles), the mean of an
+    /// The elastic gradient less the loads at the solution, N (N m for angles), with viscous stress; the mean of an
     /// averaging scheme.
     pub gradient: &'a [D],
     /// The tangent of that gradient by the unknowns at the end, N/m.

@@ -1,14 +1,16 @@
 //! Output of `rodfit simulate`: a CSV table of all nodes, a JSON report, and one shape as CSV.
 //!
 //! [`NodeTable`] writes a header row, and a row per call of `push`: time (s), and x, y, z of every node (m, world
-//! axes), if requested also force (N) and moment (N m) of both supports. [`SimulationReport`] collects a run: model, tip (m) and energies (J) per recorded step, counts of work,
-//! largest strain. Its `finish` sets the status, and appends warnings of large strains and numerical damping. It
-//! also warns of an unstable state, if stability was checked. `energy_drift` is the largest change of the total
-//! energy over the largest kinetic energy, 0 for a rod whose kinetic energy is at most that of a displacement by
-//! `NEGLIGIBLE_DISPLACEMENT` lengths in the time of the scene. `energy_in_words` is one sentence, of the first case
-//! that holds: no motion, moving supports, flow, damping, numerical damping by beta above 0.5 or by
-//! generalised-alpha. Otherwise the energy is conserved up to `MAX_KEPT`, or changed by the scheme. [`shape_csv`]
-//! has the columns x, y, z, s (m) and a row per node; more nodes than the rod has are an error.
+//! axes). If requested, force (N) and moment (N m) of both supports and the force (N) of each contact follow.
+//! [`SimulationReport`] collects a run: model, tip (m) and energies (J) per recorded step, reactions and contact forces
+//! if the run keeps them, counts of work, largest strain and overlap with an obstacle. Its `finish` sets the status,
+//! and appends warnings of large strains, deep contacts and numerical damping, and of an unstable state if stability
+//! was checked. `energy_drift` is the largest change of the total energy over the largest kinetic energy, 0 for a rod
+//! whose kinetic energy is at most that of a displacement by `NEGLIGIBLE_DISPLACEMENT` lengths in the time of the
+//! scene. `energy_in_words` is one sentence, of the first case that holds: no motion, moving supports, flow, damping or
+//! friction, numerical damping by beta above 0.5 or by generalised-alpha. Otherwise the energy is conserved up to
+//! `MAX_KEPT`, or changed by the scheme. [`shape_csv`] has the columns x, y, z, s (m) and a row per node; more nodes
+//! than the rod has are an error.
 
 use crate::code::Code;
 use crate::dynamics::energy_balance;
@@ -28,13 +30,13 @@ use std::io::{self, Write};
 /// Change of the energy, over the largest kinetic energy, up to which the text calls the energy conserved. Affects the
 /// text only.
 const MAX_KEPT: f64 = 0.02;
-/// Displacement over the length of a rod, in the time of the scene, up to which the rod counts as still: far above rounding
-/// errors of coordinates.
+/// Displacement over the length of a rod, in the time of the scene, up to which the rod counts as still: far above
+/// rounding errors of coordinates.
 const NEGLIGIBLE_DISPLACEMENT: f64 = 1e-9;
 
 /// A CSV table with a row per step: `t`, then `x_i,y_i,z_i` of every node in world axes, m. With reactions the columns
-/// `start_fx[N]` to `start_mz[N m]` and `end_fx[N]` to `end_mz[N m]` follow, then `contact_i_fx[N]` to `contact_i_fz[N]` of
-/// every contact.
+/// `start_fx[N]` to `start_mz[N m]` and `end_fx[N]` to `end_mz[N m]` follow, then `contact_i_fx[N]` to
+/// `contact_i_fz[N]` of every contact.
 #[derive(Debug)]
 pub struct NodeTable<W> {
     writer: W,
@@ -54,13 +56,13 @@ impl<W: Write> NodeTable<W> {
         Self { has_reactions, ..self }
     }
 
-    /// The table with columns of the forces of so many contacts. The run must keep reactions.
+    /// The table with columns of the forces, N, of so many `contacts` of the scene. The run must keep reactions.
     pub fn with_contacts(self, contacts: usize) -> Self {
         Self { contacts, ..self }
     }
 
-    /// Writes the header row: `t`, then `x_i,y_i,z_i` of every node, with its index `i`, then the reactions and the forces of
-    /// contacts.
+    /// Writes the header row: `t`, then `x_i,y_i,z_i` of every node, with its index `i`, then the reactions and the
+    /// forces of contacts.
     pub fn header(&mut self) -> io::Result<()> {
         write!(self.writer, "t")?;
         for i in 0..self.nodes {
@@ -81,8 +83,9 @@ impl<W: Write> NodeTable<W> {
         writeln!(self.writer)
     }
 
-    /// Appends a row with the time, s, and the coordinates of all nodes, m, of a simulation's present state,
-    /// separated by commas.
+    /// Appends a row with the time, s, and the coordinates of all nodes, m, of a simulation's present state, separated
+    /// by commas. With these columns, the reactions of the supports and the forces of the contacts follow, as in the
+    /// header row.
     pub fn push(&mut self, simulation: &dyn Snapshot) -> io::Result<()> {
         write!(self.writer, "{}", simulation.time())?;
         for i in 0..self.nodes {
@@ -276,16 +279,17 @@ impl SimulationReport {
         (self.warnings, self.warning_codes) = (warnings.warnings, warnings.warning_codes);
     }
 
-    /// The report without the series `tip`, `energy`, `reactions` and `contact_forces`, which grow with every step; [`push`](Self::push) then keeps
-    /// the last tip and the extremes only.
+    /// The report without the series `tip`, `energy`, `reactions` and `contact_forces`, which grow with every step;
+    /// [`push`](Self::push) then keeps the last tip and the extremes only.
     pub fn without_series(self) -> Self {
         Self { has_series: false, ..self }
     }
 
-    /// Adds the present state of a simulation. Tip and energies are appended to the series, unless it is [without
-    /// series](Self::without_series). Updated are the largest strain, the largest absolute change of the total energy
-    /// since the first state, and the largest kinetic energy. The first call sets the energy at the start; each later
-    /// one counts as a step.
+    /// Adds the present state of a simulation of the `problem`. Tip and energies, and reactions and contact forces if
+    /// the run keeps them, are appended to the series, unless the report is [without series](Self::without_series).
+    /// Updated are the largest strain, the largest overlap with an obstacle, the largest absolute change of the total
+    /// energy since the first state, and the largest kinetic energy. The first call sets the energy at the start; each
+    /// later one counts as a step.
     pub fn push(&mut self, problem: &Problem, simulation: &dyn Snapshot) {
         let (t, e) = (simulation.time(), simulation.energies());
         let [x, y, z] = simulation.place(&problem.tip());
@@ -316,8 +320,8 @@ impl SimulationReport {
     }
 
     /// Completes the report with the work and time of the run `trajectory` and its status: `completed`, or `stopped: `
-    /// with the error of `outcome` and its code. Appends warnings about large strains, deep contacts, numerical damping and
-    /// an unstable state, in this order, with their codes; the last one only if [stability was
+    /// with the error of `outcome` and its code. Appends warnings about large strains, deep contacts, numerical damping
+    /// and an unstable state, in this order, with their codes; the last one only if [stability was
     /// checked](Trajectory::check_stability).
     pub fn finish(&mut self, trajectory: &Trajectory, outcome: &Result<(), Error>) {
         self.work = trajectory.work();
@@ -360,10 +364,10 @@ impl SimulationReport {
     }
 
     /// A sentence about the change of the energy. Cases, in this order: no motion; moving supports or flow (energies at
-    /// start and end, J); damping or drag (dissipated energy, J); numerical damping by beta above 0.5, or by
-    /// generalised-alpha with any rho_inf (energy lost, as a percentage of the largest kinetic energy). Otherwise the
-    /// change is an error of the scheme. It is the largest change as a percentage of the largest kinetic energy:
-    /// conserved within it up to `MAX_KEPT`, else changed.
+    /// start and end, J); damping, drag or losses of contacts (dissipated energy, J); numerical damping by beta above
+    /// 0.5, or by generalised-alpha with any rho_inf (energy lost, as a percentage of the largest kinetic energy).
+    /// Otherwise the change is an error of the scheme. It is the largest change as a percentage of the largest kinetic
+    /// energy: conserved within it up to `MAX_KEPT`, else changed.
     pub fn energy_in_words(&self) -> String {
         let (scene, drift) = (&self.scene, 100.0 * self.energy_drift());
         let (start, end) = (self.start_energy, self.end_energy);
@@ -426,7 +430,8 @@ fn negligible_energy(problem: &Problem) -> f64 {
     0.5 * mass * (NEGLIGIBLE_DISPLACEMENT * problem.length() / end).powi(2)
 }
 
-/// A number of percent as text, such as `2.5 %`: one decimal, or scientific notation below 0.1 %.
+/// A number `x` of percent as text, such as `2.5 %`: one decimal, or scientific notation, such as `4.2e-3 %`, for an
+/// absolute value below 0.1.
 fn percent(x: f64) -> String {
     if x.abs() < 0.1 { format!("{x:.1e} %") } else { format!("{x:.1} %") }
 }

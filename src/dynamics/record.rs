@@ -6,6 +6,7 @@
 //! requested, follow them as force (N) and moment (N m) of the start and of the end. Energies (J), accepted steps and
 //! counts of work are stored beside them. [`RecordView`] computes positions of points and markers at any time (s) from
 //! 0 to the last record, by cubic Hermite interpolation of positions and velocities, and lists the reactions.
+//! Axes of edges are interpolated likewise, energies and other lists linearly ([`RecordView::linear`]).
 //! Its numbers are those of the record, or dual numbers with the derivative by one parameter. A time outside of the
 //! record, and a node or edge that is not tracked, are [`Error::OutOfRange`]; an empty record is
 //! [`Error::Invalid`]. `truncate` removes the records after a number of them.
@@ -23,8 +24,8 @@ use num_dual::Dual64;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Relative excess of a time over the last record that is accepted: sums of steps and unit conversions have rounding errors
-/// of some 1e-16.
+/// Relative excess of a time over the last record that is accepted: sums of steps and unit conversions have rounding
+/// errors of some 1e-16.
 const TIME_TOLERANCE: f64 = 1e-9;
 
 /// Position and velocity of a node in world axes, m and m/s, or their derivatives.
@@ -96,13 +97,14 @@ impl<D: Scalar> Record<D> {
     pub fn times(&self) -> &[f64] {
         &self.times
     }
-    /// The motions of tracked nodes, then of director axes, record after record.
+    /// The motions of tracked nodes, then of director axes, then the reactions if they are recorded, record after
+    /// record.
     pub fn motions(&self) -> &[Motion<D>] {
         &self.motion
     }
 
-    /// Appends a record at `time`, s: the motions of the tracked nodes, then of the axes, then the reactions if they are
-    /// recorded, [`width`](Self::width) in all.
+    /// Appends a record at `time`, s: the motions of the tracked nodes, then of the axes, then the reactions if they
+    /// are recorded, [`width`](Self::width) in all.
     pub fn push(&mut self, time: f64, motions: impl Iterator<Item = Motion<D>>) {
         self.times.push(time);
         self.motion.extend(motions);
@@ -166,7 +168,7 @@ impl<D: Scalar> Record<D> {
         (self.times, self.motion, self.derivatives)
     }
 
-    /// A view of the record in its own numbers, which interpolates at any recorded time.
+    /// A view of the record in its own numbers, which interpolates at any time from 0 to the last record.
     pub fn read(&self) -> RecordView<'_, D> {
         let motions = RecordedMotions::Own(&self.motion);
         RecordView {
@@ -199,8 +201,8 @@ enum RecordedMotions<'a, D> {
 }
 
 impl<D: Scalar> RecordView<'_, D> {
-    /// The motion at `index` in the list of all motions: position, m, and velocity, m/s, of a node, or axis and its
-    /// rate, 1/s. A view with derivatives combines both into dual numbers.
+    /// The motion at `index` in the list of all motions: position, m, and velocity, m/s, of a node, axis and its rate,
+    /// 1/s, or force, N, and moment, N m, of a support. A view with derivatives combines both into dual numbers.
     #[inline]
     fn at(&self, index: usize) -> Motion<D> {
         match self.motions {
@@ -221,7 +223,8 @@ impl<D: Scalar> RecordView<'_, D> {
         self.times
     }
 
-    /// The reactions of the supports at every recorded time; empty if they are not recorded.
+    /// Forces, N, and moments, N m, of both supports on the rod at every recorded time, in world axes; empty if they
+    /// are not recorded.
     pub fn reactions(self) -> impl Iterator<Item = Reactions<D>> {
         let (width, count) = (self.width(), self.times.len() * usize::from(self.has_reactions));
         (1..=count).map(move |k| {
@@ -231,10 +234,10 @@ impl<D: Scalar> RecordView<'_, D> {
         })
     }
 
-    /// The position of a point at a time, s, in world axes, m: the weighted sum over the nodes of its `stencil`.
-    /// Between steps each is the cubic Hermite interpolant of positions and velocities at both ends of the step. A
-    /// record of one time gives its position at any accepted time. [`Error::OutOfRange`] for times outside of the
-    /// record and for nodes that are not tracked; [`Error::Invalid`] for an empty record.
+    /// The position of a point at a time, s, in world axes, m: the sum over the nodes of its `stencil`, each times its
+    /// weight. Between steps a node is at the cubic Hermite interpolant of its positions and velocities at both ends of
+    /// the step. A record of one time gives its position at any accepted time. [`Error::OutOfRange`] for times outside
+    /// of the record and for nodes that are not tracked; [`Error::Invalid`] for an empty record.
     pub fn position(&self, stencil: &Stencil<D>, time: D) -> Result<[D; 3], Error> {
         let (k, hermite) = self.around(time)?;
         self.interpolate(&self.columns(stencil)?, k, &hermite)
@@ -289,8 +292,8 @@ impl<D: Scalar> RecordView<'_, D> {
         Ok([position, self.interpolate(&columns, k, &rates)?])
     }
 
-    /// The value at a time, s, of a list with a value at every recorded time, linear between these. Errors are those of
-    /// [`position`](Self::position).
+    /// The value at a time, s, of a list `values` with a value at every recorded time, linear between these. The errors
+    /// for the time are those of [`position`](Self::position).
     pub fn linear(&self, values: &[D], time: f64) -> Result<D, Error> {
         self.check(time)?;
         let k = self.step_at(time);
@@ -372,8 +375,9 @@ impl<D: Scalar> RecordView<'_, D> {
         }
     }
 
-    /// The interpolated value, m, in the step that ends with record `k`: the sum over `columns` (index within a
-    /// record, and weight) of the Hermite interpolants with the weights `hermite`.
+    /// The interpolated position, m, in the step that ends with record `k`, or the velocity, m/s, if `hermite` has the
+    /// derivatives of the weights. It is the sum over `columns` (index within a record, and weight) of the Hermite
+    /// interpolants with the weights `hermite`.
     fn interpolate(
         &self,
         columns: &[(usize, D)],

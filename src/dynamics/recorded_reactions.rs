@@ -31,7 +31,7 @@ impl<M: Model> RecordedReactions<M> {
         }
     }
 
-    /// The reactions in a state of the run.
+    /// Forces, N, and moments, N m, of both supports on the rod in a state of the run, in world axes.
     pub fn of(
         &self,
         discretized: &Discretized<'_, M>,
@@ -40,7 +40,8 @@ impl<M: Model> RecordedReactions<M> {
         discretized.reactions(&self.plain, state)
     }
 
-    /// The derivatives by parameter `k` of force and moment at the start, then at the end, in the given state.
+    /// The derivatives by parameter `k` of force, N, and moment, N m, at the start, then at the end, in the given
+    /// state, per unit of the parameter.
     pub fn rates(
         &self,
         discretized: &Discretized<'_, M>,

@@ -1,12 +1,13 @@
 //! The run of a scene: initial state, time steps with bisection of rejected ones, and the record of states.
 //!
-//! Input: a discretized scene, parameters of the derivatives, number of steps. At the start and after every step of
-//! the scene the motions of tracked nodes, axes of selected edges and their derivatives are appended to a
-//! [`Record`]. Energies, reactions and stability checks are added if requested. The derivatives are computed on the
-//! same thread, or on a second one for large runs ([`ActiveRun::has_room`]) of Newmark-beta and generalised-alpha;
-//! results are bitwise equal. An explicit scheme's step above its stability limit is an error before the run. A run
-//! ends early with the error of a step that bisection does not save, of a derivative, or of an interruption; the
-//! record keeps the states before. [`repeat_over`] repeats a run with its accepted steps over another scalar.
+//! Input: a discretized scene, parameters of the derivatives, number of steps. At the start and after every step of the
+//! scene the motions (m, m/s) of tracked nodes, axes of selected edges and their derivatives are appended to a
+//! [`Record`]. Energies, reactions and stability checks are added if requested. Observers are called with the states
+//! ([`Snapshot`]). The derivatives are computed on the same thread, or on a second one for large runs
+//! ([`ActiveRun::has_room`]) whose steps can be linearized from their states; results are bitwise equal. A scene
+//! without `[time]`, and an explicit scheme's step above its stability limit, are errors before the run. A run ends
+//! early with the error of a step that bisection does not save, of a derivative, or of an interruption; the record
+//! keeps the states before. [`repeat_over`] repeats a run with its accepted steps over another scalar.
 
 use crate::dynamics::bisection::{BisectedSteps, advance};
 use crate::dynamics::director_axes::DirectorAxes;
@@ -41,8 +42,8 @@ pub trait Snapshot {
     /// Forces and moments of the supports on the rod, in world axes, computed at every call; `None` unless the run
     /// [keeps reactions](crate::Trajectory::keep_reactions).
     fn reactions(&self) -> Option<Reactions>;
-    /// Forces of all obstacles on the rod, N, in world axes, in the order of the contacts, computed at every call; empty
-    /// unless the run [keeps reactions](crate::Trajectory::keep_reactions).
+    /// Forces of all obstacles on the rod, N, in world axes, in the order of the contacts, computed at every call;
+    /// empty unless the run [keeps reactions](crate::Trajectory::keep_reactions).
     fn contact_forces(&self) -> Vec<[f64; 3]>;
     /// Position of a point on the rod in world coordinates, m: the weighted sum of node positions of its `stencil`.
     fn place(&self, stencil: &Stencil) -> [f64; 3] {
@@ -74,11 +75,13 @@ impl<M: Model> Snapshot for SimulationSnapshot<'_, M> {
     fn work(&self) -> Work {
         self.simulation.work()
     }
-    /// Forces and moments of the supports on the rod in the present state; `None` unless requested.
+    /// Forces, N, and moments, N m, of the supports on the rod in the present state, in world axes; `None` unless
+    /// requested.
     fn reactions(&self) -> Option<Reactions> {
         Some(self.reactions?.of(self.discretized, self.simulation.state()))
     }
-    /// Sums over all nodes of the forces of each contact in the present state; none unless reactions were requested.
+    /// The force of each contact on the rod in the present state, N, summed over all nodes, in world axes; none unless
+    /// reactions were requested.
     fn contact_forces(&self) -> Vec<[f64; 3]> {
         if self.reactions.is_none() {
             return Vec::new();
@@ -112,13 +115,13 @@ pub(super) struct RunObservers<'a, M: Model> {
     pub after_substep: &'a mut SubstepObserver<'a, M>,
 }
 
-/// Simulates a run into `record` and calls the `observers`. Its derivatives are computed on a second thread under
-/// three conditions: [`ActiveRun::has_room`], at least one parameter, and Newmark-beta or generalised-alpha as
-/// scheme. Else they are computed on this thread. The run counts as active meanwhile.
+/// Simulates a run into `record` and calls the `observers`. Its derivatives are computed on a second thread under three
+/// conditions: [`ActiveRun::has_room`], at least one parameter, and steps that can be linearized from their states
+/// ([`Simulation::can_linearize_again`]). Else they are computed on this thread. The run counts as active meanwhile.
 ///
 /// # Errors
-/// Those of the scene's step and initial state, of a step that bisection does not save, and of a derivative. Also
-/// [`Error::Interrupted`]. The record then ends with the last valid step of the scene.
+/// No `[time]`; those of the scene's step and initial state, of a step that bisection does not save, and of a
+/// derivative. Also [`Error::Interrupted`]. The record then ends with the last valid step of the scene.
 pub(super) fn run<M: Model>(
     task: &RunTask<'_, M>,
     record: &mut Record,
@@ -133,7 +136,7 @@ where
 }
 
 /// [`run`] with a given choice. Derivatives are computed on a second thread if `asynchronous`, there are parameters,
-/// and the scheme can be linearized again from two states (Newmark-beta, generalised-alpha). Else they are computed
+/// and steps can be linearized again from two states ([`Simulation::can_linearize_again`]). Else they are computed
 /// after every accepted step on this thread. Work of the linearizations is added to `record.work`. A step above the
 /// stability limit of an explicit scheme is an error before the run.
 fn run_with<M: Model>(
@@ -325,7 +328,7 @@ impl<R: Sensitive> BisectedSteps for RunSteps<'_, R> {
         self.carrier.advance(self.simulation)
     }
 
-    /// The energy control of the steps, mutable, with the simulation.
+    /// The control of the steps (limits of energy or rotation), mutable, with the simulation.
     fn control(&mut self) -> (&mut StepControl, &Simulation<f64, R>) {
         (self.control, self.simulation)
     }
@@ -379,7 +382,8 @@ struct DerivedOutputs<M: Model> {
 }
 
 impl<M: Model> DerivedOutputs<M> {
-    /// The outputs of a run that its `record` requests, with what their derivatives need.
+    /// The outputs of a run that its `record` requests, with their models over dual numbers for the derivatives by each
+    /// of the parameters.
     fn new(RunTask { discretized, parameters, .. }: &RunTask<'_, M>, record: &Record) -> Self {
         Self {
             axes: DirectorAxes::new(discretized, parameters, record),
@@ -426,8 +430,9 @@ where
 }
 
 /// Repeats a run over the scalar `D`, with the ends of the accepted steps of the `plain` record, bisected ones
-/// included. Records the same nodes, axes and reactions at the same times, without derivatives lists and energies.
-/// `seed` converts the value of each parameter to the scalar. No step is bisected or checked again.
+/// included. Returns a record of the same nodes, axes and reactions at the same times, without lists of derivatives and
+/// energies. `seed` converts the value of each parameter to the scalar. No step is bisected or checked again. Errors
+/// are those of the initial state and of a step.
 pub(super) fn repeat_over<D: Nestable, M: Model>(
     discretized: &Discretized<'_, M>,
     plain: &Record,

@@ -3,15 +3,15 @@
 //! [`SensitivityCarrier`] gives the main loop of a run the same three operations for both. They make a step of the
 //! simulation to a time (s), undo it, and advance the derivatives over an accepted one.
 //!
-//! On the same thread the way depends on the scheme. Steps of Newmark-beta and generalised-alpha are linearized again
-//! by a second simulation, from the states before and after the step. The other thread does the same, so that both
-//! results are bitwise equal. Other steps of Newton's method are linearized at their solution, with the tangents of
-//! their stages. Explicit and linearly implicit schemes make the step in dual numbers, and the plain state is taken
-//! from it.
+//! On the same thread there are three methods. Steps of Newmark-beta and generalised-alpha are in general linearized
+//! again by a second simulation, from the states before and after the step. The other thread does the same, so that
+//! both results are bitwise equal. Steps of the average vector field are linearized at their solution, with the
+//! tangents of their stages. Steps of explicit and linearly implicit schemes, and those that
+//! [need dual steps](Simulation::needs_dual_steps), are made in dual numbers, and the plain state is taken from them.
 //!
-//! Only Newmark-beta and generalised-alpha may use the other thread. Advancing then sends the state at the end of the
-//! step, in batches, and waits while too many batches wait. Errors are those of steps and linear systems, and
-//! [`Error::Interrupted`] if the other thread has ended; its own error has the reason.
+//! Only the first method may use the other thread. Advancing then sends the state at the end of the step, in batches,
+//! and waits while too many batches wait. Errors are those of steps and linear systems, and [`Error::Interrupted`] if
+//! the other thread has ended; its own error has the reason.
 
 use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::sensitivity_pipeline::StepProducer;
@@ -32,8 +32,8 @@ pub(super) enum SensitivityCarrier<R: Sensitive> {
 }
 
 impl<R: Sensitive> SensitivityCarrier<R> {
-    /// Makes a step of `simulation` to `time`, s. Where derivatives come from dual numbers, the first dual simulation
-    /// makes it, and `simulation` takes over its state.
+    /// Makes a step of `simulation` to `time`, s. If derivatives come from dual simulations, the first of them makes
+    /// it, and `simulation` takes over its state. Errors are those of the step; the state is then the one before it.
     pub fn step_to(&mut self, simulation: &mut Simulation<f64, R>, time: f64) -> Result<(), Error> {
         match self {
             Self::Synchronous { sensitivities, .. } => sensitivities.step_to(simulation, time),
@@ -52,7 +52,8 @@ impl<R: Sensitive> SensitivityCarrier<R> {
     }
 
     /// Advances the derivatives over the last accepted step of `simulation`: by its linearization, by a step of the
-    /// other dual simulations, or by sending the step to the other thread.
+    /// other dual simulations, or by sending the step to the other thread. Errors: [`Error::SingularTangent`], those of
+    /// steps in dual numbers, and [`Error::Interrupted`] if the other thread has ended.
     pub fn advance(&mut self, simulation: &Simulation<f64, R>) -> Result<(), Error> {
         match self {
             Self::Synchronous { sensitivities, relinearized: None } => {

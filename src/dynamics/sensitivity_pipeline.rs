@@ -1,9 +1,10 @@
 //! Two-stage pipeline for a run with derivatives: one thread makes the steps, a second one computes derivatives over
 //! them.
 //!
-//! Used for Newmark-beta and generalised-alpha, where the thread pool has two threads for each active run, and the
-//! product of steps and nodes is at least `MIN_STEPS_TIMES_NODES` ([`ActiveRun::has_room`]). The states before and
-//! after a step suffice: the consumer linearizes the step again, as a synchronous run does. Derivatives are
+//! Used if steps can be linearized from the states before and after them (Newmark-beta and generalised-alpha in
+//! general). Further conditions: the thread pool has two threads for each active run, and the product of steps and
+//! nodes is at least `MIN_STEPS_TIMES_NODES` ([`ActiveRun::has_room`]). Input: a simulation in its initial state, and
+//! then each accepted step. The consumer linearizes the step again, as a synchronous run does. Derivatives are
 //! therefore bitwise the same either way. States are sent in batches over a bounded channel, and used batches are
 //! returned for reuse. Output: the derivatives of all recorded states, one list per parameter, the work of the
 //! derivatives, and the first error of a derivative, which ends the run.

@@ -1,12 +1,17 @@
 //! A simulation: the state of a rod, its equations of motion, and the stepper that advances it from time to time.
 //!
-//! Input: rod, unknowns, frames, free range, damping and scheme; then drag, moving supports and velocities.
-//! `step_to` makes one step of any size. A step that fails, or goes through a fold, is an error and leaves the
-//! state before it. `step_back` restores the state before the last step; counts of work stay. The scalar is any
-//! number type: with dual numbers the state has derivatives. If tangents were requested, `linearization` is the
-//! last step of Newton's method at its solution. It is `None` at the start, after an undone step, and for explicit
-//! and linearly implicit schemes. Energies are in J, without derivatives: the kinetic one of free unknowns, the
-//! elastic ones with those of Maxwell and friction springs, and the potential of the loads.
+//! Input: rod, unknowns, frames, free range, damping and scheme; then drag, loads in time, actuators that follow
+//! signals, moving supports and velocities. `step_to` makes one step of any size. A step that fails, or goes through a
+//! fold, is an error and leaves the state before it. `step_back` restores the state before the last step; counts of
+//! work stay. The scalar is any number type: with dual numbers the state has derivatives. If tangents were requested,
+//! `linearization` is the last step of Newton's method at its solution. It is `None` at the start, after an undone
+//! step, and for explicit and linearly implicit schemes. Energies are in J, without derivatives: the kinetic one of
+//! free unknowns, the elastic ones with those of Maxwell and friction springs, and the potential of the loads. Of loads
+//! in time, loads without a potential and actuators it has minus the work since the start.
+//!
+//! `linearized` linearizes an earlier step from the states before and after it. `repeat_step` and `adopt` transfer a
+//! step between simulations in plain and in dual numbers. `energy_of_motion_by` and `follower_work_error` bound the
+//! effect of rounding errors of coordinates on the energy, J.
 
 use crate::dynamics::coefficients::AVERAGE;
 use crate::dynamics::linearization::Linearization;
@@ -39,9 +44,9 @@ pub struct Simulation<D: Nestable, R: Rod<D>> {
 }
 
 impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
-    /// A simulation of a rod at rest at `q` with the given frames, at time zero, without drag and moving supports.
-    /// Only the unknowns in `free` move. The stepper follows from `settings`; `derivatives` selects hand-derived or
-    /// dual derivatives of the energy. Forces and accelerations at the start are computed.
+    /// A simulation of a rod at rest at `q` with the given frames, at time zero, without drag and moving supports. Only
+    /// the unknowns in `free` move. The stepper follows from `settings`; `derivatives` selects hand-derived or dual
+    /// derivatives of the energy. The forces at the start are computed, and the accelerations for generalised-alpha.
     pub fn new(
         rod: R,
         q: Vec<D>,
@@ -85,19 +90,22 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         self.stepper.keep_next_tangent();
     }
 
-    /// Sets the drag of a fluid, and computes forces and accelerations at the start again.
+    /// Sets the drag of a fluid, and computes the forces at the start again, and the accelerations for
+    /// generalised-alpha.
     pub(crate) fn immerse(&mut self, drag: NodalDrag<D>) {
         self.system.drag = Some(drag);
         self.find_forces();
     }
 
-    /// Sets the forces that depend on time, and computes forces and accelerations at the start again.
+    /// Sets the forces that depend on time (loads with signals), and computes the forces at the start again, and the
+    /// accelerations for generalised-alpha.
     pub(crate) fn load_in_time(&mut self, timed_loads: TimedLoads<D>) {
         self.system.timed_loads = timed_loads;
         self.find_forces();
     }
 
-    /// Sets the actuators that follow signals; the rod has the values of these signals already.
+    /// Sets the actuators that follow signals. The rod must have the values of these signals at the present time
+    /// already.
     pub(crate) fn follow(&mut self, actuators: Actuators<D>) {
         self.system.actuators = actuators;
     }
@@ -115,7 +123,8 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     }
 
     /// Sets the motion of supports, and the unknowns inside the free range that it prescribes. Overwrites the
-    /// velocities of held nodes, and computes forces and accelerations at the start again.
+    /// velocities of held nodes by those of the motion at the present time, and computes the forces at the start again,
+    /// and the accelerations for generalised-alpha.
     pub(crate) fn move_supports(
         &mut self,
         boundary_motion: BoundaryMotion<D>,
@@ -128,8 +137,8 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     }
 
     /// Sets the velocities, m/s (rad/s for angles), of the free unknowns; other entries of `v` are ignored, and
-    /// prescribed unknowns keep the velocities of their recordings. Computes forces and accelerations at the start
-    /// again.
+    /// prescribed unknowns keep the velocities of their recordings. Computes the forces at the start again, and the
+    /// accelerations for generalised-alpha.
     pub fn set_velocity(&mut self, v: &[D]) {
         for i in self.system.free.clone() {
             self.state.v[i] = v[i];
@@ -221,7 +230,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     }
 
     /// Whether steps can be [linearized](Self::linearized) from the states before and after them: Newmark-beta and
-    /// generalised-alpha, but not the average vector field.
+    /// generalised-alpha, unless derivatives [need dual steps](Self::needs_dual_steps).
     pub(crate) fn can_linearize_again(&self) -> bool {
         !self.needs_dual_steps() && self.newton().is_some_and(|newton| !newton.averages())
     }
@@ -235,8 +244,9 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     }
 
     /// The [linearization](Self::linearization) of an earlier step from the states `before` and `after` it, with
-    /// tangent and factors computed at `after`. `None` for schemes without Newton's method, and without kept
-    /// tangents. The state of this simulation does not change; its work count does.
+    /// tangent and factors computed at `after`. `None` for schemes without Newton's method, and without kept tangents.
+    /// Not for averaging schemes, whose stages are not stored. The state of this simulation does not change; its work
+    /// count does.
     ///
     /// # Errors
     /// [`Error::SingularTangent`].
@@ -267,9 +277,9 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         0.5 * (sums.iter().sum::<f64>() + rest)
     }
 
-    /// All energies of the present state, J, without derivatives. Bending includes the energy of friction springs,
-    /// each kind that of its Maxwell springs. The potential includes whole turns of constant moments, less the work of
-    /// loads in time since the start.
+    /// All energies of the present state, J, without derivatives. Bending includes the energy of friction springs, each
+    /// kind that of its Maxwell springs. The potential includes whole turns of constant moments. Of loads in time,
+    /// loads without a potential, and actuators that follow signals it has minus the work since the start.
     pub fn energies(&self) -> Energies {
         let kinetic = self.kinetic_energy();
         let mut energies = self.system.rod.energies(&self.state.q, &self.state.frames);
@@ -324,9 +334,9 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         }
     }
 
-    /// The work, J, of the loads without a potential in the last step: on the straight line between its states, by the
-    /// quadrature of the average vector field. It is the work in the equations of that scheme; for others the error is that
-    /// of their order. Zero without such loads.
+    /// The work, J, of the loads without a potential in the last step, with the present factors of these loads: on the
+    /// straight line between its states, by the quadrature of the average vector field. It is the work in the equations
+    /// of that scheme; for others the error is that of their order. Zero without such loads.
     fn follower_work(&self) -> f64 {
         if !self.system.rod.has_follower_loads() {
             return 0.0;
@@ -345,8 +355,8 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         work
     }
 
-    /// The error, J, of the work of loads without a potential by errors of the fraction `relative` of all coordinates: the sum
-    /// of the absolute forces times coordinates. Zero without such loads.
+    /// The error, J, of the work of loads without a potential by errors of the fraction `relative` of all coordinates:
+    /// the sum of the absolute forces times coordinates. Zero without such loads.
     pub(crate) fn follower_work_error(&self, relative: f64) -> f64 {
         if !self.system.rod.has_follower_loads() {
             return 0.0;
@@ -358,16 +368,17 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         relative * sizes.sum::<f64>()
     }
 
-    /// Subtracts the work, J, of loads or actuators in the last step from the potential.
+    /// Subtracts the work, J, of loads or actuators in the last step from the potential. Adds its absolute value to the
+    /// exchanged work, a scale of step control.
     fn subtract_work(&mut self, work: f64) {
         self.state.wound -= work;
         self.state.exchanged.work += work.abs();
     }
 
-    /// [`step_to`](Self::step_to) of a rod whose actuators follow signals. Averaging schemes take the means of the signals
-    /// over the step, others the values at its end; the forces at its start are those of the step before. The work of the
-    /// actuators is the change of the energies with the signals at fixed unknowns: exactly with means, else the mean of
-    /// both ends of the step.
+    /// [`step_to`](Self::step_to) of a rod whose actuators follow signals. Averaging schemes take the means of the
+    /// signals over the step, others the values at its end; the forces at its start are those of the step before. The
+    /// work of the actuators is the change of the energies with the signals at fixed unknowns: exactly with means, else
+    /// the mean of both ends of the step.
     fn actuated_step_to(&mut self, time: f64) -> Result<(), Error> {
         let (start, before) = (self.state.time, self.system.actuators.values.clone());
         let after = self.system.actuators.values_at(time);
@@ -401,7 +412,8 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         Ok(())
     }
 
-    /// The energy of the rod in the present state without its kinetic energy, J.
+    /// The sum of all energies of the rod in the present state but the kinetic one, J, without internal variables and
+    /// the work of loads in time.
     fn elastic_energy(&self) -> f64 {
         self.system.rod.energies(&self.state.q, &self.state.frames).total()
     }
@@ -414,7 +426,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         }
     }
 
-    /// [`step_to`](Self::step_to) of a rod with constant laws.
+    /// [`step_to`](Self::step_to) of a rod with constant laws, without the work of loads that have no potential.
     fn plain_step_to(&mut self, time: f64) -> Result<(), Error> {
         std::mem::swap(&mut self.state, &mut self.previous);
         let (before, state, work) = (&self.previous, &mut self.state, &mut self.work);
@@ -444,8 +456,9 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     }
 
     /// Repeats the last step of `plain`, a simulation of the same rod in plain numbers that [keeps
-    /// tangents](Self::keep_tangent), with derivatives: one linear solution with its factors. Returns false, and changes
-    /// nothing, for schemes without Newton's method and averaging ones.
+    /// tangents](Self::keep_tangent), over the numbers of this simulation, which carry derivatives: one linear solution
+    /// with its factors for each order of derivatives. Returns false, and changes nothing, for schemes without Newton's
+    /// method and averaging ones.
     pub(crate) fn repeat_step<P: Rod<f64>>(&mut self, plain: &Simulation<f64, P>) -> bool {
         let Some(solver) = plain.newton().filter(|newton| !newton.averages()) else { return false };
         let Stepper::Newton(newton) = &mut self.stepper else { return false };
@@ -467,7 +480,8 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         Some(Error::NotFinite { time, name, arc_length })
     }
 
-    /// Restores the state before the last step; a second call changes nothing. The work count stays.
+    /// Restores the state before the last step, and the values of actuators at its time; a second call changes nothing.
+    /// The work count stays.
     pub fn step_back(&mut self) {
         self.state.restore(&self.previous);
         self.set_actuation_now();
@@ -475,8 +489,10 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
 }
 
 impl<R: Rod<f64>> Simulation<f64, R> {
-    /// Takes over the last step of a simulation of the same rod in dual numbers: time, unknowns, velocities, forces
-    /// and frames without derivatives, and its work. The present state becomes the previous one.
+    /// Takes over the last step of a simulation of the same rod in dual numbers: time, unknowns, velocities, forces,
+    /// frames, potential of moments and exchanged work without derivatives, and its counts of work. Internal variables
+    /// and accelerations are left out. The present state becomes the previous one, and actuators get the values of
+    /// their signals.
     pub(crate) fn adopt(&mut self, dual: &Simulation<Dual64, R::Dual>) {
         std::mem::swap(&mut self.state, &mut self.previous);
         let (state, of) = (&mut self.state, &dual.state);

@@ -1,14 +1,14 @@
 //! The initial state of a simulation and of its derivatives: positions and velocities at t = 0, over any scalar.
 //!
-//! Positions: rest shape, initial shape of the scene, or equilibrium under the loads and the forces
-//! `initial.point`, each with the perturbation of the scene. For a recorded motion: the shape of least energy near
-//! the markers of its first frame. Velocities: those of a rigid body (`initial.velocity` of the center of mass,
-//! `initial.angular_velocity` about it), or of the recorded motion over its first interval, extrapolated to t = 0.
-//! The equilibrium is found once in plain numbers; its derivatives follow from linear systems with the tangent. At
-//! a neutral equilibrium, or with a singular tangent, the rod moves with its initial position and a small stiffness
-//! is added; [`Error::Indifferent`] if the tangent is singular even so. Output: a [`Simulation`] with supports,
-//! drag and scheme (Newmark-beta without `[time]`), or the [`Sensitivities`] of one simulation in dual numbers per
-//! parameter. Errors are those of the search for the equilibrium or the recorded shape.
+//! Input: a discretized scene. Positions: rest shape, initial shape of the scene, or equilibrium under the loads and
+//! the forces `initial.point`, each with the perturbation of the scene. For a recorded motion: the shape of least
+//! energy near the markers of its first frame. Velocities: those of a rigid body (`initial.velocity` of the center of
+//! mass, `initial.angular_velocity` about it), or of the recorded motion over its first interval, extrapolated to t =
+//! 0. The equilibrium is found once in plain numbers; its derivatives follow from linear systems with the tangent. At a
+//! neutral equilibrium, or with a singular tangent, they are those of a rod that moves with its initial position, and a
+//! small stiffness is added; [`Error::Indifferent`] if the tangent is singular even so. Output: a [`Simulation`] with
+//! supports, loads in time, actuators, drag and scheme (Newmark-beta without `[time]`), or the [`Sensitivities`] of one
+//! simulation in dual numbers per parameter. Errors are those of the search for the equilibrium or the recorded shape.
 
 use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::simulation::Simulation;
@@ -28,9 +28,9 @@ use crate::statics::RecordedStart;
 use num_dual::Dual64;
 
 impl<M: Model> Discretized<'_, M> {
-    /// A simulation in its initial state at t = 0, over plain numbers. The state is the rest shape, the initial shape or the
-    /// equilibrium of the scene, with its perturbation and velocities. For a recorded start it is shape and velocities of
-    /// the first two frames.
+    /// A simulation in its initial state at t = 0, over plain numbers. The state is the rest shape, the initial shape
+    /// or the equilibrium of the scene, with its perturbation and velocities. For a recorded start it is the shape of
+    /// the first frame, with velocities from the first two.
     ///
     /// # Errors
     /// Those of the [equilibrium](Discretized::equilibrium), for a scene that starts from one. For a recorded start: no
@@ -65,8 +65,9 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// The simulation of a setup in its initial state over the scalar `D`: positions and velocities of the scene or of
-    /// its recording, then drag, moving supports and scheme. Velocities are set after the supports, whose recordings
-    /// prescribe some of them. A scene without `[time]` gets Newmark-beta at 0.5. Errors are those of
+    /// its recording, then scheme, drag, loads in time, actuators and moving supports. Velocities are set after the
+    /// supports, whose recordings prescribe some of them. A scene without `[time]` gets Newmark-beta at 0.5. Errors are
+    /// those of
     /// [`simulation_over`](Self::simulation_over).
     fn simulation_of<D: Nestable>(
         &self,
@@ -180,9 +181,10 @@ impl<M: Model> Discretized<'_, M> {
 
     /// The unknowns and frames at the start, without the perturbation of the scene, with the derivatives that `D`
     /// carries. They are the rest shape, the initial shape of the scene, or the equilibrium under the loads and the
-    /// forces `initial.point`, which hold the rod until t = 0. At a neutral equilibrium, or with a singular tangent,
-    /// the rod moves with its initial position and a small stiffness is added. [`Error::Indifferent`] if that tangent
-    /// is singular too.
+    /// forces `initial.point`, which hold the rod until t = 0. The derivatives of the equilibrium follow from linear
+    /// systems with its tangent. At a neutral equilibrium, or with a singular tangent, they are those of a rod that
+    /// moves with its initial position, and a small stiffness is added. [`Error::Indifferent`] if that tangent is
+    /// singular too.
     fn unperturbed_start<D: Nestable>(
         &self,
         setup: &Setup<D, M>,

@@ -1,12 +1,13 @@
 //! The equations of motion of a rod ([`System`]), one step of them ([`Step`]), settings of a stepper
 //! ([`StepperSettings`]), and counts of numerical work ([`Work`]).
 //!
-//! A simulation passes these to the stepper of its scheme. A system has the rod under its loads, free and
-//! prescribed unknowns, damping (1/s and s), drag and moving supports. If recordings prescribe free unknowns,
-//! `apply_prescribed_velocities` overwrites the velocities of all supports and recorded nodes at a time (s). A step
-//! has its system, end (s) and size (s). Settings are the scheme, its parameter (beta or rho_inf), the tolerance,
-//! and the length (m) of which the tolerance is a part. `Work` counts steps, Newton iterations, factorizations,
-//! tangents, gradients and stability checks; counts can be added.
+//! A simulation passes these to the stepper of its scheme. A system has the rod under its loads, free and prescribed
+//! unknowns, damping (1/s and s), drag, loads in time, actuators that follow signals, and moving supports.
+//! `set_actuation` sets the natural strains, tensions and follower loads of the rod to values of the actuators'
+//! signals. If recordings prescribe free unknowns, `apply_prescribed_velocities` overwrites the velocities of all
+//! supports and recorded nodes at a time (s). A step has its system, end (s) and size (s). Settings are the scheme, its
+//! parameter (beta or rho_inf), the tolerance, and the length (m) of which the tolerance is a part. `Work` counts
+//! steps, Newton iterations, factorizations, tangents, gradients and stability checks; counts can be added.
 
 use crate::energy::Derivatives;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
@@ -62,7 +63,7 @@ pub struct StepperSettings<D> {
     pub length: f64,
 }
 
-/// The equations of motion of a rod: loads, supports, damping and drag.
+/// The equations of motion of a rod: loads, supports, damping, drag and actuators.
 #[derive(Clone, Debug)]
 pub(crate) struct System<D, R> {
     /// The rod under its loads.
@@ -97,7 +98,8 @@ pub(crate) struct Step<'a, D, R> {
 }
 
 impl<D: Nestable, R: Rod<D>> System<D, R> {
-    /// Sets the rod to these values of the signals of its actuators, one for each.
+    /// Sets the rod to these values of the signals of its actuators, one for each actuator. By its effect, a value
+    /// shifts natural strains, is the tension of edges, or the factor of a group of loads without a potential.
     pub fn set_actuation(&mut self, values: &[D]) {
         let Self { rod, actuators, .. } = self;
         for (k, actuator) in actuators.list.iter().enumerate() {
@@ -114,8 +116,8 @@ impl<D: Nestable, R: Rod<D>> System<D, R> {
 }
 
 impl<D: Nestable, R> System<D, R> {
-    /// Overwrites the entries of `v` of nodes held by moving supports or recordings with their velocities at `time`,
-    /// s, in m/s. Nothing changes without recorded unknowns inside the free range.
+    /// Overwrites the entries of `v`, m/s, of nodes held by moving supports or recordings with their velocities at
+    /// `time`, s. Nothing changes without recorded unknowns inside the free range, or if no support moves.
     pub fn apply_prescribed_velocities(&self, time: f64, v: &mut [D]) {
         if let (false, Some(boundary_motion)) = (self.prescribed.is_empty(), &self.boundary_motion)
         {

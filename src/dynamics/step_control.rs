@@ -11,9 +11,9 @@
 //! period, a step gained either less than 0.005 of the largest kinetic energy, or 0.01 to 1000 of it with a wrong
 //! motion. At beta = 1 none gained 0.001.
 //!
-//! Loads in time and those without a potential do work, which is subtracted from the energy; the sum of its absolute
-//! values is added to the kinetic energy as a scale. Generalised-alpha takes loads of a later interval, whose additional
-//! work is allowed.
+//! Loads in time, those without a potential, and actuators do work, which is subtracted from the energy; the sum of its
+//! absolute values is added to the kinetic energy as a scale. Generalised-alpha takes loads of a later interval, whose
+//! additional work is allowed.
 //!
 //! Supports that move and fluids that flow do work. There a wrong root shows in the rotation of edges: none may
 //! turn by more than 45 degrees in a step. The average vector field conserves the energy where its quadrature is
@@ -56,8 +56,8 @@ const MAX_GAIN_PER_STEP: f64 = 0.01;
 const MAX_GAIN: f64 = 0.1;
 /// Change of energy over the other energies that counts as rounding: a rod at rest has no kinetic energy as a scale.
 const ROUNDING: f64 = 1e-8;
-/// Largest change of energy in a step of a scheme that conserves energy exactly, over the largest kinetic energy. Larger values
-/// accept steps at which the quadrature is not exact; smaller ones halve more steps.
+/// Largest change of energy in a step of a scheme that conserves energy exactly, over the largest kinetic energy.
+/// Larger values accept steps at which the quadrature is not exact; smaller ones halve more steps.
 const EXACT_PER_STEP: f64 = 1e-10;
 /// The same in a step that is not halved again.
 const EXACT_AT_LAST: f64 = 1e-8;
@@ -194,8 +194,8 @@ impl StepControl {
         Self::within(Limits::of(scene), scene, simulation)
     }
 
-    /// The control of a run of the scene whose supports do work, although the scene has no motion of them: energies are not
-    /// limited, only rotations of edges.
+    /// The control of a run of the scene without limits of the energy, where supports do work that the scene does not
+    /// show: only rotations of edges are limited.
     pub fn without_limits<R: Rod<f64>>(scene: &Scene, simulation: &Simulation<f64, R>) -> Self {
         Self::within(None, scene, simulation)
     }
@@ -230,8 +230,8 @@ impl StepControl {
         }
     }
 
-    /// Rejects the step that `simulation` has just made if the total energy changed beyond the limits, per step or
-    /// since the reference ([`Error::EnergyGrowth`]). A sum that is not finite by a user-defined energy is
+    /// Rejects the step that `simulation` has just made if the total energy changed beyond the limits of the scheme,
+    /// per step or since the reference ([`Error::EnergyGrowth`]). A sum that is not finite by a user-defined energy is
     /// [`Error::NotFinite`]. Without limits it is rejected if an edge turned by more than 45 degrees ([`Error::Leap`]).
     /// The sum of all energies is skipped without a rise of the kinetic energy above the limit of a step, at most
     /// `interval` times in succession. Where energy must fall, the step must also have taken at most [`EASY`]

@@ -1,13 +1,14 @@
 //! Trajectories: positions and velocities of tracked nodes at the start and after every step of a run, with their
 //! derivatives by parameters.
 //!
-//! [`Trajectory`] belongs to one problem and one run, or to an equilibrium (one record at time 0, with zero
-//! velocities). A run is made by [`Problem::simulate`] or [`Trajectory::run`], which rejects a second run. `at`
-//! returns the position (m, world axes) of a point on the rod at any simulated time (s), by cubic Hermite
-//! interpolation, and its derivative by each parameter. Times that were not simulated, and points whose nodes were
-//! not tracked, are errors. [`Trajectory::over`] repeats the run with its accepted steps in another scalar, for
-//! example hyper-dual numbers for second derivatives. Energies, reactions, axes of edges and stability checks are
-//! recorded if requested before the run.
+//! [`Trajectory`] belongs to one problem and one run, or to an equilibrium (one record at time 0, with zero velocities,
+//! [`Trajectory::at_rest`]). A run is made by [`Problem::simulate`] or [`Trajectory::run`], which rejects a second run,
+//! another scene, more steps than the scene has, and a scene without `[time]`. A run that fails keeps the states
+//! before. `at` returns the position (m, world axes) of a point on the rod at any simulated time (s), by cubic Hermite
+//! interpolation, and its derivative by each parameter. Times that were not simulated, and points whose nodes were not
+//! tracked, are errors; `node`, `velocity` and `tip` panic for these. [`Trajectory::over`] repeats the run with its
+//! accepted steps in another scalar, for example hyper-dual numbers for second derivatives. Energies, reactions, axes
+//! of edges and stability checks are recorded if requested before the run.
 
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::run::{RunObservers, RunTask, Snapshot, repeat_over, run};
@@ -176,8 +177,8 @@ impl Trajectory {
         Self::new(problem, tracked, parameters)?.find_equilibrium()
     }
 
-    /// The [equilibrium](Self::at_rest) of the problem in this empty trajectory, with the reactions of the supports if they [are
-    /// kept](Self::keep_reactions).
+    /// The [equilibrium](Self::at_rest) of the problem in this empty trajectory, with the reactions of the supports if
+    /// they [are kept](Self::keep_reactions).
     ///
     /// ```
     /// use rodfit::{Parameter, Scene, Trajectory};
@@ -203,8 +204,8 @@ impl Trajectory {
         Ok(trajectory)
     }
 
-    /// The equilibria of `problems` of one rod under other loads, with the positions of the nodes `tracked` and derivatives by
-    /// `parameters`. They follow each other: each search begins at the equilibrium before.
+    /// The equilibria of `problems`, which are one rod under different loads, with the positions of the nodes `tracked`
+    /// and derivatives by `parameters`. Each search after the first begins at the equilibrium before.
     ///
     /// # Errors
     /// Those of [`Self::at_rest`].
@@ -230,7 +231,7 @@ impl Trajectory {
         Ok(equilibria)
     }
 
-    /// Multiplies the recorded derivatives by `parameter` by a factor; nothing without such derivatives.
+    /// Multiplies all recorded derivatives with respect to `parameter` by a factor; nothing without such derivatives.
     pub(crate) fn scale_derivatives(&mut self, parameter: Parameter, factor: f64) {
         for k in 0..self.parameters.len() {
             if self.parameters[k] == parameter {
@@ -244,11 +245,11 @@ impl Trajectory {
     /// with the initial state and after every step of the scene. If a step fails, its error is returned, and the
     /// states before it remain recorded.
     ///
-    /// # Errors
-    /// A record is of one run of the problem it was made for: [`Error::Invalid`] for a second run,
-    /// another problem's, or one of more steps than the scene has. Those of
-    /// [a step](crate::dynamics::Simulation::step_to), and [`Error::EnergyGrowth`], where halves of it
-    /// fail too; [`Error::Interrupted`].
+    /// # Errors A record is of one run of the problem it was made for: [`Error::Invalid`] for a second run, another
+    /// problem's, or one of more steps than the scene has. The same for a scene without `[time]`, and a step above the
+    /// limit of stability of an explicit scheme. Those of the initial state. Those of [a
+    /// step](crate::dynamics::Simulation::step_to), and [`Error::EnergyGrowth`] or [`Error::Leap`], where halves of it
+    /// fail too; [`Error::SingularTangent`] of derivatives; [`Error::Interrupted`].
     pub fn run(
         &mut self,
         problem: &Problem,
@@ -354,7 +355,7 @@ impl Trajectory {
 
     /// The recorded motion over the scalar `D`, with the numbers of the scene that `seed` returns. A run is repeated
     /// with the same accepted steps; an equilibrium is found again in plain numbers and differentiated, and recorded at
-    /// time 0 with zero velocities.
+    /// time 0 with zero velocities. Errors are those of [`over`](Self::over).
     fn record_over<D: Nestable, M: Model>(
         &self,
         discretized: &Discretized<'_, M>,
@@ -390,7 +391,8 @@ impl Trajectory {
     }
 
     /// Derivatives of the [reactions](Self::reactions) by each of [`parameters`](Self::parameters), at each of
-    /// [`times`](Self::times), in N and N m per unit of the parameter. The lists are empty unless reactions were requested.
+    /// [`times`](Self::times), in N and N m per unit of the parameter. The lists are empty unless reactions were
+    /// requested.
     ///
     /// ```
     /// use rodfit::{Parameter, Scene, Trajectory};
@@ -421,9 +423,8 @@ impl Trajectory {
     /// # Ok::<(), rodfit::Error>(())
     /// ```
     ///
-    /// # Errors
-    /// [`Error::OutOfRange`] for a time that was not simulated, and for a point that is not on the rod
-    /// or whose nodes were not tracked.
+    /// # Errors [`Error::OutOfRange`] for a time that was not simulated, and for a point that is not on the rod or
+    /// whose nodes were not tracked. [`Error::Invalid`] for an empty trajectory.
     pub fn at(&self, point: Point, time: f64) -> Result<([f64; 3], Vec<[f64; 3]>), Error> {
         let stencil = self.problem.stencil(point)?;
         let position = self.record.read().position(&stencil, time)?;
@@ -499,8 +500,8 @@ impl<D: Scalar> Trajectory<D> {
         self.record.read().reactions().collect()
     }
 
-    /// Position of the rod's end after `k` steps in world coordinates, m: its last node, or the wall that holds this end
-    /// between two nodes. Panics if `k` was not recorded or its nodes not tracked.
+    /// Position of the rod's end after `k` steps in world coordinates, m: its last node, or the wall that holds this
+    /// end between two nodes. Panics if `k` was not recorded or its nodes not tracked.
     ///
     /// ```
     /// let run = rodfit::Scene::load("data/cantilever.toml")?.problem()?.simulate()?;
@@ -534,8 +535,8 @@ impl<D: Scalar> Trajectory<D> {
 
 /// Finds the equilibrium of a problem and appends it to `record` at time 0: positions of the tracked nodes with zero
 /// velocities, reactions of the supports if requested, and their derivatives by `parameters`. Sets the count of Newton
-/// iterations. [`Error::Indifferent`] for a motion without resistance other than a rigid one or a spin; other errors are
-/// those of the search.
+/// iterations. [`Error::Indifferent`] for a motion without resistance other than a rigid one or a spin; other errors
+/// are those of the search.
 fn rest<M: Model>(
     discretized: &Discretized<'_, M>,
     parameters: &[Parameter],
@@ -544,7 +545,9 @@ fn rest<M: Model>(
     record_rest(discretized, &discretized.checked_equilibrium()?, parameters, record)
 }
 
-/// Records an equilibrium at time 0, with its derivatives by the parameters, in their order.
+/// Appends an equilibrium to `record` at time 0: positions of the tracked nodes with zero velocities, reactions if
+/// requested, and their derivatives by the `parameters`, in their order. Sets the count of Newton iterations. Errors
+/// are those of the derivatives.
 fn record_rest<M: Model>(
     discretized: &Discretized<'_, M>,
     settled: &CheckedEquilibrium<FramesOf<M>>,
@@ -570,7 +573,8 @@ fn record_rest<M: Model>(
     Ok(())
 }
 
-/// Searches the equilibrium from that `before`, if there is one, which it replaces, and records it.
+/// Searches the equilibrium, from that `before` if there is one, and appends it to `record` with its derivatives by the
+/// `parameters`. It replaces `before`, which is `None` after a search that fails.
 fn follow_load<M: Model>(
     discretized: &Discretized<'_, M>,
     before: &mut Option<CheckedEquilibrium<FramesOf<M>>>,
@@ -584,7 +588,8 @@ fn follow_load<M: Model>(
     record_rest(discretized, before.insert(found), parameters, record)
 }
 
-/// The motions of a record at rest: positions with zero velocities, then force and moment of both supports if requested.
+/// The motions of a record at rest: positions with zero velocities, then force and moment of both supports if
+/// requested.
 fn motions_at_rest<D: Scalar>(
     EquilibriumOutputs { nodes, reactions }: &EquilibriumOutputs<D>,
 ) -> impl Iterator<Item = Motion<D>> {
@@ -592,12 +597,13 @@ fn motions_at_rest<D: Scalar>(
     nodes.chain(reactions.iter().flat_map(|reactions| reactions.parts()))
 }
 
-/// Positions, m, and velocities, m/s, of the tracked nodes, record after record.
+/// Positions, m, and velocities, m/s, of the tracked nodes, in ascending order within each record, record after record.
 pub type Motions = Vec<[[f64; 3]; 2]>;
 
 impl Trajectory {
     /// The parts of the record: times, s, and positions, m, and velocities, m/s, of the tracked nodes, record after
-    /// record. The third part has their derivatives in the same order, one list per parameter.
+    /// record. With [kept reactions](Self::keep_reactions), force, N, and moment, N m, at the start and then at the end
+    /// follow the nodes in each record. The third part has their derivatives in the same order, one list per parameter.
     pub fn into_parts(self) -> (Vec<f64>, Motions, Vec<Motions>) {
         self.record.into_parts()
     }
@@ -612,7 +618,7 @@ impl approx::AbsDiffEq for Trajectory {
     }
 
     /// Whether times and tracked nodes are equal, and every position agrees to a distance of `epsilon`, m. Velocities
-    /// and derivatives are not compared.
+    /// and derivatives are not compared; kept reactions have their forces compared, to `epsilon` in N.
     fn abs_diff_eq(&self, other: &Self, epsilon: f64) -> bool {
         let [a, b] = [self, other].map(|t| t.record.motions());
         self.times() == other.times()
@@ -624,7 +630,8 @@ impl approx::AbsDiffEq for Trajectory {
 }
 
 impl PartialEq for Trajectory {
-    /// Whether times, tracked nodes, positions and velocities are exactly equal. Derivatives are not compared.
+    /// Whether times, tracked nodes, positions and velocities, and kept reactions are exactly equal. Derivatives are
+    /// not compared.
     fn eq(&self, other: &Self) -> bool {
         self.times() == other.times()
             && self.record.tracked() == other.record.tracked()

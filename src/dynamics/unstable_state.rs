@@ -1,9 +1,11 @@
 //! Detection of states of a simulation that are unstable, while symmetry holds the rod there.
 //!
-//! A compressed straight strip stays straight in a simulation, since no force pushes it aside; a real one buckles.
-//! A few states of a run are examined: the last one, and one per [`STEPS_PER_TIME`] steps, at most [`MOST_TIMES`].
-//! In each the [`MODES`] fastest modes of the model are tested, and for a planar scene with a torsional stiffness
-//! also the fastest one out of its plane. Such a state has three properties:
+//! A compressed straight strip stays straight in a simulation, since no force pushes it aside; a real one buckles. A
+//! few states of a run are examined: the last one, and one per [`STEPS_PER_TIME`] steps, at most [`MOST_TIMES`]; none
+//! of a rod with loads without a potential. Loads and actuators that follow signals have their values at
+//! `loads.at_time` in it, not those at the time of the state. In each the [`MODES`] fastest modes of the model are
+//! tested. For a planar scene with a torsional stiffness and no point moments the fastest mode out of its plane is
+//! tested too. Such a state has three properties:
 //!
 //! 1. The tangent `K` has an eigenvalue `K x = -sigma^2 M x` with growth in the time of the scene ([`MIN_GROWTH`]).
 //! 2. The rod is near the saddle along this mode: `|x' f| / sigma^2` and `|x' M v| / sigma` are zero except for
@@ -12,8 +14,9 @@
 //! 3. The state persists: forces and velocities displace the rod little in the time `1/sigma` ([`PERSISTENT`]). With
 //!    `s = 2 sigma^2` these displacements are `(K + s M)^-1 f` and `(K + s M)^-1 s^(1/2) M v`.
 //!
-//! A mode out of the plane of a planar scene counts as held. The result is a warning with time and growth rate.
-//! The last such state of a run becomes a warning of its report; the run is not changed.
+//! A mode out of the plane of a planar scene counts as held. Input of [`StabilityChecks`] is a simulation at each
+//! state. Output: the number of examined states, and the last such state of the run with its time (s) and growth rate
+//! (1/s), which becomes a warning of the report. The run is not changed.
 
 use crate::code::Code;
 use crate::dynamics::simulation::Simulation;
@@ -90,8 +93,9 @@ impl StabilityChecks {
         step == steps || step > 0 && (step * times) / steps != ((step - 1) * times) / steps
     }
 
-    /// Examines the present state of a simulation and counts it, unless there are loads without a potential. An unstable state at which symmetry holds the rod
-    /// replaces the last one found; a state without leaves it. A failure of the linear algebra is not reported.
+    /// Examines the present state of a simulation and counts it, unless there are loads without a potential. If it is
+    /// an unstable state at which symmetry holds the rod, it replaces the last one found, else that one stays. A
+    /// failure of the linear algebra is not reported.
     pub fn examine<M: Model>(
         &mut self,
         discretized: &Discretized<'_, M>,

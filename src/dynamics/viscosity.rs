@@ -14,8 +14,11 @@
 //! so that the branch adds `g w` to the factor of the stiffness and `g (w s0 - e^(-h/tau) z0)` to the shift. Several
 //! branches add their parts: a Prony series.
 //!
-//! Input: coefficients of the step, damping, and strains, rates and spring stretches at its start. Output: a
-//! [`Viscosity`], from which the laws of a step follow, and the stretches of the Maxwell springs after the step.
+//! Input: coefficients of the step, damping (times in s), and strains, mean strain rates and spring stretches at its
+//! start. Output: a [`Viscosity`] (factors of the stiffnesses and shifts of the natural strains) for the end of a step
+//! ([`at_end`]) or for its start ([`at_start`]), from which the laws follow. [`relax`] returns the stretches of the
+//! Maxwell springs after the step. Averaging schemes have the viscous stress apart from the elastic one, half of it at
+//! each end, and no Maxwell branches.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::numerics::phi_function::phi1;
@@ -93,9 +96,9 @@ impl<D: Scalar> EffectiveStrainFactors<D> {
 
 /// Overwrites `viscosity` with the stress at the end of a step that began with the internal variables `before`: a
 /// factor of the stiffnesses, and shifts of the natural strains. A shift is `eta p`, plus `g (w s0 - e^(-h/tau) z0)` of
-/// every Maxwell branch, with the [past](StepCoefficients::viscous_past) `p` of its strain. Kinds with additional times get their own factors and `p`,
-/// if `viscosity` has them. For averaging schemes it is the stress of dashpots alone: factors have half of the damping
-/// times, and shifts are `p` over the rate coefficient.
+/// every Maxwell branch, with the [past](StepCoefficients::viscous_past) `p` of its strain. Kinds with additional times
+/// get their own factors and `p`, if `viscosity` has them. For averaging schemes it is the stress of dashpots alone:
+/// factors have half of the damping times, and shifts are `p` over the rate coefficient.
 pub fn at_end<D: Scalar>(
     coefficients: &StepCoefficients<D>,
     damping: &Damping<D>,
@@ -151,8 +154,8 @@ pub fn at_end<D: Scalar>(
 }
 
 /// Overwrites `viscosity` with the stress at the start of a step, from strain rates and spring stretches in `now`. For
-/// averaging schemes it is half of the viscous stress of dashpots alone: each shift is halved and the strain added, and
-/// times of single kinds are halved.
+/// averaging schemes it is half of the viscous stress of dashpots alone, `K eta r/2` with the strain rate `r`: each
+/// shift is the strain less `eta r/2`, and times of single kinds are halved.
 pub fn at_start<D: Scalar>(
     coefficients: &StepCoefficients<D>,
     damping: &Damping<D>,

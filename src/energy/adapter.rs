@@ -1,13 +1,14 @@
-//! Derivatives of a [user-defined energy](super::own) by the unknowns of a rod, behind a pointer, for each scalar
-//! of rods.
+//! Energy and derivatives of a [user-defined energy](super::own) by the unknowns of a rod, behind a pointer
+//! ([`AnyEnergy`]), for each scalar of rods.
 //!
-//! An energy is a function of positions and directors `y`; a [`Chart`] maps the unknowns `q` of an element to `y`.
-//! With derivatives by hand, `g` and `H` by `y`, the chain rule gives those by `q`: `J' g` and
-//! `J' H J + d2(g.y)/dq2`. Nodes are linear in the unknowns; `J` of the directors, and the second derivatives of
-//! `g.y` at a constant `g`, are computed in dual numbers. Without derivatives by hand, or if they are not
-//! requested, the energy itself is evaluated in dual numbers. Output of [`Over`]: energy, J, gradient, N (N m for
-//! angles), and the lower triangle of the Hessian, all times the weight of the place (1 without one). Entries
-//! beyond the unknowns of the element have no meaning. The rod's assembly calls [`Over`].
+//! An energy is a function of positions and directors `y`; a [`Chart`] maps the unknowns `q` of an element to `y`. With
+//! derivatives by hand, `g` and `H` by `y`, the chain rule gives those by `q`: `J' g` and `J' H J + d2(g.y)/dq2`. Nodes
+//! are linear in the unknowns; `J` of the directors, and the second derivatives of `g.y` at a constant `g`, are
+//! computed in dual numbers. Without derivatives by hand, or if they are not requested, the energy itself is evaluated
+//! in dual numbers. Input of [`Over`]: a [`Site`] (chart, reference frames, numbers of the place, values of the
+//! parameters, weight) and the unknowns of an element of one to three nodes. Output: energy, J, gradient, N (N m for
+//! angles), and the lower triangle of the Hessian, all times the weight of the site (1 without one). Entries beyond the
+//! unknowns of the element have no meaning. [`Adapter`] makes these of a user's type.
 
 use crate::energy::Derivatives;
 use crate::energy::by_unknowns::{self, Function};
@@ -78,8 +79,8 @@ impl<B: Scalar> Chart<B> {
         }
     }
 
-    /// Number of unknowns of `nodes` consecutive nodes and the edges between them: `2 nodes` in a plane, `4 nodes - 1` in
-    /// space.
+    /// Number of unknowns of `nodes` consecutive nodes and the edges between them: `2 nodes` in a plane, `4 nodes - 1`
+    /// in space.
     pub fn unknowns(&self, nodes: usize) -> usize {
         match self {
             Self::Plane { .. } => 2 * nodes,
@@ -87,8 +88,8 @@ impl<B: Scalar> Chart<B> {
         }
     }
 
-    /// The constant derivative of a node's position in the world by its coordinate number `component` (0 or 1 in a plane,
-    /// 0 to 2 in space): an axis of the model.
+    /// The constant derivative of a node's position in the world by its coordinate number `component` (0 or 1 in a
+    /// plane, 0 to 2 in space): an axis of the model.
     pub fn axis(&self, component: usize) -> [f64; 3] {
         match self {
             Self::Plane { axes, .. } => axes[component],
@@ -98,8 +99,8 @@ impl<B: Scalar> Chart<B> {
     }
 
     /// Positions of the `N` nodes, m, and directors of the `N - 1` edges between them (zeros in unused places), in the
-    /// world, of an element with unknowns `q`. In space directors are transported from the reference `frames` and turned
-    /// by the edge's angle. `over` converts the numbers of the chart to the scalar of `q`.
+    /// world, of an element with unknowns `q`. In space directors are transported from the reference `frames` and
+    /// turned by the edge's angle. `over` converts the numbers of the chart to the scalar of `q`.
     #[inline]
     pub fn world<D: Scalar, const N: usize>(
         &self,
@@ -175,8 +176,8 @@ pub trait Over<D> {
     /// Writes the derivatives by `q`, N (N m for angles), times the weight of the site, by the method of `derivatives`.
     /// Entries of `gradient` beyond the unknowns stay as they are.
     fn gradient(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, gradient: &mut [D; MOST]);
-    /// Writes the gradient and the lower triangle of the Hessian by `q`, times the weight of the site, to `local`, by the
-    /// method of `derivatives`. Other entries have no meaning.
+    /// Writes the gradient and the lower triangle of the Hessian by `q`, times the weight of the site, to `local`, by
+    /// the method of `derivatives`. Other entries have no meaning.
     fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, local: &mut OwnLocal<D>);
 }
 
@@ -226,7 +227,8 @@ impl ForEachScalar for dyn AnyEnergy {
     }
 }
 
-/// Wrapper of a user-defined energy over `N` nodes with `P` parameters; implements [`Over`] for every scalar and [`AnyEnergy`].
+/// Wrapper of a user-defined energy over `N` nodes with `P` parameters; implements [`Over`] for every scalar and
+/// [`AnyEnergy`].
 pub struct Adapter<E, const N: usize, const P: usize>(pub E);
 
 /// Calls a method with the number of an element's unknowns as a constant.
@@ -282,9 +284,9 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         of(&Place::new(N, &|i| over(site.place[i])), &parameters)
     }
 
-    /// The gradient by the unknowns `q`, times the weight, from the user's first derivatives by nodes and directors. The
-    /// part of the nodes uses the constant axes of the chart, that of the directors dual numbers. `None` if the energy
-    /// has no hand-derived gradient.
+    /// The gradient by the unknowns `q`, times the weight, from the user's first derivatives by nodes and directors.
+    /// The part of the nodes uses the constant axes of the chart, that of the directors dual numbers. `None` if the
+    /// energy has no hand-derived gradient.
     fn hand_gradient<B: Nestable, const Q: usize>(
         &self,
         site: &Site<B>,
@@ -311,8 +313,8 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
     }
 
     /// Gradient and lower triangle of the Hessian by `q`, times the weight. They follow by the chain rule of the module
-    /// from the user's first and second derivatives by nodes and directors. Derivatives of directors are computed in dual
-    /// numbers, if used. `None` if the energy has no hand-derived gradient or no hand-derived Hessian.
+    /// from the user's first and second derivatives by nodes and directors. Derivatives of directors are computed in
+    /// dual numbers, if used. `None` if the energy has no hand-derived gradient or no hand-derived Hessian.
     fn hand_tangent<B: Nestable, const Q: usize>(
         &self,
         site: &Site<B>,
@@ -436,8 +438,8 @@ struct DirectorPull<'a, B, S, const N: usize> {
 }
 
 impl<B: Scalar, S: Fn(By) -> Vector<B>, const N: usize> Function<B> for DirectorPull<'_, B, S, N> {
-    /// The sum over all directors of the element of their scalar products with the constant slopes, at the unknowns `q`;
-    /// `over` converts numbers of the rod's scalar to that of the unknowns.
+    /// The sum over all directors of the element of their scalar products with the constant slopes, at the unknowns
+    /// `q`; `over` converts numbers of the rod's scalar to that of the unknowns.
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D {
         let (_, edges) = self.site.chart.world::<D, N>(over, q, self.site.frames);
         let mut sum = D::from(0.0);
@@ -458,9 +460,9 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
         self.value(site, |x| x, q)
     }
 
-    /// Writes the derivatives by the unknowns `q` of the element, N (N m for angles), times the weight of the site, to the
-    /// first `q.len()` entries of `to`; the others stay. They are derived by hand if requested and available, else by
-    /// dual numbers.
+    /// Writes the derivatives by the unknowns `q` of the element, N (N m for angles), times the weight of the site, to
+    /// the first `q.len()` entries of `to`; the others stay. They are derived by hand if requested and available, else
+    /// by dual numbers.
     fn gradient(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, to: &mut [D; MOST]) {
         by_size!(q, |q| {
             // An energy without hand-derived derivatives is differentiated by dual numbers.
@@ -474,8 +476,8 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
         })
     }
 
-    /// Writes first derivatives and the lower triangle of the second ones by `q` to the first entries of `to`: by hand if
-    /// requested and both are available, else by dual numbers.
+    /// Writes first derivatives and the lower triangle of the second ones by `q` to the first entries of `to`: by hand
+    /// if requested and both are available, else by dual numbers.
     fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, to: &mut OwnLocal<D>) {
         by_size!(q, |q| {
             let by_hand = match derivatives {

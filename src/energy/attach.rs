@@ -1,11 +1,11 @@
 //! Attachment of [user-defined energies](crate::energy::own) (Rust code) to a scene.
 //!
-//! `Scene::with_energy` adds an energy with its name, its place and the values of its parameters, which become
-//! numbers `energy.<name>.<parameter>` of the scene. `Scene::give_energy` supplies the code of an energy that the
-//! scene file names, with place and values of the file. There an unknown name, a parameter that the code does not
-//! have, or a missing value is an error. Code is stored behind the trait `Code`, because the module `scene` must
-//! not import from `energy`. `energy()` returns it as [`AnyEnergy`] where a rod is built from the scene
-//! (`problem::own`); None if its code has not been given.
+//! `Scene::with_energy` adds an energy over one to three nodes with its name, its place and the values of its
+//! parameters, which become numbers `energy.<name>.<parameter>` of the scene. `Scene::give_energy` supplies the code of
+//! an energy that the scene file names, with place and values of the file. There an unknown name, a parameter that the
+//! code does not have, or a missing value is an error. Code is stored behind the trait `Code`, because the module
+//! `scene` must not import from `energy`. `energy()` returns it as [`AnyEnergy`] where a rod is built from the scene
+//! (`problem::own`); `None` if its code has not been given.
 
 use crate::energy::adapter::{Adapter, AnyEnergy};
 use crate::energy::own::OwnEnergy;
@@ -25,8 +25,8 @@ impl Code for Kept {
     }
 }
 
-/// The energy as code that a scene stores, compiled for all scalars of the rod. An energy over more than three nodes does
-/// not compile.
+/// The energy as code that a scene stores, compiled for all scalars of the rod. An energy over more than three nodes
+/// does not compile.
 fn code<E, const N: usize, const P: usize>(energy: E) -> Arc<dyn Code>
 where
     E: OwnEnergy<N, P>,
@@ -42,7 +42,7 @@ pub(crate) fn energy<D>(attached: &Attached<D>) -> Option<&Arc<dyn AnyEnergy>> {
 }
 
 impl Scene {
-    /// The scene with an [energy of one's own](crate::energy::own) added at the places `at`, with the `values` of its
+    /// The scene with a [user-defined energy](crate::energy::own) added at the places `at`, with the `values` of its
     /// parameters in their order. These become numbers of the scene, named `energy.<name>.<parameter>`. An existing
     /// energy of this name stays too.
     pub fn with_energy<E, const N: usize, const P: usize>(
@@ -59,12 +59,13 @@ impl Scene {
         self
     }
 
-    /// Supplies the code of the energy `name` of the scene file; its place and the values of its parameters are those of
-    /// the file. Replaces code that was given before.
+    /// Supplies the code of the energy `name` of the scene file; its place and the values of its parameters are those
+    /// of the file. Replaces code that was given before.
     ///
     /// # Errors
     ///
-    /// The file has no energy of this name, has an unknown parameter of the energy, or no value of one of its parameters.
+    /// The file has no energy of this name, has an unknown parameter of the energy, or no value of one of its
+    /// parameters.
     pub fn give_energy<E, const N: usize, const P: usize>(
         &mut self,
         name: &str,

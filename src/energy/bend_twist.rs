@@ -1,6 +1,10 @@
 //! Element for bending and twisting at one inner node of a rod in space: energy, hand-derived gradient and Hessian.
 //!
-//! Energy (Eqs. 1b and 1c): `E = 1/2 sum_a K_a (s_a - s_natural_a)^2` over the strains
+//! Input: three node positions (m) and the angles of both edges (rad) in the order of [`UNKNOWNS`]. A [`BendTwist`] has
+//! stiffness, natural strains and the references of the directors. Output: strains (rad), energy (J), gradient (N, N m
+//! for angles) and full Hessian, also by num-dual ([`dual_gradient`], [`dual_tangent`]). [`JointLaw`] is the law alone.
+//!
+//! Energy (Huang and Jawed 2019, Eqs. 1b and 1c): `E = 1/2 sum_a K_a (s_a - s_natural_a)^2` over the strains
 //!
 //! ```text
 //! kb  = 2 t_e x t_f / (1 + t_e.t_f)         curvature binormal, |kb| = 2 tan(phi/2)
@@ -60,7 +64,8 @@ use crate::numerics::vector::{Vector, components, dot, map_components, sub};
 use nalgebra::SVector;
 use num_dual::{Dual2SVec, DualSVec};
 
-/// Number of unknowns of the element: `[x0, theta0, x1, theta1, x2]`, three node positions, m, and two edge angles, rad.
+/// Number of unknowns of the element: `[x0, theta0, x1, theta1, x2]`, three node positions, m, and two edge angles,
+/// rad.
 pub const UNKNOWNS: usize = 11;
 /// Number of unknowns in terms of its edges: `[e, theta_e, f, theta_f]`, two edge vectors, m, and their angles, rad.
 const EDGE_UNKNOWNS: usize = 8;
@@ -78,7 +83,7 @@ pub struct BendTwist<D> {
     pub twist: D,
 }
 
-/// The elastic law of a node: stiffnesses and natural strains.
+/// The elastic law of bending and twisting at an inner node: stiffnesses and natural strains.
 #[derive(Clone, Copy, Debug)]
 pub struct JointLaw<D> {
     /// Over the Voronoi length, N m.
@@ -115,8 +120,9 @@ impl<D: Scalar> JointLaw<D> {
         BendTwist { stiffness: self.stiffness, natural: self.natural, frames, twist }
     }
 
-    /// First derivatives of the energy, N m, by `p` and `q` (tangent towards both directors) and `h` (angle) of the edges
-    /// `e` and `f`, with the total `twist`, rad. See [`Joint`].
+    /// First derivatives of the energy, N m, by `p`, `q` and `h` of the edges `e` and `f`, with the total `twist`, rad.
+    /// `p` and `q` are rotations of the tangent towards both directors, `h` is the rotation about it, rad. See
+    /// [`Joint`].
     #[inline(always)]
     pub(crate) fn pull(
         &self,
@@ -163,8 +169,8 @@ impl<D: Scalar> Law<D, 3> for JointLaw<D> {
     }
 }
 
-/// The positions of the three nodes, m, and the angles of the two edges, rad, from the unknowns `[x0, theta0, x1, theta1,
-/// x2]`.
+/// The positions of the three nodes, m, and the angles of the two edges, rad, from the unknowns
+/// `[x0, theta0, x1, theta1, x2]`.
 #[inline]
 fn split<D: Copy>(q: &[D; UNKNOWNS]) -> ([Vector<D>; 3], [D; 2]) {
     ([[q[0], q[1], q[2]], [q[4], q[5], q[6]], [q[8], q[9], q[10]]], [q[3], q[7]])
@@ -218,8 +224,8 @@ struct JointState<D> {
 }
 
 impl<D: Scalar> BendTwist<D> {
-    /// The two edges and the joint between them, at the edge vectors, m, and angles, rad: directors are transported from
-    /// the reference frames.
+    /// The two edges and the joint between them, at the edge vectors, m, and angles, rad: directors are transported
+    /// from the reference frames.
     #[inline(always)]
     fn joined(&self, [e0, e1, e2, te, f0, f1, f2, tf]: &[D; EDGE_UNKNOWNS]) -> JointState<D> {
         let e = EdgeState::new(&self.frames[0], [*e0, *e1, *e2], *te);
@@ -227,8 +233,8 @@ impl<D: Scalar> BendTwist<D> {
         JointState { e, f, joint: self.joint(&e, &f, *tf - *te) }
     }
 
-    /// The joint of two edges whose angles differ by `turn`, rad. Its twist is `turn` plus the reference twist, moved to
-    /// the present tangents.
+    /// The joint of two edges whose angles differ by `turn`, rad. Its twist is `turn` plus the reference twist, moved
+    /// to the present tangents.
     #[inline(always)]
     pub(crate) fn joint(&self, e: &EdgeState<D>, f: &EdgeState<D>, turn: D) -> Joint<D> {
         // The reference twist belongs to the reference tangents; transport to the present ones
@@ -238,7 +244,8 @@ impl<D: Scalar> BendTwist<D> {
         Joint::new(&e.edge, &f.edge, turn + (self.twist - transported))
     }
 
-    /// The strains `[k1, k2, tau]` at the unknowns `q`: integrated curvatures in the material frame, and the twist, rad.
+    /// The strains `[k1, k2, tau]` at the unknowns `q`: integrated curvatures in the material frame, and the twist,
+    /// rad.
     #[inline]
     pub fn strains(&self, q: &[D; UNKNOWNS]) -> [D; 3] {
         self.joined(&to_edges(q)).joint.strains
@@ -252,8 +259,8 @@ impl<D: Scalar> BendTwist<D> {
         [bend, twist]
     }
 
-    /// The energy, J, as a function of the 8 unknowns of the edges: half the product of stresses and strains less natural
-    /// ones.
+    /// The energy, J, as a function of the 8 unknowns of the edges: half the product of stresses and strains less
+    /// natural ones.
     #[inline]
     fn energy_of_edges(&self, edges: &[D; EDGE_UNKNOWNS]) -> D {
         let (law, strains) = (self.law(), self.joined(edges).joint.strains);
@@ -358,7 +365,8 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
         to_nodes(&Self::gradient_of(&joined, &self.law().stress(&joined.joint.strains)))
     }
 
-    /// E, J, dE/dq and the full matrix d2E/dq2, derived by hand, in one pass; exact also away from the reference frames.
+    /// E, J, dE/dq and the full matrix d2E/dq2, derived by hand, in one pass; exact also away from the reference
+    /// frames.
     fn tangent(&self, q: &[D; UNKNOWNS]) -> Local<D, UNKNOWNS> {
         spread(self.tangent_of(&self.joined(&to_edges(q))))
     }

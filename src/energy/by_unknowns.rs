@@ -33,8 +33,8 @@ pub fn gradient<B: Nestable, const Q: usize>(f: &impl Function<B>, q: &[B; Q]) -
     })
 }
 
-/// First derivatives of `f` by the `Q` unknowns at `q`, and second ones, of which the lower triangle is valid. For `f64`
-/// all at once, else by one pair of unknowns at a time (hyper-dual numbers).
+/// First derivatives of `f` by the `Q` unknowns at `q`, and second ones, of which the lower triangle is valid. For
+/// `f64` all at once, else by one pair of unknowns at a time (hyper-dual numbers).
 pub fn hessian<B: Nestable, const Q: usize>(
     f: &impl Function<B>,
     q: &[B; Q],
@@ -69,8 +69,8 @@ pub fn hessian<B: Nestable, const Q: usize>(
     (gradient, hessian)
 }
 
-/// The Jacobian at `q` of a function `of` with `R` results, by one unknown at a time: rows are results, columns unknowns.
-/// `of` receives the conversion of the rod's numbers, and the unknowns.
+/// The Jacobian at `q` of a function `of` with `R` results, by one unknown at a time: rows are results, columns
+/// unknowns. `of` receives the conversion of the rod's numbers, and the unknowns.
 pub fn jacobian<B: Nestable, const Q: usize, const R: usize>(
     of: impl Fn(fn(B) -> OutOfLine<Dual<B>>, &[OutOfLine<Dual<B>>]) -> [OutOfLine<Dual<B>>; R],
     q: &[B; Q],

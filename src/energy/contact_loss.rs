@@ -6,23 +6,25 @@
 //! k delta^2 max(0, 1 + c delta')
 //! ```
 //!
-//! (Hunt and Crossley 1975): it dissipates impacts and never pulls. The part `k delta^2` is the
-//! [elastic one](crate::energy::edge_contact), which is left out here. Friction opposes the velocity `w` of the surface of the
+//! (Hunt and Crossley 1975): it dissipates impacts and never pulls. The part `k delta^2` is the [elastic
+//! one](crate::energy::edge_contact), which is left out here. Friction opposes the velocity `w` of the surface of the
 //! rod along the obstacle with
 //!
 //! ```text
 //! mu |N| (2 - |w|/s) w/s    for |w| < s,      mu |N| w/|w|    beyond
 //! ```
 //!
-//! where `N` is the normal force with damping: Coulomb's law beyond the slip velocity `s`. A rod that sticks creeps below `s`.
-//! The surface moves with the axis of the rod, and in space with its spin: the velocity of the angle of an edge
-//! adds `r t x n`, with the radius `r`, the tangent `t` and the normal `n` towards the obstacle. The force acts there, and so
-//! has a moment about the axis. Four Gauss points integrate along the part of the edge that overlaps the obstacle. The integrands
-//! are no polynomials, so that the ends of this part have derivatives.
+//! where `N` is the normal force with damping: Coulomb's law beyond the slip velocity `s`. A rod that sticks creeps
+//! below `s`. Near zero `|w|` is smoothed ([`STILL`]). The surface moves with the axis of the rod, and in space with
+//! its spin: a rate `v` of the angle of an edge adds `v r t x n`, with the radius `r`, the tangent `t` and the normal
+//! `n` towards the obstacle. The force acts there, and so has a moment about the axis. Four Gauss points integrate
+//! along the part of the edge that overlaps the obstacle. The integrands are no polynomials, so that the ends of this
+//! part have derivatives.
 //!
-//! Input: a contact with its numbers, unknowns and velocities of an edge. Output: minus the forces on these unknowns, as for a
-//! gradient, and their derivatives by the unknowns at the end of a step, on which the velocities depend linearly, in dual
-//! numbers. These derivatives are not symmetric.
+//! Input: a contact with its numbers, unknowns and velocities of an edge. Output: minus the forces on these unknowns
+//! (N, N m for the angle), as for a gradient. Also their derivatives by the unknowns at the end of a step, on which the
+//! velocities depend linearly; they are computed in dual numbers and not symmetric. `touches` is whether there is an
+//! overlap.
 
 use crate::energy::by_unknowns::jacobian;
 use crate::energy::edge_contact::{EdgeContact, GAUSS};
@@ -41,7 +43,8 @@ pub(crate) struct LossyContact<'a, D> {
     pub loss: ContactLoss<D>,
 }
 
-/// Both nodes of an edge in a list of `U` values of its unknowns; the third coordinate in a plane is zero.
+/// Positions or velocities of both nodes of an edge from the list of `U` values of its unknowns, with `A` coordinates
+/// of each node; the third coordinate in a plane is zero.
 fn ends<D: Scalar, const A: usize, const U: usize>(x: &[D; U]) -> [Vector<D>; 2] {
     let mut ends = [[D::from(0.0); 3]; 2];
     for c in 0..A {
@@ -51,7 +54,7 @@ fn ends<D: Scalar, const A: usize, const U: usize>(x: &[D; U]) -> [Vector<D>; 2]
 }
 
 impl<D: Scalar> LossyContact<'_, D> {
-    /// Whether the edge with the unknowns `q` touches the obstacle.
+    /// Whether the edge with the unknowns `q` touches the obstacle: its overlap with a surface is positive somewhere.
     pub fn touches<const A: usize, const U: usize>(&self, q: &[D; U]) -> bool {
         let (edge, nodes) = (&self.contact.edge, ends::<D, A, U>(q));
         !edge.is_apart(nodes)
@@ -61,8 +64,8 @@ impl<D: Scalar> LossyContact<'_, D> {
             })
     }
 
-    /// Minus the forces, N (N m for the angle), on the unknowns `q` of an edge with the velocities `v`. Nodes have `A`
-    /// coordinates; in space the angle follows those of the first node.
+    /// Minus the damping and friction forces, N (N m for the angle), on the unknowns `q` of an edge with the velocities
+    /// `v`; zero without an overlap. Nodes have `A` coordinates; in space the angle follows those of the first node.
     pub fn forces<const A: usize, const U: usize>(&self, q: &[D; U], v: &[D; U]) -> [D; U] {
         let (nodes, velocities) = (ends::<D, A, U>(q), ends::<D, A, U>(v));
         let (contact, ContactLoss { damping, friction, slip_velocity }) =
@@ -114,8 +117,8 @@ impl<D: Scalar> LossyContact<'_, D> {
 }
 
 impl<D: Nestable> LossyContact<'_, D> {
-    /// Derivatives of [`forces`](Self::forces) by the unknowns, N/m, where each velocity has the derivative `rate`, 1/s, by its
-    /// unknown.
+    /// Derivatives of [`forces`](Self::forces) by the unknowns, N/m, where each velocity has the derivative `rate`,
+    /// 1/s, by its unknown.
     pub fn tangent<const A: usize, const U: usize>(
         &self,
         q: &[D; U],

@@ -1,24 +1,27 @@
 //! Energy of the frictionless contact between an edge of a rod and a fixed obstacle, J.
 //!
-//! The rod is a tube of the radius `r` around its edges. At a point `x` of an edge the overlap with an obstacle of the radius
-//! `R` around the point or axis through `c` is, with the distance `R + r = D` of touching,
+//! The rod is a tube of the radius `r` around its edges. At a point `x` of an edge the overlap with an obstacle of the
+//! radius `R` around the point or axis through `c` is, with the distance `R + r = D` of touching,
 //!
 //! ```text
 //! plane   delta = r - n.(x - c)          others   delta = (D^2 - |P (x - c)|^2)/(2 D)
 //! ```
 //!
-//! where `P` is the identity (sphere) or the projection across the axis (cylinder). To first order this is the overlap of the
-//! surfaces. The force per length along the normal is `k delta^2`, so that the energy of an edge of the rest length `l` is
-//! `k l/3` times the integral of `delta^3` over the part of the edge where `delta > 0`. Along a straight edge `delta` is a
-//! quadratic polynomial, and its gradient `g` a linear one. Closed forms (planes) and four Gauss points integrate energy,
-//! gradient and Hessian exactly between the roots, and the energy depends on the shape of the polygon, not on the place of its nodes. At the roots the
-//! integrands vanish: the bounds have no derivatives. A capsule is a cylinder between two spheres, with bounds where the axial
-//! coordinate reaches its ends; there the second derivative of `delta` jumps, its first one does not.
+//! where `P` is the identity (sphere) or the projection across the axis (cylinder). To first order this is the overlap
+//! of the surfaces. The force per length along the normal is `k delta^2`, so that the energy of an edge of the rest
+//! length `l` is `k l/3` times the integral of `delta^3` over the part of the edge where `delta > 0`. Along a straight
+//! edge `delta` is a quadratic polynomial, and its gradient `g` a linear one. Closed forms (planes) and four Gauss
+//! points integrate energy, gradient and Hessian exactly between the roots, and the energy depends on the shape of the
+//! polygon, not on the place of its nodes. At the roots the integrands vanish: the bounds have no derivatives. A
+//! capsule is a cylinder between two spheres, with bounds where the axial coordinate reaches its ends; there the second
+//! derivative of `delta` jumps, its first one does not.
 //!
-//! Input: obstacle, part of the edge and positions of its nodes (m) along the axes of the model, and the stiffness `k` (N/m^3).
-//! Output: the energy, and for each surface of the obstacle gradient (N) and lower triangle of the Hessian (N/m), derived by
-//! hand: with the share `w` of a node the integrals of `k l w delta^2 g` and `k l w w' (2 delta g g' + delta^2 H)`, where `H`
-//! is the second derivative of the overlap.
+//! Without an overlap energy and derivatives are zero.
+//!
+//! Input: obstacle, part of the edge and positions of its nodes (m) along the axes of the model, and the stiffness `k`
+//! (N/m^3). Output: the energy, and for each surface of the obstacle gradient (N) and lower triangle of the Hessian
+//! (N/m), derived by hand: with the share `w` of a node the integrals of `k l w delta^2 g` and
+//! `k l w w' (2 delta g g' + delta^2 H)`, where `H` is the second derivative of the overlap.
 
 use crate::energy::overlap::{EdgePart, Overlap, OverlapAlong, Surface};
 use crate::numerics::scalar::Scalar;
@@ -55,7 +58,8 @@ impl<D: Scalar, const U: usize> ContactDerivatives<D, U> {
 }
 
 impl<D: Scalar> EdgeContact<'_, D> {
-    /// The energy, J, with the nodes of the edge at these positions.
+    /// The energy, J, with the nodes of the edge at these positions, m: the sum over all surfaces of the obstacle; zero
+    /// without an overlap.
     #[inline]
     pub fn energy(&self, nodes: [Vector<D>; 2]) -> D {
         let mut energy = D::from(0.0);
@@ -74,9 +78,9 @@ impl<D: Scalar> EdgeContact<'_, D> {
         energy * self.stiffness * self.edge.part.length
     }
 
-    /// Overwrites `local` with the derivatives of the energy of surface number `k` by the first `A` coordinates of the nodes,
-    /// which stand `U - A` apart; entries between them stay. The Hessian is left out unless it is requested. False without
-    /// contact, when nothing is written.
+    /// Overwrites `local` with the derivatives of the energy of surface number `k` by the first `A` coordinates of the
+    /// nodes, which stand `U - A` apart; entries between them stay. The Hessian is left out unless it is requested.
+    /// False without contact, when nothing is written.
     #[inline(always)]
     pub fn derive<const A: usize, const U: usize>(
         &self,
@@ -95,8 +99,8 @@ impl<D: Scalar> EdgeContact<'_, D> {
         true
     }
 
-    /// [`derive`](Self::derive) for a plane, whose overlap is linear along the `part` of the edge and has a constant gradient:
-    /// integrals of products of three linear functions in closed form.
+    /// [`derive`](Self::derive) for a plane, whose overlap is linear along the part of the edge between the fractions
+    /// `from` and `to`, and has a constant gradient: integrals of products of linear functions in closed form.
     #[inline(always)]
     fn derive_plane<const A: usize, const U: usize>(
         &self,
@@ -139,7 +143,8 @@ impl<D: Scalar> EdgeContact<'_, D> {
         }
     }
 
-    /// [`derive`](Self::derive) for a sphere or cylinder.
+    /// [`derive`](Self::derive) for a sphere or cylinder, by Gauss quadrature over the part of the edge between the
+    /// fractions `from` and `to`.
     fn derive_round<const A: usize, const U: usize>(
         &self,
         overlap: &Overlap<D>,
@@ -148,7 +153,8 @@ impl<D: Scalar> EdgeContact<'_, D> {
         with_hessian: bool,
         local: &mut ContactDerivatives<D, U>,
     ) {
-        // Integrals of k l delta^2 and 2 k l delta times products of the shares of the nodes, by the powers of the second one.
+        // Integrals of k l delta^2 and 2 k l delta times products of the shares of the nodes, by the powers of the
+        // second one.
         let (mut force, mut slope) = ([D::from(0.0); 3], [D::from(0.0); 5]);
         let stiffness = self.stiffness * self.edge.part.length * (to - from);
         for [point, weight] in GAUSS {
@@ -189,7 +195,7 @@ impl<D: Scalar> EdgeContact<'_, D> {
     }
 }
 
-/// Second derivative of the overlap with a round surface by the coordinates `k` and `l`, 1/m.
+/// Second derivative of the overlap with a round surface by the coordinates `k` and `l` of a point, 1/m.
 #[inline]
 fn second<D: Scalar>(overlap: &Overlap<D>, k: usize, l: usize) -> D {
     let same = D::from(if k == l { 1.0 } else { 0.0 });

@@ -1,8 +1,9 @@
 //! A spring between a point of an edge and a fixed point of the world.
 //!
-//! With the positions `x0` and `x1` of the nodes of the edge and the weight `w`, the energy is `k |x0 + w (x1 - x0) - p|^2/2`,
-//! J, with the stiffness `k`, N/m, and the fixed point `p`, m. Derivatives are those of dual numbers. Shapes through recorded
-//! markers between nodes relax with these springs.
+//! [`EdgeTie`] is a user-defined energy over two nodes. With their positions `x0` and `x1`, m, and the weight `w` of
+//! the second, its energy is `k |x0 + w (x1 - x0) - p|^2/2`, J. The stiffness `k`, N/m, is its parameter, and the fixed
+//! point `p`, m, is in world axes. It has no hand-derived derivatives: they are computed in dual numbers. Shapes
+//! through recorded markers between nodes relax with these springs.
 
 use crate::energy::own::OwnEnergy;
 use crate::energy::place::{Directors, Place};
@@ -13,9 +14,9 @@ use crate::scene::number::Quantity;
 /// The spring of a point of an edge.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeTie {
-    /// Weight of the second node.
+    /// Weight of the second node, 0 to 1; the first has the rest.
     pub weight: f64,
-    /// Fixed point, m.
+    /// Fixed point in world axes, m.
     pub point: [f64; 3],
 }
 

@@ -1,10 +1,12 @@
 //! Loads without a potential on one edge: forces that turn with it, and moments in space.
 //!
 //! Input: components of forces on both nodes of an edge (N) along its tangent `t` and both directors, of a moment (N m)
-//! about these, and of a moment about fixed axes. Output: the forces on the unknowns of the edge, and their derivatives
-//! by these unknowns (N/m), which are not symmetric.
+//! about these, and of a moment about fixed axes. Further the unknowns of the edge, in space with its reference frame.
+//! Output: the forces on the unknowns of the edge (N, N m for the angle), and minus their derivatives by these unknowns
+//! (N/m), which are not symmetric.
 //!
-//! In the plane the components are those along the tangent and the normal to its left. In space a moment `m` does the
+//! In the plane the components are those along the tangent and the normal to its left, and moments have no effect. In
+//! space a moment `m` does the
 //! work `m . w` on the rotation `w` of the directors. With the reference tangent `t0`, from which the directors are
 //! transported, and the angle `theta` of the edge of length `l`, that rotation is
 //!
@@ -58,7 +60,7 @@ impl<D: Scalar> FollowerLoad<D> {
         }
     }
 
-    /// The forces on the coordinates `q` of both nodes of an edge in the plane, N.
+    /// The forces on the coordinates `q` of both nodes of an edge in the plane, N; moments are left out.
     pub fn planar_forces(&self, q: &[D; 4]) -> [D; 4] {
         let EdgeHeading { tangent: [x, y], .. } = EdgeHeading::at(q);
         let [first, second] =
@@ -66,8 +68,8 @@ impl<D: Scalar> FollowerLoad<D> {
         [first[0], first[1], second[0], second[1]]
     }
 
-    /// Minus the derivatives of [`planar_forces`](Self::planar_forces) by the coordinates, N/m. A force `a t + b n` changes
-    /// by `(a n - b t) (n . de)/l` with the edge vector `e` of length `l`.
+    /// Minus the derivatives of [`planar_forces`](Self::planar_forces) by the coordinates, N/m. A force `a t + b n`
+    /// changes by `(a n - b t) (n . de)/l` with the edge vector `e` of length `l`.
     pub fn planar_tangent(&self, q: &[D; 4]) -> [[D; 4]; 4] {
         let EdgeHeading { tangent: [x, y], inverse } = EdgeHeading::at(q);
         let normal = [-(y * inverse), x * inverse];
@@ -84,8 +86,8 @@ impl<D: Scalar> FollowerLoad<D> {
         rows
     }
 
-    /// The forces on the unknowns `q` of an edge in space, N (N m for the angle). Its directors are transported from the
-    /// reference `frame` and turned by the angle.
+    /// The forces on the unknowns `q` of an edge in space, N (N m for the angle). Its directors are transported from
+    /// the reference `frame` and turned by the angle.
     pub fn spatial_forces(&self, q: &[D; IN_SPACE], frame: &EdgeFrame<D>) -> [D; IN_SPACE] {
         let edge: Vector<D> = [q[4] - q[0], q[5] - q[1], q[6] - q[2]];
         let inverse = dot(edge, edge).sqrt().recip();
@@ -132,7 +134,7 @@ struct EdgeHeading<D> {
 }
 
 impl<D: Scalar> EdgeHeading<D> {
-    /// The edge from the first to the second node of `q`.
+    /// Tangent and inverse length of the edge from the first to the second node of the coordinates `q`, m.
     fn at(q: &[D; 4]) -> Self {
         let edge = [q[2] - q[0], q[3] - q[1]];
         let inverse = (edge[0] * edge[0] + edge[1] * edge[1]).sqrt().recip();

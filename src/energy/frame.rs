@@ -10,11 +10,12 @@
 //! Between two acceptances the energy is a function of the unknowns alone; this module moves the reference
 //! ([`Frames::rebase`]) without changing that energy.
 //!
-//! [`Frames::bishop`] makes frames without twist along given tangents. `transport` moves a vector from one unit
-//! tangent to another. [`transported_twist`] is an angle, rad, of two edges whose tangents change in time. It is the
-//! turn of the second director against the first by their transport: the area of a spherical quadrangle. The twist at
-//! the new tangents is the reference twist less this angle, plus the difference of both `theta`.
-//! `EdgeFrame::material` returns both material directors at a tangent and an angle.
+//! [`Frames::bishop`] makes frames without twist along given tangents. `transport` moves a vector from one unit tangent
+//! to another. [`transported_twist`] is an angle, rad, of two edges whose tangents change in time. It is the turn of
+//! the second director against the first by their transport: the area of a spherical quadrangle. The twist at the new
+//! tangents is the reference twist less this angle, plus the difference of both `theta`. `EdgeFrame::material` returns
+//! both material directors at a tangent and an angle. `Frames::replace` exchanges the frame of one edge, with the
+//! reference twists of its joints.
 
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::numerics::vector::{Vector, add, combine, cross, dot, map_components, scale, sub, unit};
@@ -57,7 +58,8 @@ pub fn one_plus_dot<D: Scalar>(a: Vector<D>, b: Vector<D>) -> D {
     dot(sum, sum) * 0.5
 }
 
-/// Parallel transport of `v`, perpendicular to the unit vector `a`, to the unit vector `b`: `v - (b.v)/(1 + a.b) (a + b)`.
+/// Parallel transport of `v`, perpendicular to the unit vector `a`, to the unit vector `b`:
+/// `v - (b.v)/(1 + a.b) (a + b)`.
 #[inline(always)]
 pub fn transport<D: Scalar>(a: Vector<D>, b: Vector<D>, v: Vector<D>) -> Vector<D> {
     let sum = add(a, b);
@@ -88,15 +90,15 @@ pub fn transported_twist<D: Scalar>([e0, f0]: [Vector<D>; 2], [e, f]: [Vector<D>
     argument(a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]) * 2.0
 }
 
-/// `a` where `near` is more than `far`, elsewhere `b`: a selection without a branch, so that joints can be computed in SIMD
-/// lanes.
+/// `a` where `near` is more than `far`, elsewhere `b`: a selection without a branch, so that joints can be computed in
+/// SIMD lanes.
 #[inline(always)]
 fn nearer<D: Scalar>(near: D, far: D, a: Vector<D>, b: Vector<D>) -> Vector<D> {
     [far.if_less(near, a[0], b[0]), far.if_less(near, a[1], b[1]), far.if_less(near, a[2], b[2])]
 }
 
-/// A vector with each component shifted by one SIMD lane towards earlier edges; the last lane receives the first lane of
-/// `later`.
+/// A vector with each component shifted by one SIMD lane towards earlier edges; the last lane receives the first lane
+/// of `later`.
 #[inline(always)]
 pub(crate) fn vector_after<S, V: SimdScalar<S>>(own: Vector<V>, later: Vector<V>) -> Vector<V> {
     [own[0].after(later[0]), own[1].after(later[1]), own[2].after(later[2])]
@@ -165,8 +167,8 @@ impl<D: Scalar> EdgeFrame<D> {
         Self { tangent, director: unit(sub(director, scale(tangent, along))) }
     }
 
-    /// Angle, rad in (-pi, pi], from the director of this frame, transported to the tangent of `other`, to the director of
-    /// `other`.
+    /// Angle, rad in (-pi, pi], from the director of this frame, transported to the tangent of `other`, to the director
+    /// of `other`.
     #[inline(always)]
     fn angle_to(&self, other: &Self) -> D {
         let d = transport(self.tangent, other.tangent, self.director);
@@ -204,9 +206,9 @@ impl<D: Scalar> Frames<D> {
         Self { twist: vec![D::from(0.0); tangents.len().saturating_sub(1)], edges }
     }
 
-    /// Replaces the frame of edge `j` by `to`, and adapts the reference twists of its joints. `turn` is the angle of
-    /// `to` from the present frame, transported to its tangent; it is below half a turn. The strains of joints stay if
-    /// the angle of the edge is reduced by that turn, which the caller does.
+    /// Replaces the frame of edge `j` by `to`, and adapts the reference twists of its joints. The turn is the angle of
+    /// the director of `to` from that of the present frame, transported to its tangent; it is taken below half a turn.
+    /// The strains of joints stay if the angle of the edge is reduced by that turn, which the caller does.
     pub(crate) fn replace(&mut self, j: usize, to: &EdgeFrame<D>) {
         let from = self.edges[j];
         let moved = from.transported(to.tangent);
@@ -225,8 +227,8 @@ impl<D: Scalar> Frames<D> {
         self.edges[j] = *to;
     }
 
-    /// Moves the reference to the unit vector `tangent(j)` for each edge `j`. Directors are transported; reference twists follow
-    /// continuously (`moved_twist`). The energy does not change.
+    /// Moves the reference to the unit vector `tangent(j)` for each edge `j`. Directors are transported; reference
+    /// twists follow continuously (`moved_twist`). The energy does not change.
     pub fn rebase(&mut self, tangent: impl Fn(usize) -> Vector<D>) {
         let mut before = None;
         for j in 0..self.edges.len() {
@@ -242,8 +244,8 @@ impl<D: Scalar> Frames<D> {
     }
 }
 
-/// The reference twist, rad, of a joint whose edges have moved from the tangents `from` to the frames `to` and had the twist
-/// `before`. It is continuous beyond half a turn.
+/// The reference twist, rad, of a joint whose edges have moved from the tangents `from` to the frames `to` and had the
+/// twist `before`. It is continuous beyond half a turn.
 ///
 /// The angle follows from the new directors, so that rounding errors do not add up over many moves. The transported
 /// twist only determines the number of whole turns.
@@ -254,8 +256,8 @@ pub(crate) fn moved_twist<D: Scalar>(from: [Vector<D>; 2], to: [&EdgeFrame<D>; 2
     angle + ((expected - angle) * TAU.recip()).nearest_whole() * TAU
 }
 
-/// [`transported_twist`], rad, for the number of whole turns: zero where it is certainly below half a turn. That is so when both
-/// edges moved by less than 0.14 rad and form no fold: the area of the quadrangle is then below 2.
+/// [`transported_twist`], rad, for the number of whole turns: zero where it is certainly below half a turn. That is so
+/// when both edges moved by less than 0.14 rad and form no fold: the area of the quadrangle is then below 2.
 #[inline(always)]
 fn transport_turns<D: Scalar>([e0, f0]: [Vector<D>; 2], [e, f]: [Vector<D>; 2]) -> D {
     let (moved_e, moved_f, folded) = (dot(e0, e), dot(f0, f), dot(e, f));

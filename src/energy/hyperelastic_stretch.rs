@@ -1,9 +1,12 @@
 //! Element for stretching of one edge by a law that is nonlinear in the strain, in the plane or in space.
 //!
-//! It is the linear element [`Stretch`] plus a [`NonlinearPart`] `C x(eps)` of the axial force, N, at the strain `eps = |e|/l - 1`
-//! of the edge vector `e`, m, with the rest length `l`, m. Energy, J, gradient, N, and Hessian, N/m, by the coordinates of
-//! both nodes are those of an axial force that depends on the length only; without the part they are those of [`Stretch`].
-//! The dynamics evaluate both terms apart, so that rods with a linear law have no cost; checks and num-dual take this element.
+//! It is the linear element [`Stretch`] plus a [`NonlinearPart`] of the axial force, N. Both depend on the strain
+//! `eps = |e|/l - 1` of the edge vector `e`, m, with the rest length `l`, m. Input: the coordinates of both nodes, m.
+//! Energy, J, gradient, N, and Hessian, N/m, are those of an axial force that depends on the length only; without the
+//! part they are those of [`Stretch`]. The dynamics evaluate both terms apart, so that rods with a linear law have no
+//! cost: [`nonlinear_gradient`] and [`nonlinear_derivatives`] return the derivatives of the part alone by the edge
+//! vector. `under` is the change of the Hessian where a given tension replaces the force. Checks and num-dual take this
+//! element.
 
 use crate::energy::law::NonlinearPart;
 use crate::energy::stretch::{
@@ -56,7 +59,8 @@ impl<D: Scalar, const M: usize> HyperelasticStretch<D, M> {
     }
 }
 
-/// The force beyond the linear law as a vector along the edge vector `e`, m, of an edge with the given rest length, m.
+/// The derivative by the edge vector `e`, m, of the energy beyond the linear law: the force of the `part`, N, as a
+/// vector along `e`. The `linear` element gives the strain.
 pub(crate) fn nonlinear_gradient<D: Scalar, const M: usize>(
     part: &NonlinearPart<D>,
     linear: &Stretch<D, M>,

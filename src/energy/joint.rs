@@ -1,8 +1,13 @@
 //! Joint of two edges that meet in a node of a rod in space: its strains (two curvatures, twist) and their
 //! derivatives.
 //!
+//! Input: unit tangents `t` and material directors `m1`, `m2` of the edges `e` and `f` before and after the node, the
+//! total twist (rad), stiffness and stresses (N m). [`EdgeState`] computes tangent and directors of an edge from its
+//! vector (m), angle (rad) and reference frame. Output: the strains, and gradient and Hessian of the energy by `p`, `q`
+//! and `h` of both edges.
+//!
 //! An edge of constant length moves in three ways: its tangent moves towards its directors, `t + p m1 + q m2`, and
-//! it rotates about itself by `h`. By these (`p`, `q` and `h` of both edges) all derivatives are short. With
+//! it rotates about itself by `h`, rad. By these (`p`, `q` and `h` of both edges) all derivatives are short. With
 //! `chi = 1 + t_e.t_f` and
 //!
 //! ```text
@@ -19,8 +24,9 @@
 //! tau  -a2,          a1,           -1         b2,       -b1,          1
 //! ```
 //!
-//! [`EdgeState::derivatives`] converts them to derivatives by an edge's vector and angle, once for the sum of the
-//! edge's two joints. `BendTwist` and the assembly of rods in space use this module.
+//! [`EdgeState::gradient`] and [`EdgeState::derivatives`] convert them to derivatives by an edge's vector (m) and angle
+//! (rad), once for the sum of the edge's two joints. They add those of an axial force; [`between`] converts the block
+//! of two edges. `BendTwist` and the assembly of rods in space use this module.
 
 use crate::energy::frame::{EdgeFrame, vector_after};
 use crate::energy::law::{Stiffness, Symmetric};
@@ -129,9 +135,9 @@ impl<D: Scalar> EdgeSum<D> {
 }
 
 impl<D: Scalar> EdgeState<D> {
-    /// The edge with the vector `e`, m, and the angle `angle`, rad: length, tangent, and material directors, transported
-    /// in parallel from the reference `frame` and turned by the angle. Also the change of its turn with its tangent,
-    /// which is zero at the reference.
+    /// The edge with the vector `e`, m, and the angle `angle`, rad: length, tangent, and material directors,
+    /// transported in parallel from the reference `frame` and turned by the angle. Also the change of its turn with its
+    /// tangent, which is zero at the reference.
     #[inline(always)]
     pub fn new(frame: &EdgeFrame<D>, e: Vector<D>, angle: D) -> Self {
         let squared = dot(e, e);
@@ -168,8 +174,8 @@ impl<D: Scalar> EdgeState<D> {
         }
     }
 
-    /// The edge as if its present frame were the reference, the assumption of the derivatives in the literature: its turn
-    /// per change of the tangent is zero.
+    /// The edge as if its present frame were the reference, the assumption of the derivatives in the literature: its
+    /// turn per change of the tangent is zero.
     pub(super) fn at_reference(mut self) -> Self {
         self.turn = [D::from(0.0); 2];
         self
@@ -242,8 +248,8 @@ impl<D: Scalar> EdgeState<D> {
 /// the first.
 pub type Between<D> = [[D; 4]; 4];
 
-/// Second derivatives by the vectors and angles of two edges, from those by `p`, `q` and `h` in `fe`. Rows of both belong
-/// to `f`, columns to `e`. Includes the turns of both directors by transport from their references.
+/// Second derivatives by the vectors and angles of two edges, from those by `p`, `q` and `h` in `fe`. Rows of both
+/// belong to `f`, columns to `e`. Includes the turns of both directors by transport from their references.
 #[inline(always)]
 pub(crate) fn between<D: Scalar>(
     e: &EdgeState<D>,
@@ -274,13 +280,15 @@ pub(crate) fn between<D: Scalar>(
     ]
 }
 
-/// The sum of the derivatives `by` of the two bending strains, each times its stress `w`; the third entries are not used.
+/// The sum of the derivatives `by` of the two bending strains (by one of `p`, `q`, `h`), each times its stress `w`, N
+/// m; the third entries are not used.
 #[inline(always)]
 fn bent<D: Scalar>(by: &[D; 3], w: &[D; 3]) -> D {
     w[0] * by[0] + w[1] * by[1]
 }
 
-/// Two edges that meet in a node: their angle, in terms of the module's `a` and `b`, and the strains of their joint.
+/// Two edges that meet in a node: `1/chi`, `a` and `b` of the header, and the strains `[k1, k2, twist]` of their joint,
+/// rad.
 pub(crate) struct Joint<D> {
     /// 1/(1 + t_e.t_f).
     inverse_chi: D,
@@ -289,13 +297,13 @@ pub(crate) struct Joint<D> {
     pub strains: [D; 3],
 }
 
-/// First derivatives of an energy by `p`, `q` and `h` of both edges.
+/// First derivatives of an energy by `p`, `q` and `h` of both edges, N m.
 pub(crate) struct JointGradient<D> {
     pub e: [D; 3],
     pub f: [D; 3],
 }
 
-/// First and second derivatives of an energy by `p`, `q` and `h` of both edges.
+/// First and second derivatives of an energy by `p`, `q` and `h` of both edges, N m.
 pub(crate) struct JointTangent<D> {
     pub e: EdgeSum<D>,
     pub f: EdgeSum<D>,
@@ -315,8 +323,8 @@ impl<D: Scalar> Joint<D> {
         Self { inverse_chi, a, b, strains: [a[0] - b[0], a[1] - b[1], twist] }
     }
 
-    /// `[cos/chi, sin/chi]`, with `chi = 1 + t_e.t_f` and the angle from the first edge's directors to the second edge's,
-    /// transported to the first.
+    /// `[cos/chi, sin/chi]`, with `chi = 1 + t_e.t_f` and the angle from the first edge's directors to the second
+    /// edge's, transported to the first.
     #[inline(always)]
     fn turned(&self, e: &DirectedEdge<D>, f: &DirectedEdge<D>) -> [D; 2] {
         let Self { inverse_chi, a, b, .. } = self;
@@ -324,8 +332,8 @@ impl<D: Scalar> Joint<D> {
         [cos - a[0] * b[0], sin - a[1] * b[0]]
     }
 
-    /// The derivatives of the three strains (columns) by `p`, `q` and `h` (rows), for the edge `e` and for the edge `f`:
-    /// the table of the header.
+    /// The derivatives of the three strains (columns) by `p`, `q` and `h` (rows), for the edge `e` and for the edge
+    /// `f`: the table of the header.
     #[inline(always)]
     pub fn slopes(&self, e: &DirectedEdge<D>, f: &DirectedEdge<D>) -> [[[D; 3]; 3]; 2] {
         let [c, v] = self.turned(e, f);
@@ -338,8 +346,8 @@ impl<D: Scalar> Joint<D> {
         ]
     }
 
-    /// First derivatives of the energy by `p`, `q` and `h` of both edges, N m: those of the strains times their stresses
-    /// `w`, N m.
+    /// First derivatives of the energy by `p`, `q` and `h` of both edges, N m: those of the strains times their
+    /// stresses `w`, N m.
     #[inline(always)]
     pub fn pull(&self, e: &DirectedEdge<D>, f: &DirectedEdge<D>, w: &[D; 3]) -> JointGradient<D> {
         let [c, v] = self.turned(e, f);
@@ -361,8 +369,8 @@ impl<D: Scalar> Joint<D> {
     }
 
     /// First and second derivatives of the energy by `p`, `q` and `h` of both edges, derived by hand. `stiffness` and
-    /// stresses `w` are those of the strains, N m. The second derivatives are a block for each edge and one between them
-    /// (rows of `f`, columns of `e`).
+    /// stresses `w` are those of the strains, N m. The second derivatives are a block for each edge and one between
+    /// them (rows of `f`, columns of `e`).
     #[inline(always)]
     pub fn tangent(
         &self,

@@ -1,17 +1,18 @@
-//! Energies of the elements of a rod, their hand-derived derivatives, and the interface of user-defined energies.
+//! Energies of the elements of a rod, their derivatives, and the interfaces of user-defined energies.
 //!
-//! Elements are stretching of an edge ([`stretch`]), bending of a planar joint ([`planar_bend`]), bending and
-//! twisting of a spatial one ([`bend_twist`], with [`frame`] and `joint`), dead loads ([`dead_load`]) and dead
-//! moments ([`dead_moment`]). Every element has one definition of its energy, J, generic over the [`Scalar`], and a
-//! hand-derived gradient and Hessian by its unknowns ([`Element`]); [`law`] has the laws of its material. Loads that
-//! turn with an edge have no energy ([`follower_load`]).
-//! [`Derivatives`] selects those of a simulation: the hand-derived formulas, or num-dual's differentiation of the
-//! energy. They agree to rounding; `rodfit check` compares them on any scene.
+//! Input: the unknowns of an element (coordinates of its nodes, m, and angles of its edges, rad) and its parameters.
+//! Output: its energy, J, gradient and full Hessian ([`Local`]). Elements are stretching of an edge ([`stretch`], with
+//! `hyperelastic_stretch`), bending of a planar joint ([`planar_bend`]), and bending and twisting of a spatial one
+//! ([`bend_twist`], with [`frame`] and `joint`). Dead loads ([`dead_load`]) and dead moments ([`dead_moment`]) are
+//! elements too. Each is an [`Element`]: one definition of its energy, generic over the [`Scalar`], and a hand-derived
+//! gradient and Hessian. [`law`] has the material laws of the elastic ones. Loads that turn with an edge have no energy
+//! ([`follower_load`]). [`Derivatives`] selects the derivatives of a simulation: the hand-derived formulas, or
+//! num-dual's differentiation of the energy ([`dual_gradient`], [`dual_tangent`]).
 //!
-//! An energy of one's own on a rod implements [`OwnEnergy`] ([`own`]); `attach` adds it to a scene, [`place`] finds
-//! its elements, and `adapter` with `by_unknowns` derives it by the unknowns. `tie` is a spring to a fixed point,
-//! `edge_contact` the contact of an edge with an obstacle.
-//! Outside a rod an energy implements [`Energy`], and [`Analytic`] if its derivatives are derived by hand.
+//! A user-defined energy on a rod implements [`OwnEnergy`] ([`own`]). `attach` adds it to a scene, [`place`] finds its
+//! elements, and `adapter` with `by_unknowns` derives it by the unknowns. `tie` is a spring to a fixed point, `tendon`
+//! a tendon, `edge_contact` the contact of an edge with an obstacle. Outside a rod an energy implements [`Energy`], and
+//! [`Analytic`] if its derivatives are derived by hand; [`AsEnergy`] makes an element such an energy.
 //!
 //! Read [`stretch`] first: it is the simplest complete element.
 
@@ -111,7 +112,8 @@ pub trait Element<D: Scalar, const N: usize>: Copy {
     fn tangent(&self, q: &[D; N]) -> Local<D, N>;
 }
 
-/// dE/dq of an element at the unknowns `q` by num-dual (first-order dual numbers with `N` derivatives).
+/// dE/dq of an element at the unknowns `q`, J over the units of `q`, by num-dual (first-order dual numbers with `N`
+/// derivatives).
 pub fn dual_gradient<D: Nestable, E: Element<D, N>, const N: usize>(
     element: &E,
     q: &[D; N],
@@ -121,8 +123,8 @@ pub fn dual_gradient<D: Nestable, E: Element<D, N>, const N: usize>(
     num_dual::gradient(energy, &SVector::from(*q)).1.data.0[0]
 }
 
-/// E, dE/dq and the full matrix d2E/dq2 of an element at the unknowns `q` by num-dual (second-order dual numbers with `N`
-/// derivatives).
+/// E, dE/dq and the full matrix d2E/dq2 of an element at the unknowns `q` by num-dual (second-order dual numbers with
+/// `N` derivatives).
 pub fn dual_tangent<D: Nestable, E: Element<D, N>, const N: usize>(
     element: &E,
     q: &[D; N],

@@ -1,9 +1,13 @@
-//! Overlap of a rod, as a tube around its edges, with an obstacle: along an edge, m.
+//! Overlap of a rod, as a tube around its edges, with an obstacle, m: positive where they penetrate, at most zero
+//! elsewhere.
 //!
-//! Input: an obstacle, the positions of the nodes of an edge (m) and the radius of the rod (m). [`EdgePart`] has the surfaces
-//! that the edge may touch, each with its part of the edge: three of a capsule, one of other obstacles. [`Overlap`] is the
-//! overlap with one surface, and [`OverlapAlong`] a polynomial of second degree: the overlap along the edge (formulas in
-//! [`edge_contact`]), with the part of the edge where it is positive. [`largest_overlap`] returns the largest overlap of an edge.
+//! Input: an obstacle, a part of an edge ([`ContactPart`], with the radius of the rod, m), and the positions of both
+//! nodes of the edge, m. At a point in the distance `d` from a plane the overlap is `radius - d`. At the distance `d`
+//! from the center of a sphere or the axis of a cylinder it is `(D^2 - d^2)/(2 D)`. `D` is the sum of both radii
+//! (derivation in [`edge_contact`]). [`EdgePart`] has the surfaces that the edge may touch, each with its part of the
+//! edge: three of a capsule (sides and both ends), one of other obstacles. [`Overlap`] is the overlap with one surface.
+//! [`OverlapAlong`] is the overlap along the edge, a polynomial of second degree, with its gradients at the nodes and
+//! the part of the edge where it is positive. [`largest_overlap`] returns the largest overlap of an edge part.
 //!
 //! [`edge_contact`]: crate::energy::edge_contact
 
@@ -25,7 +29,7 @@ pub(crate) struct ContactPart<D> {
 }
 
 impl<D: Copy> ContactPart<D> {
-    /// The part with its numbers converted to another number type.
+    /// The part with its numbers converted to another number type by `over`; the bounds stay plain numbers.
     pub fn map<E>(&self, over: impl Fn(D) -> E) -> ContactPart<E> {
         let Self { arc_length, length, bounds, radius } = *self;
         let (arc_length, length) = (over(arc_length), over(length));
@@ -44,7 +48,7 @@ pub(crate) enum Surface {
     Cylinder,
 }
 
-/// Overlap with an obstacle.
+/// Overlap with one surface of an obstacle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Overlap<D> {
     pub surface: Surface,
@@ -55,7 +59,8 @@ pub(crate) struct Overlap<D> {
 }
 
 impl<D: Scalar> Overlap<D> {
-    /// Overlap at the point `x`, m, and its gradient.
+    /// Overlap at the point `x`, m, and its gradient. Of a plane it is `reach - d` at the distance `d` along the
+    /// normal. Else it is `(reach^2 - d^2)/(2 reach)` at the distance `d` from the center or axis.
     #[inline(always)]
     pub fn at(&self, x: Vector<D>) -> (D, Vector<D>) {
         let way = sub(x, self.point);
@@ -72,7 +77,7 @@ impl<D: Scalar> Overlap<D> {
         (overlap, scale(across, -self.reach.recip()))
     }
 
-    /// The overlap along the edge between two nodes.
+    /// The overlap along the straight edge between the nodes `a` and `b`, as a polynomial of the fraction of the edge.
     #[inline(always)]
     pub fn along(&self, [a, b]: [Vector<D>; 2]) -> OverlapAlong<D> {
         let ((first, start), (last, end)) = (self.at(a), self.at(b));
@@ -106,13 +111,14 @@ impl<D: Scalar> OverlapAlong<D> {
         c0 + (c1 + c2 * t) * t
     }
 
-    /// The overlap at a fraction of the edge with derivatives, m.
+    /// The overlap, m, at the fraction `t` of the edge, which has derivatives of its own.
     pub fn at_moving(&self, t: D) -> D {
         let [c0, c1, c2] = self.coefficients;
         c0 + (c1 + c2 * t) * t
     }
 
-    /// The [positive part](Self::positive_part) with the derivatives of its ends.
+    /// The [positive part](Self::positive_part) within `bounds`, fractions of the edge, with the derivatives of its
+    /// ends: those of a bound, or of a root of the overlap. `None` without a positive part.
     pub fn moving_part(&self, bounds: [D; 2]) -> Option<[D; 2]> {
         let part = self.positive_part(bounds)?;
         let [_, c1, c2] = self.coefficients;
@@ -158,7 +164,7 @@ impl<D: Scalar> OverlapAlong<D> {
         (from < to).then_some([from, to])
     }
 
-    /// Largest overlap, m, within `bounds` of the edge.
+    /// Largest overlap, m, within `bounds`, fractions of the edge; negative without contact.
     fn largest(&self, bounds: [f64; 2]) -> f64 {
         let [_, c1, c2] = self.coefficients;
         let top = (-0.5 * c1.value() / c2.value()).clamp(bounds[0], bounds[1]);
@@ -175,13 +181,14 @@ pub(crate) struct EdgePart<'a, D> {
 }
 
 impl<D: Scalar> EdgePart<'_, D> {
-    /// Number of surfaces of the obstacle: a capsule has those of its sides and both ends.
+    /// Number of surfaces of the obstacle: 3 of a capsule (its sides and both ends), 1 of any other.
     #[inline(always)]
     pub fn surfaces(&self) -> usize {
         if self.obstacle.kind == ObstacleKind::Capsule { 3 } else { 1 }
     }
 
-    /// Whether the edge between two nodes is out of reach of a round obstacle; false of planes.
+    /// Whether the edge between two nodes is certainly out of reach of a round obstacle, by a bound on the distance of
+    /// its middle. False does not imply contact; always false of planes.
     #[inline(always)]
     pub fn is_apart(&self, [a, b]: [Vector<D>; 2]) -> bool {
         let surface = match self.obstacle.kind {
@@ -192,19 +199,21 @@ impl<D: Scalar> EdgePart<'_, D> {
         let (edge, overlap) = (sub(b, a), self.overlap(surface, self.obstacle.point));
         let middle = overlap.at(scale(add(a, b), D::from(0.5))).0.value();
         let (reach, squared_half) = (overlap.reach.value(), 0.25 * dot(edge, edge).value());
-        // The square of the distance of the middle is above that of the reach and half an edge: (r + h)^2 <= 2 (r^2 + h^2).
+        // The square of the distance of the middle is above that of the reach and half an edge:
+        // (r + h)^2 <= 2 (r^2 + h^2).
         reach * (reach - 2.0 * middle) > 2.0 * (reach * reach + squared_half)
     }
 
-    /// The overlap with a surface of the obstacle through `point`.
+    /// The overlap with a `surface` of the obstacle whose center, or a point of whose axis or plane, is `point`, m.
     #[inline(always)]
     fn overlap(&self, surface: Surface, point: Vector<D>) -> Overlap<D> {
         let Obstacle { radius, axis, .. } = *self.obstacle;
         Overlap { surface, reach: radius + self.part.radius, point, axis }
     }
 
-    /// Surface number `k` of the obstacle, with the bounds of the part of the edge between two nodes that may touch it.
-    /// Bounds in descending order are an empty part.
+    /// Surface number `k` of the obstacle, with the bounds, fractions of the edge between two nodes, of the part that
+    /// may touch it. Of a capsule 0 is the side, 1 the first and 2 the last end. Bounds in descending order are an
+    /// empty part.
     #[inline(always)]
     pub fn surface(&self, k: usize, nodes: [Vector<D>; 2]) -> (Overlap<D>, [D; 2]) {
         let surface = match self.obstacle.kind {
@@ -217,7 +226,8 @@ impl<D: Scalar> EdgePart<'_, D> {
         (self.overlap(surface, self.obstacle.point), [D::from(from), D::from(to)])
     }
 
-    /// [`surface`](Self::surface) of a capsule: its sides, and the spheres at its first and last end.
+    /// [`surface`](Self::surface) of a capsule: its sides (`k` = 0), and the spheres at its first (1) and last end (2).
+    /// The edge is divided where it passes the ends of the axis.
     fn capsule_surface(&self, k: usize, [a, b]: [Vector<D>; 2]) -> (Overlap<D>, [D; 2]) {
         let Obstacle { point, axis, length, .. } = *self.obstacle;
         let [from, to] = self.part.bounds.map(D::from);
@@ -247,7 +257,8 @@ impl<D: Scalar> EdgePart<'_, D> {
     }
 }
 
-/// Largest overlap, m, of an edge between two nodes with an obstacle; negative without contact.
+/// Largest overlap, m, of a part of an edge between two nodes with all surfaces of an obstacle; negative without
+/// contact.
 pub(crate) fn largest_overlap(edge: EdgePart<'_, f64>, nodes: [Vector<f64>; 2]) -> f64 {
     let mut largest = f64::NEG_INFINITY;
     for k in 0..edge.surfaces() {

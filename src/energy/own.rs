@@ -2,12 +2,14 @@
 //!
 //! A potential that acts on a rod and is not built in is written once, over any
 //! [`Scalar`], and attached to a scene by its place: [`Scene::with_energy`]. From then on it is a
-//! part of the rod: in every scheme, at rest, in modes, in derivatives and fits, where its
-//! parameters are `energy.<name>.<parameter>`, and in [`crate::check`].
+//! part of the rod in simulations, equilibria, modes, derivatives, fits and [`crate::check`]. Its
+//! parameters are `energy.<name>.<parameter>`.
 //!
-//! An energy is a function of one to three neighbouring nodes and of the material directors of the
+//! An energy, J, is a function of one to three neighbouring nodes and of the material directors of the
 //! edges between them, all in the world. It does not depend on the angles of the rod's edges, because
-//! the reference frames of these angles move with the rod.
+//! the reference frames of these angles move with the rod. Its derivatives are computed in dual
+//! numbers, unless [`OwnEnergy::gradient`] and [`OwnEnergy::hessian`] return them, as [`Slopes`] and
+//! [`Curvatures`], by each node and director ([`By`]).
 //!
 //! ```
 //! use rodfit::energy::{Directors, OwnEnergy, Place};
@@ -143,7 +145,8 @@ impl By {
         }
     }
 
-    /// All arguments of an energy over `nodes` nodes: the positions, then tangent, first and second director of each edge.
+    /// All arguments of an energy over `nodes` nodes: the positions, then tangent, first and second director of each
+    /// edge.
     pub(crate) fn all(nodes: usize) -> impl Iterator<Item = Self> {
         let of_edge = |j| [Self::Tangent(j), Self::First(j), Self::Second(j)];
         (0..nodes).map(Self::Node).chain((1..nodes).flat_map(move |j| of_edge(j - 1)))
@@ -158,7 +161,7 @@ pub struct Slopes<D, const N: usize> {
 }
 
 impl<D: Scalar, const N: usize> Default for Slopes<D, N> {
-    /// First derivatives of zero by all positions and directors.
+    /// First derivatives by all positions and directors that are zero.
     fn default() -> Self {
         Self { by: [[[D::from(0.0); 3]; 4]; N], of_edges: false }
     }
@@ -190,7 +193,7 @@ pub struct Curvatures<D, const N: usize> {
 }
 
 impl<D: Scalar, const N: usize> Default for Curvatures<D, N> {
-    /// Second derivatives of zero by all positions and directors.
+    /// Second derivatives by all positions and directors that are zero.
     fn default() -> Self {
         Self { by: [[[[[[D::from(0.0); 3]; 3]; 4]; 4]; N]; N], of_edges: false }
     }

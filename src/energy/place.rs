@@ -1,20 +1,20 @@
 //! Elements of a rod on which a user-defined energy acts ([`Spot`], by `spots`), and their rest shape ([`Place`]).
 //!
-//! Input: the place named in a scene ([`At`]), the number of nodes of an element, and the mesh. The start or end
-//! has the first or last element. An arc length has the two elements whose centers enclose it, with linear weights,
-//! or the nearest one beyond all centers. An interval or the whole rod has all elements with a positive tributary
-//! length there. Output: per element its first node, its weight (None for 1), and a list of numbers: arc length and
-//! tributary length, m, then the positions of its nodes, m, and the directors of its edges at rest. The list is
-//! empty if the mesh has too few nodes.
+//! Input: the place named in a scene ([`At`]), the number of nodes of an element, and the mesh. The start or end has
+//! the first or last element. An arc length has the two elements whose centers enclose it, with linear weights, or the
+//! nearest one beyond all centers. An interval or the whole rod has all elements with a positive tributary length
+//! there. Output: per element its first node, its weight (None for 1), and a list of numbers. These are arc length and
+//! tributary length, m, then the positions of its nodes, m, and the directors of its edges at rest. The list is empty
+//! if the mesh has too few nodes.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, components};
 use crate::scene::At;
 use crate::scene::mesh::Mesh;
 
-/// An edge's unit tangent and its two material directors, orthonormal, in the world. At rest the
-/// first director of the first edge lies along `up` of the section, of a circle or a tube along the y axis, or the x
-/// axis where the rod begins within 8 degrees of y, as far as those are across it; the second is tangent x first.
+/// An edge's unit tangent and its two material directors, orthonormal, in the world. At rest the first director of the
+/// first edge lies along `up` of the section, less its component along the rod. Of a circle or a tube it is the y axis
+/// in place of `up`, or the x axis where the rod begins within 8 degrees of y. The second director is tangent x first.
 pub type Directors<D> = [Vector<D>; 3];
 
 /// One element of an energy on a mesh: its first node, weight and rest shape.
@@ -28,7 +28,8 @@ pub struct Spot<D> {
     pub numbers: Vec<D>,
 }
 
-/// The rest shape of an element on which an energy acts, in the world: arc length, tributary length, nodes and directors.
+/// The rest shape of an element on which an energy acts, in the world: arc length, tributary length, nodes and
+/// directors.
 pub struct Place<'a, D> {
     numbers: &'a dyn Fn(usize) -> D,
     nodes: usize,
@@ -40,12 +41,12 @@ impl<'a, D: Scalar> Place<'a, D> {
         Self { numbers, nodes }
     }
 
-    /// Arc length from the wall, m: of a single node, the middle of an edge, or the inner node.
+    /// Arc length from the wall, m: of the only node, the middle of the edge, or the inner node of three.
     pub fn arc_length(&self) -> D {
         (self.numbers)(0)
     }
 
-    /// Number `i` of the list of the place; for built-in energies, whose lists have other numbers.
+    /// Number `i` of the list of the place; built-in energies have lists with other numbers than [`numbers`].
     ///
     /// # Panics
     /// If the list has no such number.
@@ -53,8 +54,8 @@ impl<'a, D: Scalar> Place<'a, D> {
         (self.numbers)(i)
     }
 
-    /// The tributary length of the element, m: halves of the edges next to its only or inner node, or its edge. It is cut
-    /// to the part on the rod, beyond the walls, and in the interval. Over an interval these add up to its length.
+    /// The tributary length of the element, m: halves of the edges next to its only or inner node, or its edge. It is
+    /// cut to the part on the rod, between the walls, and in the interval.
     pub fn length(&self) -> D {
         (self.numbers)(1)
     }
@@ -68,7 +69,8 @@ impl<'a, D: Scalar> Place<'a, D> {
         components(|c| (self.numbers)(2 + 3 * i + c))
     }
 
-    /// The directors of edge `j` of the element at rest: unit tangent, first and second material director, in the world.
+    /// The directors of edge `j` of the element at rest: unit tangent, first and second material director, in the
+    /// world.
     ///
     /// # Panics
     /// If the element has no such edge.

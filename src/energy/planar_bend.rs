@@ -3,6 +3,7 @@
 //! Energy (Eq. 1b): `E = 1/2 (EI/dl) (k - k_natural)^2`, with the Voronoi length `dl` and the integrated curvature
 //! `k = 2 tan(phi/2)` of the turning angle `phi` between the edges `e` and `f`, positive counter-clockwise. Input:
 //! `EI/dl`, N m, and the coordinates of three nodes, m; output: energy, J, gradient, N, and full Hessian, N/m.
+//! [`curvature`] is `k` of three points.
 //!
 //! `tan(phi/2)` is `sin/(1 + cos)` for turning angles up to a right angle and `(1 - cos)/sin` beyond, so that
 //! nothing cancels, neither in a straight rod nor in a fold. A fold of exactly 180 degrees has infinite energy.
@@ -33,8 +34,8 @@ struct BentJoint<D> {
     curvature: D,
 }
 
-/// The edge vectors, m, their squared lengths, m^2, and the curvature `2 tan(phi/2)` of a joint with the coordinates `q`
-/// of its three nodes.
+/// The edge vectors, m, their squared lengths, m^2, and the curvature `2 tan(phi/2)` of a joint with the coordinates
+/// `q` of its three nodes.
 #[inline]
 fn bent_joint<D: Scalar>(q: &[D; 6]) -> BentJoint<D> {
     let e = [q[2] - q[0], q[3] - q[1]];
@@ -65,21 +66,22 @@ impl<D: Scalar> BentJoint<D> {
     }
 }
 
-/// Gradient by the coordinates of the three nodes from the gradients `g_e` and `g_f` by both edges (transposed
-/// differences).
+/// Gradient by the coordinates of the three nodes from the gradients `g_e` and `g_f` by the vectors of both edges, each
+/// the difference of two nodes.
 #[inline]
 fn to_nodes<D: Scalar>(g_e: [D; 2], g_f: [D; 2]) -> [D; 6] {
     [-g_e[0], -g_e[1], g_e[0] - g_f[0], g_e[1] - g_f[1], g_f[0], g_f[1]]
 }
 
 impl<D: Scalar> PlanarBend<D> {
-    /// A joint with a stiffness and a natural curvature of zero.
+    /// A joint with a stiffness and a natural curvature of zero, as padding of SIMD lanes.
     pub(crate) fn none() -> Self {
         let zero = D::from(0.0);
         Self { stiffness: zero, natural_curvature: zero }
     }
 
-    /// The joints `all` of consecutive nodes as one joint in SIMD lanes: lane `k` has the numbers of joint `k`.
+    /// The joints `all` of consecutive nodes as one joint in SIMD lanes: lane `k` has the numbers of joint `k`. Panics
+    /// for fewer joints than lanes.
     #[inline(always)]
     pub(crate) fn pack_lanes<V: SimdScalar<D>>(level: V::Level, all: &[Self]) -> PlanarBend<V> {
         PlanarBend {
@@ -146,8 +148,8 @@ impl<D: Scalar> Law<D, 1> for PlanarBend<D> {
         Self { stiffness, natural_curvature }
     }
 
-    /// Energies of stretching (zero), bending and twisting (zero), J, at the difference `k` of the curvature from the natural
-    /// one.
+    /// Energies of stretching (zero), bending and twisting (zero), J, at the difference `k` of the curvature from the
+    /// natural one.
     #[inline(always)]
     fn energies(&self, [k]: &[D; 1]) -> [D; 3] {
         let zero = k.like(0.0);
@@ -155,8 +157,8 @@ impl<D: Scalar> Law<D, 1> for PlanarBend<D> {
     }
 }
 
-/// Integrated curvature `2 tan(phi/2)`, dimensionless, with the turning angle `phi` from the unit tangent `t` to the unit
-/// tangent `u`, positive counter-clockwise.
+/// Integrated curvature `2 tan(phi/2)`, dimensionless, with the turning angle `phi` from the unit tangent `t` to the
+/// unit tangent `u`, positive counter-clockwise.
 #[inline(always)]
 pub(crate) fn curvature_between<D: Scalar>(t: [D; 2], u: [D; 2]) -> D {
     // 1 + t.u, without cancellation in a fold.
@@ -199,8 +201,8 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
     }
 
     /// E, J, dE/dq, N, and the full matrix d2E/dq2, N/m, at the nodes `q`, derived by hand. With m = dE/dphi and s =
-    /// d2E/dphi2: E_ee = s n_e n_e' + m (u_e n_e' + n_e u_e'), E_ff = s n_f n_f' - m (u_f n_f' + n_f u_f'), E_ef = -s n_e
-    /// n_f'.
+    /// d2E/dphi2: E_ee = s n_e n_e' + m (u_e n_e' + n_e u_e'), E_ff = s n_f n_f' - m (u_f n_f' + n_f u_f'), E_ef = -s
+    /// n_e n_f'.
     fn tangent(&self, q: &[D; 6]) -> Local<D, 6> {
         let bent = bent_joint(q);
         let (n_e, n_f) = bent.angle_gradients();

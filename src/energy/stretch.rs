@@ -1,10 +1,11 @@
 //! Element for stretching of one edge, in the plane or in space: the simplest element, and the one to read first.
 //!
-//! Energy (Eq. 1a): `E = 1/2 EA (eps - eps_natural)^2 l`, with rest length `l` and strain `eps = |e|/l - 1` of the edge vector
-//! `e`. The strain is computed as `(e.e - l^2) / (l (|e| + l))`, which loses no digits when the edge is nearly at rest.
-//! With the force `F = EA (eps - eps_natural)` and the tangent `t`: `dE/de = F t`, `d2E/de2 = (K/l - F/|e|) t t' + F/|e| I`,
-//! where `K = dF/deps` is EA. The part of a law that is not linear in the strain is added by
-//! [`HyperelasticStretch`](crate::energy::HyperelasticStretch).
+//! Energy (Eq. 1a): `E = 1/2 EA (eps - eps_natural)^2 l`, with rest length `l` and strain `eps = |e|/l - 1` of the edge
+//! vector `e`. The strain is computed as `(e.e - l^2) / (l (|e| + l))`, which loses no digits when the edge is nearly
+//! at rest. With the force `F = EA (eps - eps_natural)` and the tangent `t`: `dE/de = F t`,
+//! `d2E/de2 = (K/l - F/|e|) t t' + F/|e| I`, where `K = dF/deps` is EA. Input: EA, N, rest length, m, natural strain,
+//! and the coordinates of both nodes, m; output: energy, J, gradient, N, and full Hessian, N/m. The part of a law that
+//! is not linear in the strain is added by [`HyperelasticStretch`](crate::energy::HyperelasticStretch).
 
 use crate::energy::law::Law;
 use crate::energy::{Element, Local};
@@ -28,7 +29,8 @@ pub(crate) fn edge<D: Scalar, const N: usize, const M: usize>(q: &[D; N]) -> [D;
     components(|i| q[M + i] - q[i])
 }
 
-/// Gradient by the two nodes from the gradient `g` by the edge vector.
+/// Gradient by the coordinates of both nodes from the gradient `g` by the edge vector: `-g` for the first node, `g` for
+/// the second.
 #[inline]
 pub(crate) fn to_nodes<D: Scalar, const N: usize, const M: usize>(g: [D; M]) -> [D; N] {
     components(|i| if i < M { -g[i] } else { g[i - M] })
@@ -129,8 +131,8 @@ pub(crate) fn along<D: Scalar, const M: usize>(e: &[D; M], length: D, force: D) 
     map_components(e, |x| force * (x * inverse_length))
 }
 
-/// The Hessian by the edge vector `e`, N/m, of the given `length`, m: `(K - F/|e|) t t' + F/|e| I`, with the axial force
-/// `F`, N, its derivative `K` by the length, N/m, and the tangent `t`.
+/// The Hessian by the edge vector `e`, N/m, of the given `length`, m: `(K - F/|e|) t t' + F/|e| I`, with the axial
+/// force `F`, N, its derivative `K` by the length, N/m, and the tangent `t`.
 #[inline]
 pub(crate) fn axial_hessian<D: Scalar, const M: usize>(
     e: &[D; M],
@@ -152,8 +154,9 @@ pub(crate) fn axial_hessian<D: Scalar, const M: usize>(
     hessian
 }
 
-/// Energy, gradient and full Hessian by the coordinates of both nodes, of an edge vector `e` of the given `length`, m, with
-/// the `energy`, J, the axial force, N, and its derivative by the length, N/m.
+/// The given `energy`, J, with its gradient, N, and full Hessian, N/m, by the coordinates of both nodes, of an edge
+/// vector `e` of the given `length`, m. They follow from the axial `force`, N, and its derivative by the length,
+/// `stiffness`, N/m.
 #[inline]
 pub(crate) fn axial_tangent<D: Scalar, const M: usize, const N: usize>(
     e: &[D; M],

@@ -2,8 +2,8 @@
 //!
 //! The route has the offsets `r1`, `r2` (m) along the material directors, linear in arc length between its points. An
 //! element covers a part of the rod around an inner node, or a part of one edge. With the mean length `l` of its edges,
-//! the integrated curvatures `k1`, `k2` towards the directors, the integrated twist `t`, and the changes `dr1`, `dr2` of
-//! the offsets over it, its vector in the directors is
+//! the integrated curvatures `k1`, `k2` towards the directors, the integrated twist `t`, and the changes `dr1`, `dr2`
+//! of the offsets over it, its vector in the directors is
 //!
 //! ```text
 //! along  w (l - k1 r1 - k2 r2)     d1  dr1 - w t r2     d2  dr2 + w t r1
@@ -36,7 +36,8 @@ pub(crate) struct RoutePart<D> {
 }
 
 impl<D: Copy> RoutePart<D> {
-    /// The numbers of a place at the arc length `at`, m.
+    /// The list of numbers of a [`Place`] at the arc length `at`, m: `at`, the weight, both offsets, m, and both
+    /// changes, m.
     pub fn numbers(&self, at: D) -> Vec<D> {
         let Self { weight, offset: [r1, r2], change: [dr1, dr2] } = *self;
         vec![at, weight, r1, r2, dr1, dr2]
@@ -46,8 +47,9 @@ impl<D: Copy> RoutePart<D> {
 /// The quantity of the only parameter, the tension.
 const PARAMETERS: [(&str, Quantity); 1] = [("tension", Quantity::signed("N"))];
 
-/// The length, m, of the part of a route over an element with the mean length `length` of its edges, integrated
-/// curvatures towards both directors and twist.
+/// The length, m, of the part of a route over an element (formula of the module). `length` is the mean length of its
+/// edges, m; `curvature` has the integrated curvatures towards both directors. `place` has the numbers of
+/// [`RoutePart`].
 fn part_length<D: Scalar>(place: &Place<D>, length: D, curvature: [D; 2], twist: D) -> D {
     let [weight, r1, r2, dr1, dr2] = [1, 2, 3, 4, 5].map(|i| place.number(i));
     let along = weight * (length - curvature[0] * r1 - curvature[1] * r2);
@@ -56,7 +58,7 @@ fn part_length<D: Scalar>(place: &Place<D>, length: D, curvature: [D; 2], twist:
     (along * along + first * first + second * second).sqrt()
 }
 
-/// The length of the vector from `a` to `b`.
+/// The distance of the points `a` and `b`, m.
 fn distance<D: Scalar>(a: Vector<D>, b: Vector<D>) -> D {
     let edge = sub(b, a);
     dot(edge, edge).sqrt()
@@ -65,7 +67,7 @@ fn distance<D: Scalar>(a: Vector<D>, b: Vector<D>) -> D {
 impl OwnEnergy<3, 1> for Tendon<3> {
     const PARAMETERS: [(&'static str, Quantity); 1] = PARAMETERS;
 
-    /// The tension times the length of the route over the cell of the inner node, J.
+    /// The tension, N, times the length of the route over the cell of the inner node (half an edge on either side), J.
     fn energy<D: Scalar>(
         &self,
         place: &Place<D>,
@@ -87,7 +89,7 @@ impl OwnEnergy<3, 1> for Tendon<3> {
         *tension * part_length(place, mean, [towards_first, towards_second], twist)
     }
 
-    /// True: the model is chosen by the offsets of the route before tendons are attached.
+    /// Always true: whether the rod is modeled in the plane or in space is decided before, by the offsets of the route.
     fn keeps_plane(&self, _: &[f64; 1], _: [f64; 3], _: [f64; 3]) -> bool {
         true
     }
@@ -96,7 +98,7 @@ impl OwnEnergy<3, 1> for Tendon<3> {
 impl OwnEnergy<2, 1> for Tendon<2> {
     const PARAMETERS: [(&'static str, Quantity); 1] = PARAMETERS;
 
-    /// The tension times the length of the route over the part of an edge, which is straight, J.
+    /// The tension, N, times the length of the route over the part of an edge, which has no curvature and no twist, J.
     fn energy<D: Scalar>(
         &self,
         place: &Place<D>,
@@ -108,7 +110,7 @@ impl OwnEnergy<2, 1> for Tendon<2> {
         *tension * part_length(place, distance(nodes[0], nodes[1]), [zero; 2], zero)
     }
 
-    /// True: the model is chosen by the offsets of the route before tendons are attached.
+    /// Always true: whether the rod is modeled in the plane or in space is decided before, by the offsets of the route.
     fn keeps_plane(&self, _: &[f64; 1], _: [f64; 3], _: [f64; 3]) -> bool {
         true
     }

@@ -63,13 +63,13 @@ impl AnyEnergy for Tie {
         const { &[("stiffness", Quantity::positive("N/m"))] }
     }
 
-    /// False; not used, because the model is chosen before springs are added.
+    /// Always false. It has no effect, because the planar or spatial model is chosen before springs are added.
     fn keeps_plane(&self, _: &[f64], _: [f64; 3], _: [f64; 3]) -> bool {
         false
     }
 
     /// Sums of the absolute terms in the gradient (that of the displacement as `|x| + |x0|`) and in the Hessian by `q`,
-    /// for relative errors: see `Terms`. Other entries are zero.
+    /// as the scale of rounding errors. Other entries are zero.
     fn terms(&self, site: &Site<f64>, q: &[f64]) -> OwnLocal<f64> {
         let ([x], _) = site.chart.world::<f64, 1>(|x| x, q, &[]);
         let large = components(|c| x[c].abs() + self.0[c].abs());

@@ -1,9 +1,12 @@
 //! A rod at rest as a chain of rigid links with elastic joints, for files of other programs.
 //!
-//! Input: a problem. Output: a [`RodChain`] with the nodes in world axes, m, a frame per edge, a [`ChainLink`] per edge (mass, moments of
-//! inertia) and a [`ChainJoint`] per inner node (stiffnesses and angles without stress). The masses of a link are half at
-//! each of its nodes, as in the rod. A joint has the rotational stiffness `EI/l` of the curve over its length `l`, and
-//! `GJ/l`. Directors are free of twist at rest; the first one is that of the section.
+//! Input: a problem of one rod. Output: a [`RodChain`] with the nodes in world axes, m, a frame (tangent and directors)
+//! per edge, a [`ChainLink`] per edge and a [`ChainJoint`] per inner node. A link has mass, kg, moment of inertia and
+//! section; half of the mass is at each of its nodes, as in the rod. A joint represents the length `l` of rod between
+//! the middles of its edges. Its rotational stiffnesses, N m/rad, are `EI/l` for bending and `GJ/l` for twist. It also
+//! has the rotations without stress, viscous times, and moments of internal friction. Directors are free of twist at
+//! rest; the first one is that of the section. Supports, gravity, mass-proportional damping and moduli are those of the
+//! scene. Error: point masses outside the rod.
 
 use crate::energy::frame::{EdgeFrame, Frames};
 use crate::error::Error;
@@ -36,7 +39,8 @@ pub(super) struct RodChain {
     pub gravity: Vector<f64>,
     /// Rate of the force `-rate M v`, 1/s.
     pub mass_damping: f64,
-    /// Young's and shear modulus, Pa, and density, kg/m^3, without taper. The shear modulus is none if the scene has none.
+    /// Young's and shear modulus, Pa, and density, kg/m^3, without taper. The shear modulus is none if the scene has
+    /// none.
     pub moduli: ChainModuli,
 }
 
@@ -92,7 +96,8 @@ pub(super) struct ChainJoint {
 }
 
 impl RodChain {
-    /// The chain of a problem. An error for point masses outside the rod.
+    /// The chain of a problem of one rod, in its rest shape on the mesh of the problem. Error: point masses outside the
+    /// rod.
     pub fn of(problem: &Problem) -> Result<Self, Error> {
         let (scene, mesh) = (problem.scene(), &problem.mesh);
         let nodes = match problem.planar() {
@@ -130,7 +135,8 @@ impl RodChain {
         })
     }
 
-    /// Place of the end of the rod in its last link, as a fraction of that: below 1 for a clamp within the link.
+    /// Position of the end of the rod in its last link, as a fraction of the link, at most 1. It is below 1 where a
+    /// clamp holds the rod within the link.
     pub fn tip_fraction(&self) -> f64 {
         let last = self.places.len() - 1;
         let [from, to] = [self.places[last - 1], self.places[last]];
@@ -154,12 +160,13 @@ fn name_of(scene: &Scene) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).collect()
 }
 
-/// Tangent, first and second director of an edge at rest.
+/// Tangent, first and second director of an edge, unit vectors.
 fn axes(frame: &EdgeFrame<f64>) -> [Vector<f64>; 3] {
     [frame.tangent, frame.director, cross(frame.tangent, frame.director)]
 }
 
-/// The links of all edges.
+/// The links of all edges: lengths from the positions of the `nodes`, m, masses and sections at the middles of the
+/// edges.
 fn links(scene: &Scene, mesh: &Mesh, nodes: &[Vector<f64>]) -> Vec<ChainLink> {
     let places = mesh.places();
     let profile = SectionProfile::new(scene, &places);
@@ -185,7 +192,8 @@ fn links(scene: &Scene, mesh: &Mesh, nodes: &[Vector<f64>]) -> Vec<ChainLink> {
     (0..mesh.arcs.len()).map(link).collect()
 }
 
-/// The joints of all inner nodes, between edges with these frames at rest.
+/// The joints of all inner nodes, between edges with these `frames` at rest: stiffnesses, viscous times and friction
+/// about the tangent, the first and the second director.
 fn joints(scene: &Scene, mesh: &Mesh, frames: &[EdgeFrame<f64>]) -> Vec<ChainJoint> {
     let places = mesh.places();
     let profile = SectionProfile::new(scene, &places);
@@ -210,8 +218,9 @@ fn joints(scene: &Scene, mesh: &Mesh, frames: &[EdgeFrame<f64>]) -> Vec<ChainJoi
     (0..frames.len() - 1).map(joint).collect()
 }
 
-/// Rotation of joint `i`, at a fraction `place` of the length, without stress beyond that at rest, about tangent, first
-/// and second director, rad.
+/// Rotations without stress of joint `i`, less those at rest, about tangent, first and second director, rad. `place` is
+/// the joint's fraction of the length of the rod, `length` the length that it represents, m. They follow from the
+/// natural curvature and natural twist of the scene.
 fn reference(
     scene: &Scene,
     frames: &[EdgeFrame<f64>],

@@ -1,9 +1,11 @@
 //! Files of a rod for other simulators, from a problem.
 //!
-//! Input: a [`Problem`] of one rod and a [`ExportFormat`]. Output: an [`Export`] with the text of the file, and notes on
-//! what the file does not have or has in another form. `links` describes the rod as a chain of rigid links with elastic
-//! joints (stiffnesses, masses, frames at rest); the writers `mujoco`, `pyelastica`, `usd` and `table` write it in
-//! SI units. Errors: a rod with recorded or moved ends, or a roller. `vtk` writes the frames of a motion of any rod.
+//! Input: a [`Problem`] of one rod and an [`ExportFormat`]. Output: an [`Export`] with the text of the file, and notes
+//! on the parts of the scene that the file does not have or has in another form. `links` describes the rod as a chain
+//! of rigid links with elastic joints (stiffnesses, masses, frames at rest); the writers `mujoco`, `pyelastica`, `usd`
+//! and `table` write it in SI units. Errors: a roller, a recorded end, a prescribed motion of a support, or point
+//! masses outside the rod. [`Problem::export_motion`] (`vtk`) returns the frames of a simulated motion, with any
+//! supports, as files for ParaView.
 
 mod links;
 mod mujoco;
@@ -72,7 +74,7 @@ impl Problem {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Invalid`] for recorded or moved ends, a roller.
+    /// [`Error::Invalid`] for recorded or moved ends, a roller, or point masses outside the rod.
     pub fn export(&self, target: ExportFormat) -> Result<Export, Error> {
         check_supports(self.scene())?;
         let chain = RodChain::of(self)?;
@@ -88,8 +90,8 @@ impl Problem {
 }
 
 impl Problem {
-    /// Up to `frames` frames of a motion of this problem as files for ParaView (`rod_0000.vtp` ..), and `rod.pvd`, which
-    /// lists them with their times, s. Frames have positions, m, velocities, m/s, and radii, m, of the nodes.
+    /// Up to `frames` frames of a motion of this problem as files for ParaView (`rod_0000.vtp` ..), and `rod.pvd`,
+    /// which lists them with their times, s. Frames have positions, m, velocities, m/s, and radii, m, of the nodes.
     ///
     /// # Errors
     /// Those of point masses outside the rod.
@@ -103,7 +105,7 @@ impl Problem {
     }
 }
 
-/// Rejects supports that no file can have: rollers, recorded ends and prescribed motions.
+/// Error [`Error::Invalid`] for supports that no file can have: rollers, recorded ends and prescribed motions.
 fn check_supports(scene: &Scene) -> Result<(), Error> {
     let allowed = "free, pinned or clamped ends, for an export";
     for (key, support) in
@@ -119,7 +121,7 @@ fn check_supports(scene: &Scene) -> Result<(), Error> {
     }
 }
 
-/// Notes on the parts of a scene that a file of this format does not have.
+/// Notes, one for each part of a scene that is present but that a file of the format `target` does not have.
 fn omitted(scene: &Scene, target: ExportFormat) -> Vec<String> {
     let damping = &scene.loads.damping;
     let supports = &scene.supports;

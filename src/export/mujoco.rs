@@ -1,11 +1,13 @@
-//! MJCF of MuJoCo: rigid links of a [`RodChain`] as nested bodies, each with three hinges that have springs.
+//! MJCF of MuJoCo: rigid links of a [`RodChain`] as nested bodies, each with hinges that have springs.
 //!
-//! A link turns against the one before about tangent, first and second director halfway between both (x, y and z axis of
-//! its body if the rod is straight), with the stiffnesses, viscous times and friction of the joint. The orientation of the body is that at rest, and
-//! rotations without stress beyond it are reference angles of the springs. Clamped starts are fixed bodies, clamped ends
-//! weld constraints. Without a shear modulus there is no hinge about the tangent. The moment of inertia about the
-//! tangent is increased, by an armature, until the frequency of twist is at most the highest one of bending. The time
-//! step is a fraction of the shortest period.
+//! Output: the text of the model, in SI units; conversions are added to the notes of the export. A link turns against
+//! the one before it about tangent, first and second director halfway between both, with the stiffnesses, viscous times
+//! and friction of the joint. Without a shear modulus there is no hinge about the tangent. The orientation of a body is
+//! that at rest; rotations without stress beyond it are reference angles of the springs. A clamped start is a fixed
+//! body, a pinned one a ball joint, a free one a free joint; a clamped or pinned end is an equality constraint. Point
+//! masses are small bodies. An armature about the tangent, by the stiffness of twist, keeps twist from being faster
+//! than the highest bending. The time step is [`STEP_FRACTION`] over the highest angular frequency, and less if viscous
+//! damping requires it.
 
 use crate::export::links::{ChainJoint, ChainLink, RodChain};
 use crate::numerics::vector::{Vector, dot};
@@ -13,11 +15,12 @@ use crate::scene::Support;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use std::fmt::Write;
 
-/// Time step times the highest angular frequency. The Runge-Kutta method of fourth order is stable up to 2.8, and resolves the
-/// lower modes much better than the highest one.
+/// Time step times the highest angular frequency. The Runge-Kutta method of fourth order is stable up to 2.8, and
+/// resolves the lower modes much better than the highest one.
 const STEP_FRACTION: f64 = 0.5;
 
-/// The MJCF model of a chain; its conversions are added to the notes.
+/// The text of the MJCF model of a chain. Notes on its conversions are added to `notes`, all of which become comments
+/// in the text.
 pub(super) fn model(chain: &RodChain, notes: &mut Vec<String>) -> String {
     notes.push(format!(
         "rigid links: axial strains, up to {:.1e} by the weight, are left out",
@@ -66,8 +69,9 @@ pub(super) fn model(chain: &RodChain, notes: &mut Vec<String>) -> String {
     text
 }
 
-/// Highest angular frequency of the chain by bending, rad/s: `2 sqrt(K (1/I + 1/I'))` at most, with the moments of inertia of
-/// the links beside a joint about its node.
+/// Upper bound of the angular frequencies of the chain by bending, rad/s: the largest `2 sqrt(K (1/I + 1/I'))` of all
+/// joints. `K` is the larger bending stiffness of the joint, `I` and `I'` are the moments of inertia of both links
+/// ([`across`]).
 fn highest_rate(chain: &RodChain) -> f64 {
     let pairs = chain.links.windows(2).zip(&chain.joints);
     let rate = |(links, joint): (&[ChainLink], &ChainJoint)| {
@@ -82,8 +86,9 @@ fn across(link: &ChainLink) -> f64 {
     0.25 * link.mass * link.length * link.length
 }
 
-/// Writes the opening tag of the body of link `i`, with its joints, inertia and geometry. `rate` is the highest angular
-/// frequency, rad/s.
+/// Writes the opening tag of the body of link `i`, with its joints to the link before or the support, inertia and
+/// geometry. Point masses at its last node follow, of the first link also those at its first node. `rate` is the
+/// highest angular frequency, rad/s.
 fn open_body(text: &mut String, chain: &RodChain, i: usize, rate: f64) {
     let link = &chain.links[i];
     let own = rotation(chain.frames[i]);
@@ -124,9 +129,10 @@ fn open_body(text: &mut String, chain: &RodChain, i: usize, rate: f64) {
     }
 }
 
-/// Writes the hinges of link `i` against the link before it. `turn` is the rotation of the link at rest, in the link before.
-/// The axes are those halfway between both links. Every second joint has the reverse order of hinges, so that the errors of
-/// successive rotations cancel: both make the error of second order in the length of a link.
+/// Writes the hinges of link `i` against the link before it, with the axes halfway between both. `turn` is the rotation
+/// of the link at rest, in the link before; `rate` is the highest angular frequency, rad/s, which sets the armature
+/// about the tangent. Every second joint has the reverse order of hinges, so that the errors of successive rotations
+/// cancel.
 fn hinges(text: &mut String, chain: &RodChain, i: usize, turn: &UnitQuaternion<f64>, rate: f64) {
     let joint = &chain.joints[i - 1];
     let back = turn.powf(0.5).inverse();
@@ -153,7 +159,7 @@ fn hinges(text: &mut String, chain: &RodChain, i: usize, turn: &UnitQuaternion<f
     }
 }
 
-/// The constraint of a held end; empty for a free one.
+/// The equality constraint of the last link at a clamped (`weld`) or pinned end (`connect`); empty for a free one.
 fn end_constraint(chain: &RodChain) -> String {
     let last = chain.links.len() - 1;
     match chain.supports[1] {
@@ -168,7 +174,8 @@ fn end_constraint(chain: &RodChain) -> String {
     }
 }
 
-/// The rotation from world axes to tangent, first and second director.
+/// The rotation that turns the x, y and z axis of the world into tangent `t`, first director `a` and second director
+/// `b` (orthonormal).
 fn rotation([t, a, b]: [Vector<f64>; 3]) -> UnitQuaternion<f64> {
     debug_assert!(dot(t, a).abs() < 1e-9);
     let columns = [t, a, b].map(Vector3::from);

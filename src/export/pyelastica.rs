@@ -1,9 +1,11 @@
-//! Python script for PyElastica: a Cosserat rod with the nodes of the rod, which prints its tip over time.
+//! Python script for PyElastica: a Cosserat rod with the nodes of the rod, which prints its tip over time as CSV.
 //!
-//! Input: a [`RodChain`]. The script sets positions, directors, stiffness matrices (shear by Timoshenko's coefficient),
-//! nodal masses and curvature without stress. A clamped end holds its two outer nodes and the directors of the edge
-//! between them, as the rod does. Without a shear modulus G = E/3. Mass-proportional damping is the uniform constant of the linear damper.
-//! The time step is a part of the time of a wave over an edge.
+//! Input: a [`RodChain`]; conversions are added to the notes of the export. The script sets positions, directors, nodal
+//! masses, gravity, stiffness matrices (shear by Timoshenko's coefficient) and curvatures without stress. Without a
+//! shear modulus G = E/3. A clamped end holds its two outer nodes and the directors of the edge between them, as the
+//! rod does; a pinned one holds its node. Mass-proportional damping is the uniform constant of the linear damper. The
+//! time step is [`STEP_FRACTION`] of the shortest time of an axial wave over an edge or of the shear oscillation of a
+//! section. The script runs for the duration of the scene, or 1 s without one.
 
 use crate::export::links::RodChain;
 use crate::numerics::vector::Vector;
@@ -12,7 +14,8 @@ use crate::scene::Support;
 /// Time step over the shortest of the times of an axial wave over an edge and of the shear oscillation of a section.
 const STEP_FRACTION: f64 = 0.3;
 
-/// The script of a chain; its conversions are added to the notes.
+/// The text of the script of a chain. Notes on its conversions are added to `notes`, all of which become comments in
+/// the script.
 pub(super) fn script(chain: &RodChain, notes: &mut Vec<String>) -> String {
     let moduli = &chain.moduli;
     let shear = moduli.shear.unwrap_or(moduli.young / 3.0);
@@ -154,18 +157,18 @@ for frame in range(101):
     )
 }
 
-/// A list of numbers as Python.
+/// A list of numbers in Python's syntax.
 fn numbers(values: impl Iterator<Item = f64>) -> String {
     let texts: Vec<String> = values.map(|value| format!("{value:e}")).collect();
     format!("[{}]", texts.join(", "))
 }
 
-/// A vector as Python.
+/// A vector as a list in Python's syntax.
 fn vector(v: Vector<f64>) -> String {
     numbers(v.into_iter())
 }
 
-/// A list of vectors as Python.
+/// A list of vectors in Python's syntax.
 fn vectors(list: &[Vector<f64>]) -> String {
     let texts: Vec<String> = list.iter().map(|v| vector(*v)).collect();
     format!("[{}]", texts.join(", "))

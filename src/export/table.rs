@@ -1,12 +1,13 @@
-//! CSV of the constants along a rod: stiffnesses, mass per length and radius at the middle of every edge.
+//! CSV of the constants along a rod: stiffnesses, mass per length and radius, a row per edge.
 //!
-//! Input: a [`RodChain`]. Columns: arc length `s`, m; EA, N; EI1 (bending towards the first director) and EI2, N m^2; GJ, N m^2
-//! (0 without a shear modulus); mass per length, kg/m; radius, m. Bending and torsion are interpolated from the joints.
+//! Input: a [`RodChain`]. Columns: arc length `s` of the middle of the edge, m; EA, N; EI1 (bending towards the first
+//! director) and EI2, N m^2; GJ, N m^2 (0 without a shear modulus); mass per length, kg/m; radius, m. Bending and
+//! torsion are means of those of the joints beside the edge.
 
 use crate::export::links::RodChain;
 use std::fmt::Write;
 
-/// The table of a chain, with a header.
+/// The text of the table of a chain: a header with units, then a row per edge.
 pub(super) fn csv(chain: &RodChain) -> String {
     let mut text =
         String::from("s[m],EA[N],EI1[N m^2],EI2[N m^2],GJ[N m^2],mass[kg/m],radius[m]\n");
@@ -22,8 +23,8 @@ pub(super) fn csv(chain: &RodChain) -> String {
     text
 }
 
-/// Mean of the rigidities `stiffness * length` of the joints beside edge `j`: torsion, then bending about the first and the
-/// second director, N m^2.
+/// Mean of the rigidities `stiffness * length` of the joints beside edge `j`: torsion, then bending about the first and
+/// the second director, N m^2.
 fn rigidity(chain: &RodChain, j: usize) -> [f64; 3] {
     let beside = [j.checked_sub(1), (j < chain.joints.len()).then_some(j)];
     let joints: Vec<_> = beside.into_iter().flatten().map(|i| &chain.joints[i]).collect();

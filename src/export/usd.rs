@@ -1,13 +1,15 @@
 //! Text of Universal Scene Description (USDA) of a rod: a linear curve with a width per node, and custom attributes.
 //!
-//! Input: a [`RodChain`] and the notes of the export. Output: a stage in meters with the curve `/rod`, its density by the physics
-//! schema, and the attributes `rodfit:..` with Young's and shear modulus (Pa), bending and torsional rigidity
-//! (N m^2) and damping. Rigidities are those at the middle of the rod.
+//! Input: a [`RodChain`] and the notes of the export, which become comments. Output: a stage in meters with the curve
+//! `/rod` at rest, its density (kg/m^3) by the physics schema, and the attributes `rodfit:..`. These are Young's and
+//! shear modulus (Pa; 0 without a shear modulus), and bending and torsional rigidity (N m^2). Mass damping (1/s), the
+//! viscous time of bending (s) and the kinds of both supports are the others. Rigidities and the viscous time are those
+//! of the joint in the middle.
 
 use crate::export::links::RodChain;
 use std::fmt::Write;
 
-/// The stage of a chain.
+/// The text of the stage of a chain, with the `notes` as comments.
 pub(super) fn stage(chain: &RodChain, notes: &[String]) -> String {
     let mut text = String::from(
         "#usda 1.0\n(\n    defaultPrim = \"rod\"\n    metersPerUnit = 1\n    kilogramsPerUnit = 1\n    upAxis = \"Z\"\n)\n\n",

@@ -1,8 +1,8 @@
 //! Frames of a motion for ParaView: one VTK file (XML, polydata) per frame, and a collection with their times.
 //!
-//! Input: a trajectory and the radii of the edges, m. Output: named texts, `rod_0000.vtp` and so on, and `rod.pvd`. A frame has
-//! the nodes in world axes, m, one line through them, and per node the velocity, m/s, and the radius, m (of the edge
-//! after it). Frames are steps of the run, evenly spaced, with the first and the last one.
+//! Input: a trajectory and the radii of the edges, m. Output: named texts, `rod_0000.vtp` and so on, and `rod.pvd`. A
+//! frame has the nodes in world axes, m, one line through them, and per node the velocity, m/s, and the radius, m (of
+//! the edge after it). Frames are steps of the run, evenly spaced, with the first and the last one.
 
 use crate::dynamics::Trajectory;
 use std::fmt::Write;
@@ -16,8 +16,8 @@ pub struct NamedText {
     pub text: String,
 }
 
-/// At most `frames` frames of a trajectory, at least its first and last one, and the collection of them. `radii` are those
-/// of the edges, m.
+/// At most `frames` frames of a trajectory, at least its first and last one, and the collection of them. `radii` are
+/// those of the edges, m.
 pub(super) fn animation(trajectory: &Trajectory, radii: &[f64], frames: usize) -> Vec<NamedText> {
     let last = trajectory.times().len() - 1;
     let parts = frames.saturating_sub(1).clamp(1, last.max(1));
@@ -38,7 +38,7 @@ pub(super) fn animation(trajectory: &Trajectory, radii: &[f64], frames: usize) -
     files
 }
 
-/// The polydata of a step.
+/// The text of the polydata file of a `step` of a trajectory: nodes, the line through them, velocities and radii.
 fn polydata(trajectory: &Trajectory, radii: &[f64], step: usize) -> String {
     let count = trajectory.nodes();
     let row = |[x, y, z]: [f64; 3]| format!("{x} {y} {z}\n");

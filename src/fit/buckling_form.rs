@@ -1,7 +1,7 @@
 //! `[[buckling]]` of a fit file: its keys, and their conversion to a measured critical load.
 //!
 //! Input: the deserialized table with the load, its critical value and the standard deviation, N or N m. Output: a
-//! [`Measurement`]. Values are checked with the fit. Used by `fit::file`.
+//! [`Measurement`], validation data with the key `held_out`. Values are not checked here but with the fit.
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::buckling::Buckling;
@@ -25,7 +25,7 @@ pub(crate) struct BucklingForm {
 }
 
 impl BucklingForm {
-    /// The measurement of the table.
+    /// The measurement of the table; validation data if `held_out` is set.
     pub fn read(&self) -> Measurement {
         let own = Buckling::new(self.load, self.value, self.sigma);
         if self.held_out { own.held_out().into() } else { own.into() }

@@ -8,7 +8,7 @@
 //! coordinate also needs [`FEWEST`] distinct equal values, or [`FEWEST_OF_A_LIST`] if all samples of both are equal.
 //! A copy may be in other units or have fewer digits. So values are equal within [`SAME`] of the largest value, or
 //! within half of the last decimal of the coarser copy. That decimal counts only up to [`FINE`] of the range
-//! ([`FINE_OF_A_LIST`] for shapes and gauges). Parts of a recording that do not overlap in time have no common
+//! ([`FINE_OF_A_LIST`] for other data than motions). Parts of a recording that do not overlap in time have no common
 //! samples. Two lists of natural frequencies are duplicates if the longer one contains the shorter, with the same
 //! filter of modes; of different experiments at least [`FEWEST_OF_A_LIST`] must be equal.
 
@@ -21,29 +21,30 @@ use crate::fit::validate::measurement_key;
 use crate::numerics::{total_order, upper_median};
 use crate::problem::Problem;
 
-/// Largest relative difference of equal numbers in two units. Unit conversions differ by rounding only, about 1e-16; measured
-/// values coincide to 1e-9 only as copies.
+/// Largest relative difference of equal numbers in two units. Unit conversions differ by rounding only, about 1e-16;
+/// measured values coincide to 1e-9 only as copies.
 const SAME: f64 = 1e-9;
 /// Largest difference of equal times (or arc lengths), as a fraction of the median interval between samples. A larger
 /// fraction pairs samples of different frames.
 const SAME_TIME: f64 = 0.01;
 /// Smallest number of distinct common values of a coordinate of duplicates. Fewer may be equal by chance.
 const FEWEST: usize = 8;
-/// Like [`FEWEST`], for coordinates that are equal as a whole (all samples of both, as of shapes), and for frequencies of two
-/// experiments.
+/// Like [`FEWEST`], for coordinates that are equal as a whole (all samples of both, as of shapes), and for frequencies
+/// of two experiments.
 const FEWEST_OF_A_LIST: usize = 3;
-/// Smallest number of common times of duplicates, as a fraction of the samples of the shorter record. A smaller fraction
-/// compares records that hardly overlap, whose few common values may be equal by chance.
+/// Smallest number of common times of duplicates, as a fraction of the samples of the shorter record. A smaller
+/// fraction compares records that hardly overlap, whose few common values may be equal by chance.
 const SHARED: f64 = 0.2;
-/// Smallest fraction of equal values at the common times of duplicates. Copies may have a few corrected values; a smaller
-/// fraction rejects repeated measurements.
+/// Smallest fraction of equal values at the common times of duplicates. Copies may have a few corrected values; a
+/// smaller fraction rejects repeated measurements.
 const EQUAL: f64 = 0.95;
 /// Largest number of decimals of a rounded number; 1e-9 m is below the resolution of any camera.
 const MOST_DECIMALS: i32 = 9;
-/// Largest last decimal of a copy, over the range of its values: 1 mm of 0.2 m. Coarser pixels than that and than 20 times the
-/// noise make independent recordings equal in nearly all values; with finer ones or more noise fewer than [`EQUAL`] are.
+/// Largest last decimal of a copy, over the range of its values: 1 mm of 0.2 m. Coarser pixels than that and than 20
+/// times the noise make independent recordings equal in nearly all values; with finer ones or more noise fewer than
+/// [`EQUAL`] are.
 const FINE: f64 = 5e-3;
-/// Like [`FINE`], for shapes and gauges, whose few values may be equal within a millimeter.
+/// Like [`FINE`], for other measurements than motions, whose few values may be equal within a millimeter.
 const FINE_OF_A_LIST: f64 = 1e-4;
 
 /// One coordinate of a measurement as a series, in ascending order of its abscissas.
@@ -73,9 +74,9 @@ impl ListedMeasurement<'_> {
         format!("{key} ({})", self.measurement.label())
     }
 
-    /// The number of common samples of two measurements. `None` if they are no duplicates, or of different kinds (table of
-    /// the fit file, unit). Frequencies are compared by [`common_frequencies`], other measurements coordinate by coordinate
-    /// ([`common_values`]).
+    /// The number of common samples of two measurements. `None` if they are no duplicates, or of different kinds (table
+    /// of the fit file, unit). Frequencies are compared by [`common_frequencies`], other measurements coordinate by
+    /// coordinate ([`common_values`]).
     fn common_samples(&self, other: &Self) -> Option<usize> {
         let (one, two) = (self.measurement, other.measurement);
         match (one.frequencies(), two.frequencies()) {
@@ -91,9 +92,9 @@ impl ListedMeasurement<'_> {
     }
 }
 
-/// Compares every recorded measurement of all experiments, validation data included, with all before it. An error for the
-/// first one that is a duplicate of an earlier one by `common_samples`, with both keys and the number of common samples.
-/// Planned measurements are skipped.
+/// Compares every recorded measurement of all experiments, validation data included, with all before it. An error for
+/// the first one that is a duplicate of an earlier one by `common_samples`, with both keys and the number of common
+/// samples. Planned measurements are skipped.
 pub(crate) fn check_duplicates(experiments: &[Experiment]) -> Result<(), Error> {
     let mut listed: Vec<ListedMeasurement> = Vec::new();
     for experiment in experiments {
@@ -116,9 +117,9 @@ pub(crate) fn check_duplicates(experiments: &[Experiment]) -> Result<(), Error> 
     Ok(())
 }
 
-/// One series per observed coordinate of a measurement, in ascending order of time, s, or arc length, m, with its rounding. A
-/// rounding is set to zero if the last decimal is coarser than [`FINE`] of the largest range of any coordinate
-/// ([`FINE_OF_A_LIST`] for shapes and gauges).
+/// One series per observed coordinate of a measurement, in ascending order of time, s, or arc length, m, with its
+/// rounding. A rounding is set to zero if the last decimal is coarser than [`FINE`] of the largest range of any
+/// coordinate ([`FINE_OF_A_LIST`] for other measurements than motions).
 fn records(measurement: &Measurement, problem: &Problem) -> Vec<CoordinateRecord> {
     let all = measurement.values_in_order();
     let record = |Coordinate { axis, mut values }: Coordinate| {
@@ -138,8 +139,8 @@ fn records(measurement: &Measurement, problem: &Problem) -> Vec<CoordinateRecord
     records
 }
 
-/// Half of the last decimal of the values, in their unit: 0.5 10^-d for the smallest `d` with which all values have at most
-/// `d` decimals; zero if one has more than [`MOST_DECIMALS`].
+/// Half of the last decimal of the values, in their unit: 0.5 10^-d for the smallest `d` with which all values have at
+/// most `d` decimals; zero if one has more than [`MOST_DECIMALS`].
 fn rounding(values: &[f64]) -> f64 {
     let has = |decimals: i32| {
         let unit = 10.0_f64.powi(decimals);
@@ -153,9 +154,9 @@ fn rounding(values: &[f64]) -> f64 {
     last.map_or(0.0, |decimals| 0.5 * 10.0_f64.powi(-decimals))
 }
 
-/// The largest number of equal values of any coordinate that two measurements share. `None` if any coordinate with common
-/// times has fewer than [`EQUAL`] equal or [`SHARED`] common ones. Also `None` if no coordinate has [`FEWEST`] distinct equal
-/// values ([`FEWEST_OF_A_LIST`] if all values of both are equal).
+/// The largest number of equal values of any coordinate that two measurements share. `None` if any coordinate with
+/// common times has fewer than [`EQUAL`] equal or [`SHARED`] common ones. Also `None` if no coordinate has [`FEWEST`]
+/// distinct equal values ([`FEWEST_OF_A_LIST`] if all values of both are equal).
 fn common_values(one: &[CoordinateRecord], other: &[CoordinateRecord]) -> Option<usize> {
     let pairs = one.iter().filter_map(|a| Some((a, other.iter().find(|b| b.axis == a.axis)?)));
     let (mut most, mut is_duplicate) = (0, false);
@@ -196,9 +197,9 @@ impl CoordinateRecord {
         self.values.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low
     }
 
-    /// Counts of the samples at common times, of equal values there, and of distinct ones of these, in one pass over both
-    /// records. Equal times are within [`SAME_TIME`] of the smaller median interval. Equal values are within [`SAME`] of the
-    /// largest value, or the larger rounding of both.
+    /// Counts of the samples at common times, of equal values there, and of distinct ones of these, in one pass over
+    /// both records. Equal times are within [`SAME_TIME`] of the smaller median interval, or [`SAME`] of the time.
+    /// Equal values are within [`SAME`] of the largest value, or the larger rounding of both.
     fn compare(&self, other: &Self) -> RecordMatch {
         let interval = |record: &Self| {
             upper_median(record.abscissas.windows(2).map(|w| w[1] - w[0])).unwrap_or(0.0)
@@ -234,9 +235,9 @@ impl CoordinateRecord {
     }
 }
 
-/// The number of frequencies that two lists have in common, with the same mode and within a relative [`SAME`]. `None` if the
-/// filters of the modes differ, or if neither list contains the other. Different rods (not `same_rod`) may have a few equal
-/// frequencies by chance: they need [`FEWEST_OF_A_LIST`].
+/// The number of frequencies that two lists have in common, with the same mode and within a relative [`SAME`]. `None`
+/// if the filters of the modes differ, or if neither list contains the other. Different rods (not `same_rod`) may have
+/// a few equal frequencies by chance: they need [`FEWEST_OF_A_LIST`].
 fn common_frequencies(
     one: &ModeFrequencies,
     other: &ModeFrequencies,

@@ -1,9 +1,11 @@
-//! `[[experiment]]` of a fit file: its scene, its recordings and its measurements, and their conversion to an experiment.
+//! `[[experiment]]` of a fit file: its scene, its recordings and its measurements, and their conversion to an
+//! experiment.
 //!
 //! Input: the deserialized table and the path of the fit file, to whose folder the paths are relative. A table is one
 //! experiment, or one for each recording in its `paths`. The scene (of a rod or a structure, in a file or the table) is
-//! loaded and prepared as a [`Problem`](crate::Problem) on its initial mesh, and the files of the measurements are read.
-//! Output: an [`Experiment`]. Errors are those of the scene, with its file or that of the fit, and of the measurements.
+//! loaded and prepared as a [`Problem`](crate::Problem) on its initial mesh, and the files of the measurements are
+//! read. Output: an [`Experiment`]. Errors are those of the scene, with its file or that of the fit, and of the
+//! measurements.
 
 use crate::accuracy::Aim;
 use crate::error::{Error, ensure};
@@ -19,8 +21,8 @@ use crate::scene::{Scene, StructureScene};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
-/// A check of each scene before its mesh is created. It returns an error for scenes that must not be prepared, as by limits
-/// of memory.
+/// A check of each scene before it is used in a fit. It returns an error for scenes that must not be prepared, as by
+/// limits of memory.
 pub(crate) type SceneCheck<'a> = dyn Fn(&Scene) -> Result<(), Error> + 'a;
 
 /// `[[experiment]]`: a scene with its measurements.
@@ -105,8 +107,9 @@ impl TryFrom<toml::Value> for SceneForm {
 }
 
 impl SceneForm {
-    /// The structure, if the scene is one: it has `[[rods]]`. `file` is the fit file in `folder`. With `is_replaced` its
-    /// recording is not read, as another one follows.
+    /// The structure, if the scene is one: it has `[[rods]]`; `None` for the scene of one rod, and for a file that
+    /// cannot be read. `file` is the fit file in `folder`. With `is_replaced` its recording is not read, as another one
+    /// follows. Error: a structure that is not valid.
     fn structure(
         &self,
         folder: &Path,
@@ -153,9 +156,9 @@ impl TryFrom<ExperimentForm> for NamedForm {
 }
 
 impl ExperimentForm {
-    /// One copy of the experiment for every recording in `paths`, each named after its file; without `paths` the experiment
-    /// itself. An error if `paths` stands together with `path` or `name`. `i` is the index of the table in the fit file, for
-    /// errors.
+    /// One copy of the experiment for every recording in `paths`, each named after its file; without `paths` the
+    /// experiment itself. An error if `paths` stands together with `path` or `name`. `i` is the index of the table in
+    /// the fit file, for errors.
     pub fn per_recording(mut self, i: usize) -> Result<Vec<Self>, Error> {
         let paths = std::mem::take(&mut self.paths);
         let key = |own: &str| format!("experiment[{i}].{own}");
@@ -171,17 +174,19 @@ impl ExperimentForm {
         Ok(paths.into_iter().map(of_recording).collect())
     }
 
-    /// The experiment with the name of the recording's file, without folder and extension, if it has no name of its own.
+    /// The experiment with the name of the recording's file, without folder and extension, if it has no name of its
+    /// own.
     fn named_after_recording(self) -> Self {
         // Experiments with the same scene are distinguished by their recordings.
         let stem = || Some(self.path.as_ref()?.file_stem()?.to_string_lossy().into_owned());
         Self { name: self.name.clone().or_else(stem), ..self }
     }
 
-    /// Reads the scene of this table of the fit file at path `file`, with the recording `path` that drives the ends. It calls
-    /// `check_scene`, prepares the scene on its initial mesh, and reads the measurements; all are marked as validation data if
-    /// the table is `held_out`. Paths are relative to the folder of `file`. Errors are those of the scene, of `check_scene`
-    /// and of the measurements.
+    /// Reads the scene of this table of the fit file at path `file`, with the recording `path` that drives the ends,
+    /// and prepares it on its initial mesh. `check_scene` is called for a scene of one rod before its mesh is created,
+    /// for a structure with the rod that represents it. Then it reads the measurements; all are marked as validation
+    /// data if the table is `held_out`. Paths are relative to the folder of `file`. Errors are those of the scene, of
+    /// `check_scene` and of the measurements.
     pub fn read(self, file: &Path, check_scene: &SceneCheck) -> Result<Experiment, Error> {
         // All paths in a fit file are relative to its folder.
         let folder = file.parent().unwrap_or(Path::new(""));
@@ -211,7 +216,8 @@ impl ExperimentForm {
         self.with_measurements(experiment, folder)
     }
 
-    /// The experiment with the measurements of this table. They come last, as their points must be on the rod.
+    /// The experiment with the measurements of this table, whose files are relative to `folder`; all become validation
+    /// data if the table is `held_out`. Errors are those of the measurements.
     fn with_measurements(
         self,
         mut experiment: Experiment,

@@ -25,11 +25,11 @@ use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::grade::Grade;
 use crate::fit::unknown::Unknown;
 
-/// Largest number of extensions that are tried, each a complete fit. Three of them often have similar effects, as a tilted
-/// clamp, a tilted camera and a curved rest shape.
+/// Largest number of extensions that are tried, each a complete fit. Three of them often have similar effects, as a
+/// tilted clamp, a tilted camera and a curved rest shape.
 const MOST_TERMS: usize = 6;
-/// Smallest significant rise of twice the log-likelihood by a further parameter: two standard deviations, as the rise is
-/// chi-squared distributed with one degree of freedom (Wilks).
+/// Smallest significant rise of twice the log-likelihood by a further parameter: two standard deviations, as the rise
+/// is chi-squared distributed with one degree of freedom (Wilks).
 const SIGNIFICANT_RISE: f64 = 4.0;
 /// Twice the logarithm of a likelihood ratio of 100, above which the data discriminate between two terms.
 const DISCRIMINATING_RISE: f64 = 9.2;
@@ -53,8 +53,8 @@ pub struct ExtendedFit {
 }
 
 impl FitFile {
-    /// The fit with the most likely omitted effect, by the score tests of its `report`, as a further unknown: the first of
-    /// [`extensions`](Self::extensions). `None` if no test is significant or no scene can have an effect.
+    /// The fit with the most likely omitted effect, by the score tests of its `report`, as a further unknown: the first
+    /// of [`extensions`](Self::extensions). `None` if that is empty.
     ///
     /// # Errors
     ///
@@ -63,9 +63,9 @@ impl FitFile {
         Ok(self.extensions(report)?.into_iter().next().map(|extended| extended.file))
     }
 
-    /// Fits with one likely omitted effect each as a further unknown, by the significant score tests of the `report` of this
-    /// fit; at most six, the most likely first. Friction, mass damping or drag is followed by internal damping, whose motion
-    /// is similar. Effects that are unknowns already, or that no scene can have, are skipped.
+    /// Fits with one likely omitted effect each as a further unknown, by the significant score tests of the `report` of
+    /// this fit; at most six, the most likely first. Friction, mass damping or drag is followed by internal damping,
+    /// whose motion is similar. Effects that are unknowns already, or that no scene can have, are skipped.
     ///
     /// # Errors
     ///
@@ -100,11 +100,11 @@ impl FitFile {
         Ok(found)
     }
 
-    /// The fit with an effect added to all scenes that can have it, as a further unknown of these experiments. The unknown
-    /// starts at the value of the first such scene plus `estimate`, or else plus the plausible size of the effect. The start
-    /// is in the parameter's unit, within its limits. The unknown belongs to all experiments if all scenes can have the
-    /// effect, else to those by name. `None` if no scene can have the effect. An error if a scene cannot have the values of
-    /// the `report`.
+    /// The fit with an effect added to all scenes that can have it, as a further unknown of these experiments. The
+    /// unknown starts at the value of the first such scene plus `estimate`, or else plus the plausible size of the
+    /// effect. The start is in the parameter's unit, within its limits. The unknown belongs to all experiments if all
+    /// scenes can have the effect, else to those by name. `None` if no scene can have the effect. An error if a scene
+    /// cannot have the values of the `report`.
     fn with_term(
         &self,
         extension: &OmittedEffect,
@@ -142,8 +142,8 @@ impl FitFile {
 }
 
 impl FitReport {
-    /// The report with a further warning that no extension improved the fit, with the descriptions of the `terms` that were
-    /// tried. It is the last warning; grade, verdict and values stay.
+    /// The report with a further warning that no extension improved the fit, with the descriptions of the `terms` that
+    /// were tried. It is the last warning; grade, verdict and values stay.
     pub fn not_extended(mut self, terms: &[String]) -> Self {
         let words = format!(
             "No extension improves this fit. These terms were tried: {}. The values are those without them",
@@ -154,9 +154,9 @@ impl FitReport {
         self
     }
 
-    /// Whether this fit, with one more parameter than `first`, is better: it converged without interruption and its grade is
-    /// no worse. Twice its log-likelihood must also be higher by more than 4, two standard deviations, unless `first` did not
-    /// converge.
+    /// Whether this fit, with one more parameter than `first`, is better: it converged without interruption and its
+    /// grade is no worse. Twice its log-likelihood must also be higher by more than 4, two standard deviations, unless
+    /// `first` did not converge.
     pub fn improves_on(&self, first: &Self) -> bool {
         self.converged
             && !self.interrupted
@@ -164,19 +164,20 @@ impl FitReport {
             && (self.likelihood_rise(first) > SIGNIFICANT_RISE || !first.converged)
     }
 
-    /// Twice the logarithm of the likelihood ratio of this fit to `other`, of the same data, for white Gaussian noise of
-    /// unknown size. It is `2 n ln(rms_other / rms)`, with `n` the number of values in the residual tests, at least 1.
+    /// Twice the logarithm of the likelihood ratio of this fit to `other`, of the same data, for white Gaussian noise
+    /// of unknown size. It is `2 n ln(rms_other / rms)`, with `n` the number of values in the residual tests, at least
+    /// 1.
     fn likelihood_rise(&self, other: &Self) -> f64 {
         // At the maximum-likelihood size of the noise, -2 ln L is n ln(rms^2) and a constant.
         let values: f64 = self.residual_tests.iter().map(|tests| tests.values as f64).sum();
         values.max(1.0) * 2.0 * (other.residual_rms / self.residual_rms).ln()
     }
 
-    /// The report of this fit as the best one of several extended fits; `others` are the rest, each with the description of
-    /// its effect. An alternative is of similar likelihood if twice its log-likelihood is lower by at most 9.2 (a likelihood
-    /// ratio of 100). For each of these with a value outside this fit's 95 % interval, a warning with both values of the most
-    /// contradicting parameter is put first. The first such warning lowers the grade to correlated-or-missing, if better, and
-    /// becomes the verdict.
+    /// The report of this fit as the best one of several extended fits; `others` are the rest, each with the
+    /// description of its effect. An alternative is of similar likelihood if twice its log-likelihood is lower by at
+    /// most 9.2 (a likelihood ratio of 100). For each of these with a value outside this fit's 95 % interval, a warning
+    /// with both values of the most contradicting parameter is put first. The first such warning lowers the grade to
+    /// correlated-or-missing, if better, and becomes the verdict.
     pub fn among_alternatives(mut self, others: &[(String, Self)]) -> Self {
         for (term, other) in others {
             if self.likelihood_rise(other) > DISCRIMINATING_RISE {
@@ -200,9 +201,9 @@ impl FitReport {
         self
     }
 
-    /// The estimate whose 95 % interval is farthest from the `other` fit's value of the same parameter, in widths of the
-    /// interval, with that value. `None` if all intervals contain the other values; estimates without an interval are
-    /// skipped.
+    /// The estimate whose 95 % interval is farthest from the `other` fit's value of the same parameter, in widths of
+    /// the interval, with that value. `None` if all intervals contain the other values; estimates without an interval
+    /// are skipped.
     fn largest_contradiction(&self, other: &Self) -> Option<(&Estimate, f64)> {
         let pairs = self.parameters.iter().filter_map(|own| {
             let value = other.parameters.iter().find(|p| p.name == own.name)?.value?;

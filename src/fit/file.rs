@@ -110,9 +110,10 @@ struct Tables {
 }
 
 impl Fit {
-    /// Adds the tables in `text` to a copy of the fit: `[[observation]]`, `[[shape]]`, `[[frequencies]]`, `[[load_deflection]]` and
-    /// `[[buckling]]` to the last experiment, `[[parameter]]` and `[[known]]` to the fit. `[analysis]` replaces the analyses. Paths are relative to
-    /// `folder`. Measurements without an experiment are an error. The fit as a whole is checked when it is solved.
+    /// Adds the tables in `text` to a copy of the fit: `[[observation]]`, `[[shape]]`, `[[frequencies]]`,
+    /// `[[load_deflection]]` and `[[buckling]]` to the last experiment, `[[parameter]]` and `[[known]]` to the fit.
+    /// `[analysis]` replaces the analyses. Paths are relative to `folder`. Measurements without an experiment are an
+    /// error. The fit as a whole is checked when it is solved.
     ///
     /// # Errors
     ///
@@ -156,8 +157,8 @@ impl schemars::JsonSchema for FitFile {
 }
 
 impl FitFile {
-    /// Reads and validates a fit file, its scenes, which are prepared on their initial meshes, and its data. Planned measurements
-    /// are rejected.
+    /// Reads and validates a fit file, its scenes, which are prepared on their initial meshes, and its data. Planned
+    /// measurements are rejected.
     ///
     /// ```
     /// use rodfit::Parameter;
@@ -175,8 +176,9 @@ impl FitFile {
         Self::load_if(path, |_| Ok(()))
     }
 
-    /// Reads and validates a fit file, its scenes and its data like [`load`](Self::load). `check_scene` is called for every
-    /// scene before its mesh is created; its error ends the reading. Planned measurements are rejected.
+    /// Reads and validates a fit file, its scenes and its data like [`load`](Self::load). `check_scene` is called for
+    /// every scene of one rod before its mesh is created, and for the rod that represents a structure. Its error ends
+    /// the reading. Planned measurements are rejected.
     ///
     /// # Errors
     ///
@@ -191,8 +193,8 @@ impl FitFile {
         Ok(file)
     }
 
-    /// Reads and validates a fit file, its scenes and its data like [`load_if`](Self::load_if), with `check_scene` called for
-    /// every scene before its mesh is created. Observations and shapes may be planned, for [`Fit::design`].
+    /// Reads and validates a fit file, its scenes and its data like [`load_if`](Self::load_if), with the same calls of
+    /// `check_scene`. Observations and shapes may be planned, for [`Fit::design`].
     ///
     /// # Errors
     ///
@@ -215,16 +217,16 @@ impl FitFile {
         Self::read(text, &path, &|_| Ok(())).map_err(|error| error.without_file(&path))
     }
 
-    /// Reads and validates the `text` of a fit file at `path`, its scenes and its data, planned ones included. `check_scene`
-    /// is called for every scene before its mesh is created. Duplicate measurements are found only by the fit. Errors have the
-    /// path.
+    /// Reads and validates the `text` of a fit file at `path`, its scenes and its data, planned ones included.
+    /// `check_scene` is called as in [`load_if`](Self::load_if). Duplicate measurements are found only by the fit.
+    /// Errors have the path.
     pub(crate) fn read(text: &str, path: &Path, check_scene: &SceneCheck) -> Result<Self, Error> {
         Self::parse_and_check(text, path, check_scene).map_err(|error| error.in_file(Some(path)))
     }
 
-    /// Parses the `text` of a fit file at `path`, reads its scenes and data, and checks the fit: as lists along the rod if it
-    /// has any, as validation data if all measurements are, or else as parameters with inputs. Duplicate and planned
-    /// measurements are not rejected. Errors may lack the path.
+    /// Parses the `text` of a fit file at `path`, reads its scenes and data, and checks the fit. A fit is checked as
+    /// lists along the rod if it has any, as validation data if all measurements are, or else as parameters with
+    /// inputs. Duplicate and planned measurements are not rejected. Errors may lack the path.
     fn parse_and_check(text: &str, path: &Path, check_scene: &SceneCheck) -> Result<Self, Error> {
         let mut form: FitForm =
             parse(text, &REQUIRED).map_err(|error| explained(error, text, &FIT))?;
@@ -246,8 +248,8 @@ impl FitFile {
         Ok(file)
     }
 
-    /// Adds the unknowns and the inputs with an uncertainty of these tables. A parameter with a `fixed` value changes the
-    /// scenes instead.
+    /// Adds the unknowns and the inputs with an uncertainty of these tables. A parameter with a `fixed` value changes
+    /// the scenes instead.
     fn add(&mut self, parameters: Vec<ParameterForm>, known: Vec<KnownForm>) -> Result<(), Error> {
         for (i, parameter) in parameters.into_iter().enumerate() {
             self.add_parameter(i, parameter)?;
@@ -258,9 +260,9 @@ impl FitFile {
         Ok(())
     }
 
-    /// Adds the unknown of the `i`-th parameter table. With a `fixed` value, it sets this in all experiments that have the
-    /// parameter instead. Then start, bounds or prior in the table are an error, and so is a value that a scene rejects, with
-    /// the key `fixed`.
+    /// Adds the unknown of the `i`-th parameter table. With a `fixed` value, it sets this in all experiments that have
+    /// the parameter instead. Then start, bounds or prior in the table are an error, and so is a value that a scene
+    /// rejects, with the key `fixed`.
     fn add_parameter(&mut self, i: usize, parameter: ParameterForm) -> Result<(), Error> {
         let (fixed, key) = (parameter.fixed, format!("parameter[{i}]"));
         // A fixed parameter replaces the value of the scene and is no unknown.
@@ -290,8 +292,8 @@ impl FitFile {
         Ok(())
     }
 
-    /// The paths of all files the fit was read from other than itself, by experiment: the files of the scene (with recordings
-    /// that drive ends), then those of the data. Duplicates stay.
+    /// The paths of all files the fit was read from other than itself, by experiment: the files of the scene (with
+    /// recordings that drive ends), then those of the data. Duplicates stay.
     pub fn files(&self) -> Vec<PathBuf> {
         let own = |e: &Experiment| {
             let data = e.measurements.iter().filter_map(|m| m.header.source.clone());
@@ -313,14 +315,14 @@ impl FitFile {
         Ok(self)
     }
 
-    /// Whether every measurement is validation data and the file has no list along the rod. Then [`Fit::predict`] compares
-    /// the data with the scenes instead of a fit.
+    /// Whether every measurement is validation data and the file has no list along the rod. Then [`Fit::predict`]
+    /// compares the data with the scenes instead of a fit.
     pub fn is_validation_only(&self) -> bool {
         self.fields.is_empty() && is_validation_only(&self.experiments)
     }
 
-    /// The fit of the parameters in the file: its experiments, unknowns, inputs and analyses. Lists along the rod are not
-    /// part of it.
+    /// The fit of the parameters in the file: its experiments, unknowns, inputs and analyses. Lists along the rod are
+    /// not part of it.
     pub fn fit(&self) -> Fit {
         let fit = Fit::of(self.experiments.clone()).analyse(self.analysis.clone());
         let fit = self.unknowns.iter().fold(fit, |fit, unknown| fit.identify(unknown.clone()));
@@ -329,9 +331,9 @@ impl FitFile {
 }
 
 impl FitForm {
-    /// Moves the experiments out of the tables: those of `[[experiment]]` (one per recording), or the one of the file's own
-    /// `scene` with its measurements. An error for both or neither, measurements outside of their experiment, more than
-    /// [`MOST_EXPERIMENTS`], and names that are missing or longer than [`LONGEST_NAME`].
+    /// Moves the experiments out of the tables: those of `[[experiment]]` (one per recording), or the one of the file's
+    /// own `scene` with its measurements. An error for both or neither, measurements outside of their experiment, more
+    /// than [`MOST_EXPERIMENTS`], and names that are missing or longer than [`LONGEST_NAME`].
     fn experiments(&mut self) -> Result<Vec<ExperimentForm>, Error> {
         let mut listed: Vec<ExperimentForm> = Vec::new();
         for (i, NamedForm(form)) in std::mem::take(&mut self.experiment).into_iter().enumerate() {
@@ -342,7 +344,8 @@ impl FitForm {
         let frequencies = std::mem::take(&mut self.frequencies);
         let load_deflection = std::mem::take(&mut self.load_deflection);
         let buckling = std::mem::take(&mut self.buckling);
-        // Either the file has a scene with measurements of its own, or a list of experiments. Mixed forms are ambiguous.
+        // Either the file has a scene with measurements of its own, or a list of experiments. Mixed forms are
+        // ambiguous.
         match self.scene.take() {
             Some(scene) if listed.is_empty() => Ok(vec![ExperimentForm {
                 name: None,

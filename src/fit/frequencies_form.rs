@@ -1,9 +1,10 @@
 //! `[[frequencies]]` of a fit file: its keys, and their conversion to a measurement of natural frequencies.
 //!
-//! Input: the deserialized table with frequencies in Hz or rad/s, and their standard deviation in the same unit. Optional are
-//! mode numbers (from 1, default: the lowest modes), filters of the modes (plane, kind, direction), the reduction by shear and
-//! rotary inertia, a loss function, and the use as validation data. Output: a [`Measurement`] in rad/s, or an error with the key: both or neither unit, a frequency that
-//! is not above 0, or another number of mode numbers than frequencies. Used by `fit::file`.
+//! Input: the deserialized table with frequencies in Hz or rad/s, and their standard deviation in the same unit.
+//! Optional are mode numbers (from 1; default: the lowest modes) and filters of the modes (plane, kind, direction). So
+//! are shear and rotary inertia of the simulated frequencies, a loss function, and the use as validation data. Output:
+//! a [`Measurement`] in rad/s. Errors, with the key: both or neither unit, a frequency that is not finite and above 0,
+//! or another number of mode numbers than frequencies. Other values are checked with the fit.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
@@ -44,9 +45,9 @@ pub(crate) struct FrequenciesForm {
 }
 
 impl FrequenciesForm {
-    /// The measurement of the table, in rad/s, for the lowest modes unless mode numbers are given. An error, with the `key`
-    /// of the table in the fit file, for both or neither unit, frequencies that are not above 0, or another number of mode
-    /// numbers.
+    /// The measurement of the table, in rad/s, for the lowest modes unless mode numbers are given. An error, with the
+    /// `key` of the table in the fit file, for both or neither unit, frequencies that are not above 0, or another
+    /// number of mode numbers.
     pub fn read(self, key: &str) -> Result<Measurement, Error> {
         // Exactly one of both units: errors name the key in the user's own unit.
         let (unit, values) = match (self.hz, self.rad_s) {

@@ -1,12 +1,13 @@
 //! Inputs with a standard uncertainty (type B inputs of the GUM): numbers of the scenes that are neither identified nor
 //! exact.
 //!
-//! [`Known`] has the input, its standard uncertainty in its unit, the experiments that share the error (none named: all that
-//! have the input), and correlations with other inputs. [`check`] rejects inputs that no scene has, that are fitted or given
-//! twice in an experiment, and uncertainties that are not positive or above [`MOST_SIGMA`]. [`correlations`] returns the
-//! correlation matrix of all inputs for the uncertainty budget (0 for pairs without one). Correlations that are ambiguous,
-//! beyond -1 to 1 or contradictory (a negative eigenvalue) are errors. [`correlation_root`] returns a square root `B` of the
-//! matrix (`B B'`, by eigenvectors) for the Monte Carlo propagation.
+//! [`Known`] has the input, its standard uncertainty in its unit, the experiments that share the error (none named: all
+//! that have the input), and correlations with other inputs. [`check`] rejects inputs that no scene has, that are
+//! fitted or given twice in an experiment, and uncertainties that are not positive or above [`MOST_SIGMA`].
+//! [`correlations`] returns the correlation matrix of all inputs for the uncertainty budget (0 for pairs without one).
+//! Correlations that are ambiguous, beyond -1 to 1 or contradictory (a negative eigenvalue) are errors.
+//! [`correlation_root`] returns a square root `B` of the matrix (`B B'`, by eigenvectors) for the Monte Carlo
+//! propagation.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::experiment::{Experiment, named};
@@ -15,8 +16,8 @@ use crate::scene::Parameter;
 use crate::scene::validate::positive;
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// Magnitude of a negative eigenvalue of a correlation matrix that is ascribed to rounding errors, per row of the matrix.
-/// Larger magnitudes are rejected as contradictory correlations.
+/// Magnitude of a negative eigenvalue of a correlation matrix that is ascribed to rounding errors, per row of the
+/// matrix. Larger magnitudes are rejected as contradictory correlations.
 const ROUNDING: f64 = 1e-9;
 /// Largest standard uncertainty, in any unit: squares of larger ones overflow.
 const MOST_SIGMA: f64 = 1e100;
@@ -59,8 +60,8 @@ impl Known {
         self
     }
 
-    /// Adds the correlation coefficient, -1 to 1, of this input's error with that of another input. The range is checked with
-    /// the fit.
+    /// Adds the correlation coefficient, -1 to 1, of this input's error with that of another input. The range is
+    /// checked with the fit.
     pub fn correlated(mut self, with: Parameter, value: f64) -> Self {
         self.correlations.push(Correlation { with, experiment: None, value });
         self
@@ -71,16 +72,16 @@ impl Known {
         named(&self.parameter, &self.experiments)
     }
 
-    /// An unknown of the same parameter and experiments, without start and bounds, for derivatives of the residuals by the
-    /// input.
+    /// An unknown of the same parameter and experiments, without start, bounds and prior, for derivatives of the
+    /// residuals by the input.
     pub(crate) fn as_unknown(&self) -> Unknown {
         Unknown { experiments: self.experiments.clone(), ..Unknown::new(self.parameter) }
     }
 }
 
-/// Rejects inputs that no scene has, that are given twice in an experiment or also identified there (with a prior or without).
-/// Standard uncertainties must be positive and at most [`MOST_SIGMA`], and [`correlations`] must accept all correlations.
-/// Errors name the table `known[i]`.
+/// Rejects inputs that no scene has, that are given twice in an experiment or also identified there (with a prior or
+/// without). Standard uncertainties must be positive and at most [`MOST_SIGMA`], and [`correlations`] must accept all
+/// correlations. Errors name the table `known[i]`.
 pub(crate) fn check(
     experiments: &[Experiment],
     unknowns: &[Unknown],
@@ -113,9 +114,9 @@ pub(crate) fn check(
     correlations(knowns).map(|_| ())
 }
 
-/// The correlation matrix of all inputs, one row per input in their order; pairs without a given correlation have 0. An error
-/// if a correlation names no or several inputs, is beyond -1 to 1, is given twice with different values, or if the matrix has
-/// an eigenvalue below minus [`ROUNDING`] per row.
+/// The correlation matrix of all inputs, one row per input in their order; pairs without a given correlation have 0. An
+/// error if a correlation names no or several inputs, is beyond -1 to 1, or is given twice with different values. So is
+/// a matrix with an eigenvalue below minus [`ROUNDING`] per row.
 pub(crate) fn correlations(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
     let n = knowns.len();
     // Each correlation is given at one of its inputs and applies to both.
@@ -156,8 +157,8 @@ pub(crate) fn correlations(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
 }
 
 /// A root `B` of the [correlation matrix](correlations) `B B'`, square and one row per input: the product of `B` with
-/// independent standard normal numbers has these correlations. `B` is the eigenvectors times the roots of the eigenvalues,
-/// negative ones as zero.
+/// independent standard normal numbers has these correlations. `B` is the eigenvectors times the roots of the
+/// eigenvalues, negative ones as zero.
 pub(crate) fn correlation_root(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
     let correlations = correlations(knowns)?;
     if knowns.is_empty() {

@@ -1,10 +1,11 @@
 //! `[[load_deflection]]` of a fit file: its keys, and their conversion to measured load-deflection curves.
 //!
-//! Input: the deserialized table, and the folder that its path is relative to. The file is a table of numbers with the column
-//! `load` (mN, N, kN, or units of a moment) and displacements `x`, `y` and `z` (units of length) of one point from its place
-//! without the load. Loads are multiplied by `load_factor`. Output: one [`Measurement`] per displacement that the file has,
-//! N or N m, and m. Rows without a load or without a displacement are left out. A file that cannot be read or lacks the
-//! columns is an error with its path, and the line if it has one. Used by `fit::file`.
+//! Input: the deserialized table, and the folder that its path is relative to. The file is a table of numbers with the
+//! column `load`, in a unit of force, or of moment if the load of the scene is one. Columns `x`, `y` and `z` are
+//! displacements of one point from its place without the load, in a unit of length. Loads are multiplied by
+//! `load_factor`. Output: one [`Measurement`] per displacement column that the file has, N or N m, and m. Rows without
+//! a load or without a displacement are left out. Errors: a `load_factor` of 0, and, with its path, a file that cannot
+//! be read or that lacks the columns.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
@@ -50,8 +51,9 @@ fn one() -> f64 {
 }
 
 impl LoadDeflectionForm {
-    /// The measurements of the table, one per displacement of the file, whose path is relative to `folder`. `key` is that of
-    /// the table in the fit file, for errors.
+    /// The measurements of the table, one per displacement column of the file, whose path is relative to `folder`.
+    /// `key` is that of the table in the fit file, for errors. Errors: a `load_factor` that is zero or not finite, and
+    /// a file that cannot be read or that lacks the load or all displacements.
     pub fn read(&self, folder: &Path, key: &str) -> Result<Vec<Measurement>, Error> {
         let factor = self.load_factor;
         let is_valid = factor.is_finite() && factor != 0.0;

@@ -1,4 +1,12 @@
-//! Tables of measurements of one experiment in a fit file: reading them, and the loads on which they depend.
+//! Tables of measurements of one experiment in a fit file: observations, shapes, natural frequencies, load-deflection
+//! curves and critical loads.
+//!
+//! Input: the deserialized tables, the experiment, and the folder to which the paths of data files are relative.
+//! [`MeasurementTables::add_to`] reads the measurements and adds them to the experiment, in this order. If all
+//! measurements of the experiment are load-deflection curves and critical loads, it also sets their loads in the scene.
+//! A load becomes the largest measured one, or [`PART_OF_CRITICAL_LOAD`] of the critical one. So the mesh is chosen for
+//! a loaded rod. Errors are those of the tables and their files, and positions in a unit that does not fit the size of
+//! the scene.
 
 use crate::error::Error;
 use crate::fit::buckling_form::BucklingForm;
@@ -30,8 +38,9 @@ impl MeasurementTables {
     }
 
     /// Reads the measurements and adds them to an experiment, in the order observations, shapes, frequencies,
-    /// load-deflection curves, critical loads. Paths are relative to `folder`. An error also if positions of any measurement
-    /// of the experiment are in a unit that does not fit the size of the scene.
+    /// load-deflection curves, critical loads. Paths are relative to `folder`. It also sets the loads of its scene
+    /// ([`set_loads`]). Errors are those of the tables and files, and positions of any measurement of the experiment in
+    /// a unit that does not fit the size of the scene.
     pub fn add_to(self, experiment: &mut Experiment, folder: &Path) -> Result<(), Error> {
         // Keys of messages count the tables of this text, not the measurements that the experiment already has.
         let mut measurements = Vec::new();
@@ -58,12 +67,13 @@ impl MeasurementTables {
     }
 }
 
-/// Part of a critical load that the scene has: the rod is stable, and its mesh is chosen for the lowest mode under the load.
+/// Part of a critical load that the scene has: the rod is stable, and its mesh is chosen for the lowest mode under the
+/// load.
 const PART_OF_CRITICAL_LOAD: f64 = 0.5;
 
-/// Sets the loads of load-deflection curves to their largest values in the scene of an experiment without other measurements
-/// than these and critical loads, which are set to a part. The mesh is chosen for these loads. A load that the scene cannot
-/// have is left to the check of the measurement.
+/// Changes the scene of an experiment whose measurements are load-deflection curves and critical loads only; others
+/// stay. The load of a curve becomes its largest value, and a critical load [`PART_OF_CRITICAL_LOAD`] of it, so that
+/// the mesh is chosen for a loaded rod. A load that the scene cannot have is left to the check of the measurement.
 fn set_loads(experiment: &mut Experiment) {
     let of = |m: &Measurement| match (m.load_curve(), m.buckling()) {
         (Some(curve), _) => Some((curve.load, curve.largest_load())),

@@ -6,18 +6,18 @@
 //! optional.
 //!
 //! Output: a [`FitReport`]. Of a completed fit, an identifiable parameter has an estimate with a standard error or a
-//! one-sided bound, and an uncertainty budget ([`Estimate::budget`]). Standard errors are by the exact Jacobian, [on
-//! request](Analysis) also by the exact Hessian, the profile likelihood or a bootstrap. The report also has the
-//! parameters that the data do not determine ([`FitReport::not_identifiable`]), the discretization error
+//! one-sided bound, and in general an uncertainty budget ([`Estimate::budget`]). Standard errors are by the exact
+//! Jacobian, [on request](Analysis) also by the exact Hessian, the profile likelihood or a bootstrap. The report also
+//! has the parameters that the data do not determine ([`FitReport::not_identifiable`]), the discretization error
 //! ([`DiscretizationError`]), tests of the residuals ([`ResidualTests`]), the errors of predicted validation data
 //! ([`Prediction`]), and other local minima ([`LocalMinima`]).
 //!
-//! A [`FitFile`] (`file`, the `*_form` files, `measurement_tables`, `required`), or calls to [`Fit`], define a fit; `validate`,
-//! `duplicates` and `known` check it. `measurement` has the data, `misfit` their [residuals](Residuals), `search`
-//! finds the optimum. Where scenes leave mesh and step open, `resolution` refines these and the fit is repeated.
-//! `uncertainty` assesses the optimum, `report` is the result, `extend` adds omitted effects. `design` evaluates
-//! plans, `field` fits lists along the rod, `validation_errors` compares without a fit, and `structure` serves scenes
-//! of several rods.
+//! A [`FitFile`] (`file`, the `*_form` files, `measurement_tables`, `required`), or calls to [`Fit`], define a fit;
+//! `validate`, `duplicates` and `known` check it. `measurement` has the data, `misfit` their [residuals](Residuals),
+//! `search` finds the optimum. Where scenes leave mesh and step open, `resolution` refines these and the fit is
+//! repeated. `uncertainty` assesses the optimum, `report` is the result, `extend` adds omitted effects. `design`
+//! evaluates plans, `field` fits lists along the rod, `validation_errors` compares without a fit, and `structure`
+//! serves scenes of several rods.
 
 mod buckling_form;
 pub(crate) mod design;
@@ -217,8 +217,8 @@ pub struct Fit {
     keep_plot_data: bool,
 }
 
-/// State of a search that [stopped at the first acceptable optimum](Search::stops_at_first_fit), from which a complete search
-/// continues.
+/// State of a search that [stopped at the first acceptable optimum](Search::stops_at_first_fit), from which a complete
+/// search continues.
 struct FirstFit<'a> {
     search: &'a Search<'a>,
     experiments: &'a [Experiment],
@@ -241,13 +241,14 @@ struct RefinementState<'a> {
 }
 
 impl Fit {
-    /// A fit of the parameters of `problem`, as one experiment without a name, and without measurements and unknowns yet.
+    /// A fit of the parameters of `problem`, as one experiment without a name, and without measurements and unknowns
+    /// yet.
     pub fn new(problem: &Problem) -> Self {
         Self::of([Experiment::new("", problem)])
     }
 
-    /// A fit of several experiments, which may share parameters, without unknowns and inputs yet. Analyses are the default
-    /// ones, and data of plots are not kept.
+    /// A fit of several experiments, which may share parameters, without unknowns and inputs yet. Analyses are the
+    /// default ones, and data of plots are not kept.
     pub fn of(experiments: impl IntoIterator<Item = Experiment>) -> Self {
         Self {
             experiments: experiments.into_iter().collect(),
@@ -300,21 +301,22 @@ impl Fit {
         Self { analysis, ..self }
     }
 
-    /// Calls `progress` at each stage and iteration of the fit, with the name of the stage and the work done so far, in full
-    /// simulations of all experiments.
+    /// Calls `progress` at each stage and iteration of the fit, with the name of the stage and the work done so far, in
+    /// full simulations of all experiments.
     pub fn on_progress(mut self, progress: impl Fn(&str, f64) + Send + Sync + 'static) -> Self {
         self.progress = Some(Arc::new(progress));
         self
     }
 
-    /// Keeps the data of the plots in [`FitReport::plot_data`]. This costs one more simulation.
+    /// Keeps the data of the plots in [`FitReport::plot_data`]. This costs one more simulation of each experiment, and
+    /// several of recordings that prescribe the ends.
     pub fn keep_plot_data(self) -> Self {
         Self { keep_plot_data: true, ..self }
     }
 
-    /// Stops the fit at the next time step once `flag` is set, for the experiments added before this call. The report then has
-    /// the best values so far, and its `interrupted` is true. Before the first evaluated point, [`solve`](Self::solve) returns
-    /// [`Error::Interrupted`].
+    /// Stops the fit at the next time step once `flag` is set, for the experiments added before this call. The report
+    /// then has the best values so far, and its `interrupted` is true. Before the first evaluated point,
+    /// [`solve`](Self::solve) returns [`Error::Interrupted`].
     pub fn stop_when(mut self, flag: Arc<AtomicBool>) -> Self {
         for experiment in &mut self.experiments {
             experiment.problem = experiment.problem.clone().stop_when(flag.clone());
@@ -323,10 +325,10 @@ impl Fit {
     }
 
     /// The residuals in units of their standard deviations (preliminary ones where none is given) as functions of the
-    /// unknowns, and their derivatives, for any solver of argmin. They are those of all fitted measurements over the whole
-    /// records with their robust losses, then of the priors; validation data are left out. Meshes and steps are those of the
-    /// scenes, also where the program chose these for a simulation. [`solve`](Self::solve) chooses them by the accuracy that
-    /// the data require; [`with_resolution_of`](Self::with_resolution_of) has the fit on these.
+    /// unknowns, and their derivatives, for any solver of argmin. They are those of all fitted measurements over the
+    /// whole records with their robust losses, then of the priors; validation data are left out. Meshes and steps are
+    /// those of the scenes, also where the program chose these for a simulation. [`solve`](Self::solve) chooses them by
+    /// the accuracy that the data require; [`with_resolution_of`](Self::with_resolution_of) has the fit on these.
     ///
     /// # Errors
     ///
@@ -340,9 +342,9 @@ impl Fit {
         Residuals::new(&fitted, &sigmas, &self.unknowns, &horizons, work)
     }
 
-    /// The fit on the meshes and with the steps on which `report`, a result of it, ended, where its scenes leave them open. Its
-    /// [`residuals`](Self::residuals) are then minimal at the values of the report less the corrections of their
-    /// discretization errors ([`DiscretizationError`]), within the tolerance of the search.
+    /// The fit on the meshes and with the steps on which `report`, a result of it, ended, where its scenes leave them
+    /// open. Its [`residuals`](Self::residuals) are then minimal at the values of the report less the corrections of
+    /// their discretization errors ([`DiscretizationError`]), within the tolerance of the search.
     ///
     /// # Errors
     ///
@@ -352,13 +354,14 @@ impl Fit {
         Ok(Self { experiments, ..self.clone() })
     }
 
-    /// The expected uncertainty of planned or existing measurements, without a fit: standard errors, intervals and budgets at
-    /// the start values, or else at those of the scenes. It also has the standard errors with other markers, durations and
-    /// frame rates. Of existing data only the times are used.
+    /// The expected uncertainty of planned or existing measurements, without a fit: standard errors, intervals and
+    /// budgets at the start values, or else at those of the scenes. It also has the standard errors with other markers,
+    /// durations and frame rates. Of existing data only the times, observed coordinates and noise are used.
     ///
     /// # Errors
     ///
-    /// A fit that cannot be solved even with the planned data, a noise that is not given, and a simulation that fails.
+    /// A fit that cannot be solved even with the planned data, a structure, a noise that is not given, and a simulation
+    /// that fails.
     pub fn design(&self) -> Result<Design, Error> {
         self.check_plan()?;
         for experiment in &self.experiments {
@@ -370,9 +373,10 @@ impl Fit {
         PlannedFit { experiments: &experiments, unknowns, knowns, analysis, progress }.design()
     }
 
-    /// Finds the parameters. Stages: validation, plausibility of the data, global search, refinement of mesh and step where the
-    /// scenes leave these open, comparison with other minima, uncertainties. The report includes whether the fit converged or was
-    /// interrupted, and the parameters that are not identifiable. Data without motion give a report without values.
+    /// Finds the parameters. Stages: validation, plausibility of the data, global search, refinement of mesh and step
+    /// where the scenes leave these open, comparison with other minima, uncertainties. The report includes whether the
+    /// fit converged or was interrupted, and the parameters that are not identifiable. Data without motion give a
+    /// report without values.
     ///
     /// ```
     /// use rodfit::{Fit, Observation, Parameter, Scene};
@@ -415,10 +419,10 @@ impl Fit {
         Ok(FitReport::new(outcome, &search, &experiments, since))
     }
 
-    /// Searches the global optimum on the initial mesh, and refines and assesses it. Where a scene leaves mesh or step open,
-    /// the search stops at the first optimum that explains the motion, except for rods with recorded ends. If its residuals
-    /// are then not noise, the state of the search is kept, so that `refine` can complete it. `since` is the start of the fit,
-    /// for its duration. The sigmas and weights in `search` change.
+    /// Searches the global optimum on the initial mesh, and refines and assesses it. Where a scene leaves mesh or step
+    /// open, the search stops at the first optimum that explains the motion, except for rods with recorded ends. If its
+    /// residuals are then not noise, the state of the search is kept, so that `refine` can complete it. `since` is the
+    /// start of the fit, for its duration. The sigmas and weights in `search` change.
     fn search(
         &self,
         search: &mut Search,
@@ -436,11 +440,11 @@ impl Fit {
         self.refine(Fitted { search, optimum: &optimum }, experiments, state)
     }
 
-    /// From an optimum to the report. Stages: hold undetermined unknowns, and refine mesh and step to the accuracy that the
-    /// optimum requires. Then complete a search that stopped early, compare the optimum with other minima, and assess the
-    /// final one. A finer mesh, or another optimum of the completion or the comparison, calls this function again with the
-    /// changed `state`; held unknowns do not. A lower minimum whose report did not converge is replaced by the report of this
-    /// optimum, with a warning.
+    /// From an optimum to the report. Stages: hold undetermined unknowns, and refine mesh and step to the accuracy that
+    /// the optimum requires. Then complete a search that stopped early, compare the optimum with other minima, and
+    /// assess the final one. A finer mesh, or another optimum of the completion or the comparison, calls this function
+    /// again with the changed `state`; held unknowns do not. A lower minimum whose report did not converge is replaced
+    /// by the report of this optimum, with a warning.
     fn refine(
         &self,
         fitted: Fitted,
@@ -531,8 +535,8 @@ impl Fit {
         Ok(FitReport::new(outcome, search, experiments, state.since))
     }
 
-    /// The experiments without constant coordinates. The layout of each mesh is fixed for generic values of all parameters by
-    /// which the residuals are differentiated: unknowns and inputs with an uncertainty.
+    /// The experiments without constant coordinates. The layout of each mesh is fixed for generic values of all
+    /// parameters by which the residuals are differentiated: unknowns and inputs with an uncertainty.
     fn prepared_experiments(&self) -> Result<Vec<Experiment>, Error> {
         // The budget varies the inputs too: the layout must not change with them either.
         let knowns = self.knowns.iter().map(Known::as_unknown);
@@ -548,8 +552,8 @@ impl Fit {
         check_recorded(&self.experiments)
     }
 
-    /// Rejects a fit that cannot be solved even if all planned measurements were recorded: missing data or unknowns, wrong
-    /// values of keys, duplicates of measurements, and contradictory inputs.
+    /// Rejects a fit that cannot be solved even if all planned measurements were recorded: missing data or unknowns,
+    /// wrong values of keys, duplicates of measurements, and contradictory inputs.
     fn check_plan(&self) -> Result<(), Error> {
         check(&self.experiments, &self.unknowns, &self.analysis)?;
         check_duplicates(&self.experiments)?;

@@ -1,12 +1,14 @@
-//! `[[observation]]` of a fit file: its keys, and their conversion to recorded or planned motions of points of the rod.
+//! `[[observation]]` of a fit file: its keys, and their conversion to recorded or planned motions of points, or
+//! readings of sensors.
 //!
 //! Input: the deserialized table, the folder of the fit file and the prepared scene. A file is read as one marker (at
-//! the tip by default), or as several with their points. `markers = "free"` takes all markers of the recording in
-//! `supports.path` that prescribe neither an end nor an inner node. `duration`, s, with `fps`, Hz, plans an
-//! observation without data. With `quantity` the table is that of a sensor (`sensor_form`). Output: one [`Measurement`] per
-//! point, m and s, each with the table's offset, standard deviation, loss and `held_out`. Keys that exclude each other and missing keys are errors with the key; a file that
-//! cannot be read is an error with its path, and the line if it has one. [`Sigma`] (a number, m, or columns of the
-//! file) is shared with `[[shape]]`.
+//! the tip by default), or as several with their points. `markers = "free"` takes markers of the scene's own recording:
+//! those that prescribe neither an end nor an inner node, of a structure those that have a point. `duration`, s, with
+//! `fps`, Hz, plans an observation without data. With `quantity` the table is that of a sensor (`sensor_form`). Output:
+//! one [`Measurement`] per point or sensor component, each with the table's standard deviation, loss and `held_out`, in
+//! SI units. Keys that exclude each other and missing keys are errors with the key; a file that cannot be read is an
+//! error with its path, and the line if it has one. [`Sigma`] (a number, m, or columns of the file) is shared with
+//! `[[shape]]`.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
@@ -30,8 +32,8 @@ pub(crate) struct ObservationForm(ObservationKeys);
 impl TryFrom<ObservationKeys> for ObservationForm {
     type Error = &'static str;
 
-    /// Checks the required keys: a file unless markers are free or the observation is planned, and a frame rate where it is
-    /// planned. The error is `missing field` with the name of the key.
+    /// Checks the required keys: a file unless markers are free or the observation is planned, and a frame rate where
+    /// it is planned. The error is `missing field` with the name of the key.
     fn try_from(form: ObservationKeys) -> Result<Self, Self::Error> {
         let is_free = matches!(form.markers, Some(MarkerSelection::Recorded(_)));
         match (&form.file, form.duration) {
@@ -72,7 +74,7 @@ pub(crate) enum ObservedPoint {
 }
 
 impl ObservedPoint {
-    /// The observation of this point.
+    /// The `observation` with this as its observed point.
     fn of(self, observation: Observation) -> Observation {
         match self {
             Self::OfRod(point) => observation.at(point),
@@ -183,11 +185,11 @@ struct ObservationKeys {
 }
 
 impl ObservationForm {
-    /// The measurements of the table, whose `key` in the fit file is named in errors. With `duration`: one planned point. With
-    /// `markers = "free"`: all markers of the recording in `problem` that prescribe neither an end nor an inner node. Else
-    /// those of a file, whose path is relative to `folder`: one point, by default the tip, or one measurement per named
-    /// marker. Offset, sigma, loss and `held_out` of the table apply to each of them. An error for keys that exclude each
-    /// other, and files that cannot be read.
+    /// The measurements of the table, whose `key` in the fit file is named in errors. With `quantity`: the components
+    /// of a sensor. With `duration`: one planned point. With `markers = "free"`: markers of the recording of the scene
+    /// in `problem` ([`Observation::of_free_markers`]). Else those of a file, whose path is relative to `folder`: one
+    /// point, by default the tip, or one measurement per named marker. Sigma, loss and `held_out` of the table apply to
+    /// each of them. An error for keys that exclude each other, and files that cannot be read.
     pub fn read(
         self,
         folder: &Path,

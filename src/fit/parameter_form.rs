@@ -1,10 +1,11 @@
 //! `[[parameter]]` and `[[known]]` of a fit file: their keys, and their conversion to unknowns and inputs with an
 //! uncertainty.
 //!
-//! Input: the deserialized tables, with numbers in the unit of each parameter. Output: an [`Unknown`] (start, bounds, prior,
-//! experiments) or a [`Known`] (standard uncertainty, correlations, experiments), in the same units. Without names of
-//! experiments the list is empty, which means all. The only error here is an empty list in the file; values are checked later
-//! with the scenes. `fit::file` applies a `fixed` value to the scenes instead.
+//! Input: the deserialized tables, with numbers in the unit of each parameter. Output: an [`Unknown`] (start, bounds,
+//! prior, experiments) or a [`Known`] (standard uncertainty, correlations, experiments), in the same units. Without
+//! names of experiments the list is empty, which means all. The only error here is an empty list in the file; values
+//! are checked later with the scenes. The key `fixed` is not part of the unknown: `fit::file` sets that value in the
+//! scenes instead.
 
 use crate::error::Error;
 use crate::fit::known::{Correlation, Known};
@@ -92,8 +93,8 @@ impl ExperimentNames {
 }
 
 impl ParameterForm {
-    /// The unknown of the table at `key` of the fit file, with its start, bounds, prior and experiments. The `fixed` value is
-    /// not part of it. An error for an empty list of experiments.
+    /// The unknown of the table at `key` of the fit file, with its start, bounds, prior and experiments. The `fixed`
+    /// value is not part of it. An error for an empty list of experiments.
     pub fn unknown(self, key: &str) -> Result<Unknown, Error> {
         let Self { name, start, bounds, prior, experiment, .. } = self;
         let experiments = experiment.list(key)?;
@@ -102,8 +103,8 @@ impl ParameterForm {
 }
 
 impl KnownForm {
-    /// The input of the table at `key` of the fit file, with its standard uncertainty, experiments and correlations. An error
-    /// for an empty list of experiments.
+    /// The input of the table at `key` of the fit file, with its standard uncertainty, experiments and correlations. An
+    /// error for an empty list of experiments.
     pub fn known(self, key: &str) -> Result<Known, Error> {
         let Self { name, sigma, experiment, correlation } = self;
         // The form has the names of the file's keys, the input those of the library.

@@ -1,15 +1,19 @@
 //! Required keys of a fit file, as a list of rules by table for messages about missing keys.
 //!
-//! Each rule names a table, as `experiment[].shape[]`, and returns the keys that a table of this name must have. They may
-//! depend on its other keys: an observation needs `file`, a planned one (`duration`) needs `fps`, and free markers need none.
-//! A shape needs `file` or `at`; an experiment `scene`, and `name` without `path` or `paths`. A fit file needs a `parameter`,
-//! unless it has a `field` or all experiments are held out. The parser in `input::missing_keys` reports all missing keys of a
-//! file at once by these rules. Output is [`REQUIRED`]; values of keys are not checked here.
+//! Input of a rule: a table of its name, as `experiment[].shape[]` for each shape of each experiment. Output: the keys
+//! that the table must have. Most lists are fixed. A parameter needs `name`, a known input `name` and `sigma`, a field
+//! `name`, `sigma` and `length`, a prior `mean` and `sigma`, a correlation `with` and `value`. Frequencies need
+//! `sigma`, a load-deflection curve `load` and `file`, a critical load (`buckling`) `load`, `value` and `sigma`. Other
+//! lists depend on the keys that are given. An observation needs `file`, a planned one (`duration`) `fps` instead, and
+//! free markers (`markers`) need none. A shape needs `file` unless it has `at`. An experiment needs `scene`, and `name`
+//! unless it has `path` or `paths`. The file needs a `parameter`, unless it has a `field` or all experiments are held
+//! out. [`REQUIRED`] has all rules. The parser in `input::missing_keys` reports all missing keys of a file at once by
+//! them; values are not checked here.
 
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 
-/// The rules for the required keys of every table of a fit file. The first is that of the file itself; the others apply to
-/// every table of their name.
+/// The rules for the required keys of every table of a fit file. The first is that of the file itself; the others apply
+/// to every table of their name.
 pub(crate) const REQUIRED: [Rule; 17] = [
     always("", fit_keys),
     if_there("field[]", |_| &["name", "sigma", "length"]),
@@ -30,8 +34,8 @@ pub(crate) const REQUIRED: [Rule; 17] = [
     if_there("experiment[].buckling[]", |_| &["load", "value", "sigma"]),
 ];
 
-/// Required keys of the file: `parameter`. None if the file fits lists along the rod (`field`), or if every `[[experiment]]`
-/// has `held_out = true`.
+/// Required keys of the file: `parameter`. Empty if the file fits lists along the rod (`field`), or if every
+/// `[[experiment]]` has `held_out = true`.
 fn fit_keys(fit: &toml::Table) -> Keys {
     let held_out = |table: &toml::Value| table.get("held_out") == Some(&toml::Value::Boolean(true));
     let experiments = fit.get("experiment").and_then(toml::Value::as_array);

@@ -1,17 +1,20 @@
-//! Choice of mesh and time step of a fit, where scenes leave them to the program.
+//! Choice of mesh and time step of a fit, where scenes leave them to the program: coarse ones first, which are refined
+//! until their error is small.
 //!
-//! Input: experiments, and at an optimum its covariance and discretization errors. A search begins with a coarse mesh
-//! and large steps for the recorded motion ([`with_initial_resolution`]). At its optimum another mesh and another
-//! step give the shift of every parameter from its limit for vanishing edges and steps (Richardson extrapolation).
-//! The shift is corrected in the estimates, and half of it is the error of the correction. Mesh and step are refined
-//! ([`refined_start`]) where this half exceeds both [`MAX_ERROR_RATIO`] of a standard error and
-//! [`MAX_RELATIVE_ERROR`] of the value. They are also refined where discretization errors are a visible part of the
-//! residuals; the step also where steps were halved. There are at most [`ROUNDS`] refinements, within [`MOST_WORK`]
-//! (steps times edges of one simulation of all experiments). [`with_smooth_steps`] keeps meshes and steps of the
-//! scenes. Where the program chose the scheme, it replaces the tolerance of the steps by the smaller default one, so
-//! that the residuals are smooth functions of the unknowns. [`with_reported_resolution`] restores the meshes and steps of a report.
-//! Output: the refined experiments, with the optimum that is
-//! expected on them as the next start; None where mesh and step are given, suffice, or are at a limit.
+//! [`with_initial_resolution`] gives experiments the mesh and the step with which a search begins: few edges, and large
+//! steps for the recorded motion. [`refined_start`] has as input the optimum of a search with its covariance and its
+//! discretization bias: the shift of every parameter from the limit of zero edge and step size. Half of the shift, by
+//! which estimates are corrected, may remain as an error. Mesh and step are refined where this error exceeds both
+//! [`MAX_ERROR_RATIO`] of a standard error and [`MAX_RELATIVE_ERROR`] of the value. They are also refined where
+//! discretization errors are a visible part of the residuals; the step also where steps were halved. Output: the
+//! refined experiments, with the optimum expected on them as the next start. It is `None` if scenes give mesh and step,
+//! or these suffice. It is `None` also after [`ROUNDS`] refinements or at the limit of work [`MOST_WORK`] (steps times
+//! edges of one simulation of all experiments).
+//!
+//! [`with_smooth_steps`] keeps meshes and steps of the scenes. Where the program chose the scheme, it replaces the
+//! tolerance of the steps by the smaller default one, so that the residuals are smooth functions of the unknowns.
+//! [`with_reported_resolution`] restores the meshes and steps of a stored report, for the same number of experiments. A
+//! scene that does not allow its new mesh or step is an error.
 
 use crate::accuracy::{Aim, ErrorModel};
 use crate::error::Error;
@@ -23,38 +26,40 @@ use crate::fit::uncertainty::discretization::bias::{DiscretizationBias, REMAININ
 use crate::fit::unknown::Unknown;
 use crate::scene::{Resolution, StepTolerance};
 
-/// Largest discretization error that may remain after correction, as a fraction of the standard error. At a quarter it widens
-/// a combined standard error by 3 %.
+/// Largest discretization error that may remain after correction, as a fraction of the standard error. At a quarter it
+/// widens a combined standard error by 3 %.
 const MAX_ERROR_RATIO: f64 = 0.25;
-/// Largest discretization error that may always remain, relative to the value. It limits the refinement for nearly exact
-/// data.
+/// Largest discretization error that may always remain, relative to the value. It limits the refinement for nearly
+/// exact data.
 const MAX_RELATIVE_ERROR: f64 = 1e-4;
-/// Smallest number of edges of the initial mesh. Fewer are faster, but give an optimum farther from that of the fine mesh.
+/// Smallest number of edges of the initial mesh. Fewer are faster, but give an optimum farther from that of the fine
+/// mesh.
 const FIRST_EDGES: usize = 24;
-/// Smallest number of edges of the initial mesh per mode, up to the highest measured one. More edges cost more in every
-/// simulation of the search; fewer shift the frequencies more.
+/// Smallest number of edges of the initial mesh, over the number of the highest measured mode. More edges cost more in
+/// every simulation of the search; fewer shift the frequencies more.
 const FIRST_PER_MODE: usize = 6;
-/// Initial number of time steps in the shortest recorded period, which is twice the rise time of a recording. More steps cost
-/// more in every simulation of the search; fewer shift its optimum more.
+/// Initial number of time steps in the shortest recorded period, which is twice the rise time of a recording. More
+/// steps cost more in every simulation of the search; fewer shift its optimum more.
 const FIRST_STEPS: f64 = 60.0;
 /// Largest number of refinements in a row; larger discretization errors are then reported.
 const ROUNDS: usize = 4;
-/// Largest factor of one refinement, on the number of edges and on that of steps. A larger one takes fewer rounds, but relies
-/// on an extrapolation over a larger range.
+/// Largest factor of one refinement, on the number of edges and on that of steps. A larger one takes fewer rounds, but
+/// relies on an extrapolation over a larger range.
 const MOST_FINER: f64 = 4.0;
 /// Smallest factor on edges or steps that is worth a refinement. Each refinement costs a further fit.
 const LEAST_FINER: f64 = 1.01;
-/// Smallest factor on the number of steps after a simulation that halved steps which did not converge. Such steps make the
-/// misfit discontinuous.
+/// Smallest factor on the number of steps after a simulation that halved steps which did not converge. Such steps make
+/// the misfit discontinuous.
 const FINER_IF_HALVED: f64 = 2.0;
-/// Largest work of one simulation of all experiments, as the sum of steps times edges. A larger limit permits slower fits
-/// with smaller discretization errors.
+/// Largest work of one simulation of all experiments, as the sum of steps times edges. A larger limit permits slower
+/// fits with smaller discretization errors.
 const MOST_WORK: f64 = 4e6;
 
 /// The experiments with the mesh and the step with which a search begins, where the scenes leave these open; others
-/// unchanged. The mesh has at least the edges of a first guess, [`FIRST_EDGES`], and [`FIRST_PER_MODE`] per measured mode.
-/// The step is twice the shortest rise time of the recordings over [`FIRST_STEPS`], at most that for moving supports; without
-/// a rise time it is the scene's own.
+/// unchanged. The mesh has at least the edges of a first guess for the measurements, [`FIRST_EDGES`], and
+/// [`FIRST_PER_MODE`] per measured mode. The step, s, is twice the shortest rise time of the recordings over
+/// [`FIRST_STEPS`], at most one that resolves moving supports and signals. Without a rise time it is the scene's own.
+/// An error if a scene does not allow them.
 pub(crate) fn with_initial_resolution(
     experiments: Vec<Experiment>,
 ) -> Result<Vec<Experiment>, Error> {
@@ -79,8 +84,9 @@ pub(crate) fn with_initial_resolution(
     experiments.into_iter().map(initial).collect()
 }
 
-/// The experiments on the meshes and with the steps of their scenes. Where the program chose the scheme for a simulation, the
-/// tolerance of its steps becomes the (smaller) default one, so that the residuals are smooth functions of the unknowns.
+/// The experiments on the meshes and with the steps of their scenes. Where the program chose the scheme for a
+/// simulation, the tolerance of its steps becomes the (smaller) default one, so that the residuals are smooth functions
+/// of the unknowns.
 pub(crate) fn with_smooth_steps(experiments: Vec<Experiment>) -> Result<Vec<Experiment>, Error> {
     let smooth = |experiment: Experiment| {
         let mut scene = experiment.problem.scene().clone();
@@ -93,9 +99,9 @@ pub(crate) fn with_smooth_steps(experiments: Vec<Experiment>) -> Result<Vec<Expe
     experiments.into_iter().map(smooth).collect()
 }
 
-/// The experiments with the edges and steps of a report's `resolutions`, one for each experiment in their order, where their
-/// scenes leave these open. Experiments without a reported resolution are unchanged. An error if the numbers of both lists
-/// differ, unless the report has no resolutions at all.
+/// The experiments with the edges and steps of a report's `resolutions`, one for each experiment in their order, where
+/// their scenes leave these open. Experiments without a reported resolution are unchanged. An error if the numbers of
+/// both lists differ, unless `resolutions` is empty: then all are unchanged.
 pub(crate) fn with_reported_resolution(
     experiments: &[Experiment],
     resolutions: &[Option<Resolution>],
@@ -122,9 +128,9 @@ fn step_size(experiment: &Experiment) -> f64 {
     experiment.problem.scene().time.as_ref().map_or(1.0, |time| time.step_size())
 }
 
-/// The experiment with at least this number of edges (`segments`) and this `step`, s, where its scene leaves them open. The
-/// markers of a recording that prescribes the ends are at nodes: the number of edges is rounded up to a multiple of the spans
-/// between markers.
+/// The experiment with at least this number of edges (`segments`) and this `step`, s, where its scene leaves them open.
+/// The markers of a recording that prescribes the ends are at nodes: the number of edges is rounded up to a multiple of
+/// the spans between markers.
 fn with_resolution(
     experiment: Experiment,
     segments: usize,
@@ -147,13 +153,13 @@ pub(crate) struct RefinedStart {
     pub x: Vec<f64>,
 }
 
-/// The experiments with finer meshes and steps, as the accuracy of the optimum requires, and the optimum expected on them by
-/// second-order extrapolation. `bias` is the shift of the unknowns by mesh and step (`None`: no shift). `None` if no scene
-/// leaves mesh or step open, or if they suffice (factors below [`LEAST_FINER`]) or are at the limit of work. Also `None` if
-/// `round`, the number of refinements so far, is [`ROUNDS`]. The factors on edges and steps are the largest that any
-/// determined unknown, combination of unknowns or visible discretization error of the residuals requires. Halved steps require
-/// [`FINER_IF_HALVED`] for the steps. A factor is at most [`MOST_FINER`], and both together stay within [`MOST_WORK`]. The
-/// expected optimum is within the bounds.
+/// The experiments with finer meshes and steps, as the accuracy of the optimum requires, and the optimum expected on
+/// them by second-order extrapolation. `bias` is the shift of the unknowns by mesh and step (`None`: no shift). `None`
+/// if the scenes give all meshes and steps, or if these suffice (factors below [`LEAST_FINER`]) or are at the limit of
+/// work. Also `None` if `round`, the number of refinements so far, is [`ROUNDS`]. The factors on edges and steps are
+/// the largest that any determined unknown, combination of unknowns or visible discretization error of the residuals
+/// requires. Halved steps require [`FINER_IF_HALVED`] for the steps. A factor is at most [`MOST_FINER`], and both
+/// together stay within [`MOST_WORK`]. The expected optimum is within the bounds.
 pub(crate) fn refined_start(
     experiments: &[Experiment],
     Fitted { search, optimum }: Fitted,
@@ -218,8 +224,8 @@ pub(crate) fn refined_start(
     Ok(Some(RefinedStart { experiments, x: expected.collect() }))
 }
 
-/// The scale of the relative error of an unknown at `x`, on the scale of the fit: 1 for a logarithm. For others it is the
-/// larger of `|x|` and the typical size of the parameter in its first experiment (1 without one).
+/// The scale of the relative error of an unknown at `x`, on the scale of the fit: 1 for a logarithm. For others it is
+/// the larger of `|x|` and the typical size of the parameter in its first experiment (1 without one).
 fn value_scale(unknown: &Unknown, x: f64, search: &Search) -> f64 {
     if unknown.parameter.is_positive() {
         return 1.0;

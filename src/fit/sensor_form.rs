@@ -1,10 +1,12 @@
 //! `[[observation]]` with the key `quantity`: readings of a sensor, under a support or at a point of the rod.
 //!
-//! Input: the keys of the table, the folder of the fit file and the prepared scene. The components of the file are mapped by
-//! `axes` and then turned by `rotation`, rad: to the world for forces and moments, to the axes of the rod for accelerations.
-//! An angle has one component, and `rotation` turns its axes. Output: one [`Measurement`] per component that the file has
-//! and `axes` does not leave out, N, N m, m/s^2 or rad, each with its tare, filter, standard deviation, loss and `held_out`.
-//! Errors have the key: an end without a support, a filter or tare that is not valid, and keys of another quantity.
+//! Input: the keys of the table, the folder of the fit file and the prepared scene. The components of the file are
+//! mapped by `axes` and then turned by `rotation`, rad: to the world for forces and moments, to the axes of the rod for
+//! accelerations. An angle has one component, and `rotation` turns its axes. Output: one [`Measurement`] per component
+//! that the file has and `axes` does not leave out, N, N m, m/s^2 or rad, each with its tare, filter, standard
+//! deviation, loss and `held_out`. Errors have the key: an end without a support, a filter or tare that is not valid,
+//! keys of another quantity, and no component that remains. A file that cannot be read is an error with its path.
+//! [`refuse_given`] rejects keys that a table must not have.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
@@ -82,8 +84,9 @@ pub(crate) struct SensorForm {
 }
 
 impl SensorForm {
-    /// The measurements of the table, one per component, with paths relative to `folder`. `key` is that of the table in the fit
-    /// file, for errors.
+    /// The measurements of the table, one per component of the file that `axes` does not leave out. The path of the
+    /// file is relative to `folder`. `key` is that of the table in the fit file, for errors: those of the module's
+    /// header.
     pub fn read(
         self,
         folder: &Path,
@@ -142,7 +145,8 @@ impl SensorForm {
 /// The name of a key, and whether a table has it.
 pub(crate) struct GivenKey(pub &'static str, pub bool);
 
-/// Rejects the first of the `keys` that the table `key` has. The error has `found` and `allowed`.
+/// Rejects a table `key` that has any of the `keys`. The error is that of the first one given, with its path `key.NAME`
+/// and the texts `found` and `allowed`.
 pub(crate) fn refuse_given(
     key: &str,
     keys: &[GivenKey],
@@ -155,8 +159,8 @@ pub(crate) fn refuse_given(
 }
 
 impl SensorForm {
-    /// Rejects an end or a point that the quantity does not have, an end without a support, `axes` of an angle, and a tare of
-    /// another number of components. Errors have the key; `key` is that of the table.
+    /// Rejects an end or a point that the quantity does not have, an end without a support, `axes` of an angle, and a
+    /// tare for another number of components. Errors have the key; `key` is that of the table.
     fn check_place(&self, problem: &Problem, key: &str) -> Result<(), Error> {
         let is_angle = self.quantity == SensorQuantity::Angle;
         let (has_other_tare, allowed) = match self.tare {
@@ -191,7 +195,8 @@ impl SensorForm {
         ensure(is_held, format!("{key}.of"), found, "an end that a support holds")
     }
 
-    /// The channel of axis `axis` (0 to 2) of the file, whose direction before the rotation is given.
+    /// The channel (measured quantity, place and direction) of axis `axis` (0 to 2) of the file. `direction` is that of
+    /// the axis before the rotation, which is applied here.
     fn channel(&self, axis: usize, direction: [f64; 3]) -> SensorChannel {
         let point = self.point.unwrap_or(Point::Tip);
         let of = self.of.unwrap_or(End::Start);

@@ -1,12 +1,14 @@
 //! Unknowns of a fit: a parameter with its start, bounds and prior, and the scale on which it is identified.
 //!
-//! Start, bounds and prior are given in the parameter's unit, and the prior is normal in that unit. Positive
-//! parameters (stiffness, density, damping) are identified as their natural logarithm, others, and those marked
-//! `plain`, as their value ("the scale of the fit"). Steps and covariances of the search are on this scale, and
-//! bounds are converted to it, cut to the parameter's physical limits. [`Unknown::to_scale`] and
-//! [`Unknown::from_scale`] convert, and [`ParameterPoint`] is a point of all unknowns on their scales. Without names
-//! of experiments an unknown belongs to all whose scene has the parameter. [`with_fixed_layouts`] prepares
-//! experiments whose mesh layout does not change with the values of their unknowns.
+//! Start, bounds and prior are given in the parameter's unit, and the prior is normal in that unit. Positive parameters
+//! (stiffness, density, damping) are identified as their natural logarithm, others, and those marked `plain`, as their
+//! value ("the scale of the fit"). Steps and covariances of the search are on this scale, and bounds are converted to
+//! it, cut to the parameter's physical limits. [`Unknown::to_scale`] and [`Unknown::from_scale`] convert, and
+//! [`ParameterPoint`] is a point of all unknowns on their scales. Without names of experiments an unknown belongs to
+//! all whose scene has the parameter. `prior_residual` is the residual of the prior in a fit. [`with_fixed_layouts`]
+//! prepares experiments whose mesh layout does not change with the values of their unknowns. `is_of` returns whether an
+//! unknown belongs to an experiment. `slope` is the derivative of the value by its number on the scale. `typical_size`
+//! is a change on the scale that changes the motion by about its size.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, named};
@@ -43,7 +45,8 @@ pub struct Unknown {
     pub(crate) plain: bool,
 }
 
-/// A point of the search: the unknowns with one number each on its scale, at which simulations and residuals are evaluated.
+/// A point of the search: the unknowns with one number each on its scale, at which simulations and residuals are
+/// evaluated.
 #[derive(Clone, Copy)]
 pub(crate) struct ParameterPoint<'a> {
     /// The unknowns of the fit.
@@ -65,9 +68,9 @@ impl ParameterPoint<'_> {
     }
 }
 
-/// The experiments with the layout of their mesh (the arrangement of nodes and elements) chosen for generic values of the
-/// unknowns that belong to them, once for the whole fit. The misfit is then a smooth function of the unknowns. An error if a
-/// scene cannot be prepared.
+/// The experiments with the layout of their mesh (the arrangement of nodes and elements) chosen for generic values of
+/// the unknowns that belong to them, once for the whole fit. The misfit is then a smooth function of the unknowns. An
+/// error if a scene cannot be prepared.
 pub(crate) fn with_fixed_layouts(
     experiments: &[Experiment],
     unknowns: &[Unknown],
@@ -129,8 +132,8 @@ impl Unknown {
         self
     }
 
-    /// Whether an unknown belongs to an experiment: the experiment is in its list of names, or without names its scene has
-    /// the parameter.
+    /// Whether an unknown belongs to an experiment: the experiment is in its list of names, or without names its scene
+    /// has the parameter.
     pub(crate) fn is_of(&self, experiment: &Experiment) -> bool {
         match self.experiments.is_empty() {
             true => self.parameter.of(experiment.problem.scene()).is_some(),
@@ -138,47 +141,47 @@ impl Unknown {
         }
     }
 
-    /// The residual of the normal prior, `(value - mean)/sigma`, at `x` on the scale of the fit; mean, sigma and value are in
-    /// the parameter's unit. `None` without a prior. `x` may carry derivatives.
+    /// The residual of the normal prior, `(value - mean)/sigma`, at `x` on the scale of the fit; mean, sigma and value
+    /// are in the parameter's unit. `None` without a prior. `x` may carry derivatives.
     pub(crate) fn prior_residual<D: Scalar>(&self, x: D) -> Option<D> {
         // The prior is normal in the unit of the parameter, also where the scale is a logarithm.
         let Prior { mean, sigma } = self.prior?;
         Some((self.value(x) - mean) * sigma.recip())
     }
 
-    /// The number on the scale of the fit of a value in the parameter's unit: its natural logarithm for positive parameters,
-    /// else the value.
+    /// The number on the scale of the fit of a value in the parameter's unit: its natural logarithm for positive
+    /// parameters, else the value.
     pub fn to_scale(&self, value: f64) -> f64 {
         if self.is_logarithm() { value.ln() } else { value }
     }
 
-    /// The value in the parameter's unit of a number on the scale of the fit: its exponential for positive parameters, else
-    /// the number.
+    /// The value in the parameter's unit of a number `x` on the scale of the fit: its exponential for positive
+    /// parameters, else `x`.
     pub fn from_scale(&self, x: f64) -> f64 {
         self.value(x)
     }
 
-    /// The value in the parameter's unit at `x` on the scale of the fit (exponential for positive parameters), which may
-    /// carry derivatives.
+    /// The value in the parameter's unit at `x` on the scale of the fit (exponential for positive parameters), which
+    /// may carry derivatives.
     pub(crate) fn value<D: Scalar>(&self, x: D) -> D {
         if self.is_logarithm() { x.exp() } else { x }
     }
 
-    /// Whether the scale of the fit is the logarithm of the parameter: it is positive, and the unknown is not marked `plain`
-    /// (for derivatives at zero).
+    /// Whether the scale of the fit is the logarithm of the parameter: it is positive, and the unknown is not marked
+    /// `plain` (for derivatives at zero).
     fn is_logarithm(&self) -> bool {
         self.parameter.is_positive() && !self.plain
     }
 
-    /// The derivative of the parameter by its number on the scale of the fit, at a `value` in its unit: the value itself on a
-    /// logarithmic scale, else 1.
+    /// The derivative of the parameter by its number on the scale of the fit, at a `value` in its unit: the value
+    /// itself on a logarithmic scale, else 1.
     pub fn slope(&self, value: f64) -> f64 {
         if self.is_logarithm() { value } else { 1.0 }
     }
 
-    /// A change on the scale of the fit that changes the motion of an experiment by about the size of the motion. It is 1 for
-    /// positive parameters, pure numbers and angles, the rod's length for m, the duration for s, and 0 for other units. On a
-    /// logarithmic scale 1 is a factor of `e`.
+    /// A change on the scale of the fit that changes the motion of an experiment by about the size of the motion. It is
+    /// 1 for positive parameters, pure numbers and angles. Of others it is the rod's length in the unit m, the duration
+    /// of the records in s, and 0 in other units. On a logarithmic scale 1 is a factor of `e`.
     pub(crate) fn typical_size(&self, experiment: &Experiment) -> f64 {
         // Other units have no size that the motion suggests: 0 leaves them out of comparisons.
         match self.parameter.unit() {
@@ -190,8 +193,9 @@ impl Unknown {
         }
     }
 
-    /// The lower and upper bound on the scale of the fit: the given bounds, cut to the physical limits of the parameter, or
-    /// else these limits. Infinite where a side is unlimited (also minus infinity for the logarithm of zero).
+    /// The lower and upper bound on the scale of the fit: the given bounds, cut to the physical limits of the
+    /// parameter, or else these limits. Infinite where a side is unlimited (also minus infinity for the logarithm of
+    /// zero).
     pub fn scaled_bounds(&self) -> [f64; 2] {
         // Given bounds never extend beyond the limits of the parameter.
         let [low, high] = self.parameter.limits();

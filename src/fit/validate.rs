@@ -1,12 +1,13 @@
 //! Validation of a fit before any simulation.
 //!
-//! Input: experiments, unknowns and analyses. Rejected are missing data, or fewer values, priors included, than
-//! unknowns (one more if a sigma is missing). So are duplicate names, values of keys out of range, and parameters or
-//! points that a scene does not have. A measurement without sigma beside others needs [`FEW`] values. Starts must not
-//! make the rod too short for an observed point. Positions are in a wrong unit if their median distance from the wall
-//! exceeds [`FARTHEST`] rod lengths ([`Measurement::check_units`]). Output: `Ok`, or the first [`Error::Invalid`]
-//! with the key in the fit file or the file, the value found, and the allowed values. [`check`] is for fits,
-//! [`check_predicted`] for validation data without a fit, [`check_recorded`] excludes planned measurements.
+//! Input: experiments, unknowns and analyses. [`check`] is for fits. It rejects missing data, and fewer values, priors
+//! included, than unknowns (one more if a sigma is missing). So it does with duplicate names, values of keys out of
+//! range, and parameters or points that a scene does not have. A measurement without sigma beside others needs [`FEW`]
+//! values. Starts must not make the rod too short for an observed point. [`check_predicted`] is for validation data
+//! without a fit, and [`check_recorded`] rejects planned measurements. [`Measurement::check_units`] rejects positions
+//! in a wrong unit, whose median distance from the wall exceeds [`FARTHEST`] rod lengths. Output: `Ok`, or the first
+//! [`Error::Invalid`] with the key in the fit file or the file, the value found, and the allowed values.
+//! [`measurement_key`] returns the key of a measurement in the fit file.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
@@ -22,24 +23,25 @@ use crate::numerics::upper_median;
 use crate::scene::validate::positive;
 use crate::scene::{Point, Support};
 
-/// Smallest number of values of a measurement without a sigma beside other measurements: fewer do not determine their noise.
+/// Smallest number of values of a measurement without a sigma beside other measurements: fewer do not determine their
+/// noise.
 const FEW: usize = 8;
 
 /// Largest number of replicates of bootstrap and Monte Carlo; more are a typing error.
 const MOST_REPLICATES: usize = 1_000_000;
 
-/// Largest tolerance of the distance from the minimum, in standard errors. The tolerance is an error of the estimates beside
-/// their standard errors.
+/// Largest tolerance of the distance from the minimum, in standard errors. The tolerance is an error of the estimates
+/// beside their standard errors.
 const LARGEST_TOLERANCE: f64 = 0.1;
 
-/// Largest typical distance of observed points from the wall of a held rod, over its length. Points of an inextensible rod
-/// are within one length of the wall; wrong units, as mm for m, change the distance by large factors.
+/// Largest typical distance of observed points from the wall of a held rod, over its length. Points of an inextensible
+/// rod are within one length of the wall; wrong units, as mm for m, change the distance by large factors.
 const FARTHEST: f64 = 2.5;
 
-/// Rejects a fit that cannot be solved: without fitted measurements or unknowns, or with fewer values of fitted measurements
-/// (and priors) than unknowns. If any sigma of these is not given, one more value is needed for the noise. Names of
-/// experiments, unknowns, `[analysis]`, all measurements (validation data too) and starts are checked, in this order. The
-/// first error is returned.
+/// Rejects a fit that cannot be solved: without fitted measurements or unknowns, or with fewer values of fitted
+/// measurements (and priors) than unknowns. If any sigma of these is not given, one more value is needed for the noise.
+/// Names of experiments, unknowns, `[analysis]`, all measurements (validation data too) and starts are checked, in this
+/// order. The first error is returned.
 pub(crate) fn check(
     experiments: &[Experiment],
     unknowns: &[Unknown],
@@ -74,9 +76,9 @@ pub(crate) fn check(
     ensure(values + priors >= needed, "observation", format!("{values} values"), allowed)
 }
 
-/// Rejects values of `[analysis]` outside of their ranges: numbers of replicates (0, or 2 to [`MOST_REPLICATES`]), the index
-/// of the first one (up to [`MOST_REPLICATES`]), and the tolerance (0 to [`LARGEST_TOLERANCE`] of a standard error). Names in
-/// `plausible` must be tested effects, and their sizes positive.
+/// Rejects values of `[analysis]` outside of their ranges: numbers of replicates (0, or 2 to [`MOST_REPLICATES`]), the
+/// index of the first one (up to [`MOST_REPLICATES`]), and the tolerance (0 to [`LARGEST_TOLERANCE`] of a standard
+/// error). Names in `plausible` must be tested effects, and their sizes positive.
 fn check_analysis(analysis: &Analysis) -> Result<(), Error> {
     let Analysis { bootstrap, monte_carlo, .. } = analysis;
     for (key, replicates) in [("bootstrap", *bootstrap), ("monte_carlo", *monte_carlo)] {
@@ -101,8 +103,8 @@ fn check_analysis(analysis: &Analysis) -> Result<(), Error> {
     Ok(())
 }
 
-/// Rejects validation data that cannot be compared with their scenes, for a prediction without a fit: names of experiments,
-/// and each measurement. Experiments without measurements are rejected too. A sigma is not required.
+/// Rejects validation data that cannot be compared with their scenes, for a prediction without a fit: names of
+/// experiments, and each measurement. Experiments without measurements are rejected too. A sigma is not required.
 pub(crate) fn check_predicted(experiments: &[Experiment]) -> Result<(), Error> {
     check_experiments(experiments)?;
     // Without a fit the noise of a measurement is not needed for its weight.
@@ -110,7 +112,8 @@ pub(crate) fn check_predicted(experiments: &[Experiment]) -> Result<(), Error> {
     experiments.iter().try_for_each(|e| check_measurements(e, &[], several))
 }
 
-/// Rejects planned measurements, which have no data; the error is that of the first one, with the key of its missing `file`.
+/// Rejects planned measurements, which have no data; the error is that of the first one, with the key of its missing
+/// `file`.
 pub(crate) fn check_recorded(experiments: &[Experiment]) -> Result<(), Error> {
     for experiment in experiments {
         for (i, measurement) in experiment.measurements.iter().enumerate() {
@@ -152,9 +155,10 @@ fn check_unknowns(experiments: &[Experiment], unknowns: &[Unknown]) -> Result<()
     Ok(())
 }
 
-/// Rejects measurements of one experiment that cannot be compared with its scene. Rejects unknown parameters of the time
-/// scheme (`time.beta`, `time.rho_inf`) without a fixed step, and nodes named by index on a mesh that the program chooses. If
-/// the fit has `several` measurements, one with fewer than [`FEW`] values needs a sigma, as its noise cannot be estimated.
+/// Rejects measurements of one experiment that cannot be compared with its scene, and measured loads that are unknowns.
+/// Rejects unknown parameters of the time scheme (`time.beta`, `time.rho_inf`) without a fixed step, and nodes named by
+/// index on a mesh that the program chooses. If the fit has `several` measurements, one with fewer than [`FEW`] values
+/// needs a sigma, as its noise cannot be estimated.
 fn check_measurements(
     experiment: &Experiment,
     unknowns: &[Unknown],
@@ -259,8 +263,8 @@ fn check_starts(experiment: &Experiment, unknowns: &[Unknown]) -> Result<(), Err
     Ok(())
 }
 
-/// Whether a motion or a shape names a point by the index of a node. Markers of the recording that prescribes the ends do not
-/// count.
+/// Whether a motion, a shape or a load-deflection curve names a point by the index of a node. Markers of the recording
+/// that prescribes the ends do not count.
 fn names_nodes(measurement: &Measurement) -> bool {
     let is_node = |point: Point| matches!(point, Point::Node(_));
     let of_motion = |m: &PointMotion| m.marker.is_none() && is_node(m.point);
@@ -270,8 +274,8 @@ fn names_nodes(measurement: &Measurement) -> bool {
         || measurement.load_curve().is_some_and(|curve| is_node(curve.point))
 }
 
-/// The key of measurement `i` of an experiment in the fit file: name of the experiment, table, and index in the table, as
-/// `bent.observation[0]`; without the name if it is empty.
+/// The key of measurement `i` of an experiment in the fit file: name of the experiment, table, and index in the table,
+/// as `bent.observation[0]`; without the name if it is empty.
 pub(crate) fn measurement_key(experiment: &Experiment, i: usize) -> String {
     let table = experiment.measurements[i].table();
     let before = experiment.measurements[..i].iter().filter(|m| m.table() == table).count();
@@ -279,8 +283,8 @@ pub(crate) fn measurement_key(experiment: &Experiment, i: usize) -> String {
 }
 
 /// The `error` of a scene about a parameter, with the name of the experiment (if any) added to the value found. The key
-/// `parameter` becomes `{key}.name`, with the `key` of the table in the fit file; other keys stay. Other kinds of errors are
-/// unchanged.
+/// `parameter` becomes `{key}.name`, with the `key` of the table in the fit file; other keys stay. Other kinds of
+/// errors are unchanged.
 fn with_parameter_key(error: Error, key: &str, experiment: &str) -> Error {
     let Error::Invalid { file, key: own, mut found, allowed } = error else { return error };
     if !experiment.is_empty() {
@@ -297,9 +301,9 @@ impl Unknown {
         self.parameter == other.parameter && experiments.iter().any(has_both)
     }
 
-    /// Rejects names of experiments that do not exist or are repeated, parameters that no scene has, and values of start,
-    /// bounds and prior out of range. All must be within the limits of the parameter, bounds ascending, the start within the
-    /// bounds, sigma of the prior positive. `key` is that of the unknown's table in the fit file.
+    /// Rejects names of experiments that do not exist or are repeated, parameters that no scene has, and values of
+    /// start, bounds and prior out of range. All must be within the limits of the parameter, bounds ascending, the
+    /// start within the bounds, sigma of the prior positive. `key` is that of the unknown's table in the fit file.
     pub(crate) fn check(&self, experiments: &[Experiment], key: &str) -> Result<(), Error> {
         let parameter = self.parameter;
         // Names of experiments, then the parameter in their scenes, then its values.
@@ -355,9 +359,9 @@ impl Unknown {
 }
 
 impl Measurement {
-    /// Rejects a measurement whose positions are in another unit than meters. The distance of a point from the wall is its
-    /// largest coordinate difference; the median over the points must be at most [`FARTHEST`] lengths of the rod. Planned
-    /// data, free rods and data without positions are accepted.
+    /// Rejects a measurement whose positions are in another unit than meters. The distance of a point from the wall is
+    /// its largest coordinate difference; the median over the points must be at most [`FARTHEST`] lengths of the rod.
+    /// Planned data, free rods and data without positions are accepted.
     pub(crate) fn check_units(&self, experiment: &Experiment) -> Result<(), Error> {
         let problem = &experiment.problem;
         let supports = &problem.scene().supports;
@@ -390,9 +394,9 @@ impl Measurement {
         Err(Error::invalid(experiment.label(self), found, allowed))
     }
 
-    /// Rejects a measurement without values, sigmas and factors that are not positive, a wrong number of factors, and values
-    /// that the kind of data rejects for the problem of the experiment. `key` is that of the table in the fit file. With
-    /// `other_clock` the times may end after the motion.
+    /// Rejects a measurement without values, sigmas and factors that are not positive, a wrong number of factors, and
+    /// values that the kind of data rejects for the problem of the experiment. `key` is that of the table in the fit
+    /// file. With `other_clock` the times may end after the motion.
     fn check(&self, experiment: &Experiment, key: &str, other_clock: bool) -> Result<(), Error> {
         let (problem, label) = (&experiment.problem, experiment.label(self));
         ensure(self.values() > 0, key, "no values", "at least one")?;

@@ -1,10 +1,10 @@
 //! Deserialization (serde) of lists of exactly `N` numbers, and of numbers that JSON writes as null because they are
 //! infinite.
 //!
-//! The TOML reader ignores excess numbers of an array of fixed length; these functions return an error with both lengths
-//! instead, also for each row of a list of rows. A null in the place of a number becomes plus infinity, also that of a
-//! NaN. In the place of an optional list it is none. Fields of scenes, fits and reports name the functions in
-//! `#[serde(deserialize_with = ..)]`.
+//! The TOML reader ignores excess numbers of an array of fixed length. [`numbers`], [`some_numbers`] (of an optional
+//! list, for which null is none) and [`rows`] (of each row of a list) return an error with both lengths instead.
+//! [`or_infinite`] reads a number and [`all_or_infinite`] a list of numbers, in which a null becomes plus infinity,
+//! also that of a NaN. Fields of scenes, fits and reports name the functions in `#[serde(deserialize_with = ..)]`.
 
 use serde::de::{Deserialize, Deserializer, Error};
 
@@ -15,15 +15,16 @@ pub(crate) fn numbers<'de, T: Deserialize<'de>, D: Deserializer<'de>, const N: u
     exactly(Vec::deserialize(deserializer)?)
 }
 
-/// Reads a list of exactly `N` numbers; none for null. Another length is an error. A field with a default is none if its key
-/// is absent.
+/// Reads a list of exactly `N` numbers; none for null. Another length is an error with both lengths. A field with
+/// `#[serde(default)]` is none if its key is absent.
 pub(crate) fn some_numbers<'de, T: Deserialize<'de>, D: Deserializer<'de>, const N: usize>(
     deserializer: D,
 ) -> Result<Option<[T; N]>, D::Error> {
     Option::deserialize(deserializer)?.map(exactly).transpose()
 }
 
-/// Reads a list, of any length, of lists of exactly `N` numbers each; another length of a row is an error.
+/// Reads a list, of any length, of lists of exactly `N` numbers each; another length of a row is an error with both
+/// lengths.
 pub(crate) fn rows<'de, T: Deserialize<'de>, D: Deserializer<'de>, const N: usize>(
     deserializer: D,
 ) -> Result<Vec<[T; N]>, D::Error> {

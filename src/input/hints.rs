@@ -1,9 +1,10 @@
 //! Messages about likely mistakes behind an input file (TOML) that cannot be parsed as its kind.
 //!
-//! [`explained`] takes the error, the text and the expected kind, and replaces the message of the TOML reader if the
-//! text is valid TOML with a known mistake. Other errors stay. A file without keys of its own kind that has keys of
-//! another one (a fit instead of a scene) is of that kind. `[[table]]` for `[table]`, or the other way round, is
-//! detected with its line. [`SCENE`], [`STRUCTURE`], [`FIT`] and [`CAMPAIGN`] are the kinds of files.
+//! [`explained`] takes the error, the text and the expected kind of file. It replaces the message of the TOML reader if
+//! the text is valid TOML with one of two mistakes. Other errors stay. First, a file without a key of its own kind, but
+//! with one of another kind (a fit instead of a scene): the message names that kind and its commands. Second,
+//! `[[table]]` for `[table]`, or the other way round: the message has its line, if the header is found. [`SCENE`],
+//! [`STRUCTURE`], [`FIT`] and [`CAMPAIGN`] are the kinds of files.
 
 use crate::error::Error;
 use toml::{Table, Value};
@@ -108,8 +109,9 @@ pub(crate) const CAMPAIGN: FileKind = FileKind {
     repeated: &[],
 };
 
-/// The parse error with the likely mistake as its message, if `text` is valid TOML with one. `read_as` is the kind of file
-/// that was expected; another kind goes before wrong brackets. Errors other than of parsing, and other texts, are unchanged.
+/// The parse error with the likely mistake as its message, if `text` is valid TOML with one. `read_as` is the kind of
+/// file that was expected; a file of another kind is reported before wrong brackets. Errors other than of parsing, and
+/// other texts, are unchanged.
 pub(crate) fn explained(error: Error, text: &str, read_as: &FileKind) -> Error {
     let Error::Parse { file, message } = error else { return error };
     // The text is TOML, but not of this kind: the likely mistake is clearer than the parser's
@@ -120,8 +122,8 @@ pub(crate) fn explained(error: Error, text: &str, read_as: &FileKind) -> Error {
     Error::Parse { file, message: hint.unwrap_or(message) }
 }
 
-/// Message that a file is of another kind than `read_as`, with the commands for it. None for a file with a key of the kind
-/// `read_as`, and for one without a key of any kind.
+/// Message that a file is of another kind than `read_as`, with the commands for it. None for a file with a key of the
+/// kind `read_as`, and for one without a key of any kind.
 fn other_kind(table: &Table, read_as: &FileKind) -> Option<String> {
     let has_marks = |kind: &FileKind| kind.marks.iter().any(|key| table.contains_key(*key));
     // A file with a key of its own kind has another error.
@@ -132,8 +134,9 @@ fn other_kind(table: &Table, read_as: &FileKind) -> Option<String> {
     Some(format!("this is {}, not {}; {}", other.name, read_as.name, other.commands))
 }
 
-/// Message about the first table of the kind `read_as` with the brackets of a list, or else the first list with those of a
-/// table. It begins with its line in `text`, if the header is found. None without such a mistake.
+/// Message about the first table of the kind `read_as` that is given as a list (`[[x]]` for `[x]`), or else the first
+/// list given as a table. The order is that of the lists of the kind. The message begins with the line of its header in
+/// `text`, if that is found. None without such a mistake.
 fn wrong_brackets(table: &Table, text: &str, read_as: &FileKind) -> Option<String> {
     let is_list = |value: &Value| {
         value.as_array().is_some_and(|list| !list.is_empty() && list.iter().all(Value::is_table))
@@ -163,8 +166,8 @@ fn wrong_brackets(table: &Table, text: &str, read_as: &FileKind) -> Option<Strin
     None
 }
 
-/// Value at a dotted path (`rod.shape`); in a list of tables the first one is followed. None if a part is missing or is no
-/// table.
+/// Value at a dotted path (`rod.shape`); in a list of tables the first one is followed. None if a part is missing or is
+/// no table.
 fn value_at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
     let (first, rest) =
         path.split_once('.').map_or((path, None), |(first, rest)| (first, Some(rest)));

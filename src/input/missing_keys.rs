@@ -1,9 +1,10 @@
 //! Parsing of TOML files with messages that list all missing keys; the TOML reader stops at the first one.
 //!
-//! [`parse`] deserializes a text. The message of an error lists keys with a placeholder (`..`, `...`, `?`, `TODO`) as
-//! value, if there are any. Else, if the error is a missing key, it lists all missing keys by the [`Rule`]s of the file
-//! kind. Else it has the error of the TOML reader with line, column and the token at fault. Files of scenes, structures,
-//! fits and campaigns are read with it. [`placeholders`] lists the keys that are still to be filled in.
+//! [`parse`] deserializes a text. The message of an error lists the keys with a placeholder (`..`, `...`, `?`, `TODO`,
+//! without quotes) as value and their lines, if there are any. Else, if the error is a missing key, it lists all
+//! missing keys by the [`Rule`]s of the file kind, or one key with the line of its table. Else it has the message of
+//! the TOML reader with line, column and the token at fault. Files of scenes, structures, fits and campaigns are read
+//! with it. [`placeholders`] lists the keys with placeholders.
 
 use crate::error::Error;
 use marker_files::printable::{column_name, token, with_tokens_cut};
@@ -23,20 +24,20 @@ pub(crate) struct Rule {
     keys: fn(&Table) -> Keys,
 }
 
-/// Rule for a required table at the path `table`: its keys are missing even if the table itself is. `keys` returns the
+/// Rule for a required table at the path `table`: if the table itself is missing, so are its keys. `keys` returns the
 /// required keys of a given table, or of an empty one.
 pub(crate) const fn always(table: &'static str, keys: fn(&Table) -> Keys) -> Rule {
     Rule { table, always: true, keys }
 }
 
-/// Rule for an optional table at the path `table`, or each entry of a list: its keys are required only if the table is given.
-/// `keys` returns them.
+/// Rule for an optional table at the path `table`, or each entry of a list: its keys are required only if the table is
+/// given. `keys` returns them.
 pub(crate) const fn if_there(table: &'static str, keys: fn(&Table) -> Keys) -> Rule {
     Rule { table, always: false, keys }
 }
 
-/// Paths of all required keys that a file does not have, in the order of the rules; of lists with the index of the entry.
-/// Empty if all are there.
+/// Paths of all required keys that a file does not have, in the order of the rules; of lists with the index of the
+/// entry. Empty if all are there.
 pub(crate) fn missing(file: &Table, rules: &[Rule]) -> Vec<String> {
     let mut missing = Vec::new();
     let none = Table::new();
@@ -58,8 +59,8 @@ fn join(table: &str, key: &str) -> String {
     if table.is_empty() { key.into() } else { format!("{table}.{key}") }
 }
 
-/// The tables at a path (`loads.point[]`: each entry of a list), each with its own path (`loads.point[0]`). The root has an
-/// empty path. Empty if absent or of another type.
+/// The tables at a path (`loads.point[]`: each entry of a list), each with its own path (`loads.point[0]`). The root
+/// has an empty path. Empty if absent or of another type.
 fn tables<'a>(file: &'a Table, place: &str) -> Vec<(String, &'a Table)> {
     let mut found = vec![(String::new(), file)];
     for part in place.split('.').filter(|part| !part.is_empty()) {
@@ -83,8 +84,8 @@ fn tables<'a>(file: &'a Table, place: &str) -> Vec<(String, &'a Table)> {
     found
 }
 
-/// Byte offset in `text` at which the table begins that lacks a key, such as `experiment[1].name`. None for a key outside of
-/// tables, a table that is not found, and a text that is not TOML.
+/// Byte offset in `text` at which the table begins that lacks a key, such as `experiment[1].name`. None for a key
+/// outside of tables, a table that is not found, and a text that is not TOML.
 fn place(text: &str, key: &str) -> Option<usize> {
     let (tables, _) = key.rsplit_once('.')?;
     let root = DeTable::parse(text).ok()?;
@@ -119,8 +120,9 @@ struct Placeholder<'a> {
     comment: &'a str,
 }
 
-/// The keys of a TOML text whose value is one of [`PLACEHOLDERS`], with their lines (from 1) and the comments behind them.
-/// Lines are searched one by one; keys that begin with `#` are left out.
+/// The keys of a TOML text whose value is one of [`PLACEHOLDERS`] without quotes, with their lines (from 1) and the
+/// comments behind them. Lines are searched one by one, so that keys have no path of their table; commented lines are
+/// left out.
 fn find_placeholders(text: &str) -> Vec<Placeholder<'_>> {
     // A text with placeholders may be no valid TOML: its lines are searched one by one.
     let found = text.lines().enumerate().filter_map(|(k, line)| {
@@ -133,13 +135,14 @@ fn find_placeholders(text: &str) -> Vec<Placeholder<'_>> {
     found.collect()
 }
 
-/// Keys of a TOML text that have a placeholder (`..`, `...`, `?`, `TODO`) as their value, in the order of the lines.
+/// Keys of a TOML text that have a placeholder (`..`, `...`, `?`, `TODO`, without quotes) as their value, in the order
+/// of the lines. Keys are without the path of their table.
 pub fn placeholders(text: &str) -> Vec<String> {
     find_placeholders(text).into_iter().map(|placeholder| placeholder.key.into()).collect()
 }
 
-/// Message that lists the keys still to be filled in, with their lines and comments, separated by semicolons; none without
-/// placeholders.
+/// Message that lists the keys still to be filled in, with their lines and comments, separated by semicolons; none
+/// without placeholders.
 fn placeholder_message(text: &str) -> Option<String> {
     let one = |p: &Placeholder| {
         let comment = if p.comment.is_empty() { "" } else { &format!(" ({})", token(p.comment)) };
@@ -154,8 +157,9 @@ fn line_of(before: &str) -> usize {
     before.matches('\n').count() + 1
 }
 
-/// Message of the TOML reader with line, column, and key and token at fault; tokens are cut. Nothing else of the file is
-/// shown, as it may be one that only the program may read. An error without a place has its message only.
+/// Message of the TOML reader with line, column (both from 1), and key and token at fault. Long tokens are shortened.
+/// Nothing else of the file is shown, as it may be one that only the program may read. An error without a place has its
+/// message only.
 fn described(error: &toml::de::Error, text: &str) -> String {
     // The parser quotes tokens of the file, which may be long.
     let cut = with_tokens_cut(error.message(), '"').into_owned();
@@ -175,19 +179,21 @@ fn described(error: &toml::de::Error, text: &str) -> String {
     }
 }
 
-/// The text `key = ` for the key at the end of a text before a value; empty if the text does not end with `=`.
+/// The text `key = ` for the key in front of a value, where `text` ends before the value. Empty if the last line of the
+/// text does not end with `=`.
 fn key_before(text: &str) -> String {
     let line = text.rsplit('\n').next().unwrap_or_default().trim_end();
     let key = line.strip_suffix('=').and_then(|line| line.rsplit(['{', ',']).next());
     key.map_or(String::new(), |key| format!("{} = ", column_name(key.trim())))
 }
 
-/// Deserializes a TOML text into a value of type `T`. `required` has the rules for the required keys of its kind, for the
-/// list of all missing ones.
+/// Deserializes a TOML text into a value of type `T`. `required` has the rules for the required keys of its kind, for
+/// the list of all missing ones.
 ///
 /// # Errors
 ///
-/// Placeholders in place of values, all missing keys, or the first error with line, column, key and expected value.
+/// The message lists the placeholders in place of values, or all missing keys, or has the first error with line,
+/// column, and key and token at fault.
 pub(crate) fn parse<T: serde::de::DeserializeOwned>(
     text: &str,
     required: &[Rule],

@@ -1,32 +1,37 @@
 //! Estimate of the onset of motion (release) in a recording that begins with a rest.
 //!
-//! Input are times and positions of a point, in any unit. The samples around the onset follow `x = c + a max(0, t -
-//! t0)^p`, with a free `t0`. A point that is released from rest accelerates (`p = 2`); after a blow it has a velocity (`p
-//! = 1`). Behind a driven support it starts more smoothly (`p = 3, 4`). Least squares over `t0` and `p` is a change-point
-//! estimate (Hinkley 1970). It is accepted if models without rest (a cubic, or a power from the first sample) fit worse
-//! by `SIGNIFICANT` residual variances. [`onset_of_motion`] returns `t0` in the unit of the times, or none without a rest
-//! before the motion, without motion above the noise, or with fewer than `FEWEST_SAMPLES` samples.
+//! Input are times and positions of a point, in any units; frames without all recorded coordinates are left out. The
+//! samples around the onset follow `x = c + a max(0, t - t0)^p`, with a free `t0`. A point that is released from rest
+//! accelerates (`p = 2`); after a blow it has a velocity (`p = 1`). Behind a driven support it starts more smoothly (`p
+//! = 3, 4`). Least squares over `t0` and `p` is a change-point estimate (Hinkley 1970). It is accepted if models
+//! without rest (a cubic, or a power from the first sample) have a larger sum of squares by more than `SIGNIFICANT`
+//! residual variances. [`onset_of_motion`] returns `t0` in the unit of the times, or none without a rest before the
+//! motion, without motion above the noise, or with fewer than `FEWEST_SAMPLES` samples.
 
 use crate::numerics::upper_median;
 use std::collections::VecDeque;
 
-/// Smallest number of samples for which an onset is searched; the fit needs [`FEWEST_AT_REST`] and [`FEWEST_MOVING`] of them.
+/// Smallest number of samples for which an onset is searched; the fit needs [`FEWEST_AT_REST`] and [`FEWEST_MOVING`] of
+/// them.
 const FEWEST_SAMPLES: usize = 8;
 /// Smallest number of samples at rest; with fewer the recording begins with the motion.
 const FEWEST_AT_REST: usize = 3;
 /// Largest range of positions at rest, as a fraction of the whole extent; tremor of a hand is smaller.
 const REST_EXTENT: f64 = 0.02;
-/// Largest range of the noise in a long rest, in standard deviations. Smaller values reject a noisy rest, larger ones accept
-/// slow motion.
+/// Largest range of the noise in a long rest, in standard deviations. Smaller values reject a noisy rest, larger ones
+/// accept slow motion.
 const NOISE_EXTENT: f64 = 10.0;
-/// Largest range that is attributed to noise, as a fraction of the whole extent; larger values accept slow motion as rest.
+/// Largest range that is attributed to noise, as a fraction of the whole extent; larger values accept slow motion as
+/// rest.
 const MOST_NOISE_EXTENT: f64 = 0.2;
-/// Speed of the first fast motion, as a fraction of the highest speed. Smaller values accept an earlier, slower motion as the
-/// first one.
+/// Speed of the first fast motion, as a fraction of the highest speed. Smaller values accept an earlier, slower motion
+/// as the first one.
 const FAST: f64 = 0.5;
-/// Distance over which the highest speed is measured, as a fraction of the extent. Smaller distances measure noise as speed.
+/// Distance over which the highest speed is measured, as a fraction of the extent. Smaller distances measure noise as
+/// speed.
 const FAST_EXTENT: f64 = 0.25;
-/// Largest fitted displacement, as a fraction of that in the first fast motion; larger ones do not follow a power of time.
+/// Largest fitted displacement, as a fraction of that in the first fast motion; larger ones do not follow a power of
+/// time.
 const FITTED_PART: f64 = 0.35;
 /// Smallest number of fitted samples of the motion.
 const FEWEST_MOVING: usize = 4;
@@ -41,8 +46,8 @@ const CANDIDATES: usize = 100;
 /// Reduction of the sum of squares against models without rest, in residual variances: four standard errors.
 const SIGNIFICANT: f64 = 16.0;
 
-/// Range (highest minus lowest sample) of one axis over a sliding window, in constant time per sample. Stored are indices and
-/// values of the samples that are lower, or higher, than all later ones.
+/// Range (highest minus lowest sample) of one axis over a sliding window, in constant time per sample. Stored are
+/// indices and values of the samples that are lower, or higher, than all later ones.
 #[derive(Default)]
 struct SlidingRange {
     lows: VecDeque<(usize, f64)>,
@@ -87,10 +92,11 @@ struct MotionSamples {
     places: Vec<[f64; 3]>,
 }
 
-/// Time of the onset of motion of a point that is at rest first, in the unit of `times`, between the samples. The rest may
-/// follow slower motion, of a point that is pulled aside and held before its release. Two sizes of the rest are tried, by the
-/// extent and by the noise, and the later onset is taken. None if the recording begins with the motion, no motion exceeds the
-/// noise, or there are fewer than [`FEWEST_SAMPLES`] samples.
+/// Time of the onset of motion of a point that is at rest first, in the unit of `times`, between the samples. The rest
+/// may follow slower motion, of a point that is pulled aside and held before its release. The largest range of
+/// positions at rest is tried twice, by the extent of the motion and by the noise; the later onset is taken. Frames
+/// without all recorded axes are left out. None if the recording begins with the motion, no motion exceeds the noise,
+/// or there are fewer than [`FEWEST_SAMPLES`] samples.
 pub(crate) fn onset_of_motion(times: &[f64], places: &[[Option<f64>; 3]]) -> Option<f64> {
     let samples = MotionSamples::of(times, places)?;
     let extent = samples.extent();
@@ -106,8 +112,8 @@ pub(crate) fn onset_of_motion(times: &[f64], places: &[[Option<f64>; 3]]) -> Opt
 }
 
 impl MotionSamples {
-    /// The samples of a recording in the frames that have all recorded axes. Axes that are never recorded are zero. None for
-    /// fewer than [`FEWEST_SAMPLES`].
+    /// The samples of a recording in the frames that have all recorded axes. Axes that are never recorded are zero.
+    /// None for fewer than [`FEWEST_SAMPLES`].
     fn of(times: &[f64], places: &[[Option<f64>; 3]]) -> Option<Self> {
         let seen = [0, 1, 2].map(|c| places.iter().any(|place| place[c].is_some()));
         let whole = |place: &[Option<f64>; 3]| (0..3).all(|c| place[c].is_some() == seen[c]);
@@ -137,8 +143,8 @@ impl MotionSamples {
         norm([0, 1, 2].map(along))
     }
 
-    /// Standard deviation of the noise, all axes: the median (upper of two) length of the second differences over `sqrt(6)`.
-    /// Zero for fewer than three samples.
+    /// Standard deviation of the noise, all axes: the median (upper of two) length of the second differences over
+    /// `sqrt(6)`. Zero for fewer than three samples.
     fn noise(&self) -> f64 {
         let second = |w: &[[f64; 3]]| {
             norm([0, 1, 2].map(|c| w[0][c] - 2.0 * w[1][c] + w[2][c])) / 6.0_f64.sqrt()
@@ -147,8 +153,9 @@ impl MotionSamples {
     }
 
     /// First and last sample of the first fast motion; `extent` is that of all positions. The lag between both is the
-    /// smallest power of two with a displacement of [`FAST_EXTENT`] of the extent. The motion is the first with at least
-    /// [`FAST`] times the largest displacement at this lag. None without such a displacement.
+    /// smallest power of two of samples within which some displacement is at least [`FAST_EXTENT`] of the extent. The
+    /// motion is the first with at least [`FAST`] times the largest displacement at this lag. None without such a
+    /// displacement.
     fn fast(&self, extent: f64) -> Option<[usize; 2]> {
         let count = self.places.len();
         // The lag doubles until a displacement of a quarter of the extent is found within it.
@@ -164,10 +171,12 @@ impl MotionSamples {
         None
     }
 
-    /// First sample of the last rest before the first fast motion, and the last sample to be fitted. The diagonal of the
-    /// ranges of positions at rest is at most `allowed`. A rest has at least [`FEWEST_AT_REST`] samples, and begins the
-    /// recording or outlasts the rise. None without one. The fit ends where the displacement reaches [`FITTED_PART`] of the
-    /// largest, after at least [`FEWEST_MOVING`] samples. A long rest is shortened.
+    /// First sample of the last rest before the first fast motion, and the last sample to be fitted; none without a
+    /// rest. At rest the diagonal of the ranges of positions is at most `allowed`; `extent` is that of all positions. A
+    /// rest has at least [`FEWEST_AT_REST`] samples. It begins the recording, or lasts at least as long as the rise
+    /// from its end to the end of the fast motion. The fit ends where the displacement reaches [`FITTED_PART`] of the
+    /// largest up to there, after at least [`FEWEST_MOVING`] samples. Of a long rest only the last samples are fitted
+    /// ([`FITTED_AT_REST`], [`FITTED_REST`]).
     fn rest_before_motion(&self, extent: f64, allowed: f64) -> Option<(usize, usize)> {
         let [fast, end] = self.fast(extent)?;
         let mut found = None;
@@ -207,10 +216,10 @@ impl MotionSamples {
         }
     }
 
-    /// Time of the onset by least squares over a grid of [`CANDIDATES`], refined once, with the best of the powers 1 to 4.
-    /// None if fewer than [`FEWEST_AT_REST`] samples lie before it, or there are too few samples. None also if a model
-    /// without rest (a power from the first sample, or a cubic) fits nearly as well, within [`SIGNIFICANT`] residual
-    /// variances.
+    /// Time of the onset by least squares over a grid of [`CANDIDATES`], refined once, with the best of the powers 1 to
+    /// 4. None if fewer than [`FEWEST_AT_REST`] samples lie before it, or there are too few samples. None also if a
+    /// model without rest (a power from the first sample, or a cubic) fits nearly as well, within [`SIGNIFICANT`]
+    /// residual variances.
     fn onset(&self) -> Option<f64> {
         let count = self.times.len();
         let [first, last] = [self.times[0], self.times[count - 1]];
@@ -243,8 +252,8 @@ impl MotionSamples {
         (at_rest >= FEWEST_AT_REST && without_rest - sum > SIGNIFICANT * variance).then_some(onset)
     }
 
-    /// Sum of squared residuals, all axes, of the least-squares fit of `c + a max(0, t - onset)^power`, with free `c` and `a`
-    /// for each axis.
+    /// Sum of squared residuals, all axes, of the least-squares fit of `c + a max(0, t - onset)^power`, with free `c`
+    /// and `a` for each axis.
     fn squares_of_power(&self, onset: f64, power: i32) -> f64 {
         let basis: Vec<f64> = self.times.iter().map(|t| (t - onset).max(0.0).powi(power)).collect();
         self.squares_beside(&[vec![1.0; basis.len()], basis])
@@ -258,8 +267,8 @@ impl MotionSamples {
         self.squares_beside(&[0, 1, 2, 3].map(power))
     }
 
-    /// Sum of squared residuals of the positions, all axes, after linear least squares with the basis functions `columns`
-    /// (Gram-Schmidt orthogonalization). Dependent columns have no effect.
+    /// Sum of squared residuals of the positions, all axes, after linear least squares with the basis functions
+    /// `columns` (Gram-Schmidt orthogonalization). Dependent columns have no effect.
     fn squares_beside(&self, columns: &[Vec<f64>]) -> f64 {
         let mut basis: Vec<Vec<f64>> = Vec::with_capacity(columns.len());
         let remove = |from: &mut [f64], basis: &[Vec<f64>]| {

@@ -1,8 +1,11 @@
-//! Files that are replaced only when complete: written under a temporary name, `NAME.XXXXXX.part`, and renamed at the end.
+//! Files that are replaced only when complete: written under a temporary name, `NAME.XXXXXX.part`, and renamed at the
+//! end.
 //!
-//! [`PartFile`] creates, locks and renames the temporary file, in the folder of the result. It is locked as long as its process
-//! lives. A temporary file without a lock belongs to a process that was killed; the next process that writes the same name
-//! removes it. Where the file system has no locks, such files stay.
+//! [`PartFile`] creates and locks the temporary file, in the folder of the result and with its name. `persist` renames
+//! it to the result, `keep` to `NAME.XXXXXX.kept`, and dropping it removes it. It is locked as long as it is open. A
+//! temporary file without a lock belongs to a process that was killed; the next process that writes the same name
+//! removes it. Where the file system has no locks, such files stay. Names above `LONGEST_NAME` are replaced by
+//! `rodfit`. [`folder_of`] returns the folder of a path.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{File, OpenOptions};
@@ -16,22 +19,23 @@ const SUFFIX: &str = ".part";
 const KEPT_SUFFIX: &str = "kept";
 /// Number of random letters and digits in a temporary name.
 const RANDOM_LENGTH: usize = 6;
-/// Longest name, bytes, at the beginning of a temporary name; longer ones are replaced. File systems allow 255 bytes in total.
+/// Longest name, bytes, at the beginning of a temporary name; longer ones are replaced. File systems allow 255 bytes in
+/// total.
 const LONGEST_NAME: usize = 200;
 /// Largest number of attempts to create a file that another process removes before it is locked.
 const MAX_ATTEMPTS: usize = 100;
 
-/// File that is being written; removed when dropped.
+/// A temporary file that is being written; it is removed when dropped.
 #[derive(Debug)]
 pub struct PartFile(NamedTempFile);
 
 impl PartFile {
-    /// Creates a locked temporary file in the existing folder of `path`, named after it, or `rodfit` if the name is longer
-    /// than `LONGEST_NAME`. Removes temporary files of the same name that terminated processes left.
+    /// Creates a locked temporary file in the existing folder of `path`, named after it, or `rodfit` if the name is
+    /// longer than `LONGEST_NAME`. Removes temporary files of the same name that terminated processes left.
     ///
     /// # Errors
     ///
-    /// A folder in which no file can be created.
+    /// A folder in which no file can be created, or in which another program removes new files repeatedly.
     pub fn beside(path: &Path) -> io::Result<Self> {
         let folder = folder_of(path);
         let mut prefix: OsString = path.file_name().unwrap_or_default().into();
@@ -54,7 +58,7 @@ impl PartFile {
         self.0.as_file()
     }
 
-    /// Renames the complete file to `path`; an existing file there is replaced. It is not removed any more.
+    /// Renames the complete file to `path`; an existing file there is replaced. It is no temporary file any more.
     ///
     /// # Errors
     ///
@@ -88,8 +92,8 @@ impl Write for PartFile {
 }
 
 /// Creates a temporary file in `folder` whose name is `prefix`, random characters and [`SUFFIX`], and locks it for this
-/// process. Where the file system has no locks, it stays unlocked. An error if no file can be created, or if another program
-/// removes [`MAX_ATTEMPTS`] of them before they are locked.
+/// process. Where the file system has no locks, it stays unlocked. An error if no file can be created, or if another
+/// program removes [`MAX_ATTEMPTS`] of them before they are locked.
 fn create_locked(folder: &Path, prefix: &OsStr) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
@@ -109,7 +113,8 @@ fn create_locked(folder: &Path, prefix: &OsStr) -> io::Result<NamedTempFile> {
     Err(io::Error::other("temporary files are removed by another program"))
 }
 
-/// Removes the temporary files in `folder` whose name begins with `prefix` and that no process has locked; ignores errors.
+/// Removes the temporary files in `folder` whose name begins with `prefix` and that no process has locked; ignores
+/// errors.
 fn remove_abandoned(folder: &Path, prefix: &OsStr) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for entry in entries.flatten().filter(|entry| is_temporary(&entry.file_name(), prefix)) {

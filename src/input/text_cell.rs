@@ -1,23 +1,24 @@
 //! Text in the cells of CSV tables, guarded against evaluation as a formula.
 //!
-//! Spreadsheets compute cells that begin with `=`, `+`, `-`, `@`, a tab or a carriage return, whoever wrote them; a
-//! leading apostrophe keeps them text (OWASP, "CSV Injection"). [`to_cell`] adds it, also to a text that has such a
-//! beginning behind apostrophes; [`of_cell`] removes one, so that every text is read back unchanged. Numbers, such as
-//! `-1`, and other texts are not changed.
+//! Spreadsheets compute cells that begin with `=`, `+`, `-`, `@`, a tab or a carriage return; a leading apostrophe
+//! keeps them text (OWASP, "CSV Injection"). [`to_cell`] adds an apostrophe to a text with such a beginning, also
+//! behind apostrophes. [`of_cell`] removes one, so that every text is read back unchanged. Numbers, such as `-1`, and
+//! other texts are not changed.
 
 use std::borrow::Cow;
 
 /// First characters of text that spreadsheets may evaluate as a formula.
 const BEGINS_FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 
-/// Text for a cell of a table. A text that begins like a formula, also after apostrophes, gets one more apostrophe in front.
-/// Numbers, such as `-1`, and other texts are unchanged.
+/// Text for a cell of a table. A text that begins like a formula, also after apostrophes, gets one more apostrophe in
+/// front. Numbers, such as `-1`, and other texts are unchanged.
 pub(crate) fn to_cell(text: &str) -> Cow<'_, str> {
     let is_formula = is_guarded(text) && text.parse::<f64>().is_err();
     if is_formula { format!("'{text}").into() } else { text.into() }
 }
 
-/// Text of a cell without one leading apostrophe, if a text that begins like a formula follows it. Other cells are unchanged.
+/// Text of a cell without one leading apostrophe, if a text that begins like a formula follows it. Other cells are
+/// unchanged.
 pub(crate) fn of_cell(cell: &str) -> &str {
     cell.strip_prefix('\'').filter(|text| is_guarded(text)).unwrap_or(cell)
 }

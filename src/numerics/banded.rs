@@ -1,17 +1,19 @@
-//! Symmetric band matrices of half-bandwidth `W` and their `L D L^T` factors, for the linear systems of a rod.
+//! Band matrices of half-bandwidth `W`, symmetric in general, and their `L D L^T` factors, for the linear systems of a
+//! rod.
 //!
-//! The tangent of an open rod is a band with `W = 5` in the plane and 10 in space. [`BandMatrix`] stores it by
-//! columns, adds element blocks and multiplies; [`Ldlt`] factors and solves. The factorization takes no pivots; a
-//! pivot that is zero or not finite is an error with its row. It is backward stable for positive definite matrices.
-//! For others the number of negative pivots is positive, and the solution is checked by its
-//! [residual](Tangent::residual).
+//! The tangent of an open rod is a band with `W = 5` in the plane and 10 in space. [`BandMatrix`] stores it by columns,
+//! adds element blocks and multiplies it with vectors; [`Ldlt`] factors a range of its rows and solves. The
+//! factorization takes no pivots; a pivot that is zero or not finite is an error with its row. It is backward stable
+//! for positive definite matrices. For other symmetric matrices the number of negative pivots is positive; callers
+//! check the solution by its [residual](Tangent::residual).
 //!
 //! Row by row, an elimination mostly waits for the previous pivot. Therefore it proceeds from both ends at once:
 //! first row, last row, second row, and so on. The ends meet in `W` or `W + 1` rows in the middle, which come last.
 //! This is `L D L^T` of the matrix with permuted rows and columns: equally stable, and with the same number of
 //! negative pivots. The numbers of both ends are adjacent in memory, so that one vector instruction processes both.
 //!
-//! Blocks that are not symmetric (follower loads) add a triangle of differences. Such a matrix has factors `L U` instead.
+//! Blocks that are not symmetric (follower loads) add a triangle of differences. Such a matrix has factors `L U`
+//! instead.
 
 mod columns;
 mod elimination;
@@ -34,8 +36,8 @@ fn array<T, const N: usize>(slice: &[T], start: usize) -> &[T; N] {
     slice[start..].first_chunk().expect("the band has padding")
 }
 
-/// The `N` mutable entries of `slice` from index `start` on, as an array, with one bounds check for all. Panics if there
-/// are fewer.
+/// The `N` mutable entries of `slice` from index `start` on, as an array, with one bounds check for all. Panics if
+/// there are fewer.
 #[inline(always)]
 fn array_mut<T, const N: usize>(slice: &mut [T], start: usize) -> &mut [T; N] {
     slice[start..].first_chunk_mut().expect("the band has padding")
@@ -82,13 +84,15 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         self.skew.is_empty()
     }
 
-    /// The differences of the upper from the lower triangle, allocated if they were not.
+    /// The differences of the upper triangle from the transposed lower one, to be changed. Allocates them, as zeros, if
+    /// the matrix was symmetric.
     fn allocated_skew(&mut self) -> &mut [[D; W]] {
         self.skew.resize(self.below.len(), [D::from(0.0); W]);
         &mut self.skew
     }
 
-    /// Adds the product of the upper triangle, less the transposed lower one, with `G` vectors to `out`.
+    /// Adds the product of the skew part (the upper triangle less the transposed lower one) with `G` vectors to `out`;
+    /// nothing for a symmetric matrix.
     fn add_skew_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
         for (j, row) in self.skew.iter().enumerate().take(x.len()) {
             for (p, entry) in row.iter().enumerate().take(x.len() - 1 - j) {
@@ -105,8 +109,9 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
     }
 
     /// The columns in groups of `C`, by reference: a list of diagonal entries, and a list of the entries below the
-    /// diagonal (`[p]` is row `j + 1 + p` of column `j`). Some groups include the padding beyond the last column; columns
-    /// that fill no group are omitted. The matrix becomes symmetric.
+    /// diagonal (`[p]` is row `j + 1 + p` of column `j`). Some groups include the padding beyond the last column;
+    /// columns that fill no group are omitted. The matrix becomes symmetric: differences of the upper triangle are
+    /// dropped.
     #[inline]
     pub fn columns_mut<const C: usize>(&mut self) -> (&mut [[D; C]], &mut [[[D; W]; C]]) {
         self.skew.clear();
@@ -114,7 +119,7 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
     }
 
     /// Adds `A x` to `out` for `G` vectors (`x[i][g]` is row `i` of vector `g`), by symmetry with one pass over the
-    /// stored half. The same as [`add_product`](Tangent::add_product), inlined into its caller.
+    /// stored half. The same as [`add_product`](Tangent::add_product) for a symmetric matrix, inlined into its caller.
     #[inline(always)]
     fn add_product_inlined<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
         let n = x.len();
@@ -197,7 +202,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
-    /// Sets every entry to zero.
+    /// Sets every entry to zero; the matrix becomes symmetric.
     fn clear(&mut self) {
         self.diagonal.fill(D::from(0.0));
         self.below.fill([D::from(0.0); W]);
@@ -224,8 +229,8 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
-    /// Adds column `j` of the matrix times the number `x[g]` to vector `g` of `out`, for `G` vectors (`out[i][g]` is row
-    /// `i`).
+    /// Adds column `j` of the matrix times the number `x[g]` to vector `g` of `out`, for `G` vectors (`out[i][g]` is
+    /// row `i`).
     #[inline(always)]
     fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
         let add = |out: &mut [D; G], entry: D| {
@@ -279,8 +284,8 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         self.add_skew_product(x, out);
     }
 
-    /// Writes the product of the absolute values of all entries, `|A| |x|`, to `out`, by the real parts. Rounding errors
-    /// of `A x` are proportional to it.
+    /// Writes the product of the absolute values of all entries, `|A| |x|`, to `out`, by the real parts; for a matrix
+    /// that is not symmetric an upper bound of it. Rounding errors of `A x` are proportional to it.
     fn absolute_product(&self, x: &[D], out: &mut [f64]) {
         let n = x.len();
         out[..n].fill(0.0);
@@ -313,15 +318,16 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
-    /// The rows with an entry in column `j` of the matrix, whose order is `n`: those at most `W` rows from the diagonal.
+    /// The rows with an entry in column `j` of the matrix, whose order is `n`: those at most `W` rows from the
+    /// diagonal.
     fn coupled(&self, j: usize, n: usize) -> Range<usize> {
         j.saturating_sub(W)..(j + W + 1).min(n)
     }
 }
 
 impl<D: Scalar, const W: usize> UnsymmetricTangent<D> for BandMatrix<D, W> {
-    /// Adds the leading `size` by `size` part of `block`, both triangles, to the entries from row and column `start` on.
-    /// Parts of more than `W + 1` rows are not allowed.
+    /// Adds the leading `size` by `size` part of `block`, both triangles, to the entries from row and column `start`
+    /// on. Parts of more than `W + 1` rows are not allowed.
     fn add_unsymmetric<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]) {
         self.add_corner(start, size, block);
         let skew = self.allocated_skew();

@@ -1,12 +1,12 @@
 //! Symmetric matrices stored by their envelope (every row from its first column with an entry to the diagonal), and
 //! their `L D L^T` factors, for the linear systems of structures.
 //!
-//! [`Envelope::zeros`] takes the first column of each row. `factor` replaces the matrix by its factors, without
-//! pivots and without entries outside the envelope (Jennings 1966, doi:10.1093/comjnl/9.3.281); a pivot that is zero
-//! or not finite is an error with its row. `solve` overwrites several right-hand sides, and `negative_pivots` counts
-//! the negative eigenvalues. The cost is the sum of the squared lengths of the rows, so that a good order of the rows
-//! has short ones. [`reverse_cuthill_mckee`] returns such an order of the vertices from the lists of neighbors in the
-//! graph of the matrix.
+//! [`Envelope::zeros`] takes the first column of each row. `factor` replaces the matrix by its factors, without pivots
+//! and without entries outside the envelope (Jennings 1966, doi:10.1093/comjnl/9.3.281); a pivot that is zero or not
+//! finite is an error with its row. `solve` overwrites several right-hand sides by their solutions, and
+//! `negative_pivots` counts the negative eigenvalues, both with the factors. The cost is the sum of the squared lengths
+//! of the rows, so that a good order of the rows has short ones. [`reverse_cuthill_mckee`] returns such an order of the
+//! vertices from the lists of neighbors in the graph of the matrix.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::{RightHandSide, Singular};
@@ -103,8 +103,8 @@ impl<D: Scalar> Envelope<D> {
         self.entries[own] = D::from(1.0);
     }
 
-    /// Calls `visit(row, column, entry)` for each entry of the lower triangle inside the envelope, zeros and the diagonal
-    /// included, row by row.
+    /// Calls `visit(row, column, entry)` for each entry of the lower triangle inside the envelope, zeros and the
+    /// diagonal included, row by row.
     pub fn for_each(&self, mut visit: impl FnMut(usize, usize, D)) {
         for (i, first) in self.first.iter().enumerate() {
             for j in *first..=i {
@@ -187,9 +187,9 @@ impl<D: Scalar> Envelope<D> {
 }
 
 /// An order of the vertices of a graph with a small envelope: Cuthill and McKee's, reversed (George and Liu 1981).
-/// `neighbors` has the list of neighbors of each vertex. Returns the vertices in their new order. Each connected part
-/// is ordered by a breadth-first search from a vertex with the fewest neighbors, neighbors of few neighbors first. It
-/// is repeated from the last vertex of that search.
+/// `neighbors` has the list of neighbors of each vertex. Returns the vertices in their new order. A breadth-first
+/// search, vertices with few neighbors first, runs through each connected part from a vertex with the fewest neighbors.
+/// It is repeated from its last vertex, and this second search is the order of the part before the reversal.
 pub fn reverse_cuthill_mckee(neighbors: &[Vec<usize>]) -> Vec<usize> {
     let mut order = Vec::with_capacity(neighbors.len());
     let mut seen = vec![false; neighbors.len()];

@@ -2,9 +2,10 @@
 //!
 //! Such a matrix is a symmetric one plus a factor times 3 x 3 blocks on its diagonal ([`DiagonalBlock`]), which lie
 //! inside the envelope: that of an implicit step with rotating bodies in space. `set` copies the matrix, `factor`
-//! replaces it by `L` (unit diagonal) and `U`, and `solve` overwrites several right-hand sides by their solutions.
-//! The elimination takes no pivots and fills no entry outside the envelope. A pivot that is zero or not finite is an
-//! error with its row. The mass matrix is positive definite, and the blocks are small beside it at reasonable steps.
+//! replaces it by `L` (unit diagonal) and `U`, and `solve` overwrites several right-hand sides by their solutions. The
+//! elimination takes no pivots and fills no entry outside the envelope. A pivot that is zero or not finite is an error
+//! with its row. No pivots are needed, since the mass matrix is positive definite, and the blocks are small beside it
+//! at reasonable steps.
 
 use crate::numerics::envelope::Envelope;
 use crate::numerics::rotation::Matrix3;
@@ -70,7 +71,8 @@ impl<D: Scalar> EnvelopeLu<D> {
 
     /// Replaces the matrix that was [`set`](Self::set) by its factors `L U`, row by row without pivoting.
     ///
-    /// # Errors The row of a pivot that is zero or not finite; the matrix is then partly overwritten.
+    /// # Errors
+    /// The row of a pivot that is zero or not finite; the matrix is then partly overwritten.
     pub fn factor(&mut self) -> Result<(), Singular> {
         for i in 0..self.diagonal.len() {
             let first = self.first[i];

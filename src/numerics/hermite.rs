@@ -30,8 +30,8 @@ impl<D: Scalar> HermiteWeights<D> {
         Self { x0: -x1, x1, v0: w * (w - u * 2.0), v1: u * (u - w * 2.0) }
     }
 
-    /// Weights of the position at `t` between the times `t0` and `t1`, s. A `t` outside of the interval is clamped to it;
-    /// its derivatives stay.
+    /// Weights of the position at `t` between the times `t0` and `t1`, s. A `t` outside of the interval is clamped to
+    /// it; its derivatives stay.
     pub fn new(t0: f64, t1: f64, t: D) -> Self {
         let h = t1 - t0;
         let mut u = (t - D::from(t0)) * (1.0 / h);

@@ -1,18 +1,19 @@
 //! The Lanczos method (1950) for symmetric positive semidefinite matrices that are given by products with vectors.
 //!
 //! Input: a vector `b`, and products with the matrix `A`, which the caller computes: [`Lanczos::next`] returns the
-//! vector to be multiplied, or none at the end, and [`Lanczos::extend`] takes the product. After `k` products there
-//! are an orthonormal basis `Q` of the Krylov space of `b`, and the tridiagonal matrix `T = Q' A Q`. Output:
-//! eigenvalues of `T` (Ritz values, descending, each with vector and error bound), which approximate the largest ones
-//! of `A`. Also `Q (T + shift)^-1 Q' b`, the approximate solution of `(A + shift) x = b` for any shift without
-//! further products, with the norm of its residual; it is zero if `T + shift` is not positive definite. Fits of many
-//! parameters (fields along the rod) use it for steps and uncertainties, with one forward and one adjoint run for
+//! vector to be multiplied, or none at the end, and [`Lanczos::extend`] takes the product. After `k` products there are
+//! an orthonormal basis `Q` of the Krylov space of `b`, and the tridiagonal matrix `T = Q' A Q`. Output: eigenvalues of
+//! `T` (Ritz values, descending, each with vector and error bound), which approximate the largest ones of `A`. Also `Q
+//! (T + shift)^-1 Q' b`, the approximate solution of `(A + shift) x = b` for any shift without further products, with
+//! the norm of its residual. It is zero before the first product, and if `T + shift` is not positive definite. Fits of
+//! many parameters (fields along the rod) use it for steps and uncertainties, with one forward and one adjoint run for
 //! each product.
 
 use crate::numerics::total_order;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// Norm of the remainder of a product, relative to the largest product, below which it consists of rounding errors.
+/// Norm of the remainder of a product, relative to the largest norm of the products and of the start vector, below
+/// which it consists of rounding errors.
 const BREAKDOWN: f64 = 1e-12;
 
 /// The Krylov basis of a symmetric matrix `A` and its projection on it.
@@ -28,7 +29,7 @@ pub struct Lanczos {
     diagonal: Vec<f64>,
     /// Subdiagonal of `T`, up to the entry beside the next basis vector.
     subdiagonal: Vec<f64>,
-    /// Largest norm of a product with a basis vector.
+    /// Largest norm of the start vector and of the products with basis vectors.
     scale: f64,
 }
 
@@ -65,8 +66,9 @@ impl Lanczos {
         }
     }
 
-    /// The vector, of length one, whose product with `A` extends the basis; `None` if the Krylov space is complete
-    /// (remainder at most `BREAKDOWN` of the largest product, or as many products as rows).
+    /// The vector, of length one, whose product with `A` extends the basis; `None` if the Krylov space is complete. It
+    /// is after as many products as rows, or if the remainder is at most `BREAKDOWN` of the largest norm of a product
+    /// or of the start vector.
     pub fn next(&self) -> Option<&[f64]> {
         let complete =
             self.remainder <= BREAKDOWN * self.scale || self.basis.len() >= self.next.len();
@@ -78,8 +80,8 @@ impl Lanczos {
         self.basis.len()
     }
 
-    /// Extends the basis by `product`, that of `A` with the [next](Self::next) vector: orthogonalizes it twice against all basis
-    /// vectors, and adds a row and column to `T`.
+    /// Extends the basis by `product`, that of `A` with the [next](Self::next) vector: orthogonalizes it twice against
+    /// all basis vectors, and adds a row and column to `T`.
     pub fn extend(&mut self, product: Vec<f64>) {
         let mut product = DVector::from_vec(product);
         self.diagonal.push(dot(&product, &self.next));
@@ -116,9 +118,9 @@ impl Lanczos {
         sum.data.into()
     }
 
-    /// The solution `x` of `(A + shift) x = b` in the Krylov space, and the norm of its residual. `b` is the start vector
-    /// scaled to the norm `length`. Zero, with the residual `length`, before the first product or if `T + shift` is not
-    /// positive definite.
+    /// The solution `x` of `(A + shift) x = b` in the Krylov space, and the norm of its residual. `b` is the start
+    /// vector scaled to the norm `length`. Zero, with the residual `length`, before the first product or if `T + shift`
+    /// is not positive definite.
     pub fn solve(&self, shift: f64, length: f64) -> (Vec<f64>, f64) {
         let k = self.count();
         let matrix = self.projection() + DMatrix::identity(k, k) * shift;
@@ -133,8 +135,8 @@ impl Lanczos {
         }
     }
 
-    /// Approximate eigenpairs of `A` from the eigenvalues and eigenvectors of `T`, by descending eigenvalues, each with a bound
-    /// of its error.
+    /// Approximate eigenpairs of `A` from the eigenvalues and eigenvectors of `T`, as many as products (at least one),
+    /// by descending eigenvalues. Each has a bound of its distance to the nearest eigenvalue.
     pub fn ritz_pairs(&self) -> Vec<RitzPair> {
         let SymmetricEigen { eigenvalues, eigenvectors } = SymmetricEigen::new(self.projection());
         let mut order: Vec<usize> = (0..eigenvalues.len()).collect();

@@ -25,7 +25,7 @@ impl<const G: usize> From<f64> for Lanes<G> {
     }
 }
 
-/// An elementwise operator, from the assignment of one number.
+/// Implements binary operators of `Lanes`, lane by lane, by the assignment operator of one number.
 macro_rules! elementwise {
     ($($Operator:ident<$Other:ty> $name:ident, $g:ident $other:ident -> $value:expr, $assign:tt;)*) => {$(
         impl<const G: usize> $Operator<$Other> for Lanes<G> {

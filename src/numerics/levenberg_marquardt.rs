@@ -1,22 +1,23 @@
 //! Bounded Levenberg-Marquardt method for `min 1/2 |r(x)|^2`, as a solver for argmin's Executor.
 //!
 //! The problem implements argmin's `Operator` (the residuals `r`) and `Jacobian`; bounds of the unknowns are given to
-//! [`LevenbergMarquardt`]. Output: the state with iterate, Jacobian, residuals and cost. The search converges if a
-//! Gauss-Newton step changes no unknown by more than `step_tolerance`, or the model by at most `noise_tolerance`
-//! standard deviations of the residuals. A short step of at most `last_step` standard errors (default 0), whose
-//! extrapolated model error is below `noise_tolerance`, ends it too. It is not evaluated: residuals and cost are then
-//! those of the linear model. The damping is scaled by the column norms of the Jacobian (Marquardt 1963) with a
-//! decaying maximum of earlier norms (More 1978), so that it does not depend on units. It follows the gain ratio of
-//! the last step (Nielsen 1999). A trial point is rejected if it achieves at most `LEAST_GAIN` of the predicted
-//! decrease, if the problem returns an error, or if an unknown loses its effect: plateaus have no minimum.
+//! [`LevenbergMarquardt`]. Output: the state with iterate, Jacobian, residuals and cost. The search converges if the
+//! Gauss-Newton step within the bounds changes no unknown by more than `step_tolerance`, or the linear model by at most
+//! `noise_tolerance` standard deviations of the residuals. A short step of at most `last_step` standard errors (default
+//! 0), whose extrapolated model error is below `noise_tolerance`, ends it too. It is not evaluated: residuals and cost
+//! are then those of the linear model, and the Jacobian is that of the iterate before. The damping is scaled by the
+//! column norms of the Jacobian (Marquardt 1963) with a decaying maximum of earlier norms (More 1978), so that it does
+//! not depend on units. It follows the gain ratio of the last step (Nielsen 1999). A trial point is rejected if it
+//! achieves at most `LEAST_GAIN` of the predicted decrease, if the problem returns an error, or if an unknown loses its
+//! effect: plateaus have no minimum.
 //!
 //! Rounding errors of the cost hide small changes of the model. A Gauss-Newton step that changes it by at most
 //! `COST_RESOLUTION` of the norm of the residuals is accepted even if the cost rises by less than 1e-8 of it. Its
-//! change must be below `LARGEST_CHANGE_RATIO` of that of the last such step. That yields the minimum to rounding.
-//! The minimum is also reached if no step lowers the cost at such a small change, or if the predicted decrease is
-//! below `COST_ROUNDING` of the cost. If the residuals themselves are rounding errors, the search may end with "no
-//! step lowers the cost". It is an error if the problem fails at the start or in the last trial, and for residuals or
-//! derivatives at the start that are not finite.
+//! change must be below `LARGEST_CHANGE_RATIO` of that of the last such step. That yields the minimum to rounding. The
+//! minimum is also reached if no step lowers the cost at such a small change, or if the predicted decrease is below
+//! `COST_ROUNDING` of the cost. If the residuals themselves are rounding errors, the search may end with "no step
+//! lowers the cost". Errors: bounds or longest steps of a wrong number, a missing start value, and a problem that
+//! fails, or is not finite, at the start or in the last trial.
 //!
 //! A misfit may have corners, for example where strands of a cable begin to slip. There a Gauss-Newton step predicts
 //! a decrease that no step achieves. The search ends after a shortened step that lowers the cost by less than a step
@@ -34,9 +35,9 @@ use argmin::core::{
 /// The state of a least-squares problem in argmin: iterate, Jacobian, residuals and cost.
 pub type LeastSquaresState = IterState<Vec<f64>, (), Vec<Vec<f64>>, (), Vec<f64>, f64>;
 
-/// The solver. It converges when a Gauss-Newton step would change no unknown by more than `step_tolerance`, or the model by
-/// less than `noise_tolerance` of the residuals' standard deviation, or when rounding errors stop it. With both tolerances
-/// zero only rounding errors do.
+/// The solver. It converges when a Gauss-Newton step would change no unknown by more than `step_tolerance`, or the
+/// model by less than `noise_tolerance` of the residuals' standard deviation, or when rounding errors stop it. With
+/// both tolerances zero only rounding errors do.
 #[derive(Clone, Debug)]
 pub struct LevenbergMarquardt {
     bounds: Vec<[f64; 2]>,
@@ -83,12 +84,13 @@ const LEAST_FACTOR: f64 = 0.03;
 const LEAST_FACTOR_AFTER_REJECTION: f64 = 0.5;
 /// Decay of the largest column norm per step. At 1 the scale of a far start would persist; at 0 there is no memory.
 const SCALE_DECAY: f64 = 0.7;
-/// A step of an unknown is short below this fraction of its longest step; only short steps are taken without evaluation.
+/// A step of an unknown is short below this fraction of its longest step; only short steps are taken without
+/// evaluation.
 const SHORT: f64 = 0.01;
 /// Smallest ratio of the achieved to the predicted decrease of the cost at which a step is accepted.
 const LEAST_GAIN: f64 = 1e-4;
-/// A step that predicts more than this fraction of the decrease predicted by a rejected one is nearly the same step, and is
-/// skipped without an evaluation.
+/// A step that predicts more than this fraction of the decrease predicted by a rejected one is nearly the same step,
+/// and is skipped without an evaluation.
 const NEARLY_SAME: f64 = 0.8;
 /// Factor on the damping while steps are nearly the rejected one.
 const SKIP_FACTOR: f64 = 4.0;
@@ -103,8 +105,8 @@ const COST_RESOLUTION: f64 = 3e-5;
 /// Predicted decreases below this part of the cost are rounding errors of it.
 const COST_ROUNDING: f64 = 1e-12;
 
-/// Largest ratio of the model's change to that of the previous undamped step; steps below the resolution of the cost must
-/// shrink at least this fast. Values near 1 allow many steps that only exchange rounding errors.
+/// Largest ratio of the model's change to that of the previous undamped step; steps below the resolution of the cost
+/// must shrink at least this fast. Values near 1 allow many steps that only exchange rounding errors.
 const LARGEST_CHANGE_RATIO: f64 = 0.95;
 
 /// Default of the largest Gauss-Newton step that counts as zero, in the unit of the unknowns.
@@ -165,14 +167,14 @@ impl LevenbergMarquardt {
         }
     }
 
-    /// Sets the longest step of each unknown per iteration; default: unlimited. A parameter whose best value is zero has
-    /// the logarithm minus infinity: an unlimited step would reach a plateau and be rejected.
+    /// Sets the longest step of each unknown per iteration; default: unlimited. A parameter whose best value is zero
+    /// has the logarithm minus infinity: an unlimited step would reach a plateau and be rejected.
     pub fn longest_steps(self, longest_steps: Vec<f64>) -> Self {
         Self { longest_steps, ..self }
     }
 
-    /// Sets the largest Gauss-Newton step of an unknown, in its unit, that counts as zero: the search converges below it;
-    /// default 1e-10.
+    /// Sets the largest Gauss-Newton step of an unknown, in its unit, that counts as zero: the search converges below
+    /// it; default 1e-10.
     pub fn step_tolerance(self, step_tolerance: f64) -> Self {
         Self { step_tolerance, ..self }
     }
@@ -183,10 +185,10 @@ impl LevenbergMarquardt {
         Self { noise_tolerance, ..self }
     }
 
-    /// Sets the part of a standard error below which the last step is taken without evaluating its result; default 0. The
-    /// error of the linear model is proportional to the square of the step. Extrapolated from the step before, it must
-    /// be below the noise tolerance. At a corner of the misfit the search ends below this part. Data without noise have
-    /// no standard errors and are fitted to rounding.
+    /// Sets the part of a standard error below which the last step is taken without evaluating its result; default 0.
+    /// The error of the linear model is proportional to the square of the step. Extrapolated from the step before, it
+    /// must be below the noise tolerance. At a corner of the misfit, a decrease below that of such a step ends the
+    /// search (see the module). Data without noise have no standard errors and are fitted to rounding.
     pub fn last_step(self, last_step: f64) -> Self {
         Self { last_step, ..self }
     }
@@ -200,9 +202,9 @@ impl LevenbergMarquardt {
 
     /// Whether `step`, which changes the linear model by `change` at residuals with the standard deviation `noise`, is
     /// the last one and need not be evaluated. Every unknown moves by at most [`SHORT`] of its longest step, and
-    /// `change` is at most `last_step` times the noise. The error of the linear model is at most `noise_tolerance`
-    /// times the noise: that of the last accepted step times the square of the largest ratio of both steps. Without
-    /// such a step the result is false.
+    /// `change` is at most `last_step` times the noise. The extrapolated error of the linear model is at most
+    /// `noise_tolerance` times the noise. It is the error in the last accepted damped step, times the square of the
+    /// largest ratio of an unknown's change now to that in that step. Without such a step the result is false.
     fn is_last(&self, step: &[f64], change: f64, noise: f64) -> bool {
         let Some(ModelError { step: before, norm }) = &self.model_error else { return false };
         let parts = step.iter().zip(before).map(|(now, before)| match *now == 0.0 {
@@ -261,8 +263,8 @@ where
         "Levenberg-Marquardt"
     }
 
-    /// The state of argmin at the start value moved into the bounds, with residuals, Jacobian and cost. An error without a start
-    /// value, for bounds or longest steps of another number, or from the problem.
+    /// The state of argmin at the start value moved into the bounds, with residuals, Jacobian and cost. An error
+    /// without a start value, for bounds or longest steps of another number, or from the problem.
     fn init(
         &mut self,
         problem: &mut Problem<O>,
@@ -446,7 +448,8 @@ where
     }
 }
 
-/// Decrease of the cost between two lists of residuals, `1/2 sum (a^2 - b^2)`, without the cancellation of two large sums.
+/// Decrease of the cost between two lists of residuals, `1/2 sum (a^2 - b^2)`, without the cancellation of two large
+/// sums.
 fn decrease(before: &[f64], after: &[f64]) -> f64 {
     0.5 * before.iter().zip(after).map(|(a, b)| (a - b) * (a + b)).sum::<f64>()
 }

@@ -1,12 +1,12 @@
 //! The bounded, damped linear least-squares problem of a Levenberg-Marquardt step.
 //!
-//! Input: residuals `r`, rows of their Jacobian `J`, the iterate `x` and its bounds. Unknowns at a bound whose
-//! descent points outward are held. [`Linearized::step`] minimizes `|r + J s|^2 + damping |D s|^2` by QR
-//! factorization, with the diagonal scale `D`. Unknowns that leave their bounds stop there, and the others are solved
-//! for again. A bounded step that changes `J s` by more than the unbounded one is repeated with `DAMPING_FACTOR`
-//! times the damping. Output: the step, None if it is not finite. `predicted` returns the predicted decrease of the
-//! cost `|r|^2/2`. `least_kept_effect` divides the column norms of `J` at another point by those at `x`; it returns
-//! the smallest of these ratios over the largest, one number for all free unknowns.
+//! Input: residuals `r`, rows of their Jacobian `J`, the iterate `x` and its bounds. Unknowns at a bound whose descent
+//! points outward are held. [`Linearized::step`] minimizes `|r + J s|^2 + damping |D s|^2` by QR factorization, with
+//! the diagonal scale `D`. Unknowns that leave their bounds stop there, and the others are solved for again. A bounded
+//! step that changes `J s` by more than the unbounded one is repeated with `DAMPING_FACTOR` times the damping. Output:
+//! the step, None if it is not finite. `predicted` returns the decrease of the cost `|r|^2/2` that the linear model
+//! predicts for a step. `least_kept_effect` divides the column norms of `J` at another point by those at `x`; it
+//! returns the smallest of these ratios over the largest, one number for all free unknowns.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -71,8 +71,8 @@ impl Linearized {
     }
 
     /// The step from `x` that minimizes `|r + J step|^2 + damping |scale step|^2`; `scale` has one number per unknown.
-    /// `None` if it is not finite. Unknowns that would leave their bounds stop at the bound, and the others are minimized
-    /// again.
+    /// `None` if it is not finite. Unknowns that would leave their bounds stop at the bound, and the others are
+    /// minimized again.
     ///
     /// Along combinations without an effect on the data, rounding errors determine the step. They may move several
     /// unknowns to bounds at once, and the others cannot compensate. A bounded step that changes the model by more than
@@ -183,8 +183,8 @@ impl Linearized {
     }
 
     /// The smallest over the largest ratio, among the free unknowns, of a column norm of the Jacobian at another point,
-    /// with these `rows`, to that at the iterate. It is near zero if one unknown alone loses its effect on the residuals;
-    /// 1 if all do, or none has an effect.
+    /// with these `rows`, to that at the iterate. It is near zero if one unknown alone loses its effect on the
+    /// residuals; 1 if all do, or none has an effect.
     pub fn least_kept_effect(&self, rows: &[Vec<f64>]) -> f64 {
         let norms = column_norms(rows, self.norms.len());
         let had_effect = self.free.iter().filter(|j| self.norms[**j] > 0.0);

@@ -1,13 +1,15 @@
 //! Numerical methods that do not depend on rods.
 //!
-//! Numbers: the trait [`Scalar`](scalar::Scalar) (`scalar`), SIMD vectors of it (`simd`, `trigonometry`), out-of-line
-//! numbers, `lanes`, error bounds of derivatives (`term_bound`) and their common `operators`. Also the function
-//! `phi_1` (`phi_function`), vectors of three components, and `rotation`s. Symmetric matrices: the traits of
-//! `tangent`, `banded` and `envelope` storage with `L D L^T` factors, `prescribed_dofs`, and the `lanczos` method.
-//! Matrices that are not symmetric: `envelope_lu` with `L U` factors. Signals: `hermite` interpolation in time, power
-//! spectra (`spectrum`), and noise estimates (`noise_scale`). Nonlinear least squares: `levenberg_marquardt`, with
-//! the step of `linearized`. This file itself has `total_order` (an integer with the order of floating-point numbers),
-//! `upper_median` (of an even number of values the larger middle one, None without values) and `median`.
+//! Numbers: the trait [`Scalar`](scalar::Scalar) (`scalar`), SIMD vectors of `f64` (`simd`, `trigonometry`), numbers
+//! with operations as function calls (`out_of_line`), arrays of numbers (`lanes`), error bounds of derivatives
+//! (`term_bound`) and their common `operators`. Also the function `phi_1` (`phi_function`), vectors of three
+//! components, and `rotation`s. Symmetric matrices: the traits of `tangent`, `banded` and `envelope` storage with `L D
+//! L^T` factors, `prescribed_dofs`, and the `lanczos` method. Matrices that are not symmetric: `envelope_lu` with `L U`
+//! factors. Signals: `hermite` interpolation in time, power spectra (`spectrum`), and noise estimates (`noise_scale`).
+//! Nonlinear least squares: `levenberg_marquardt`, with the step of `linearized`. This file itself has `total_order`,
+//! an integer with the order of floating-point numbers. Of an even number of values, `upper_median` is the larger
+//! middle one (None without values), and `median` the mean of both (0 without values). Norms of the columns of a matrix
+//! (`column_norms`) and half the sum of squares are from `linearized`.
 
 pub mod banded;
 pub mod envelope;

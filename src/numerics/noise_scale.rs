@@ -8,15 +8,15 @@
 //! s^2 = sum (c.x)^2/n,   degrees of freedom tr(A)^2/tr(A^2),   A = sum c c'/n
 //! ```
 //!
-//! is that of the lowest of the orders 2 to 6 that the next one does not significantly lower (von Neumann 1941;
-//! Gasser, Sroka and Jennen-Steinmetz 1986). If the highest order still lowers it, the estimate is marked as an upper
-//! bound. Autocorrelated noise lowers it: AR(1) of 0.3, 0.8, 0.95 between neighbors to 0.83, 0.35, 0.18 of the truth.
-//! A comparison with every second sample reveals strong autocorrelation and smoothing, but not a missing effect.
-//! [`NoisySeries::noise`] returns the estimate in the unit of the values, or the reason why there is none: constant
-//! values, fewer than [`FEWEST_DIFFERENCES`] differences, a share of outliers above `MOST_OUTLIERS`, or
-//! autocorrelation (with a lower bound). Excluded samples, repeated frames and outliers are left out before
-//! (`samples`). `quantization_step` returns the lattice step of rounded values, None without one or for at most
-//! `COINCIDENT_DIFFERENCES` differences. Fits use the estimate as the noise of recordings.
+//! is that of the lowest of the orders 2 to 6 that the next one does not significantly lower (von Neumann 1941; Gasser,
+//! Sroka and Jennen-Steinmetz 1986). If the highest order still lowers it, the estimate is marked as an upper bound.
+//! Autocorrelated noise lowers it: AR(1) of 0.3, 0.8, 0.95 between neighbors to 0.83, 0.35, 0.18 of the truth. A
+//! comparison with every second sample reveals strong autocorrelation and smoothing, but not a missing effect.
+//! [`NoisySeries::noise`] returns the estimate in the unit of the values, for a sample of relative standard deviation
+//! one, or the reason why there is none. Reasons are constant values, fewer than [`FEWEST_DIFFERENCES`] differences, a
+//! share of outliers above `MOST_OUTLIERS`, or autocorrelation (with a lower bound). Excluded samples, repeated frames
+//! and outliers are left out before (`samples`). `quantization_step` returns the lattice step of rounded values, None
+//! without one or for at most `COINCIDENT_DIFFERENCES` differences. Fits use the estimate as the noise of recordings.
 
 mod samples;
 #[cfg(test)]
@@ -24,8 +24,8 @@ mod tests;
 
 use crate::numerics::noise_scale::samples::NoiseSamples;
 
-/// Orders of differences that are compared. A moving signal leaks little into differences of order two and above; weights of
-/// orders above six select the Nyquist frequency instead of an average over the spectrum.
+/// Orders of differences that are compared. A moving signal leaks little into differences of order two and above;
+/// weights of orders above six select the Nyquist frequency instead of an average over the spectrum.
 const ORDERS: std::ops::RangeInclusive<usize> = 2..=6;
 /// The highest of these orders.
 const HIGHEST_ORDER: usize = 6;
@@ -37,8 +37,8 @@ const MOST_OUTLIERS: f64 = 0.12;
 /// An order is sufficient if the next one lowers the variance by less than this many standard errors of the
 /// difference of the two.
 const SIGNIFICANT_DECREASE: f64 = 1.0;
-/// Noise is autocorrelated if the estimate from every second sample exceeds that from all by this many standard errors of
-/// independent estimates. Both share samples, so that white noise is above it in one of 100 series.
+/// Noise is autocorrelated if the estimate from every second sample exceeds that from all by this many standard errors
+/// of independent estimates. Both share samples, so that white noise is above it in one of 100 series.
 const OVERSAMPLING_LEVEL: f64 = 1.8;
 /// A wave that leaks into the estimate from every second sample lowers its variance from one order to the next below
 /// this part, for periods above 6.5 samples; AR(1) noise keeps 0.8 and more.
@@ -68,7 +68,7 @@ pub struct NoisySeries<'a> {
 /// An estimated standard deviation of the noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseEstimate {
-    /// In the unit of the values.
+    /// Standard deviation of a sample with the factor 1, in the unit of the values.
     pub sigma: f64,
     /// Degrees of freedom of its square.
     pub degrees_of_freedom: f64,
@@ -105,9 +105,10 @@ struct DifferenceVariance {
 }
 
 impl NoisySeries<'_> {
-    /// The standard deviation of white noise on the values, in their unit, from differences of the lowest order that the
-    /// signal does not dominate (from 2 to 6). Excluded samples, repeated frames and outliers are left out first. The
-    /// result is marked as an upper bound if the variance still decreases at the highest order.
+    /// The standard deviation of white noise on the values, in their unit, from differences of the lowest order that
+    /// the signal does not dominate (from 2 to 6). It is that of a sample with the factor 1. Excluded samples, repeated
+    /// frames and outliers are left out first. The result is marked as an upper bound if the variance still decreases
+    /// at the highest order.
     ///
     /// # Errors
     ///
@@ -156,9 +157,9 @@ impl NoisySeries<'_> {
     }
 }
 
-/// The quantization step of the values: their smallest difference, if all differences of neighbors in ascending order are
-/// whole multiples of it within `LATTICE_TOLERANCE`. Differences below `SMALLEST_DIFFERENCE` of the range are ignored.
-/// `None` for values that are not quantized, or with at most `COINCIDENT_DIFFERENCES` differences.
+/// The quantization step of the values: their smallest difference, if all differences of neighbors in ascending order
+/// are whole multiples of it within `LATTICE_TOLERANCE`. Differences below `SMALLEST_DIFFERENCE` of the range are
+/// ignored. `None` for values that are not quantized, or with at most `COINCIDENT_DIFFERENCES` differences.
 pub fn quantization_step(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -176,8 +177,8 @@ pub fn quantization_step(values: &[f64]) -> Option<f64> {
 }
 
 /// Number, mean square and degrees of freedom `tr(A)^2/tr(A^2)` of the normalized differences of an order over every
-/// `stride`-th sample. Differences across gaps or outliers are not counted. All differences, from every first sample, are
-/// used.
+/// `stride`-th sample. Differences across gaps or outliers are not counted. All differences, from every first sample,
+/// are used.
 fn differences(samples: &NoiseSamples, order: usize, stride: usize) -> DifferenceVariance {
     let all: Vec<Option<(f64, [f64; HIGHEST_ORDER + 1])>> =
         (0..samples.values.len()).map(|first| samples.difference(first, order, stride)).collect();

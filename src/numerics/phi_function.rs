@@ -7,8 +7,8 @@
 
 use crate::numerics::scalar::Scalar;
 
-/// `(1 - e^-x)/x` for any `x`; 1 at zero. Up to `|x|` of 0.1 the Taylor series to the tenth order replaces the quotient,
-/// which loses digits.
+/// `(1 - e^-x)/x` for any `x`; 1 at zero. Up to `|x|` of 0.1 the Taylor series to the tenth order replaces the
+/// quotient, which loses digits.
 pub fn phi1<D: Scalar>(x: D) -> D {
     if x.value().abs() > 0.1 {
         return (-(-x).exp() + 1.0) / x;

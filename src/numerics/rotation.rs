@@ -1,18 +1,17 @@
 //! Rotations in space by rotation vectors: the exponential map, its tangent map, and the logarithm (Simo and Vu-Quoc
 //! 1988, doi:10.1016/0045-7825(88)90073-4), and small operations on matrices of three rows.
 //!
-//! The rotation vector `r`, rad, belongs to the rotation `exp(r)`. A change `dr` of the vector is followed by the
-//! rotation
+//! The rotation vector `r`, rad, belongs to the rotation `exp(r)`. To first order in a change `dr` of the vector,
 //!
 //! ```text
 //! exp(r + dr) = exp(r) exp(T dr),  T = 1 - a r x + b r x r x,  a = (1 - cos s)/s^2,  b = (s - sin s)/s^3,  s = |r|,
 //! ```
 //!
 //! so that `T dr` is the rotation in the turned axes. Rotation matrices have the turned axes in their columns.
-//! `logarithm` returns the vector of a rotation below half a turn, and is not finite there; `rotation_vector` that of
-//! any rotation, up to half a turn, in plain numbers only. `tangent_map_slope` is the symmetric part of the
-//! derivative of `T' u` by `r`. All functions but `rotation_vector` take numbers with derivatives. Bodies and joints
-//! of assemblies use them.
+//! `logarithm` returns the vector of a rotation by less than half a turn, and is not finite at half a turn.
+//! `rotation_vector` returns that of any rotation, of length up to half a turn, in plain numbers only.
+//! `tangent_map_slope` is the symmetric part of the derivative of `T' u` by `r`. All functions but `rotation_vector`
+//! take numbers with derivatives. Bodies and joints of assemblies use them.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{

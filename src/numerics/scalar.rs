@@ -2,9 +2,9 @@
 //!
 //! An energy is one generic function. `f64` gives its value, a dual number of [`num_dual`] its value and exact
 //! derivatives, and [`Terms`](crate::check::Terms) the size of the terms that may cancel in each derivative.
-//! [`SimdScalar`] is a vector of numbers for loops along a rod ([`Sweep`]). [`Nestable`] are the four scalars with
-//! which rods are computed: `f64`, and dual numbers with one first derivative, with two, and with two first and their
-//! mixed second derivative.
+//! [`SimdScalar`] is a vector of numbers for loops along a rod ([`Sweep`]). [`Nestable`] are the five scalars with
+//! which rods are computed: `f64`, dual numbers with one, two or eight first derivatives, and those with two first
+//! derivatives and the mixed second one.
 
 use num_dual::{Dual64, DualNum, DualSVec64, HyperDual64};
 use std::fmt::Debug;
@@ -219,7 +219,8 @@ pub trait SimdScalar<D>: Scalar {
         numbers
     }
 
-    /// The previous number of each lane: shifts all lanes up by one, and the last lane of `earlier` moves into the first.
+    /// The previous number of each lane: shifts all lanes up by one, and the last lane of `earlier` moves into the
+    /// first.
     fn before(self, earlier: Self) -> Self;
 
     /// The next number of each lane: shifts all lanes down by one, and the first lane of `later` moves into the last.
@@ -271,7 +272,8 @@ pub trait Nestable: Scalar + DualNum<Primitive = f64> {
     #[doc(hidden)]
     fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self>;
 
-    /// Runs a sweep with the widest SIMD numbers of this processor, or with one number at a time, and returns its output.
+    /// Runs a sweep with the widest SIMD numbers of this processor, or with one number at a time, and returns its
+    /// output.
     #[doc(hidden)]
     fn run_sweep<S: Sweep<Self>>(sweep: S) -> S::Output;
 
@@ -297,9 +299,9 @@ pub trait ForEachScalar {
     fn eight(&self) -> &Self::Instance<DualSVec64<8>>;
 }
 
-/// Whether the values of all numbers are finite; derivatives are not tested. True for an empty list. Tests whether their
-/// sum, in four independent parts, is finite: it is only if its terms are. Finite numbers whose sum overflows count as
-/// not finite.
+/// Whether the values of all numbers are finite; derivatives are not tested. True for an empty list. Tests whether
+/// their sum, in four independent parts, is finite: it is only if its terms are. Finite numbers whose sum overflows
+/// count as not finite.
 #[inline(always)]
 pub(crate) fn is_finite<D: Scalar>(x: &[D]) -> bool {
     // The order of the sum does not matter: only whether it is finite.

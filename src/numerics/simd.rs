@@ -307,7 +307,8 @@ impl Nestable for f64 {
 }
 
 /// Runs `work` compiled for AVX2 if the processor [has it](simd_level), else as compiled for any processor; returns its
-/// output. The compiler vectorizes its loops over short arrays. All functions that it calls must be `#[inline(always)]`.
+/// output. The compiler vectorizes its loops over short arrays. All functions that it calls must be
+/// `#[inline(always)]`.
 #[inline(always)]
 pub fn with_simd<T: pulp::NullaryFnOnce>(work: T) -> T::Output {
     #[cfg(target_arch = "x86_64")]
@@ -317,15 +318,15 @@ pub fn with_simd<T: pulp::NullaryFnOnce>(work: T) -> T::Output {
     work.call()
 }
 
-/// [`with_simd`] for work on arrays of `G > 2` numbers, and the plain call otherwise: two numbers fit into the registers
-/// that every x86-64 processor has.
+/// [`with_simd`] for work on arrays of `G > 2` numbers, and the plain call otherwise: two numbers fit into the
+/// registers that every x86-64 processor has.
 #[inline(always)]
 pub fn with_simd_if_wide<T: pulp::NullaryFnOnce, const G: usize>(work: T) -> T::Output {
     if G > 2 { with_simd(work) } else { work.call() }
 }
 
-/// Products of pairs of numbers, each pair in one register. A compiler that pairs scalar operations may find other, worse
-/// pairs.
+/// Products of pairs of numbers, each pair in one register. A compiler that pairs scalar operations may find other,
+/// worse pairs.
 pub trait PairLevel: Copy {
     /// Whether registers have four numbers.
     const WIDE: bool;

@@ -3,9 +3,9 @@
 //! [`harmonic_variances`] takes a signal with both ends of a uniform grid of a power of two of intervals. It returns
 //! the variance of each harmonic 1, 2, .., as many as intervals, in the squared unit of the signal; the mean is left
 //! out. Harmonic `k` has `k/2` periods over the signal. `intervals` returns a suitable power of two for a number of
-//! samples. The even extension is continuous, so that a signal that ends elsewhere than it begins leaks with the
-//! fourth power of the frequency only; a periodic extension leaks with the second. The bandwidth of recorded motions
-//! follows from it.
+//! samples. The even extension is continuous. The spurious variance of a signal that ends elsewhere than it begins
+//! therefore decreases with the fourth power of the frequency. That of a periodic extension decreases with the second.
+//! The bandwidth of recorded motions follows from it.
 
 use std::f64::consts::PI;
 

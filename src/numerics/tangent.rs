@@ -1,18 +1,19 @@
 //! Traits of a symmetric sparse matrix (a tangent: the second derivatives of an energy) and of its `L D L^T` factors.
 //!
-//! The tangent of one open rod is a [band](crate::numerics::banded::BandMatrix). [`Tangent`] has assembly, products
-//! and residuals. [`Factors`] factors the rows and columns of a range, without pivoting: of the matrix, or of
-//! `scale diag(d) + factor matrix`. It solves for several right-hand sides in place (rows outside of the range become
-//! zero) and counts negative pivots, which are as many as negative eigenvalues. A pivot that is zero or not finite is
-//! the error [`Singular`] with its row. Steppers, equilibria, modes and sensitivities use only these traits, so that
-//! other sparsity patterns need no change there.
+//! The tangent of one open rod is a [band](crate::numerics::banded::BandMatrix). [`Tangent`] has assembly, products and
+//! residuals. [`Factors`] factors the rows and columns of a range, without pivoting: of the matrix, or of `scale
+//! diag(d) + factor matrix`. It solves for several right-hand sides in place (rows outside of the range become zero)
+//! and counts negative pivots, which are as many as negative eigenvalues. [`UnsymmetricTangent`] also takes blocks that
+//! are not symmetric; then the number of negative pivots has no such meaning. A pivot that is zero or not finite is the
+//! error [`Singular`] with its row. Steppers, equilibria, modes and sensitivities use only these traits, so that other
+//! sparsity patterns need no change there.
 
 use crate::numerics::scalar::Scalar;
 use std::fmt::Debug;
 use std::ops::{Mul, Range};
 
-/// A number of the right-hand side of a system with matrix entries `D`: a `D`, or a number with derivatives beside `f64`
-/// entries.
+/// A number of the right-hand side of a system with matrix entries `D`: a `D`, or a number with derivatives beside
+/// `f64` entries.
 pub trait RightHandSide<D>: Scalar + Mul<D, Output = Self> {}
 
 impl<D, E: Scalar + Mul<D, Output = E>> RightHandSide<D> for E {}
@@ -78,7 +79,8 @@ pub trait Tangent<D: Scalar>: Clone + Debug + Send + Sync {
 
 /// A [`Tangent`] to which blocks that are not symmetric can be added, as those of loads without a potential.
 pub trait UnsymmetricTangent<D: Scalar>: Tangent<D> {
-    /// Adds the leading `size` by `size` part of `block`, both triangles, to the entries from row and column `start` on.
+    /// Adds the leading `size` by `size` part of `block`, both triangles, to the entries from row and column `start`
+    /// on.
     fn add_unsymmetric<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]);
 }
 
@@ -93,7 +95,8 @@ pub trait Factors<D: Scalar>: Clone + Debug + Send + Sync {
     /// Type of the factored matrices.
     type Matrix;
 
-    /// Factors the rows and columns of `range` of the matrix and replaces earlier factors; allocates nothing.
+    /// Factors the rows and columns of `range` of the matrix and replaces earlier factors; allocates nothing for a
+    /// symmetric matrix.
     ///
     /// # Errors
     /// The row of a pivot that is zero or not finite.
@@ -113,11 +116,11 @@ pub trait Factors<D: Scalar>: Clone + Debug + Send + Sync {
     ) -> Result<(), Singular>;
 
     /// Number of negative pivots, which is that of negative eigenvalues of the factored matrix (Sylvester's law of
-    /// inertia).
+    /// inertia) if that is symmetric.
     fn negative_pivots(&self) -> usize;
 
-    /// Solves `A x = b` in place for `R` right-hand sides (`x[i][r]` is row `i` of number `r`), over the factored range.
-    /// `x` has as many rows as the matrix; rows outside of the range become zero.
+    /// Solves `A x = b` in place for `R` right-hand sides (`x[i][r]` is row `i` of number `r`), over the factored
+    /// range. `x` has as many rows as the matrix; rows outside of the range become zero.
     fn solve_many<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]);
 
     /// Solves `A x = b` in place for one right-hand side, as [`solve_many`](Self::solve_many).

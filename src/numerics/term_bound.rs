@@ -13,9 +13,9 @@ use num_dual::Dual3_64;
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Rounding errors of a value that count as agreement, over the value's magnitude and over the tolerance of derivatives: with a
-/// tolerance of 1e-12 about 70 machine epsilons. In 500 random scenes the largest error is then 8e-15 of the sum, a hundredth of
-/// that tolerance.
+/// Rounding errors of a value that count as agreement, over the value's magnitude and over the tolerance of
+/// derivatives: with a tolerance of 1e-12 about 70 machine epsilons. In 500 random scenes the largest error is then
+/// 8e-15 of the sum, a hundredth of that tolerance.
 const VALUE_ROUNDING: f64 = 1.0 / 64.0;
 
 /// A value and, for its first and second derivatives by `N` unknowns, the sums of the absolute

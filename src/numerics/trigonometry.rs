@@ -9,15 +9,15 @@
 use crate::numerics::scalar::Scalar;
 use std::f64::consts::FRAC_2_PI;
 
-/// Largest angle, rad, that is reduced to full accuracy: fewer than 2^19 right angles, whose number times the first term of
-/// [`RIGHT_ANGLE`] is exact.
+/// Largest angle, rad, that is reduced to full accuracy: fewer than 2^19 right angles, whose number times the first
+/// term of [`RIGHT_ANGLE`] is exact.
 pub const LARGEST: f64 = 8e5;
 
-/// A right angle as a sum (Cody and Waite 1980). The first term has 20 zero bits at its end, so that its product with the
-/// number of right angles is exact.
+/// A right angle as a sum (Cody and Waite 1980). The first term has 20 zero bits at its end, so that its product with
+/// the number of right angles is exact.
 const RIGHT_ANGLE: [f64; 2] = [1.570_796_326_734_125_6, 6.077_100_506_506_192e-11];
-/// Coefficients of the polynomial of `(sin r - r)/r^3` in `r^2` on [-pi/4, pi/4], highest power first (FDLIBM, Sun Microsystems
-/// 1993).
+/// Coefficients of the polynomial of `(sin r - r)/r^3` in `r^2` on [-pi/4, pi/4], highest power first (FDLIBM, Sun
+/// Microsystems 1993).
 const SIN: [f64; 6] = [
     1.589_690_995_211_55e-10,
     -2.505_076_025_340_686_3e-8,

@@ -1,9 +1,9 @@
-//! Vectors of three components `[x, y, z]` over any [`Scalar`], with or without derivatives: sums, products, unit
-//! vectors, and rotation by a rotation vector, rad (Rodrigues' formula, by its series below 0.01). The unit vector of
-//! zero is NaN.
+//! Vectors of three components `[x, y, z]` over any [`Scalar`], with or without derivatives: sum, difference, multiple,
+//! linear combination, scalar and vector product, and unit vector. [`rotate`] rotates by a rotation vector, rad
+//! (Rodrigues' formula, by its series below 0.01). The unit vector of zero is NaN.
 //!
-//! Energies, frames and prescribed motions use them. [`components`] and [`map_components`] build arrays by inlined
-//! loops.
+//! Energies, frames and prescribed motions use them. [`components`] and [`map_components`] build arrays of any length
+//! by inlined loops.
 
 use crate::numerics::scalar::Scalar;
 
@@ -74,8 +74,8 @@ pub fn unit<D: Scalar>(a: Vector<D>) -> Vector<D> {
     scale(a, dot(a, a).sqrt().recip())
 }
 
-/// `v` rotated about the rotation vector `r` by the angle `a = |r|`, rad: `v + sin(a)/a r x v + (1 - cos a)/a^2 r x (r x
-/// v)` (Rodrigues). Below an angle of 0.01 both factors are evaluated by their series.
+/// `v` rotated about the rotation vector `r` by the angle `a = |r|`, rad: `v + sin(a)/a r x v + (1 - cos a)/a^2 r x (r
+/// x v)` (Rodrigues). Below an angle of 0.01 both factors are evaluated by their series.
 pub fn rotate<D: Scalar>(r: Vector<D>, v: Vector<D>) -> Vector<D> {
     let square = dot(r, r);
     // sin(a)/a and (1 - cos a)/a^2, by their series at small angles, where the quotients lose digits.

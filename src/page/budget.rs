@@ -1,8 +1,10 @@
-//! The section "Uncertainty budget" of a page: how much each uncertain input contributes to a parameter's uncertainty.
+//! The section "Uncertainty budget" of a page: how much each source of uncertainty contributes to that of a parameter.
 //!
-//! Input are the estimates of a fit or design. For each parameter a table lists source, standard uncertainty, sensitivity,
-//! contribution and share of the variance (GUM: combined standard uncertainty). A second table has the change by +1 % of each
-//! input without a stated uncertainty, and a note compares the budget with Monte Carlo fits. Output is HTML.
+//! Input are the estimates of a fit or design. For each parameter a table lists the sources of its uncertainty (noise,
+//! inputs, discretization, differences between experiments): standard uncertainty, sensitivity, contribution and share
+//! of the variance (GUM: combined standard uncertainty). A second table has the change of the parameter by +1 % of each
+//! input without a stated uncertainty. A note compares the budget with Monte Carlo fits, if there were any. Output is
+//! HTML, empty without all three.
 
 use crate::fit::{BudgetLine, Estimate, QuotedEstimate};
 use crate::page::chart::labeled;
@@ -15,7 +17,8 @@ use crate::summary::quantity::counted;
 /// Inputs in a table of sensitivities that are shown at once; further ones are folded.
 const SHOWN_INPUTS: usize = 6;
 
-/// HTML with budget, sensitivities and Monte Carlo check of every parameter that has any, under its label; empty without.
+/// HTML with budget, sensitivities and Monte Carlo check of every parameter that has any of these, under its label;
+/// empty if none has.
 pub(super) fn budgets(parameters: &[Estimate]) -> String {
     let content = |e: &Estimate| budget(e) + &sensitivities(e) + &monte_carlo(e);
     parameters.iter().map(|e| subsection(&e.label(), &content(e))).collect()
@@ -23,7 +26,7 @@ pub(super) fn budgets(parameters: &[Estimate]) -> String {
 
 /// The HTML table of contributions to the combined standard uncertainty of a parameter, and a note with that and its
 /// coverage factor. If inputs have a stated uncertainty, the note has the expanded 95 % interval too. Empty without a
-/// budget.
+/// combined uncertainty.
 fn budget(e: &Estimate) -> String {
     let (Some(combined), Some(factor), Some(expanded)) =
         (e.combined_std, e.coverage_factor, e.expanded95)
@@ -59,8 +62,8 @@ fn budget(e: &Estimate) -> String {
     table.render() + &note(&format!("{text}{own}."))
 }
 
-/// The name of a source of uncertainty for display: `mesh`, `step` and `experiments` have explanations, other keys are
-/// names of inputs.
+/// The name of a source of uncertainty for display: `mesh`, `step` and `experiments` have explanations; other keys
+/// (`noise`, and names of inputs) are unchanged.
 fn source_name(key: &str) -> &str {
     match key {
         "mesh" => "discretization: mesh",
@@ -75,8 +78,8 @@ fn relative_sensitivity(value: f64) -> String {
     if value.abs() < 1e-3 { "0.00".into() } else { three_digits(value) }
 }
 
-/// The derivative `value` of a parameter with this `unit` by the input of a `line`, in three significant digits with the
-/// unit of the quotient, as `Pa / m`.
+/// The derivative `value` of a parameter with this `unit` by the input of a `line`, in three significant digits with
+/// the unit of the quotient, as `Pa / m`.
 fn sensitivity(value: f64, unit: &str, line: &BudgetLine) -> String {
     let units = [unit, &line.unit].map(|unit| if unit.is_empty() { "1" } else { unit });
     match units {
@@ -85,8 +88,8 @@ fn sensitivity(value: f64, unit: &str, line: &BudgetLine) -> String {
     }
 }
 
-/// The HTML table of changes of a parameter by +1 % of each input without a stated uncertainty, relative or in its unit,
-/// below a note; rows beyond [`SHOWN_INPUTS`] are folded. Empty without such inputs.
+/// The HTML table of changes of a parameter by +1 % of each input without a stated uncertainty, relative or in its
+/// unit, below a note; rows beyond [`SHOWN_INPUTS`] are folded. Empty without such inputs.
 fn sensitivities(e: &Estimate) -> String {
     let label = e.label();
     let name = format!("sensitivities of {label} to inputs");
@@ -109,8 +112,8 @@ fn sensitivities(e: &Estimate) -> String {
     if table.is_empty() { table } else { line + &table }
 }
 
-/// A sentence (HTML) with the number and the standard deviation of fits with random inputs and noise, beside that of the
-/// linear budget. Empty without a Monte Carlo run.
+/// A sentence (HTML) with the number and the standard deviation of fits with random inputs and noise, beside that of
+/// the linear budget. Empty without a Monte Carlo run.
 fn monte_carlo(e: &Estimate) -> String {
     let Some(found) = &e.monte_carlo else { return String::new() };
     let scale = Scale::for_size(found.std, e.name.unit());

@@ -1,8 +1,8 @@
 //! The first card of a page: a headline with the status, the main result, and lists of messages such as warnings.
 //!
 //! Input of [`card`] are a severity (`Tone`), headline and content in HTML, and lists of messages as text. The color of
-//! its border is that of the severity. Lists without messages are left out; of long ones the further messages are folded.
-//! Messages that end with a code unfold the code's explanation. Output is HTML, for every kind of page.
+//! its border is that of the severity. Lists without messages are left out; of long ones the further messages are
+//! folded. Messages that end with a code unfold the code's explanation. Output is HTML, for every kind of page.
 
 use crate::page::html::{list, with_explanation};
 use crate::summary::Tone;

@@ -2,10 +2,10 @@
 //!
 //! A builder adds lines, dots, intervals (bands along y, bars along x), stems and reference lines. Values are divided
 //! by the factor of their axis' unit, except for horizontal reference lines and shaded bands, which are in that unit
-//! already. Points that are not finite, or not positive on a logarithmic axis, are left out. Named lines and dots
-//! enter the legend and the CSV file, series with intervals the CSV file only; unnamed ones are decoration. Drawn
-//! series of more than `MAX_POINTS` points are thinned out evenly, in the CSV file too. There series with intervals
-//! have all finite points.
+//! already. Points that are not finite, or not positive on a logarithmic axis, are left out. Named lines and dots enter
+//! the legend and the CSV file, series with intervals the CSV file only; unnamed ones are decoration. Names of rows may
+//! replace the numbers of the y axis. Drawn series of more than `MAX_POINTS` points are thinned out evenly, in the CSV
+//! file too. There series with intervals have all finite points.
 
 use crate::page::csv::csv_link;
 use crate::page::html::escaped;
@@ -13,10 +13,11 @@ use crate::page::number::Scale;
 use crate::page::plotted::{Datum, csv_rows};
 use kuva::prelude::{LinePlot, ReferenceLine, ScatterPlot, ShadedRegion};
 
-/// Most points of a series that are drawn, also in the CSV: more are thinned out evenly. More points enlarge the page without
-/// a visible difference.
+/// Most points of a series that are drawn, also in the CSV: more are thinned out evenly. More points enlarge the page
+/// without a visible difference.
 const MAX_POINTS: usize = 2000;
-/// Decades of a logarithmic axis that are shown below its top; smaller values are cut off, as they would flatten the rest.
+/// Decades of a logarithmic axis that are shown below its top; smaller values are cut off, as they would flatten the
+/// rest.
 const DECADES: f64 = 12.0;
 
 /// Points of a chart: abscissa and ordinate, in SI units or, as they are drawn, in the units of the axes.
@@ -69,7 +70,7 @@ impl ChartAxis {
         value.is_finite() && !(self.is_log && value <= 0.0)
     }
 
-    /// Extends the range of the axis by a displayed value, if it can be drawn.
+    /// Extends the range of the axis by a displayed value, if that can be drawn.
     fn include(&mut self, value: f64) {
         if self.can_show(value) {
             self.range = [self.range[0].min(value), self.range[1].max(value)];
@@ -185,8 +186,8 @@ impl PageChart {
         self.line("", points.iter().copied(), color).dots(series, points, color, radius)
     }
 
-    /// Adds a line through the points, in SI units, with the interval of each as a band along y. The series is in the CSV
-    /// with its intervals, and not in the legend.
+    /// Adds a line through the points, in SI units, with the interval of each as a band along y. The series is in the
+    /// CSV with its intervals, and not in the legend.
     pub fn line_with_band(mut self, series: &str, points: &[IntervalPoint], color: &str) -> Self {
         let edge = |k: usize| points.iter().map(move |p| [p.at[0], p.ends[k]]);
         let (low, high) = (self.add_points("", edge(0)), self.add_points("", edge(1)));
@@ -252,7 +253,7 @@ impl PageChart {
     }
 
     /// The names of several series beside their colors, as HTML, and a note if points were thinned out. A single series
-    /// is not named.
+    /// is not named; empty without both.
     pub fn legend(&self) -> String {
         let entry = |LegendEntry { name, color, is_line }: &LegendEntry| {
             let class = if *is_line { "stroke" } else { "dot" };
@@ -273,7 +274,8 @@ impl PageChart {
         self
     }
 
-    /// An HTML link to the data of all named series and intervals as a CSV file with this name; empty without such data.
+    /// An HTML link to the data of all named series and intervals as a CSV file with this name; empty without such
+    /// data.
     pub fn csv(&self, name: &str) -> String {
         let labels = self.axes.each_ref().map(|axis| &axis.label[..]);
         match self.data.is_empty() {
@@ -311,8 +313,8 @@ impl PageChart {
     }
 
     /// Converts points from SI units to those of the axes and returns those that can be drawn, thinned out to
-    /// [`MAX_POINTS`]. Extends the ranges of the axes by all of them, and the CSV data by the returned ones if the series
-    /// has a name.
+    /// [`MAX_POINTS`]. Extends the ranges of the axes by all of them, and the CSV data by the returned ones if the
+    /// series has a name.
     fn add_points(&mut self, series: &str, points: impl IntoIterator<Item = [f64; 2]>) -> Points {
         let points = points.into_iter().map(|point| self.displayed(point));
         let can_show = |[x, y]: &[f64; 2]| self.axes[0].can_show(*x) && self.axes[1].can_show(*y);
@@ -333,10 +335,10 @@ impl PageChart {
         kept
     }
 
-    /// The range of the axis 0 (x) or 1 (y) in its unit with a margin, never without extent. The margin is 5 % of the range
-    /// at each end, 2 % on an x axis without equal scales; a y axis with names has none. Without extent it is 10 % of the
-    /// value, at least 1. A logarithmic axis has at most [`DECADES`] decades, and a factor of the ratio to the power 0.05, at
-    /// least 1.1, as margin.
+    /// The range of the axis 0 (x) or 1 (y) in its unit with a margin, never without extent. The margin is 5 % of the
+    /// range at each end, 2 % on an x axis without equal scales; a y axis with names has none. Without extent it is 10
+    /// % of the value, at least 1. A logarithmic axis has at most [`DECADES`] decades, and a factor of the ratio to the
+    /// power 0.05, at least 1.1, as margin.
     pub fn padded_range(&self, axis: usize) -> [f64; 2] {
         let ChartAxis { range: [low, high], is_log, .. } = self.axes[axis];
         if is_log {

@@ -31,8 +31,8 @@ const SHOWN_FITS: usize = 60;
 /// Fewest values of which a mean and a standard deviation are shown: of two values they mean little.
 const MIN_VALUES: usize = 3;
 
-/// A self-contained HTML page that compares fits, with a section for each parameter that any fit has. `title` names them,
-/// for example their campaign.
+/// A self-contained HTML page that compares fits, with a section for each parameter that any fit has. `title` names
+/// them, for example their campaign.
 pub fn comparison_page(fits: &[FitSummary], title: &str) -> String {
     let labels = distinct(fits.iter().flat_map(|fit| &fit.parameters).map(Estimate::label));
     let parameters: Vec<ComparedParameter> =
@@ -132,8 +132,8 @@ impl<'a> ComparedParameter<'a> {
         figure("Estimates", &name, &chart, "bars: 95 % intervals")
     }
 
-    /// Whether the axis and the table number the fits: there are more than [`MAX_NAMED`], or their shortened names are not
-    /// unique.
+    /// Whether the axis and the table number the fits: there are more than [`MAX_NAMED`], or their shortened names are
+    /// not unique.
     fn has_numbers(&self) -> bool {
         let names: BTreeSet<String> =
             self.estimates.iter().map(|own| shortened(&own.fit.name)).collect();
@@ -178,7 +178,8 @@ fn ends(e: &Estimate) -> Option<[f64; 2]> {
 }
 
 /// The first card, HTML: numbers of fits of each grade, and a table with the mean of every parameter, its standard
-/// deviation between fits and its range. It is good if all fits are, bad if one is, else doubtful.
+/// deviation between fits (both from [`MIN_VALUES`] values on) and its range. It is good if all fits are, bad if one
+/// is, else doubtful.
 fn first_card(fits: &[FitSummary], parameters: &[ComparedParameter]) -> String {
     let is = |tone: Tone| move |fit: &FitSummary| fit_tone(fit) == tone;
     // The page has the worst tone of its fits.
@@ -239,8 +240,8 @@ fn colored_grade(fit: &FitSummary) -> String {
     format!("<td class=\"{}\">{}</td>", tone_class(fit_tone(fit)), escaped(&grade_name(fit)))
 }
 
-/// The HTML table with name, grade, warning codes, status (unless converged) and changed keys of every fit, a column per
-/// key; rows beyond [`SHOWN_FITS`] are folded.
+/// The HTML table with name, grade, warning codes, status (unless converged) and changed keys of every fit, a column
+/// per key; rows beyond [`SHOWN_FITS`] are folded.
 fn grade_table(fits: &[FitSummary]) -> String {
     // Fits may change different keys: the columns are their union.
     let keys = distinct(fits.iter().flat_map(|fit| &fit.changes).map(|(key, _)| key));

@@ -1,10 +1,11 @@
 //! The section "Correlation matrix": correlation coefficients of the parameters, and singular values of the scaled
 //! Jacobian.
 //!
-//! Cells are colored by sign and size; unknown coefficients have a dash. The Jacobian has columns of unit length. The
-//! ratio of its largest to its smallest singular value is the condition number: a large one shows combinations of
-//! parameters that the data hardly determine. Pages of fits and designs use it; output is HTML, empty for a single
-//! parameter or without any correlation.
+//! Input are the estimates, their correlation matrix and the singular values of the Jacobian with columns of unit
+//! length. Cells are colored by sign and size; unknown coefficients have a dash. A note has the singular values and the
+//! condition number, the ratio of the largest to the smallest: a large one shows combinations of parameters that the
+//! data hardly determine. Pages of fits and designs use it; output is HTML, empty for a single parameter or without any
+//! correlation.
 
 use crate::fit::Estimate;
 use crate::page::html::note;
@@ -14,9 +15,9 @@ use crate::page::table::HtmlTable;
 /// Opacity of the color of a correlation of one, %.
 const LARGEST_OPACITY: f64 = 45.0;
 
-/// The correlation matrix as an HTML table (row and column per parameter; unknown entries have a dash), and a note with
-/// the singular values, in descending order, and the condition number. Empty for a single parameter, or without any
-/// correlation.
+/// The correlation matrix as an HTML table (row and column per parameter; unknown entries have a dash). A note has the
+/// singular values, which are in descending order, and the condition number (absent if the smallest is zero). Empty for
+/// a single parameter, or without any correlation.
 pub(super) fn correlation_matrix(
     parameters: &[Estimate],
     matrix: &[Vec<Option<f64>>],

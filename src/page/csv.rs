@@ -1,10 +1,10 @@
 //! The data of a chart as a CSV file (RFC 4180) that is embedded in the page as a link (`data:` URL), so that the page
 //! needs no other file.
 //!
-//! [`csv_link`] returns the link (HTML) for rows of cells, of which the first is the header; the file is named after the
-//! chart. Cells that a spreadsheet would compute as formulas get a leading apostrophe. [`csv_number`] is the text of a
-//! number with at most `DIGITS` significant digits, with an exponent below 1e-4 and from 1e15 on. Charts use them below
-//! their drawing.
+//! [`csv_link`] returns the link (HTML) for rows of cells, of which the first is the header; the file is named after
+//! the chart. Cells that a spreadsheet would compute as formulas get a leading apostrophe. [`csv_number`] is the text
+//! of a number with at most `DIGITS` significant digits, with an exponent below 1e-4 and from 1e15 on. Charts use them
+//! below their drawing.
 
 use crate::input::text_cell::to_cell;
 use crate::page::html::{escaped, percent_encoded};
@@ -14,8 +14,8 @@ const DIGITS: usize = 10;
 /// Longest name of a CSV file without its ending, in characters; the start of a longer one is cut.
 const LONGEST_NAME: usize = 60;
 
-/// An HTML link that saves rows of cells as a CSV file named after `name` (text). The first row is the header. Texts that
-/// a spreadsheet would compute as formulas are escaped.
+/// An HTML link that saves rows of cells as a CSV file named after `name` (text). The first row is the header. Texts
+/// that a spreadsheet would compute as formulas are escaped.
 pub(super) fn csv_link(name: &str, rows: &[Vec<String>]) -> String {
     let mut text = String::new();
     for row in rows {
@@ -31,8 +31,8 @@ pub(super) fn csv_link(name: &str, rows: &[Vec<String>]) -> String {
     )
 }
 
-/// A number with at most [`DIGITS`] significant digits, without trailing zeros, and with an exponent below 1e-4 and from
-/// 1e15 on, except for zero.
+/// A number with at most [`DIGITS`] significant digits, without trailing zeros, and with an exponent below 1e-4 and
+/// from 1e15 on, except for zero.
 pub(super) fn csv_number(value: f64) -> String {
     // The exponent format rounds to significant digits, whatever the size of the number.
     let rounded: f64 = format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value);

@@ -1,9 +1,9 @@
 //! The page of a planned experiment (`rodfit design`).
 //!
 //! Input is a design. The first card has the expected standard errors and intervals. Sections have the contribution of
-//! each measurement, and plots of the standard errors over marker position, duration and frame rate with the recommended
-//! choice. Further ones have the uncertainty budget, undetected biases, correlations and cost. Output is a self-contained
-//! HTML page.
+//! each measurement, and plots of the standard errors over marker position, duration and frame rate with the
+//! recommended choice. Further ones have the uncertainty budget, undetected biases, correlations and cost. Output is a
+//! self-contained HTML page.
 
 use crate::fit::{
     Advice, Choice, Contribution, Design, DesignVariable, Estimate, quoted_estimates,
@@ -81,8 +81,8 @@ fn first_card(design: &Design) -> String {
     card(tone, &headline, &content, &lists)
 }
 
-/// The k-th of the standard `errors` of all parameters, which is that of `e`: in per cent of a positive value, else in its
-/// unit; `not identifiable` if missing.
+/// The k-th of the standard `errors` of all parameters, which is that of `e`: in per cent of a positive value, else in
+/// its unit; `not identifiable` if missing.
 fn shown_error(e: &Estimate, errors: &[Option<f64>], k: usize) -> String {
     let error = errors.get(k).copied().flatten();
     match (error, e.value.filter(|value| e.name.is_positive() && *value > 0.0)) {
@@ -128,8 +128,8 @@ fn wording(variable: DesignVariable) -> [&'static str; 3] {
 }
 
 /// The figure (HTML) of the standard errors over one design variable, relative to those of the plan, with a line per
-/// parameter. A folded table has their values. Both axes are logarithmic, except that of the marker position. The plan is a
-/// dashed line, the recommended choice in the caption. Empty if no choice determines any parameter.
+/// parameter. A folded table has their values. Both axes are logarithmic, except that of the marker position. The plan
+/// is a dashed line, the recommended choice in the caption. Empty if no choice determines any parameter.
 fn choice(advice: &Advice, design: &Design) -> String {
     let Advice { variable, choices, observation, .. } = advice;
     if choices.iter().flat_map(|choice| &choice.std_error).all(Option::is_none) {
@@ -175,8 +175,8 @@ fn choice(advice: &Advice, design: &Design) -> String {
 }
 
 /// Points `[value, ratio]` of the choices: the standard error of the parameter with this index, relative to that of the
-/// planned choice, or to the smallest one if the plan does not determine the parameter. Choices that do not determine it
-/// are left out.
+/// planned choice, or to the smallest one if the plan does not determine the parameter. Choices that do not determine
+/// it are left out.
 fn relative_errors(choices: &[Choice], parameter: usize) -> Points {
     let error = |choice: &Choice| choice.std_error.get(parameter).copied().flatten();
     let planned = choices.iter().find(|choice| choice.planned).and_then(error);

@@ -1,9 +1,9 @@
 //! The section "Discretization error" of a page of a fit: the bias of each estimate by the mesh and the time step.
 //!
 //! Input are the estimated errors of the report, as fractions of the estimates. The table has the applied correction,
-//! the parts by mesh and by time step, and an upper bound of the remaining error. They are in per cent of the
-//! estimate, or in its unit for a parameter that may be zero. Parameters without any estimated error are left out.
-//! Output is HTML, empty without errors.
+//! the parts by mesh and by time step, and an upper bound of the remaining error. They are in per cent of the estimate,
+//! or in its unit for a parameter that may be zero. A note follows on whether estimates are corrected. Parameters
+//! without any estimated error are left out. Output is HTML, empty without errors.
 
 use crate::fit::{DiscretizationError, Estimate};
 use crate::page::html::note;
@@ -13,8 +13,9 @@ use crate::page::table::HtmlTable;
 /// Errors below this fraction of an estimate are shown as `below 0.001 %`.
 const NEGLIGIBLE: f64 = 1e-5;
 
-/// The error `fraction` of the estimate `e` as text: in per cent, or in its unit for a parameter that is not positive by
-/// its kind. A correction has a sign; other errors below [`NEGLIGIBLE`] are `below 0.001 %`.
+/// The error `fraction` of the estimate `e` as text: in per cent, or in its unit for a parameter that is not positive
+/// by its kind and has a value. A correction has a sign; other errors in per cent below [`NEGLIGIBLE`] are `below 0.001
+/// %`.
 fn shown_error(fraction: f64, e: &Estimate, is_correction: bool) -> String {
     let value = e.value.filter(|_| !e.name.is_positive()).map(f64::abs);
     match (value, is_correction) {
@@ -26,8 +27,8 @@ fn shown_error(fraction: f64, e: &Estimate, is_correction: bool) -> String {
     }
 }
 
-/// The HTML table of the estimated errors of all parameters, in their order, with a note on their correction. Parameters
-/// without any error are left out; empty without errors.
+/// The HTML table of the estimated errors of all parameters, in their order, with a note on their correction.
+/// Parameters without any error are left out; empty without errors.
 pub(super) fn discretization(errors: &[DiscretizationError], parameters: &[Estimate]) -> String {
     let has_error = |error: &DiscretizationError| {
         [error.correction, error.mesh, error.step, error.relative].iter().any(Option::is_some)

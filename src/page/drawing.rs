@@ -1,8 +1,8 @@
 //! Renders a chart as inline SVG with the plotting library kuva, in the colors and fonts of the page.
 //!
-//! Input is a finished `PageChart`. Layout and ticks are set here; marks and reference lines are clipped to the axes.
-//! Colors are CSS variables, so that a drawing follows the light or dark mode of the page. A chart without data becomes a
-//! note.
+//! Input is a finished `PageChart`. Layout and ticks are set here; bands, marks and reference lines are clipped to the
+//! axes. Colors are CSS variables, so that a drawing follows the light or dark mode of the page. A chart without marks
+//! becomes a note.
 
 use crate::page::chart::{Mark, PageChart};
 use crate::page::html::no_data;
@@ -39,9 +39,10 @@ pub(super) fn svg(chart: &PageChart) -> String {
     inline_svg(&SvgBackend::default().render_scene(&scene(chart)))
 }
 
-/// The layout of a chart for kuva: ranges, size, margins, ticks and labels of its axes. Names of rows replace the label and
-/// numbers of the y axis, and widen the left margin. Ticks are about 6, or 4 up to a height of [`LOW_HEIGHT`], and 3 beside
-/// names of rows. Scales may be logarithmic, or equal for both axes.
+/// The layout of a chart for kuva: ranges, size, margins, ticks and labels of its axes. Names of rows replace the label
+/// and numbers of the y axis, and widen the left margin. Ticks are about 6, or 4 up to a height of [`LOW_HEIGHT`], and
+/// 3 beside names of rows; those of x may be restricted to whole numbers. Scales may be logarithmic, or equal for both
+/// axes.
 fn layout(chart: &PageChart) -> Layout {
     let [x, y] = &chart.axes;
     let [[left, right], [low, high]] = [0, 1].map(|axis| chart.padded_range(axis));
@@ -109,8 +110,8 @@ pub(super) fn shortened(name: &str) -> String {
     letters[..start].iter().chain(&['\u{2026}']).chain(&letters[end..]).collect()
 }
 
-/// The graphic primitives of a chart in the order of drawing: axes, then bands, marks and dashed reference lines, clipped
-/// to the axes.
+/// The graphic primitives of a chart in the order of drawing: axes, then bands, marks and dashed reference lines,
+/// clipped to the axes.
 fn scene(chart: &PageChart) -> Scene {
     let layout = || layout(chart);
     // The same layout clips and draws, so that all marks align.
@@ -152,8 +153,8 @@ fn clip_to_axes(scene: &mut Scene, axes: &ComputedLayout) {
     scene.elements.push(Primitive::ClipStart { x, y, width, height, id });
 }
 
-/// The format of tick labels for the range of an axis: powers of ten on a logarithmic axis. Else numbers with as many
-/// decimals as the range needs, or with a power of ten if the largest is below 1e-3 or from 1e6 on.
+/// The format of tick labels for the range of an axis: that of [`log_tick_label`] on a logarithmic axis. Else numbers
+/// with as many decimals as the range needs, or with a power of ten if the largest is below 1e-3 or from 1e6 on.
 fn tick_labels([low, high]: [f64; 2], is_log: bool) -> TickFormat {
     if is_log {
         return TickFormat::Custom(Arc::new(log_tick_label));
@@ -192,8 +193,8 @@ fn log_tick_label(x: f64) -> String {
     }
 }
 
-/// kuva's light theme with the colors of axes, grid and text as CSS variables of the page, so that a drawing is light or
-/// dark with it.
+/// kuva's light theme with the colors of axes, grid and text as CSS variables of the page, so that a drawing is light
+/// or dark with it.
 fn theme() -> Theme {
     Theme {
         background: "none".into(),

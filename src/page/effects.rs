@@ -1,10 +1,11 @@
 //! Sections on effects that the model omits, such as a compliant clamp or a taper.
 //!
-//! Input are the score tests of a fit, and the undetected biases of a fit or a design. "Likely omitted effects" has
-//! the score tests: rank, estimated size, its ratio to the standard error, largest bias and p-values; tests that are
-//! not significant are folded. "Undetected bias" has effects that the data do not exclude, with the bias that each
-//! would cause at its largest plausible size, and a test that would reveal it; biases of zero are left out. Output is
-//! HTML tables, empty without entries.
+//! Input are the score tests of a fit, and the undetected biases of a fit or a design. "Likely omitted effects" has the
+//! score tests: rank, estimated size, its ratio to the standard error, largest bias and p-values; tests that are not
+//! significant are folded. "Undetected bias" has effects that the data do not exclude, with the bias that each would
+//! cause at its largest plausible size, and a test that would reveal it; biases of zero are left out. Both are HTML
+//! tables, empty without entries. [`largest_biases`] is a sentence on biases beyond the intervals, for the first card
+//! of a page.
 
 use crate::code::Code;
 use crate::fit::{Estimate, ScoreTest, UndetectedBias, biases_beyond_interval};
@@ -17,7 +18,7 @@ use crate::summary::quantity::counted;
 const SHOWN_EFFECTS: usize = 5;
 
 /// The text of a number of `bias`, with a plus-minus sign in place of its own if the data do not determine the sign of
-/// the effect.
+/// the effect (no `estimate`).
 fn without_sign(bias: &UndetectedBias, text: &str) -> String {
     match bias.estimate.is_some() {
         true => text.into(),
@@ -25,8 +26,8 @@ fn without_sign(bias: &UndetectedBias, text: &str) -> String {
     }
 }
 
-/// The HTML table of biases that the data do not exclude, in the given order, with a note and an explanation; rows beyond
-/// [`SHOWN_EFFECTS`] are folded. Biases of zero are left out; empty without others.
+/// The HTML table of biases that the data do not exclude, in the given order, with a note and an explanation; rows
+/// beyond [`SHOWN_EFFECTS`] are folded. Biases of zero are left out; empty without others.
 pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
     // An effect without influence on a parameter is no finding.
     let shown: Vec<&UndetectedBias> = biases.iter().filter(|bias| bias.change != 0.0).collect();
@@ -61,8 +62,8 @@ pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
         + &explanation(Code::UndetectedBias)
 }
 
-/// A sentence (HTML) with the effects whose undetected bias exceeds the interval of a parameter, and that bias in per
-/// cent; empty without such effects.
+/// A sentence (HTML) with the largest undetected bias of each parameter, in per cent, and its effect, where it exceeds
+/// the interval; for a few parameters only. Empty without such biases.
 pub(super) fn largest_biases(biases: &[UndetectedBias], parameters: &[Estimate]) -> String {
     let text = |(relative, bias): &(f64, &UndetectedBias)| {
         let [parameter, effect] = [&bias.parameter, &bias.effect].map(|text| escaped(text));
@@ -80,8 +81,8 @@ fn effect_size(value: f64, unit: &str) -> String {
     if unit.is_empty() { signed_percent(value) } else { signed_quantity(value, unit) }
 }
 
-/// The score tests of omitted effects, with their biases, as HTML tables below a note; those that are not significant are
-/// folded. Empty without tests.
+/// The score tests of omitted effects, with their biases, as HTML tables below a note; those that are not significant
+/// are folded. Empty without tests.
 pub(super) fn likely_omitted(tests: &[ScoreTest]) -> String {
     // Only effects that noise does not explain are shown at once.
     let (likely, others): (Vec<_>, Vec<_>) = tests.iter().partition(|test| test.is_significant());
@@ -107,8 +108,8 @@ pub(super) fn likely_omitted(tests: &[ScoreTest]) -> String {
     html
 }
 
-/// The table of score tests: effect, rank, estimate, its ratio to the standard error, largest bias, and p-values. Biases
-/// of effects that are not significant are left out.
+/// The table of score tests: effect, rank, estimate, its ratio to the standard error, largest bias, and p-values.
+/// Biases of effects that are not significant are left out.
 fn score_table(tests: Vec<&ScoreTest>) -> HtmlTable<&ScoreTest> {
     HtmlTable::new("score tests of omitted effects", tests)
         .html("effect", |test| {
@@ -127,8 +128,8 @@ fn score_table(tests: Vec<&ScoreTest>) -> HtmlTable<&ScoreTest> {
         .text("p for autocorrelated noise", |test| test.p_value_if_correlated.map(three_digits))
 }
 
-/// The largest bias by an effect of the estimated size, in per cent of the true value, with the parameter; none where the
-/// parameter may be zero.
+/// The largest bias by an effect of the estimated size, in per cent of the true value, with the parameter; none where
+/// the parameter may be zero.
 fn largest_bias(test: &ScoreTest) -> Option<String> {
     let relative = signed_percent(test.relative_bias?);
     Some(format!("{relative} of {}", test.biased_parameter))

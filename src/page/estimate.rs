@@ -1,4 +1,4 @@
-//! The main table of a page: estimates with standard errors and quoted intervals; and their parts as text.
+//! The main table of a page: estimates with standard errors and quoted 95 % intervals; and their parts as text.
 //!
 //! Input are quoted estimates in SI units, the headings, and a sentence below the table. Values have an SI prefix by
 //! their size and digits by their standard error. The error is also in per cent of the value, for positive parameters
@@ -106,8 +106,8 @@ fn value_cell(row: &QuotedEstimate) -> Option<String> {
     }
 }
 
-/// The standard error in the unit of the estimate, and in per cent of an estimate that is positive, as text; none beside
-/// a one-sided bound and without a value.
+/// The standard error in the unit of the estimate, and in per cent of an estimate that is positive, as text; none
+/// beside a one-sided bound and without a value.
 fn error_cell(row: &QuotedEstimate) -> Option<String> {
     let is_two_sided = matches!(row.interval, None | Some(QuotedInterval::Between(_)));
     let std = row.std.filter(|_| is_two_sided && row.value.is_some())?;

@@ -20,8 +20,8 @@ pub(super) fn series_color(k: usize) -> String {
 }
 
 /// A figure in HTML: title with the label of the y axis, drawing, legend, caption and CSV link (none without data).
-/// `title` is text; `caption` is HTML; `name` is text, unique on the page, for screen readers and for the name of the CSV
-/// file.
+/// `title` is text; `caption` is HTML; `name` is text, unique on the page, for screen readers and for the name of the
+/// CSV file.
 pub(super) fn figure(title: &str, name: &str, chart: &PageChart, caption: &str) -> String {
     let label = format!("role=\"img\" aria-label=\"{}\"", escaped(name));
     let drawing = svg(chart).replacen("role=\"img\"", &label, 1);

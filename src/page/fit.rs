@@ -1,8 +1,8 @@
 //! The page of a fit of single parameters.
 //!
 //! Input is its report. The first card has the grade, the estimates with intervals and the warnings. Sections follow on
-//! parameters, residuals, prediction errors, discretization error, uncertainty budget, undetected bias, omitted effects,
-//! correlations, likelihood profiles, search, trajectory and settings. Output is a self-contained HTML page.
+//! parameters, residuals, prediction errors, discretization error, uncertainty budget, undetected bias, omitted
+//! effects, correlations, likelihood profiles, search, trajectory and settings. Output is a self-contained HTML page.
 
 use crate::code::Code;
 use crate::fit::{FitReport, interval_content, quoted_estimates};

@@ -12,7 +12,7 @@ use std::fmt::Write;
 /// Entries of a message list that are shown at once; further ones are folded.
 const SHOWN_ENTRIES: usize = 3;
 
-/// A section of the page: its heading (text) over its content (HTML); empty without content.
+/// A section of the page: its heading (text, escaped) over its content (HTML); empty without content.
 pub(super) fn section(heading: &str, content: &str) -> String {
     match content.is_empty() {
         true => String::new(),
@@ -47,8 +47,8 @@ pub(super) fn no_data(reason: &str) -> String {
     format!("<p class=\"none\">{reason}</p>")
 }
 
-/// A list of entries, both HTML. Entries beyond [`SHOWN_ENTRIES`] are folded under their number and `plural`, their name;
-/// a single further one is not folded. Empty without entries.
+/// A list of entries, both HTML. Entries beyond [`SHOWN_ENTRIES`] are folded under their number and `plural`, their
+/// name; a single further one is not folded. Empty without entries.
 pub(super) fn list(entries: &[String], plural: &str) -> String {
     let items = |entries: &[String]| {
         let items: String = entries.iter().map(|entry| format!("<li>{entry}</li>\n")).collect();
@@ -89,8 +89,8 @@ pub(super) fn percent_encoded(text: &str, kept: &[u8]) -> String {
     encoded
 }
 
-/// A message (text) as HTML. If it ends with a known code in brackets, a click unfolds the explanation of the code; other
-/// messages are escaped only.
+/// A message (text) as HTML. If it ends with a known code in brackets, a click unfolds the explanation of the code;
+/// other messages are escaped only.
 pub(super) fn with_explanation(message: &str) -> String {
     // Codes follow their message in brackets.
     let coded = message.strip_suffix(']').and_then(|message| message.rsplit_once(" ["));
@@ -104,7 +104,8 @@ pub(super) fn with_explanation(message: &str) -> String {
     }
 }
 
-/// A code's explanation, in Markdown with bold and code spans and blank lines between paragraphs, as paragraphs of HTML.
+/// A code's explanation, in Markdown with bold and code spans and blank lines between paragraphs, as paragraphs of
+/// HTML.
 fn paragraphs(markdown: &str) -> String {
     let marked = |text: String, mark: &str, tag: &str| -> String {
         // Odd parts stand between a pair of marks.

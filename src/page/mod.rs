@@ -3,10 +3,10 @@
 //!
 //! Input is a report of the library, for simulations also a film of the motion. Output is one HTML file with style,
 //! charts (SVG), tables, CSV data and, for motions, an animation. It opens offline, without scripts, fonts or links
-//! from elsewhere. Each kind has a file of its name. Sections are `card`, `estimate`, `parameters`, `residuals`,
-//! `recordings`, `discretization`, `budget`, `effects`, `correlation`, `profile`, `search`, `trajectory`,
-//! `snapshots`, `player` and `settings`. They use `chart` with `plotted`, `drawing` and `csv`, `figure`, `table`,
-//! `plane`, `number` and `html`.
+//! from elsewhere; control characters in names are escaped. Each kind has a file of its name. Sections are `card`,
+//! `estimate`, `parameters`, `residuals`, `recordings`, `discretization`, `budget`, `effects`, `correlation`,
+//! `profile`, `search`, `trajectory`, `snapshots`, `player` and `settings`. They use `chart` with `plotted`, `drawing`
+//! and `csv`, `figure`, `table`, `plane`, `number` and `html`.
 
 mod budget;
 mod card;

@@ -1,9 +1,10 @@
 //! Numbers with units as text on pages: an SI prefix by the size, and decimals down to the second digit of the error.
 //!
 //! A [`Scale`] is the factor by which SI values are divided, and the unit with its prefix, common to a table or axis.
-//! Without an error a number has five significant digits; quantities and fractions (in per cent) have three. Very small
-//! or large numbers without a prefix have a power of ten, and numbers that are not finite are a dash. Minus signs and
-//! exponents are typographic. All sections of pages use these functions; CSV files have plain numbers instead.
+//! Without an error a number has at least five significant digits; quantities and fractions (in per cent) have three.
+//! All digits in front of the decimal point are written. Very small or large numbers without a prefix have a power of
+//! ten, and numbers that are not finite are a dash. Minus signs and exponents are typographic. All sections of pages
+//! use these functions; CSV files have plain numbers instead.
 
 /// Symbols of SI units that take prefixes. Masses are displayed in grams where a prefix is needed.
 const PREFIXED: [&str; 9] = ["m", "s", "Pa", "Hz", "N", "rad", "J", "W", "g"];
@@ -28,9 +29,9 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// The scale for SI numbers of this size: a prefix from 1e-12 to 1e12 that keeps the number between 1 and 1000, where
-    /// the first symbol of the unit takes one. Units outside [`ALWAYS_PREFIXED`] have no prefix for sizes in [`PLAIN`].
-    /// Factor 1 for zero and NaN.
+    /// The scale for SI numbers of this size: a prefix from 1e-12 to 1e12, where the first symbol of the unit takes
+    /// one. It keeps the number between 1 and 1000 (1e6 for a square, as in m^2). Units outside [`ALWAYS_PREFIXED`]
+    /// have no prefix for sizes in [`PLAIN`]. Factor 1 for zero and NaN.
     pub fn for_size(size: f64, unit: &str) -> Self {
         let size = size.abs();
         let plain = Self { factor: 1.0, unit: with_superscripts(unit) };
@@ -62,9 +63,9 @@ impl Scale {
         Self::for_size(finite.fold(0.0, |largest, x| largest.max(x.abs())), unit)
     }
 
-    /// An SI value as a number in this unit, without the unit, with decimals down to the second digit of its SI `error`;
-    /// without an error five significant digits. A power of ten outside of 1e-6 to 1e7. [`MISSING`] unless the value is
-    /// finite.
+    /// An SI value as a number in this unit, without the unit, with decimals down to the second digit of its SI
+    /// `error`. Without an error it has five significant digits, or more in front of the decimal point. A power of ten
+    /// outside of 1e-6 to 1e7. [`MISSING`] unless the value is finite.
     pub fn format(&self, value: f64, error: Option<f64>) -> String {
         let value = value / self.factor;
         let decimals = match error.map(|e| (e / self.factor).abs()) {
@@ -90,7 +91,8 @@ impl Scale {
     }
 }
 
-/// An SI value in three significant digits with its unit, prefixed by the size; a dash and the unit unless it is finite.
+/// An SI value in three significant digits with its unit, prefixed by the size; a dash and the unit unless it is
+/// finite.
 pub(super) fn quantity(value: f64, unit: &str) -> String {
     let scale = Scale::for_size(value, unit);
     format!("{} {}", three_digits(value / scale.factor), scale.unit).trim_end().to_string()
@@ -113,8 +115,8 @@ pub(super) fn signed_percent(fraction: f64) -> String {
     format!("{sign}{}", percent(fraction))
 }
 
-/// A number without a unit in three significant digits, with a power of ten outside [`PLAIN`]; `0` for zero, [`MISSING`]
-/// unless finite.
+/// A number without a unit in three significant digits, with a power of ten outside [`PLAIN`]; `0` for zero,
+/// [`MISSING`] unless finite.
 pub(super) fn three_digits(value: f64) -> String {
     match value.abs() {
         size if !size.is_finite() => MISSING.into(),

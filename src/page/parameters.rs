@@ -1,5 +1,5 @@
-//! The section "Parameters" of a page of a fit: all intervals of each parameter, with its prior, bounds and start
-//! value.
+//! The section "Parameters" of a page of a fit: value and all intervals of each parameter, with its prior, and bounds
+//! and start value if plot data were kept.
 //!
 //! Input is the report of the fit. Intervals are the expanded and the statistical one, those between experiments
 //! (cluster jackknife), by observed information, by profile likelihood and by bootstrap, where computed. A second
@@ -41,9 +41,9 @@ fn value_cell(e: &Estimate) -> String {
     }
 }
 
-/// The HTML table of all parameters with the intervals that were computed, prior, bounds and start value; columns without any
-/// content are left out. Below it are the estimates by each experiment, where they differ, and the table of ratios that the
-/// data determine without the density.
+/// The HTML table of all parameters with the intervals that were computed, prior, bounds and start value; columns
+/// without any content are left out. Below it are the estimates by each experiment, where they differ, and the table of
+/// ratios that the data determine without the density.
 pub(super) fn parameters(report: &FitReport) -> String {
     let ranges = report.plot_data.as_ref().map_or(&[][..], |plots| &plots.ranges);
     let table = HtmlTable::new("parameters", report.parameters.iter().enumerate())
@@ -90,9 +90,9 @@ pub(super) fn parameters(report: &FitReport) -> String {
     table.render() + &experiment_estimates(&report.parameters) + &density_free_ratios(report)
 }
 
-/// The HTML table of the linearized estimates by the data of each experiment alone: a row per experiment, a column for each
-/// parameter whose estimates differ by more than noise. Rows beyond [`SHOWN_EXPERIMENTS`] are folded; empty without such a
-/// parameter.
+/// The HTML table of the linearized estimates by the data of each experiment alone: a row per experiment, a column for
+/// each parameter whose estimates differ by more than noise. Rows beyond [`SHOWN_EXPERIMENTS`] are folded; empty
+/// without such a parameter.
 fn experiment_estimates(estimates: &[Estimate]) -> String {
     let compared = compared_estimates(estimates);
     let Some(names) = compared.first().and_then(|e| e.cluster_jackknife.as_ref()) else {

@@ -1,13 +1,14 @@
 //! Selection of the coordinate planes in which a rod is drawn: the one or two with the largest extents of its points.
 //!
-//! Input are the points of all drawn shapes, m. A plane is left out if one of its extents is at most `FLAT` of the largest;
-//! the x-y plane is drawn if none remains. [`planes`] returns pairs of axes; [`range`] is the smallest and largest of
-//! numbers, for axes too. Pages of simulations, fits and predictions draw in these planes.
+//! Input are the points of all drawn shapes, m. A plane is left out if one of its extents is at most `FLAT` of the
+//! largest; the x-y plane is drawn if none remains. [`planes`] returns pairs of axes; [`range`] is the smallest and
+//! largest of numbers, for axes too. Pages of simulations, fits and predictions draw in these planes.
 
 use crate::numerics::total_order;
 use std::cmp::Reverse;
 
-/// Coordinates whose extent is below this part of the largest extent are not drawn. It separates rounding errors from motion.
+/// Coordinates whose extent is below this part of the largest extent are not drawn. It separates rounding errors from
+/// motion.
 const FLAT: f64 = 1e-6;
 /// Names of the world axes.
 pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
@@ -21,9 +22,9 @@ pub(super) fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     values.into_iter().fold(none, |[low, high], x| [low.min(x), high.max(x)])
 }
 
-/// The one or two coordinate planes with the largest extents of these points, m. They are in descending order of the larger
-/// of their two extents, then of the smaller. Planes with an extent up to [`FLAT`] of the largest are left out; the x-y plane
-/// if none remains. `points` returns an iterator, for three passes.
+/// The one or two coordinate planes with the largest extents of these points, m. They are in descending order of the
+/// larger of their two extents, then of the smaller. Planes with an extent up to [`FLAT`] of the largest are left out;
+/// the x-y plane if none remains. `points` returns an iterator, for three passes.
 pub(super) fn planes<'a, I: Iterator<Item = &'a [f64; 3]>>(
     points: impl Fn() -> I,
 ) -> Vec<DrawingPlane> {

@@ -1,10 +1,10 @@
 //! The animation of a simulated motion on a page: a canvas, controls, the motion as JSON, and a script that draws it.
 //!
 //! Input are the frames, m, the samples of the tip, and the drawn planes. Positions are rounded to integers up to
-//! [`LARGEST_COORDINATE`] by a [`DrawingGrid`], with one scale for all axes, which keeps the page small. A motion with a
-//! single plane is drawn in it; others can be rotated, with the axis of gravity (z without gravity) upwards. The speed
-//! selected first is that at which the motion takes closest to `FIRST_DURATION`. Output is HTML: [`player`] for the page
-//! of a rod, [`motion_player`] for that of a structure; without scripts it has a note.
+//! [`LARGEST_COORDINATE`] by a [`DrawingGrid`], with one scale for all axes, which keeps the page small. A motion with
+//! a single plane is drawn in it; others can be rotated, with the world axis that has the largest component of gravity
+//! upwards. The speed selected first is that at which the motion takes closest to `FIRST_DURATION`. Output is HTML:
+//! [`player`] for the page of a rod, [`motion_player`] for that of a structure; without scripts it has a note.
 
 use crate::dynamics::{Film, FilmSample, Frame, SimulationReport};
 use crate::page::html::{capitalized, escaped};
@@ -14,8 +14,8 @@ use crate::problem::Problem;
 
 /// The script (JavaScript) that draws the rod at a time, and plays and stops the motion.
 const SCRIPT: &str = include_str!("simulation.js");
-/// Largest integer coordinate in the data. The rod is drawn on fewer pixels, so that rounding is not visible; more digits
-/// enlarge the page.
+/// Largest integer coordinate in the data. The rod is drawn on fewer pixels, so that rounding is not visible; more
+/// digits enlarge the page.
 const LARGEST_COORDINATE: f64 = 9999.0;
 /// Duration of the animation at the speed that is selected at first, s.
 const FIRST_DURATION: f64 = 8.0;
@@ -53,8 +53,8 @@ pub(super) struct PlayedMotion<'a> {
 
 impl DrawingGrid {
     /// The transformation of the nodes and the tip path of a motion to integer coordinates from 0 to at most
-    /// [`LARGEST_COORDINATE`], with one scale for all axes: two axes for a single plane, else all three with the axis
-    /// along which gravity acts last, pointing upwards (z without gravity).
+    /// [`LARGEST_COORDINATE`], with one scale for all axes. There are two axes for a single plane, else all three. The
+    /// last of these is the axis with the largest component of gravity, pointing upwards.
     fn new(motion: &PlayedMotion<'_>, planes: &[DrawingPlane]) -> Self {
         let (axes, signs) = match planes {
             [plane] => (plane.to_vec(), vec![1.0; 2]),
@@ -99,7 +99,8 @@ fn json_list<T>(entries: &[T], notation: impl Fn(&T) -> String) -> String {
 }
 
 /// The data that the script draws, as JSON: axes, signs, extents, scale bar, times in s and frames (integer coordinates
-/// of all nodes), and the path of the tip with its positions in m.
+/// of all nodes). Of the tip they have the positions in m at all samples, and the path with times in s and integer
+/// coordinates.
 fn motion_json(motion: &PlayedMotion<'_>, grid: &DrawingGrid) -> String {
     let PlayedMotion { frames, samples, length, .. } = *motion;
     // A bar of 1, 2 or 5 times a power of ten, about a quarter of the rod.
@@ -146,8 +147,8 @@ fn speed_options(duration: f64) -> String {
     near.map(option).collect()
 }
 
-/// The player of a motion as HTML with its canvas, controls, legend, data (JSON) and script. With a single plane the
-/// drawing is still; in space it can be rotated. A note follows if the film omits steps or nodes of the run.
+/// The player of the motion of one rod as HTML with its canvas, controls, legend, data (JSON) and script. With a single
+/// plane the drawing is still; in space it can be rotated. A note follows if the film omits steps or nodes of the run.
 pub(super) fn player(
     report: &SimulationReport,
     film: &Film,
@@ -172,7 +173,8 @@ pub(super) fn player(
     motion_player(&motion, planes)
 }
 
-/// The player of a motion of one or several rods.
+/// The player of a motion of one or several rods as HTML, as [`player`]. In space the data have three coordinates,
+/// which the script rotates; with a single plane two.
 pub(super) fn motion_player(motion: &PlayedMotion<'_>, planes: &[DrawingPlane]) -> String {
     // Three coordinates: the script rotates the rod about the axis of gravity.
     let grid = DrawingGrid::new(motion, planes);

@@ -1,7 +1,7 @@
 //! The plotted data of a chart as header and rows of a CSV file, in the units of the axes.
 //!
-//! Input are the points of all named series in the order of plotting, with their 95 % intervals. [`csv_rows`] selects one
-//! of three layouts. If the y axis has names, each point has a row that begins with its name. Series with the same
+//! Input are the points of all named series in the order of plotting, with their 95 % intervals. [`csv_rows`] selects
+//! one of three layouts. If the y axis has names, each point has a row that begins with its name. Series with the same
 //! abscissas and without intervals have a column each. Other series stand one below the other, with their name in the
 //! first column. Intervals have two further columns, empty where a point has none. Without data there are no rows.
 
@@ -16,9 +16,9 @@ pub(super) struct Datum {
 
 /// Header and rows of the data of a chart, whose axes have these labels; empty without data.
 ///
-/// If the y axis has `names`, there is a row for each point, beginning with its name. Series without intervals that have
-/// the same abscissas have a column each. Other series follow each other, in the order in which they were plotted, with
-/// their name in the first column. Intervals have two further columns.
+/// If the y axis has `names`, there is a row for each point, beginning with its name. Series without intervals that
+/// have the same abscissas have a column each. Other series follow each other, in the order in which they were plotted,
+/// with their name in the first column. Intervals have two further columns.
 pub(super) fn csv_rows(
     data: &[Datum],
     [x_label, y_label]: [&str; 2],

@@ -18,8 +18,8 @@ pub(super) fn profiles(report: &FitReport, profiles: &[Profile]) -> String {
     row(&profiles.iter().map(|profile| profile_figure(report, profile)).collect::<String>())
 }
 
-/// The figure of a profile as HTML: fits as dots, the interpolated curve, and as dashed lines the 95 % level and the ends
-/// of the interval, where they exist.
+/// The figure of a profile as HTML: fits as dots, the interpolated curve, and as dashed lines the 95 % level and the
+/// ends of the interval, where they exist.
 fn profile_figure(report: &FitReport, profile: &Profile) -> String {
     let estimate = report.parameters.iter().find(|e| e.label() == profile.label);
     let scale = Scale::for_values(profile.values.iter().copied(), profile.name.unit());

@@ -1,10 +1,11 @@
 //! The section "Free-run prediction errors": of recordings that prescribe the ends of a rod, whose other markers are
 //! predicted.
 //!
-//! Input are the errors of fitted and validation recordings, m. Tables have mean, median and worst of the recordings'
-//! mean errors for both kinds. If plot data were kept, plots show the mean error over the length of the simulated window,
-//! s, and over the speed of the markers, m/s. Up to `DRAWN_RECORDINGS` validation recordings (fitted ones without any),
-//! evenly spaced in rank from the best to the worst, are drawn as rod and markers at a dozen times. Output is HTML.
+//! Input are the errors of fitted and validation recordings, m, over all markers, those of the ends included. A table
+//! has mean, median and worst of the recordings' mean errors for both kinds, a folded list the mean error of each. If
+//! plot data were kept, plots show the mean error over the length of the simulated window, s, and over the speed of the
+//! markers, m/s. Up to `DRAWN_RECORDINGS` validation recordings (fitted ones without any), evenly spaced in rank from
+//! the best to the worst, are drawn as rod and markers at a dozen times. Output is HTML.
 
 use crate::fit::{MeanError, RecordedMotion, RecordingError, RecordingErrors, RecordingPlots};
 use crate::numerics::total_order;
@@ -23,9 +24,9 @@ const MIN_VALUES: usize = 20;
 /// Explanation of the colors in the drawings of shapes, HTML.
 const COLOR_KEY: &str = ": <i class=\"stroke model\"></i>rod, simulated <i class=\"dot observed\"></i>markers, recorded";
 
-/// The content of the section as HTML: tables and list of errors; figures and drawings if plot data were kept. Drawn are
-/// validation recordings, or fitted ones without any, at most [`DRAWN_RECORDINGS`], evenly spaced in rank from the best
-/// to the worst.
+/// The content of the section as HTML: tables and list of errors; figures and drawings if plot data were kept. Drawn
+/// are validation recordings, or fitted ones without any, at most [`DRAWN_RECORDINGS`], evenly spaced in rank from the
+/// best to the worst.
 pub(super) fn recordings(errors: &RecordingErrors, plots: Option<&RecordingPlots>) -> String {
     let mut html = error_table(errors) + &error_list(&errors.list);
     let Some(plots) = plots else { return html };
@@ -54,8 +55,8 @@ fn shown_error(error: f64) -> String {
     quantity(error, "m")
 }
 
-/// The HTML table of the fitted and of the validation recordings, below a note on the definition of their errors. It has
-/// the number of recordings and mean, median and worst of their mean errors. A kind without recordings has no row.
+/// The HTML table of the fitted and of the validation recordings, below a note on the definition of their errors. It
+/// has the number of recordings and mean, median and worst of their mean errors. A kind without recordings has no row.
 fn error_table(errors: &RecordingErrors) -> String {
     let rows = [("fitted", &errors.fitted), ("validation", &errors.held_out)];
     let rows = rows.into_iter().filter_map(|(name, summary)| Some((name, summary.as_ref()?)));
@@ -100,8 +101,8 @@ struct MeanErrors {
     errors: [Option<MeanError>; 2],
 }
 
-/// A chart of mean errors, m, with a line for fitted and one for validation recordings, from zero on. Means of fewer than
-/// `min_values` values are not drawn; the x axis covers the values of `range` too.
+/// A chart of mean errors, m, with a line for fitted and one for validation recordings, from zero on. Means of fewer
+/// than `min_values` values are not drawn; the x axis covers the values of `range` too.
 fn error_chart(x: ChartAxis, means: &[MeanErrors], min_values: usize, range: &[f64]) -> PageChart {
     // Both curves have one scale.
     let all = means.iter().flat_map(|m| m.errors).flatten().map(|e| e.mean);
@@ -116,8 +117,8 @@ fn error_chart(x: ChartAxis, means: &[MeanErrors], min_values: usize, range: &[f
     chart
 }
 
-/// The figure of the mean error over the length, s, of the free run, on a logarithmic axis; the caption has the number of
-/// failed windows.
+/// The figure of the mean error over the length, s, of the free run, on a logarithmic axis; the caption has the number
+/// of failed windows.
 fn window_errors(plots: &RecordingPlots) -> String {
     let means = plots.windows.iter();
     let means = means.map(|w| MeanErrors { abscissa: w.length, errors: [w.fitted, w.held_out] });
@@ -132,8 +133,8 @@ fn window_errors(plots: &RecordingPlots) -> String {
     )
 }
 
-/// The figure of the mean error over the speed, m/s, of the markers, at the middle of each range of speeds with at least
-/// [`MIN_VALUES`] values.
+/// The figure of the mean error over the speed, m/s, of the markers, at the middle of each range of speeds with at
+/// least [`MIN_VALUES`] values.
 fn speed_errors(plots: &RecordingPlots) -> String {
     let means = plots.speeds.iter().map(|s| MeanErrors {
         abscissa: 0.5 * (s.speed[0] + s.speed[1]),
@@ -149,8 +150,8 @@ fn speed_errors(plots: &RecordingPlots) -> String {
     )
 }
 
-/// Drawings of the rod and its markers at a dozen times of a recording, in one plane or two, as HTML. The heading has the
-/// recording's name and mean error, each caption the time and the error at it.
+/// Drawings of the rod and its markers at a dozen times of a recording, in one plane or two, as HTML. The heading has
+/// the recording's name and mean error, each caption the time and the error at it.
 fn recorded_motion(motion: &RecordedMotion) -> String {
     let name = match motion.experiment.is_empty() {
         true => "The recording",

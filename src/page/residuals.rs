@@ -2,12 +2,12 @@
 //! tests.
 //!
 //! Input are the series of the plot data, and of fits the report and the tests. Each coordinate of an observation has
-//! two charts over time, arc length, or the number of a mode or reading. Beside them are a chart of the
-//! autocorrelation with the 95 % band of white noise, and of fits p-values of Ljung-Box, Anderson-Darling and trend
-//! tests. Coordinates whose residuals are all zero are left out, unless all are. Of more than [`MAX_SERIES`]
-//! coordinates only the [`WORST_SERIES`] with the largest residuals are drawn. Notes (`summary`) have the RMS
-//! residual, down-weighted and omitted data, and errors of validation data. Pages of fits, field fits and predictions
-//! use it; output is HTML.
+//! two charts (values; residuals) over time, arc length, load, or the number of a mode or reading. Beside them are a
+//! chart of the autocorrelation with the 95 % band of white noise, and of fits p-values of Ljung-Box, Anderson-Darling
+//! and trend tests. Coordinates whose residuals are all zero are left out, unless all are. Of more than [`MAX_SERIES`]
+//! coordinates only the [`WORST_SERIES`] with the largest residuals are drawn. Notes (`summary`) have the RMS residual,
+//! down-weighted and omitted data, and errors of validation data. Pages of fits, field fits and predictions use it;
+//! output is HTML.
 
 use crate::fit::{Abscissa, FitReport, ResidualTests, Series};
 use crate::numerics::total_order;
@@ -56,9 +56,9 @@ pub(super) fn summary(report: &FitReport) -> String {
     lines.iter().map(|line| note(&format!("{}.", escaped(line)))).collect()
 }
 
-/// Charts of all coordinates of all observations, or of the worst of many, as HTML; those beyond [`UNFOLDED_SERIES`] are
-/// folded. Coordinates whose residuals are all zero are left out, unless all are. A note without series. `tests` are
-/// those of the residuals, if any were made.
+/// Charts of all coordinates of all observations, or of the worst of many, as HTML; those beyond [`UNFOLDED_SERIES`]
+/// are folded, except a single one. Coordinates whose residuals are all zero are left out, unless all are. A note
+/// without series. `tests` are those of the residuals, if any were made.
 pub(super) fn all_series(series: &[Series], tests: Option<&[ResidualTests]>) -> String {
     if series.is_empty() {
         return no_data("no comparison of the whole record: the fit was interrupted");
@@ -137,9 +137,10 @@ fn drawn_series(series: &[Series]) -> Vec<&Series> {
     ranked.into_iter().map(|i| &series[i]).collect()
 }
 
-/// The charts of one coordinate (data and model, residuals over sigma, autocorrelation) and the HTML of its `tests` below the
-/// last one. The abscissa is time, arc length, or the number of a mode or reading, which has whole ticks. The model is a
-/// line, its stored curve if there is one, and dots over numbers. Residuals are model minus data, over a band of 2 sigma.
+/// The charts of one coordinate (data and model, residuals over sigma, autocorrelation) and the HTML of its `tests`
+/// below the last one. The abscissa is time, arc length, load, or the number of a mode or reading, which has whole
+/// ticks. The model is a line, its stored curve if there is one, and dots over numbers. Residuals are model minus data,
+/// over a band of 2 sigma.
 fn coordinate(series: &Series, tests: &str) -> String {
     let (unit, quantity) = match series.abscissa {
         Abscissa::Time => ("s", "time"),
@@ -215,8 +216,8 @@ fn autocorrelation_chart(residuals: &[f64]) -> Option<PageChart> {
     (!lags.is_empty()).then_some(chart)
 }
 
-/// Points `[k, sum r_i r_(i+k) / sum r_i^2]` of the autocorrelation of residuals for the lags `k` from 1 to [`LAGS`], at
-/// most a quarter of their number. The mean is not removed: that of residuals is zero unless the model is wrong.
+/// Points `[k, sum r_i r_(i+k) / sum r_i^2]` of the autocorrelation of residuals for the lags `k` from 1 to [`LAGS`],
+/// at most a quarter of their number. The mean is not removed: that of residuals is zero unless the model is wrong.
 fn autocorrelation(r: &[f64]) -> Points {
     let power: f64 = r.iter().map(|r| r * r).sum();
     let coefficient = |lag: usize| {

@@ -1,10 +1,10 @@
 //! The section "Global scan and local minima" of a page of a fit.
 //!
-//! Input are the report and, if kept, the plot data. A figure for each scanned parameter shows the misfit of the scan
-//! relative to its lowest. Another one shows the convergence: the RMS residual relative to the last one, over the cost in
-//! full simulations, with a line for each stage. If at least two local minima were found, a table lists their values,
-//! their misfit relative to the lowest, and the stage that found them. Parameters that are not identifiable are left out
-//! of it. Output is HTML.
+//! Input are the report and, if kept, the plot data. The summary of the report on local minima comes first. A figure
+//! for each scanned parameter shows the misfit of the scan relative to its lowest. Another one shows the convergence:
+//! the RMS residual relative to the last one, over the cost in full simulations, with a line for each stage. If at
+//! least two local minima were found, a table lists their values, their misfit relative to the lowest, and the stage
+//! that found them. Parameters that are not identifiable are left out of it. Output is HTML.
 
 use crate::fit::{FitReport, Landscape, LocalMinimum, MinimumSource, PlotData};
 use crate::numerics::total_order;
@@ -22,8 +22,8 @@ const STAGES: [&str; 4] = ["scan", "coarse model", "growing horizon", "full mode
 /// A scan whose largest value exceeds its smallest by this ratio has a logarithmic axis.
 const LOG_RATIO: f64 = 20.0;
 
-/// The content of the section as HTML: the summary sentence, figures of scans and convergence if plot data were kept, and
-/// the table of local minima.
+/// The content of the section as HTML: the summary sentence, figures of scans and convergence if plot data were kept,
+/// and the table of local minima.
 pub(super) fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
     let summary = &report.local_minima.summary;
     let mut html = match summary.is_empty() {
@@ -109,8 +109,8 @@ fn is_beside_minimum(landscape: &Landscape, value: f64) -> bool {
     !(values[low]..=values[high]).contains(&value)
 }
 
-/// The HTML table of the local minima, the reported one marked, rows beyond [`SHOWN_MINIMA`] folded. Empty if fewer than
-/// two were found. Parameters that are not identifiable are left out.
+/// The HTML table of the local minima, the reported one marked, rows beyond [`SHOWN_MINIMA`] folded. Empty if fewer
+/// than two were found. Parameters that are not identifiable are left out.
 fn minima(report: &FitReport, is_static: bool) -> String {
     let list = &report.local_minima.list;
     if list.len() < 2 {
@@ -142,8 +142,8 @@ fn minima(report: &FitReport, is_static: bool) -> String {
         })
 }
 
-/// The stage of the search that found a local minimum, as text: a fit of the whole record, or the scan, whose model is a
-/// coarse mesh if `is_static` and the first period otherwise.
+/// The stage of the search that found a local minimum, as text: a fit of the whole record, or the scan, whose model is
+/// a coarse mesh if `is_static` and the first period otherwise.
 fn source(minimum: &LocalMinimum, is_static: bool) -> &'static str {
     match minimum.found_by {
         MinimumSource::Fit if minimum.converged => "fit of the whole record",

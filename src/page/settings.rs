@@ -1,5 +1,5 @@
-//! The section "Settings" of pages of fits and predictions: model, scheme, time step and mesh of each experiment, and the
-//! keys with which its files were read.
+//! The section "Settings" of pages of fits and predictions: model, scheme, time step and mesh of each experiment, and
+//! the keys with which its files were read.
 //!
 //! Input are the settings of all experiments. [`settings`] returns one table of keys and texts, experiment after
 //! experiment. Rows are name, scene, measurements (numbers of points and values, stated keys), model, scheme, time step

@@ -1,9 +1,9 @@
 //! The page of a simulation.
 //!
-//! Input are the report and the film of a run: frames with all nodes, and samples of tip and energies. The first card has
-//! the end of the run, positions of the tip and warnings. Sections follow with an animation, up to [`MAX_SNAPSHOTS`]
-//! shapes side by side, energies over time, the path of the tip, settings and cost. Output is a self-contained HTML page.
-//! A film without frames has the card and the settings only.
+//! Input are the report and the film of a run: frames with all nodes, and samples of tip and energies. The first card
+//! has the status of the run, positions of the tip (start, largest displacement, end), energy and warnings. Sections
+//! follow with an animation, up to [`MAX_SNAPSHOTS`] shapes side by side, energies over time, the path of the tip,
+//! settings and cost. Output is a self-contained HTML page. A film without frames has the card and the settings only.
 
 use crate::dynamics::{Film, FilmSample, Frame, SimulationReport};
 use crate::page::card::{MessageList, card};
@@ -50,8 +50,8 @@ pub fn simulation_page(
 }
 
 /// The first card, HTML: status of the run, positions of the tip, a sentence on the energy, and the warnings. A note on
-/// the discretization follows if the program chose or checked the numerics. Its color is good, doubtful with warnings, or
-/// bad for a run that stopped.
+/// the discretization follows if the program chose or checked the numerics. Its color is good, doubtful with warnings,
+/// or bad for a run that stopped.
 fn first_card(report: &SimulationReport, samples: &[FilmSample]) -> String {
     let energy = escaped(&capitalized(&report.energy_in_words()));
     let mut content = tip_table(samples) + &format!("<p>{energy}.</p>\n");
@@ -61,7 +61,8 @@ fn first_card(report: &SimulationReport, samples: &[FilmSample]) -> String {
     run_card(&report.status, &report.warnings, &content)
 }
 
-/// The card of a run that ended with this `status`, HTML: the `content`, and the warnings.
+/// The card of a run that ended with this `status`, HTML: the `content`, and the warnings. Its color is bad unless the
+/// status is `completed`, else doubtful with warnings, good without.
 pub(super) fn run_card(status: &str, warnings: &[String], content: &str) -> String {
     let tone = Tone::of_result(status == "completed", !warnings.is_empty());
     let warnings = MessageList { heading: "Warnings", messages: warnings.to_vec() };
@@ -107,8 +108,8 @@ fn tip_table(samples: &[FilmSample]) -> String {
     table.text(&head, |(_, sample)| shown(displacement(sample))).render()
 }
 
-/// Up to [`MAX_SNAPSHOTS`] shapes side by side, evenly spaced in the stored frames, first and last included, as HTML: one
-/// strip for each plane.
+/// Up to [`MAX_SNAPSHOTS`] shapes side by side, evenly spaced in the stored frames, first and last included, as HTML:
+/// one strip for each plane.
 pub(super) fn snapshots(frames: &[Frame], planes: &[DrawingPlane]) -> String {
     let count = frames.len().min(MAX_SNAPSHOTS);
     let drawn = |k: usize| {
@@ -121,9 +122,9 @@ pub(super) fn snapshots(frames: &[Frame], planes: &[DrawingPlane]) -> String {
     planes.iter().map(|plane| strip(&snapshots, *plane, "The rod", "")).collect()
 }
 
-/// The figure of the energies, J, over time (HTML): total, kinetic, bending, stretching, twisting, loads and user-defined
-/// ones, without those that stay zero. The potential of the loads has an arbitrary zero: its change since the start is
-/// shown, also in the total.
+/// The figure of the energies, J, over time (HTML): total, kinetic, bending, stretching, twisting, loads and
+/// user-defined ones, without those that stay zero. The potential of the loads has an arbitrary zero: its change since
+/// the start is shown, also in the total.
 pub(super) fn energy(samples: &[FilmSample]) -> String {
     type Term = (&'static str, fn(&Energies) -> f64);
     let terms: [Term; 7] = [

@@ -1,11 +1,11 @@
 //! Drawings of the rod at several times, side by side on one scale, as SVG: the nodes as a line, observed markers as
 //! dots.
 //!
-//! [`strip`] draws a list of [`DrawnSnapshot`] (positions in m, caption in HTML) in one coordinate plane. The scale shows
-//! the whole width of the motion, and half its height if that is larger. Nodes that are not finite are left out and
-//! separate lines, as those of several rods. Output is HTML with a line that has the plane and the width of a drawing, or
-//! a note without finite points. Pages of simulations, and sections on recordings, use it; shapes are visible without
-//! scripts and on paper.
+//! [`strip`] draws a list of [`DrawnSnapshot`] (positions in m, caption in HTML) in one coordinate plane. The width of
+//! a drawing is the whole width of the motion, or half its height if that is larger. Nodes that are not finite are left
+//! out and separate lines, as those of several rods. Output is HTML with a line that has the plane and the width of a
+//! drawing, or a note without finite points. Pages of simulations, and sections on recordings, use it; shapes are
+//! visible without scripts and on paper.
 
 use crate::page::html::{escaped, no_data};
 use crate::page::number::quantity;
@@ -30,9 +30,10 @@ pub(super) struct DrawnSnapshot<'a> {
     pub caption: String,
 }
 
-/// All snapshots projected on one plane, on one scale, as HTML, with a line that has the plane and the width of a drawing.
-/// The scale shows the whole width of the motion, and half its height if that is larger. `name` is that of the rod, as text;
-/// `key` explains the colors, in HTML. A note without finite points. Nodes that are not finite are left out.
+/// All snapshots projected on one plane, on one scale, as HTML, with a line that has the plane and the width of a
+/// drawing. The width of a drawing is the whole width of the motion, or half its height if that is larger. `name` is
+/// that of the rod, as text; `key` explains the colors, in HTML. A note without finite points. Nodes that are not
+/// finite are left out.
 pub(super) fn strip(
     snapshots: &[DrawnSnapshot],
     plane: DrawingPlane,

@@ -1,10 +1,10 @@
 //! The page of a simulation of a structure.
 //!
-//! Input are the structure, the report and the film of a run. The film has frames with the nodes of all rods, and samples
-//! of the energies and of the last rod's tip. The first card has the end of the run, the tips of all rods, m, and the
-//! warnings. Sections follow with the animation, shapes of several frames side by side, energies and the tip of the last
-//! rod over time. The last one has scene, model, mesh, time step, scheme and cost. Without frames there are the card and
-//! the settings only. Output is a self-contained HTML page.
+//! Input are the structure, the report and the film of a run. The film has frames with the nodes of all rods, and
+//! samples of the energies and of the last rod's tip. The first card has the status of the run, the tips of all rods at
+//! its end, m, and the warnings. Sections follow with the animation, shapes of several frames side by side, energies
+//! and the tip of the last rod over time. The last one has scene, model, mesh, time step, scheme and cost. Without
+//! frames there are the card and the settings only. Output is a self-contained HTML page.
 
 use crate::page::html::{escaped, section};
 use crate::page::number::quantity;
@@ -15,7 +15,8 @@ use crate::page::simulation::{energy, run_card, run_settings, snapshots, tip};
 use crate::page::table::HtmlTable;
 use crate::structure::{Structure, StructureFilm, StructureReport};
 
-/// A self-contained HTML page of a simulation of a structure. `title` names the simulation, for example its scene file.
+/// A self-contained HTML page of a simulation of a structure. The film has the stored frames (nodes of all rods) and
+/// samples (energies, tip of the last rod). `title` names the simulation, for example its scene file.
 pub fn structure_page(
     structure: &Structure,
     report: &StructureReport,
@@ -44,7 +45,7 @@ pub fn structure_page(
     page("Simulation", title, &body, None)
 }
 
-/// The end of the run with the tips of all rods, and the warnings.
+/// The first card, HTML: the status of the run, a table with the tips of all rods at its end, m, and the warnings.
 fn first_card(report: &StructureReport) -> String {
     let shown = |x: f64| format!("{x:.6}");
     let rods = report.shape.rods.iter();
@@ -58,7 +59,7 @@ fn first_card(report: &StructureReport) -> String {
     run_card(&report.status, &report.warnings, &table)
 }
 
-/// The scene, its meshes and steps, and the cost of the run.
+/// The HTML table of scene file, model, number and length of segments, time step, scheme, and cost of the run.
 fn settings(structure: &Structure, report: &StructureReport) -> String {
     let scene = structure.scene();
     let edges = format!(

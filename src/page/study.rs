@@ -1,7 +1,8 @@
 //! The page of a work-precision study: error of the tip against wall time over schemes, time steps and meshes.
 //!
-//! Input is the study. The first card has the fastest settings for each error. A plot has a dot per run and a line
-//! through the best runs of each scheme; a folded table has all runs. Output is a self-contained HTML page.
+//! Input is the study. The first card has the fastest settings (scheme, step, mesh) for each of several errors of the
+//! tip over the length, and the error of the reference. A plot has a dot per run and a line through the best runs of
+//! each scheme; a folded table has all runs. Output is a self-contained HTML page.
 
 use crate::numerics::total_order;
 use crate::page::card::card;
@@ -14,8 +15,8 @@ use crate::page::table::HtmlTable;
 use crate::study::{Study, StudyRow, scheme_name};
 use crate::summary::Tone;
 
-/// A self-contained HTML page of a study: the fastest settings for each error first, then the work-precision plot and all
-/// runs, folded. `scene` names the scene.
+/// A self-contained HTML page of a study: the fastest settings for each error first, then the work-precision plot and
+/// all runs, folded. `scene` names the scene.
 pub fn study_page(study: &Study, scene: &str) -> String {
     let reference = format!(
         "The reference is extrapolated from finer meshes than any other. Its own error is at most {} of the length.",
@@ -29,8 +30,8 @@ pub fn study_page(study: &Study, scene: &str) -> String {
     page("Study", scene, &body, None)
 }
 
-/// The HTML table of the fastest run for every error of the tip over the length; an error that no run reaches has a text
-/// instead.
+/// The HTML table of the fastest run for every error of the tip over the length; an error that no run reaches has a
+/// text instead.
 fn recommended_settings(study: &Study) -> String {
     let advice = study.advice.iter().map(|advice| (advice, advice.row.map(|i| &study.rows[i])));
     HtmlTable::new("fastest settings", advice)

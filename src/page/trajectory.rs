@@ -2,7 +2,8 @@
 //! points.
 //!
 //! Both are projected on the one or two planes of the rod's largest extents. Input are the shapes and series that a fit
-//! or prediction kept for plots. Experiments whose recordings are drawn in another section are left out. Output is HTML.
+//! or prediction kept for plots, m; each experiment has a figure per plane. Experiments whose recordings are drawn in
+//! another section are left out. Output is HTML.
 
 use crate::fit::{PlotData, RodShape, Series};
 use crate::page::chart::{ChartAxis, PageChart};
@@ -91,8 +92,8 @@ fn time_key(shapes: &[&RodShape]) -> String {
     )
 }
 
-/// The observed coordinates x, y, z, m, of each point of an experiment at each time, in the order of the series. Missing
-/// coordinates are `None`; series in other units or along other axes are left out.
+/// The observed coordinates x, y, z, m, of each point of an experiment at each time, in the order of the series.
+/// Missing coordinates are `None`; series in other units or along other axes are left out.
 fn observed_points(series: &[Series], experiment: &str) -> Vec<[Option<f64>; 3]> {
     let mut index_of: HashMap<(&str, u64), usize> = HashMap::new();
     let mut points = Vec::new();

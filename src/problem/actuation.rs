@@ -2,9 +2,10 @@
 //!
 //! A joint represents the rod between the middles of its two edges, an edge that between its nodes. [`natural_shifts`]
 //! integrates the change of a natural strain over the part of each that lies between the ends of the actuator: rad of a
-//! joint, a strain of an edge. [`tendon`] returns the energies of a tendon, one over the joints and one over the halves of
-//! edges at the ends of its route. A cell in which the route has a corner has an element for each of its parts. Both are
-//! functions of the numbers of the scene over any scalar.
+//! joint, a strain of an edge. [`tendon`] returns the two energies of a tendon, one over the joints and one over the
+//! outer halves of the first and the last edge. The part of the rod of a joint or half edge is its cell. A cell in
+//! which the route has a corner has an element for each of its parts. Both functions take numbers of the scene over any
+//! scalar.
 
 use crate::energy::adapter::{Adapter, AnyEnergy, Chart};
 use crate::energy::place::Spot;
@@ -54,9 +55,10 @@ fn edge_cell<D: Scalar>(mesh: &Mesh<D>, j: usize) -> Interval<D> {
     Interval { from: mesh.arc_length[j], to: mesh.arc_length[j + 1] }
 }
 
-/// Changes of natural strains by a strain `component` of the size 1 (1/m, rad/m or a strain), times `factor`, within
-/// `part` of the rod. In a plane, `across` has the components of the first director across the tangent: in the plane, and
-/// along its normal.
+/// Changes of natural strains by a strain `component` of the size `factor` (1/m, rad/m or a strain) within `part` of
+/// the rod. A joint gets the angle, rad, of the covered length, an edge the strain times the covered fraction of its
+/// length. In a plane, `across` has the components of the first director across the tangent: in the plane, and along
+/// its normal.
 pub(crate) fn natural_shifts<D: Scalar>(
     component: ActuatedStrain,
     factor: D,
@@ -92,11 +94,11 @@ pub(crate) fn natural_shifts<D: Scalar>(
     NaturalShifts { edges, joints }
 }
 
-/// Number of energies of a tendon: over joints, and over the ends of its route.
+/// Number of energies of a tendon: over joints, and over the outer halves of the first and the last edge.
 pub(crate) const ENERGIES_PER_TENDON: usize = 2;
 
-/// The energies of a tendon with a `tension`, N, along a `route`: over the joints, and over the parts of edges that no joint
-/// represents. `name` is its key, for messages.
+/// The energies of a tendon with a `tension`, N, along a `route`: over the joints, and over the outer halves of the
+/// first and the last edge, which no joint represents. `name` is its key, for messages.
 pub(crate) fn tendon<D: Nestable>(
     name: &str,
     tension: D,
@@ -126,8 +128,9 @@ pub(crate) fn tendon<D: Nestable>(
     [placed(Arc::new(Adapter(Tendon::<3>)), joints), placed(Arc::new(Adapter(Tendon::<2>)), halves)]
 }
 
-/// The elements of a route within a `cell` of the rod, one for each straight part of the route there. `whole` is the length,
-/// m, of which the weight of an element is a fraction; the elements begin at node `first`.
+/// The elements of a route within a `cell` of the rod (the part that a joint or half edge represents), one for each
+/// straight part of the route there. `whole` is the length, m, of which the weight of an element is a fraction; the
+/// elements begin at node `first`.
 fn route_parts<D: Scalar>(
     route: &[RoutePoint<D>],
     cell: Interval<D>,

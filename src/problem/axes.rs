@@ -1,12 +1,12 @@
 //! Axes of the edges of a rod in the world and their rates (1/s), for markers beside the center line.
 //!
-//! Input: unknowns, velocities and frames of a state over any number type, and an edge. Output of `axes`: the
-//! tangent and the material directors `d1` and `d2 = t x d1`, unit vectors, each with its rate. On the first edge
-//! at rest `d1` is the component of the section's `up` across the edge. Circles and tubes, without `up`, take that
-//! of the y axis, or of the x axis if the edge is within 8 degrees of y. The position of a marker is the same in
-//! the planar and the spatial model: [`DirectorRotation`] is the constant rotation from the directors of the model
-//! to the material ones. `beside_at_rest` returns the offset (m) of a marker from the center line at rest. Fits
-//! compute positions and velocities of observed markers from the axes.
+//! Input: unknowns, velocities and frames of a state over any number type, and an edge. Output of `axes`: the tangent
+//! and the material directors `d1` and `d2 = t x d1`, unit vectors, each with its rate. On the first edge at rest `d1`
+//! is the component of the section's `up` across the edge. Circles and tubes, without `up`, take that of the y axis, or
+//! of the x axis if the edge is within 8 degrees of y. The position of a marker is the same in the planar and the
+//! spatial model: [`DirectorRotation`] is the constant rotation about the tangent from the directors of the model to
+//! the material ones. `beside_at_rest` returns the offset (m) of a marker from the center line at rest. Fits compute
+//! positions and velocities of observed markers from the axes.
 
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
@@ -25,8 +25,8 @@ type Axis<D> = [Vector<D>; 2];
 pub(crate) struct DirectorRotation<D>([D; 2]);
 
 impl<M: Model> Discretized<'_, M> {
-    /// Rotation from the directors of the model to the material directors, with cosine and sine from the first edge at rest
-    /// of the setup. It is the same for all edges and times.
+    /// Rotation about the tangent from the directors of the model to the material directors, as its cosine and sine on
+    /// the first edge at rest of the setup. It is the same for all edges and times.
     pub(crate) fn directors<D: Nestable>(&self, setup: &Setup<D, M>) -> DirectorRotation<D> {
         let (q, frames) = (self.model.unknowns(&setup.rest), self.model.frames(&setup.rest));
         let nodes = [0, 1].map(|i| self.model.position(&q, i));
@@ -36,9 +36,9 @@ impl<M: Model> Discretized<'_, M> {
         DirectorRotation([dot(along, first), dot(along, cross(tangent, first))])
     }
 
-    /// The axes `[t, d1, d2]` of the edge number `edge` in the world, unit vectors each with its rate, 1/s. The rod has the
-    /// unknowns `q`, the velocities `v` and the reference frames `frames`. Rates are `w x axis` with the angular velocity w
-    /// of the edge, in space with the rate of its angle.
+    /// The axes `[t, d1, d2]` of the edge number `edge` in the world, unit vectors each with its rate, 1/s. The rod has
+    /// the unknowns `q`, the velocities `v` and the reference frames `frames`. Rates are `w x axis` with the angular
+    /// velocity w of the edge, in space with the rate of its angle.
     pub(crate) fn axes<D: Nestable>(
         &self,
         directors: DirectorRotation<D>,
@@ -62,8 +62,8 @@ impl<M: Model> Discretized<'_, M> {
         [tangent, d1, cross(tangent, d1)].map(|axis| [axis, cross(turning, axis)])
     }
 
-    /// Offset of a marker from the center line of the rest shape in the world, m. It is the sum of its components times the
-    /// axes, weighted over the edges of its stencil. Zero for a marker on the center line.
+    /// Offset of a marker from the center line of the rest shape in the world, m. It is the sum of its components times
+    /// the axes, weighted over the edges of its stencil. Zero for a marker on the center line.
     pub(crate) fn beside_at_rest(&self, marker: &MarkerStencil) -> Vector<f64> {
         let (directors, q, frames) = (self.directors(self.setup), self.rest(), self.rest_frames());
         let still = vec![0.0; q.len()];
@@ -74,8 +74,8 @@ impl<M: Model> Discretized<'_, M> {
         })
     }
 
-    /// First director of the model on an edge, in the world. In space it is the material director at the angle in `q`, in a
-    /// plane the normal of the plane times (cross product) the `tangent`.
+    /// First director of the model on an edge, in the world. In space it is the material director at the angle in `q`,
+    /// in a plane the normal of the plane times (cross product) the `tangent`.
     fn model_director<D: Nestable>(
         &self,
         q: &[D],

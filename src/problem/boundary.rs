@@ -27,8 +27,8 @@ use num_dual::{Dual, Dual2, Dual64};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Largest displacement of an end per stage of an equilibrium, as a fraction of the rod length. Newton's method converges
-/// from one stage to the next; smaller stages take longer.
+/// Largest displacement of an end per stage of an equilibrium, as a fraction of the rod length. Newton's method
+/// converges from one stage to the next; smaller stages take longer.
 const LARGEST_SHIFT: f64 = 0.02;
 
 /// Largest rotation of an end per stage, rad.
@@ -98,8 +98,8 @@ pub struct RecordedPart {
 }
 
 impl RecordedPart {
-    /// Index and position, m, in the axes of the model, of each held node at a time, s. The position is that of its marker,
-    /// or a point on the chord between two markers.
+    /// Index and position, m, in the axes of the model, of each held node at a time, s. The position is that of its
+    /// marker, or a point on the chord between two markers.
     fn positions<D: Scalar>(&self, time: D) -> impl Iterator<Item = (usize, Vector<D>)> {
         self.nodes.iter().map(move |held| {
             let ([from, to], part) = (held.markers.map(|j| &self.track.markers()[j]), held.part);
@@ -134,9 +134,9 @@ struct Pose<D> {
 }
 
 impl<D: Scalar> MovedEnd<D> {
-    /// Sum of displacements, rotation vectors and twists of all motions of the end, each times its factor. `at` is a time or
-    /// a fraction of the approach to an equilibrium. Recorded displacements since t = 0 are added at a time, not in an
-    /// approach.
+    /// Sum of displacements, rotation vectors and twists of all motions of the end, each times its factor. `at` is a
+    /// time or a fraction of the approach to an equilibrium. Recorded displacements since t = 0 are added at a time,
+    /// not in an approach.
     fn pose(&self, at: MotionTime<D>) -> Pose<D> {
         let zero = D::from(0.0);
         let mut pose = Pose { displacement: [zero; 3], rotation: [zero; 3], twist: zero };
@@ -154,8 +154,8 @@ impl<D: Scalar> MovedEnd<D> {
         pose
     }
 
-    /// Position, m, of `point` of the end after the motion `pose`: `c + u + exp(r) (point - c)` with the center c of the end.
-    /// The twist has no effect.
+    /// Position, m, of `point` of the end after the motion `pose`: `c + u + exp(r) (point - c)` with the center c of
+    /// the end. The twist has no effect.
     fn moved(&self, pose: &Pose<D>, point: Vector<D>) -> Vector<D> {
         let arm = sub(point, self.centre);
         add(add(self.centre, pose.displacement), rotate(pose.rotation, arm))
@@ -163,8 +163,8 @@ impl<D: Scalar> MovedEnd<D> {
 }
 
 impl<D: Scalar> MovedEnd<D> {
-    /// The end with all numbers converted by `to`, such as to dual numbers in time. Its edge is left out, as only positions
-    /// are needed.
+    /// The end with all numbers converted by `to`, such as to dual numbers in time. Its edge is left out, as only
+    /// positions are needed.
     fn over<E: Scalar>(&self, to: impl Fn(D) -> E + Copy) -> MovedEnd<E> {
         MovedEnd {
             end: self.end,
@@ -185,14 +185,14 @@ impl<D: Nestable> BoundaryMotion<D> {
         Self { ends, recorded, stride: M::STRIDE }
     }
 
-    /// Whether the motion depends on numbers of the scene: whether an end is clamped or pinned, moved or not. A recording has
-    /// no such numbers.
+    /// Whether the motion depends on numbers of the scene: whether an end is clamped or pinned, moved or not. A
+    /// recording has no such numbers.
     pub fn has_numbers(&self) -> bool {
         !self.ends.is_empty()
     }
 
-    /// Indices of all prescribed unknowns (coordinates of held and recorded nodes, then angles of held edges), and of the
-    /// angles alone.
+    /// Indices of all prescribed unknowns (coordinates of held and recorded nodes, then angles of held edges), and of
+    /// the angles alone.
     pub fn prescribed(&self) -> [Vec<usize>; 2] {
         let axes = self.stride.min(3);
         let ends = self.ends.iter().flat_map(|end| end.nodes.iter().map(|held| held.node));
@@ -203,9 +203,10 @@ impl<D: Nestable> BoundaryMotion<D> {
         [nodes.chain(angles.iter().copied()).collect(), angles]
     }
 
-    /// Overwrites the coordinates of held and recorded nodes in `q` by their positions at the time `to`. The angle of a held
-    /// edge is set so that its director has the prescribed direction. Of angles that differ by whole turns, that nearest to
-    /// the present angle plus the change of twist since `from` is taken. `frames` are the references of the angles.
+    /// Overwrites the coordinates of held and recorded nodes in `q` by their positions at the time `to`. The angle of a
+    /// held edge is set so that its director has the prescribed direction. Of angles that differ by whole turns, that
+    /// nearest to the present angle plus the change of twist since `from` is taken. `frames` are the references of the
+    /// angles.
     pub fn advance<R: Rod<D>>(
         &self,
         from: MotionTime<f64>,
@@ -256,9 +257,9 @@ impl<D: Nestable> BoundaryMotion<D> {
         self.write_rates(now, Dual2::from_re, |rate| rate.v2, a);
     }
 
-    /// Overwrites the entries of the coordinates of held and recorded nodes in `rates` by derivatives of their positions by
-    /// time. `now` is the time, s, as a dual number, and `convert` returns a number without derivatives by time. `derivative`
-    /// takes the wanted derivative from a position.
+    /// Overwrites the entries of the coordinates of held and recorded nodes in `rates` by derivatives of their
+    /// positions by time. `now` is the time, s, as a dual number, and `convert` returns a number without derivatives by
+    /// time. `derivative` takes the wanted derivative from a position.
     fn write_rates<E: Scalar>(
         &self,
         now: E,
@@ -283,8 +284,8 @@ impl<D: Nestable> BoundaryMotion<D> {
 }
 
 impl BoundaryMotion<Dual64> {
-    /// Whether any number of the held ends (motions, nodes, edges, centers) has a derivative other than zero by the parameter
-    /// of its dual numbers.
+    /// Whether any number of the held ends (motions, nodes, edges, centers) has a derivative other than zero by the
+    /// parameter of its dual numbers.
     pub fn changes(&self) -> bool {
         let seen = std::cell::Cell::new(false);
         let see = |x: Dual64| seen.set(seen.get() || x.eps != 0.0);
@@ -299,9 +300,9 @@ impl BoundaryMotion<Dual64> {
 }
 
 impl BoundaryMotion {
-    /// Moves all nodes in `q` with the ends, as an initial guess of the next stage of an equilibrium. Each end adds to node
-    /// `i` the displacement by its rigid motion between the two times, times `weight(end, i)`. In space the angle of edge `i`
-    /// changes by the weight times the change of twist. Recorded ends have no effect.
+    /// Moves all nodes in `q` with the ends, as an initial guess of the next stage of an equilibrium. Each end adds to
+    /// node `i` the displacement by its rigid motion between the two times, times `weight(end, i)`. In space the angle
+    /// of edge `i` changes by the weight times the change of twist. Recorded ends have no effect.
     pub fn carry(
         &self,
         from: MotionTime<f64>,
@@ -332,9 +333,9 @@ impl BoundaryMotion {
         }
     }
 
-    /// Number of stages, at least one, in which an equilibrium applies the motions of the ends to a rod of a `length`, m. Per
-    /// stage an end moves by at most `LARGEST_SHIFT` lengths, `LARGEST_TURN` and `LARGEST_TWIST`. The motions are those at t
-    /// = 0, or after all ramps if `settled`; recordings require no stages.
+    /// Number of stages, at least one, in which an equilibrium applies the motions of the ends to a rod of a `length`,
+    /// m. Per stage an end moves by at most `LARGEST_SHIFT` lengths, `LARGEST_TURN` and `LARGEST_TWIST`. The motions
+    /// are those at t = 0, or after all ramps if `settled`; recordings require no stages.
     ///
     /// # Errors
     /// More than `MOST_STAGES`.

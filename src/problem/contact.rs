@@ -1,8 +1,11 @@
 //! Contacts of a scene on the mesh of a rod: their energies, and the default stiffness.
 //!
-//! [`rod_contacts`] returns the contact of all edges with each obstacle. The part of an edge behind a wall has none. Without
-//! a stiffness in the scene the force per length is `w + E I/L^3` at an overlap of [`OVERLAP_AT_REST`] radii: the weight of
-//! the rod per length, and the line load that bends it by about a tenth of its length.
+//! [`rod_contacts`] returns the contacts of a scene: obstacle in the axes of the model, stiffness (N/m^3), losses, and
+//! the parts of all edges that may touch it. The part of an edge behind a wall has none. The force per length is the
+//! stiffness times the square of the overlap. Without a stiffness in the scene that force is `w + E I/L^3` at an
+//! overlap of [`OVERLAP_AT_REST`] radii. `w` is the weight of the rod per length, the other term the line load that
+//! bends it by about a tenth of its length. Section and material are those halfway along the rod, `I` the smaller
+//! second moment.
 
 use crate::energy::adapter::Chart;
 use crate::energy::overlap::ContactPart;
@@ -16,7 +19,9 @@ use crate::scene::mesh::Mesh;
 /// Overlap, over the radius of the rod, at which a contact of the default stiffness carries the weight of the rod.
 const OVERLAP_AT_REST: f64 = 0.005;
 
-/// The parts of all edges of a mesh that may be in a contact, in the order of the edges.
+/// The parts of all edges of a mesh that may be in a contact, in the order of the edges. A part has the arc length of
+/// the middle, m, the length, m, the fractions of the edge between which it is outside of walls, and the radius of the
+/// rod, m.
 pub(super) fn contact_parts<D: Scalar>(
     contact: &Contact<D>,
     scene: &Scene<D>,
@@ -33,7 +38,7 @@ pub(super) fn contact_parts<D: Scalar>(
     mesh.arc_length.windows(2).map(part).collect()
 }
 
-/// Stiffness of a contact, N/m^3: that of the scene, or the default.
+/// Stiffness of a contact, N/m^3: that of the scene, or the default of the module. `length` is that of the rod, m.
 fn contact_stiffness<D: Scalar>(contact: &Contact<D>, scene: &Scene<D>, length: D) -> D {
     if let Some(stiffness) = contact.given_stiffness() {
         return stiffness;
@@ -53,7 +58,7 @@ fn contact_stiffness<D: Scalar>(contact: &Contact<D>, scene: &Scene<D>, length: 
     (material.density * properties.area * acceleration + bending) / (overlap * overlap)
 }
 
-/// An obstacle along the axes of the model, whose origin is that of its coordinates.
+/// An obstacle of the world, converted to the axes and the origin of the model.
 fn in_model<D: Scalar>(chart: &Chart<D>, obstacle: &Obstacle<D>) -> Obstacle<D> {
     let ([first, second, third], origin) = match chart {
         Chart::Plane { origin, axes: [x, y], .. } => ([*x, *y, cross(*x, *y)], *origin),
@@ -68,7 +73,8 @@ fn in_model<D: Scalar>(chart: &Chart<D>, obstacle: &Obstacle<D>) -> Obstacle<D> 
     Obstacle { point, axis: along(obstacle.axis), ..*obstacle }
 }
 
-/// All contacts of a scene on its mesh.
+/// All contacts of a scene on its mesh, in their order: obstacle in the axes of the model, stiffness, loss, and parts
+/// of all edges.
 pub(crate) fn rod_contacts<D: Scalar>(
     chart: &Chart<D>,
     scene: &Scene<D>,

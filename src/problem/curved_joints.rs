@@ -20,10 +20,10 @@ pub(crate) type Resistances<D> = [[D; 3]; 3];
 /// Uncorrected resistances: each strain with its own stiffness.
 pub(crate) const PLAIN: Resistances<f64> = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// The slant of every joint: the components of the unit tangent of the curve at rest along the two bending axes of the joint.
-/// They are zero if the curve has the tangent of the joint, and if the polygon is too coarse ([`limit_slant`]). `nodes` and
-/// `arcs` are positions and lengths along the curve, m. `edges` has the material frames, `curvature` the integrated curvature
-/// of each joint in them.
+/// The slant of every joint: the components of the unit tangent of the curve at rest along the two bending axes of the
+/// joint. They are zero if the curve has the tangent of the joint, and if the polygon is too coarse ([`limit_slant`]).
+/// `nodes` and `arcs` are positions and lengths along the curve, m. `edges` has the material frames, `curvature` the
+/// integrated curvature of each joint in them.
 pub(crate) fn joint_slants<D: Scalar>(
     nodes: &[Vector<D>],
     arcs: &[D],
@@ -45,16 +45,17 @@ fn limit_slant<D: Scalar>(slant: [D; 2], k: [D; 2]) -> [D; 2] {
     if s * (1.0 + half) <= half { slant } else { [D::from(0.0); 2] }
 }
 
-/// The slant in the stress-free shape, `factor (slant - twist k/6)`. `slant` and the integrated curvature `k` are those at
-/// rest. `factor` is that of the natural curvature, `twist` the natural twist of the joint, rad. Zero if it is too large for
-/// the curvature `factor k` ([`limit_slant`]).
+/// The slant in the stress-free shape, `factor (slant - twist k/6)`. `slant` and the integrated curvature `k` are those
+/// at rest. `factor` is that of the natural curvature, `twist` the natural twist of the joint, rad. Zero if it is too
+/// large for the curvature `factor k` ([`limit_slant`]).
 pub(crate) fn natural_slant<D: Scalar>(slant: [D; 2], factor: D, k: [D; 2], twist: D) -> [D; 2] {
     let natural = [0, 1].map(|c| factor * (twist * (k[c] * (-1.0 / 6.0)) + slant[c]));
     limit_slant(natural, k.map(|k| factor * k))
 }
 
-/// Unit tangent of the curve at node `i`: that of the Lagrange polynomial of arc length through the five nearest nodes, m. A
-/// short rod has fewer; at the ends the five are to one side. `arcs` are the lengths along the curve between the nodes, m.
+/// Unit tangent of the curve at node `i`: that of the Lagrange polynomial of arc length through the five nearest nodes,
+/// m. A short rod has fewer; at the ends the five are to one side. `arcs` are the lengths along the curve between the
+/// nodes, m.
 fn tangent<D: Scalar>(nodes: &[Vector<D>], arcs: &[D], i: usize) -> Vector<D> {
     let (zero, one) = (D::from(0.0), D::from(1.0));
     let count = nodes.len().min(5);
@@ -72,17 +73,18 @@ fn tangent<D: Scalar>(nodes: &[Vector<D>], arcs: &[D], i: usize) -> Vector<D> {
     unit(total)
 }
 
-/// Components of the unit tangent `t` along the two bending axes of the joint between the edges `e` and `f`. These are its
-/// directors `m2` and `-m1`, those of `e` transported to the mean tangent of both edges.
+/// Components of the unit tangent `t` along the two bending axes of the joint between the edges `e` and `f`. These are
+/// its directors `m2` and `-m1`, those of `e` transported to the mean tangent of both edges.
 fn bending_components<D: Scalar>(t: Vector<D>, e: &EdgeFrame<D>, f: &EdgeFrame<D>) -> [D; 2] {
     let between = unit(add(e.tangent, f.tangent));
     let m1 = transport(e.tangent, between, e.director);
     [dot(t, cross(between, m1)), -dot(t, m1)]
 }
 
-/// Three rows of coefficients of the strains `[k1, k2, tau]`: those in which a joint resists with EI1, EI2 and GJ. Each row
-/// is an axis, rotated by the slant `[a, b]`, times the matrix `S`. `S` is `c^2` along and `c` across the natural curvature
-/// `k`, and `c` for twist, with `c = cos(phi/2)` and `tan(phi/2) = |k|/2`. [`PLAIN`] for zero curvature and slant.
+/// Three rows of coefficients of the strains `[k1, k2, tau]`: those in which a joint resists with EI1, EI2 and GJ. Each
+/// row is an axis, rotated by the slant `[a, b]`, times the matrix `S`. `S` is `c^2` along and `c` across the natural
+/// curvature `k`, and `c` for twist, with `c = cos(phi/2)` and `tan(phi/2) = |k|/2`. [`PLAIN`] for zero curvature and
+/// slant.
 pub(crate) fn resistances<D: Scalar>(k: [D; 2], [a, b]: [D; 2]) -> Resistances<D> {
     // c = cos(phi/2) with tan(phi/2) = |k|/2.
     let c2 = ((k[0] * k[0] + k[1] * k[1]) * 0.25 + 1.0).recip();

@@ -1,10 +1,11 @@
 //! Loads of a scene without a potential on the edges of its mesh: follower loads, and moments in space.
 //!
-//! The loads of a node act half on each of its edges, those of an end node on its only edge. So the direction of a follower
-//! force on an inner node is the mean of both edges. In a plane the components along both directors become one along the
-//! normal to the left of the tangent. A follower moment has a potential there, as a moment about the normal of the plane
-//! ([`Setup::dead_part`]). In space every moment is without a potential. Loads are grouped by their signals, and those of
-//! one edge are added.
+//! The loads of a node act half on each of its edges, those of an end node on its only edge. So the direction of a
+//! follower force, which is given along tangent and directors, is on an inner node the mean of both edges. In a plane
+//! the components along both directors become one along the normal to the left of the tangent. A follower moment has a
+//! potential there, as a moment about the normal of the plane ([`Setup::dead_part`]). In space every moment is without
+//! a potential. [`Setup::follower_loads`] returns them, N and N m: a group of the constant loads, and one for each
+//! signal; those of one edge are added. [`Setup::dead_part`] returns the part of a load that has a potential.
 
 use crate::energy::FollowerLoad;
 use crate::energy::adapter::Chart;
@@ -27,8 +28,8 @@ pub(super) fn follower_vector<D: Scalar>(
     add(scale(tangent, along), combine(first, director, second, cross(tangent, director)))
 }
 
-/// Components of a follower force along tangent and directors in the axes of the edges of a rod: in a plane along tangent
-/// and normal.
+/// Converts components of a follower force along tangent and both directors to those along the axes of an edge of the
+/// model. In a plane these are tangent and normal (the third component is zero); in space nothing changes.
 fn components<D: Nestable>(chart: &Chart<D>, [along, first, second]: Vector<D>) -> Vector<D> {
     match chart {
         Chart::Plane { across: [within, out], .. } => {
@@ -42,8 +43,8 @@ fn components<D: Nestable>(chart: &Chart<D>, [along, first, second]: Vector<D>) 
 struct EdgeSums<D>(Vec<Option<FollowerLoad<D>>>);
 
 impl<D: Nestable> EdgeSums<D> {
-    /// Adds half of the load of a node to each of its edges by `add`. Its second argument is the place of the node in the
-    /// edge: 0 or 1.
+    /// Calls `add` for both edges of a node, or twice for the only edge of an end node. Its arguments are the sums of
+    /// the edge and the place of the node in it (0 or 1). `add` adds half of the load of the node to these sums.
     fn add(&mut self, node: usize, add: impl Fn(&mut FollowerLoad<D>, usize)) {
         let last = self.0.len() - 1;
         for edge in [node.saturating_sub(1), node.min(last)] {
@@ -60,8 +61,8 @@ fn add_half<D: Scalar>(to: &mut [D; 3], x: [D; 3]) {
 }
 
 impl<D: Nestable, M: Model> Setup<D, M> {
-    /// The loads without a potential, with signals at a time, s. The first group has the constant loads, the others those of
-    /// [`follower_signals`](Self::follower_signals) in their order.
+    /// The loads without a potential, with signals at a time, s. The first group has the constant loads, the others
+    /// those of [`follower_signals`](Self::follower_signals) in their order.
     pub fn follower_loads(&self, model: &M, time: f64) -> FollowerLoads<D> {
         if self.scene.loads.first_follower(M::STRIDE > 2).is_none() {
             return FollowerLoads::none();
@@ -85,13 +86,15 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         })
     }
 
-    /// Whether a point load has no potential: it is a follower load, or in space has a moment, or a derivative by one.
+    /// Whether a point load has no potential: it is a follower load, or in space has a moment that is not identically
+    /// zero (value and derivatives).
     fn has_no_potential(load: &PointForce<D>) -> bool {
         let turns = || !load.moment.iter().all(Nestable::is_identically_zero);
         load.follower || M::STRIDE > 2 && turns()
     }
 
-    /// The loads of one signal, or the constant ones, at the factor 1.
+    /// The loads without a potential that have this signal, or the constant ones, at the factor 1, summed over each
+    /// edge.
     fn follower_group(
         &self,
         model: &M,
@@ -127,8 +130,8 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         FollowerGroup { factor: D::from(1.0), edges: edges.collect() }
     }
 
-    /// A point load without the parts that have no potential: the force of a follower load, and its moment in space. Its
-    /// moment in a plane becomes that about the normal, in world axes.
+    /// A point load without the parts that have no potential: the force of a follower load, and its moment in space.
+    /// Its moment in a plane becomes that about the normal, in world axes.
     pub(super) fn dead_part(&self, model: &M, load: &PointForce<D>) -> PointForce<D> {
         if !load.follower {
             return load.clone();

@@ -1,13 +1,14 @@
 //! Discrete choices of a problem, which have no derivatives: planar or spatial model, and corrections of the
 //! elements. The mesh of a scene and its checks are here too.
 //!
-//! [`choose`] returns the model that `rod.dimension` requests, with its setup and the reason as text. With `auto`
-//! it is the planar model if rest shape, loads and section lie in one plane, else the spatial one. A requested
-//! planar model that does not represent the scene is an error. So are, in space, moments, `supports.angle`, and a
-//! missing shear modulus or Poisson's ratio. [`correction`] decides: arcs replace chords unless the discretization
-//! is `paper`. Joints and masses next to walls are corrected for `corrected-statics` and for curved rods.
-//! [`check_on_mesh`] rejects loads, masses and energies outside the rod, and shapes that do not fit the mesh. A
-//! problem makes these choices once, for all values of its varying parameters.
+//! [`choose`] returns the model that `rod.dimension` requests, with its setup and the reason as text. With `auto` it is
+//! the planar model if rest shape, loads and section lie in one plane, else the spatial one. A requested planar model
+//! that does not represent the scene is an error. So are, in space, moments of `initial.point`, moments with signals in
+//! some schemes, a `supports.angle` other than zero, and a missing shear modulus or Poisson's ratio. [`correction`]
+//! decides: arcs replace chords unless the discretization is `paper`. Joints and masses next to walls are corrected for
+//! `corrected-statics` and for curved rods. [`check_on_mesh`] rejects loads, masses, actuators and energies outside the
+//! rod, and shapes that do not fit the mesh. A problem makes these choices once, for all values of its varying
+//! parameters.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -25,9 +26,10 @@ use crate::scene::{
 };
 
 impl<D: Scalar> Scene<D> {
-    /// Mesh of the rest shape, with the parts of its outermost edges behind walls. It has `remeshed` edges if that is set,
-    /// else those of `rod.segments`. After a change of mesh or walls, `named` has the arc lengths of the mesh of the scene
-    /// file, to which node indices refer. An error for a missing number of edges or a polyline that is not read.
+    /// Mesh of the rest shape, with the parts of its outermost edges behind walls. It has `remeshed` edges if that is
+    /// set, else those of `rod.segments`. After a change of mesh or walls, `named` has the arc lengths of the mesh of
+    /// the scene file, to which node indices refer. An error for a missing number of edges or a polyline that is not
+    /// read.
     pub(crate) fn mesh(&self) -> Result<Mesh<D>, Error> {
         let mesh = |segments, behind| self.rod.shape.mesh(segments, behind);
         let own = mesh(self.rod.segments, behind_walls(&self.supports, self.soft_by_itself))?;
@@ -52,12 +54,12 @@ pub(super) const BESIDE_STRAIGHT: &str =
 /// Allowed lengths of edges, m, whose fourth powers double precision can represent.
 const EDGES: std::ops::RangeInclusive<f64> = 1e-50..=1e50;
 
-/// Relative excess of an arc over its chord above which an edge is curved: a turning angle of 5e-6 rad. Smaller excesses may
-/// be rounding errors.
+/// Relative excess of an arc over its chord above which an edge is curved: a turning angle of 5e-6 rad. Smaller
+/// excesses may be rounding errors.
 const CURVED_EXCESS: f64 = 1e-12;
 
-/// Rejects the first edge between consecutive nodes, m, whose length is outside [`EDGES`]. `key` is that of the shape, for
-/// the error.
+/// Rejects the first edge between consecutive nodes, m, whose length is outside [`EDGES`]. `key` is that of the shape,
+/// for the error.
 pub(crate) fn check_edges(key: &str, nodes: &[[f64; 3]]) -> Result<(), Error> {
     let length = |p: &[[f64; 3]]| {
         let [x, y, z] = sub(p[1], p[0]);
@@ -72,8 +74,8 @@ pub(crate) fn check_edges(key: &str, nodes: &[[f64; 3]]) -> Result<(), Error> {
     }
 }
 
-/// Fractions of the first and of the last edge behind walls. At a clamp in the middle of an edge it is one half, or 1 if the
-/// clamp is compliant (`soft`). Otherwise, also with walls at nodes, it is 0.
+/// Fractions of the first and of the last edge behind walls. At a clamp in the middle of an edge it is one half, or 1
+/// if the clamp is compliant (`soft`). Otherwise, also with walls at nodes, it is 0.
 pub(crate) fn behind_walls<D>(supports: &Supports<D>, soft: [bool; 2]) -> [f64; 2] {
     let behind =
         |support, soft| match support == Support::Clamped && supports.clamp == Clamp::MidEdge {
@@ -108,9 +110,9 @@ pub(crate) fn correction(scene: &Scene, mesh: &Mesh, varying: &[Parameter]) -> C
     }
 }
 
-/// Rejects a section whose `up` is along the first edge. Also rejected are energies, loads and masses outside the rod,
-/// recorded markers between nodes, and initial shapes that do not fit the mesh. The error has the key and the allowed range.
-/// Returns the nodes of the initial shape, m; none if that is the rest shape.
+/// Rejects a section whose `up` is along the first edge. Also rejected are energies, actuators, loads and masses
+/// outside the rod, recorded markers between nodes, and initial shapes that do not fit the mesh. The error has the key
+/// and the allowed range. Returns the nodes of the initial shape, m; none if that is the rest shape.
 pub(crate) fn check_on_mesh(scene: &Scene, mesh: &Mesh) -> Result<Option<Vec<Vector<f64>>>, Error> {
     scene.rod.section.check_up(&mesh.nodes)?;
     for energy in &scene.energies {
@@ -135,8 +137,8 @@ pub(crate) fn check_on_mesh(scene: &Scene, mesh: &Mesh) -> Result<Option<Vec<Vec
     Ok(start)
 }
 
-/// Rejects, in space, a moment of `initial.point`, and one with a signal in a scheme that does not take actuators that
-/// follow signals.
+/// Rejects, in space, moments of `initial.point`, and moments of `loads.point` with a signal if the scheme does not
+/// take actuators that follow signals.
 fn check_moments_in_space(scene: &Scene) -> Result<(), Error> {
     let turns = |load: &PointForce| load.moment != [0.0; 3];
     if let Some(k) = scene.initial.point.iter().position(turns) {
@@ -159,13 +161,14 @@ fn check_moments_in_space(scene: &Scene) -> Result<(), Error> {
 }
 
 /// The model of a scene on its mesh, with its setup, and the reason of the choice as text. It is the model that
-/// `rod.dimension` requests. With `auto` it is the planar one if it represents the scene, else the spatial one. Corrections
-/// are valid for all values of the `varying` parameters.
+/// `rod.dimension` requests. With `auto` it is the planar one if it represents the scene, else the spatial one.
+/// Corrections are valid for all values of the `varying` parameters.
 ///
 /// # Errors
 ///
-/// Those of [`check_on_mesh`], and a requested planar model that cannot represent the scene. For a spatial one
-/// `supports.angle`, moments that act until t = 0, and a missing shear modulus or Poisson's ratio.
+/// Those of [`check_on_mesh`], and a requested planar model that cannot represent the scene. For a spatial one also a
+/// `supports.angle` other than zero, moments that act until t = 0, and a missing shear modulus or Poisson's ratio. A
+/// moment with a signal is an error too in a scheme without timed actuation.
 pub(crate) fn choose(
     scene: &Scene,
     mesh: &Mesh,

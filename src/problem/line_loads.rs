@@ -14,8 +14,8 @@ use crate::problem::model::NodalLoad;
 use crate::scene::LineForce;
 use crate::scene::mesh::Mesh;
 
-/// Rejects line loads that end beyond a rod of a `length`, m, or do not end after they begin. A load without an end lasts to
-/// that of the rod. Negative arc lengths are rejected by the quantities.
+/// Rejects line loads that end beyond a rod of a `length`, m, or do not end after they begin. A load without an end
+/// lasts to that of the rod. Negative arc lengths are rejected by the quantities.
 ///
 /// # Errors
 /// [`Error::Invalid`] with the key.
@@ -34,9 +34,10 @@ pub(crate) fn check_line_loads<D: Scalar>(
     Ok(())
 }
 
-/// Forces of line loads on the nodes of a mesh, N in the world, without moments. Each loaded edge gives two entries, one for
-/// each of its nodes, so that a node may have several. The force on its loaded part is divided between both by the lever rule
-/// at the middle of that part. Parts outside the rod, where a length or an end varies in a fit, carry no load.
+/// Forces of line loads on the nodes of a mesh, N in the world, without moments. Each loaded edge gives two entries,
+/// one for each of its nodes, so that a node may have several. The force on its loaded part is divided between both by
+/// the lever rule at the middle of that part. Parts outside the rod, where a length or an end varies in a fit, carry no
+/// load.
 pub(crate) fn line_loads<D: Scalar>(loads: &[LineForce<D>], mesh: &Mesh<D>) -> Vec<NodalLoad<D>> {
     let mut nodal = Vec::new();
     for load in loads {

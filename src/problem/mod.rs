@@ -1,18 +1,19 @@
 //! Problems: validated scenes with mesh, planar or spatial model, rest shape, supports and loads, from which rods
 //! are built.
 //!
-//! [`Scene::problem`] builds a [`Problem`]: validation, choice of an open mesh, step and scheme (module
-//! `accuracy`), mesh, choice of the model (`layout`), and setup. The `Setup` is the scene over a number type with
-//! mesh, rest shape and initial shape. Stiffnesses, masses and natural curvatures of the rod are checked; errors
-//! have file, key, and the found and the allowed value. A problem with other parameter values is built by
-//! [`Problem::with`], which chooses the model again. `with_fixed_layout` keeps model and corrections, so that
-//! results are smooth functions of the values. [`Discretized`] is the problem with the type of its model; statics,
-//! dynamics, vibration and fits compute with it.
+//! [`Scene::problem`] builds a [`Problem`]: validation, choice of an open mesh, step and scheme (module `accuracy`),
+//! mesh, choice of the model (`layout`), and setup. The `Setup` is the scene over a number type with mesh, rest shape
+//! and initial shape. Stiffnesses, masses and natural curvatures of the rod are checked; errors of the scene have file,
+//! key, and the found and the allowed value. A problem with other parameter values is built by [`Problem::with`], which
+//! chooses the model again. `with_fixed_layout` keeps model and corrections, so that results are smooth functions of
+//! the values. [`Discretized`] is the problem with the type of its model; statics, dynamics, vibration and fits compute
+//! with it.
 //!
-//! The models are in [`model`], `planar` and `spatial`; their parts in `rest_line`, `section_profile`, `tributary`,
-//! `curved_joints` and `soft_clamp`. Loads and energies: `line_loads`, `setup`, `own`, `contact`. Start and supports: `start`,
-//! `boundary`, `perturbation`. Checks: `parameters`, `planarity`, `natural_turn`, `penetration`. Warnings: `warnings`,
-//! `plausibility`, `strain`. Points and meshes: `points`, `axes`, `remesh`.
+//! The models are in [`model`], `planar`, `spatial` and `model_with_setup`; their parts in `rest_line`,
+//! `section_profile`, `tributary`, `curved_joints` and `soft_clamp`. Loads and energies: `line_loads`,
+//! `follower_loads`, `setup`, `own`, `actuation`, `contact`. Start and supports: `start`, `boundary`, `perturbation`.
+//! Checks: `parameters`, `planarity`, `natural_turn`, `penetration`. Warnings: `warnings`, `plausibility`, `strain`.
+//! Points and meshes: `points`, `axes`, `remesh`.
 
 mod actuation;
 mod axes;
@@ -86,8 +87,8 @@ pub struct Problem {
     pub(super) mesh: Mesh,
     /// Parameters that may take any value, for which the layout is valid.
     varying: Vec<Parameter>,
-    /// Unknowns of the initial equilibrium, or of the first two frames of a recording, with angles relative to the initial
-    /// frames; computed once, and shared by clones.
+    /// Unknowns of the initial equilibrium, or of the first two frames of a recording, with angles relative to the
+    /// initial frames; computed once, and shared by clones.
     pub(crate) start: Arc<OnceLock<Vec<Vec<f64>>>>,
     /// Flag that ends simulations once it is set.
     stop: Option<Arc<AtomicBool>>,
@@ -128,8 +129,8 @@ macro_rules! with_model {
 pub(crate) use with_model;
 
 impl Scene {
-    /// Validates a scene and builds its problem, with model and layout chosen for its present values. Shapes and recordings
-    /// that are not read yet are read from their files.
+    /// Validates a scene and builds its problem, with model and layout chosen for its present values. Shapes and
+    /// recordings that are not read yet are read from their files.
     ///
     /// # Errors
     /// [`Error::Invalid`] with file, key, and the found and the allowed value.
@@ -140,19 +141,21 @@ impl Scene {
 }
 
 impl Problem {
-    /// The problem of a validated scene. Model and corrections suit all values of the `varying` parameters. With a problem
-    /// `like`, its model and the reason of its choice are kept. Errors are those of [`new`](Self::new), with the scene file.
+    /// The problem of a validated scene. Model and corrections suit all values of the `varying` parameters. With a
+    /// problem `like`, its model and the reason of its choice are kept. Errors are those of [`new`](Self::new), with
+    /// the scene file.
     fn of(scene: Scene, varying: Vec<Parameter>, like: Option<&Self>) -> Result<Self, Error> {
         let path = scene.path.clone();
         Self::new(scene, varying, like).map_err(|error| error.in_file(path.as_deref()))
     }
 
-    /// The problem of a validated scene, as in [`of`](Self::of). In this order: makes the default discretization explicit,
-    /// reads files, selects compliant clamps, builds the mesh, checks it, chooses the model and builds the setup. With a
-    /// problem `like`, its model is kept, and only the fit of the keys to the mesh is checked. Errors, without the file:
-    /// files that cannot be read, a missing number of edges, edges of extreme length. A natural curvature factor other than 1
-    /// of a straight rod, and joints that turn by half a turn or more, are errors too. Further ones are those of [`choose`],
-    /// [`check_sizes`](Self::check_sizes), [`check_own`](Self::check_own) and [`check_contacts`](Self::check_contacts).
+    /// The problem of a validated scene, as in [`of`](Self::of). In this order: makes the default discretization
+    /// explicit, reads files, selects compliant clamps, builds the mesh, checks it, chooses the model and builds the
+    /// setup. With a problem `like`, its model is kept, and only the fit of the keys to the mesh is checked. Errors,
+    /// without the file: files that cannot be read, a missing number of edges, edges of extreme length. A natural
+    /// curvature factor other than 1 of a straight rod, and joints that turn by half a turn or more, are errors too.
+    /// Further ones are those of [`choose`], [`check_sizes`](Self::check_sizes), [`check_own`](Self::check_own) and
+    /// [`check_contacts`](Self::check_contacts).
     fn new(mut scene: Scene, varying: Vec<Parameter>, like: Option<&Self>) -> Result<Self, Error> {
         // The default becomes explicit, so that a saved scene stays the same under another
         // default.
@@ -204,8 +207,8 @@ impl Problem {
     }
 
     /// Builds the rod over `f64`. Rejects a joint of infinite natural curvature (a fold by 180 degrees), with its node.
-    /// Rejects axial, bending and (in space) twist stiffnesses, nodal masses and rotational inertias that are not positive
-    /// normal numbers in double precision. The error has the first such number, without its place.
+    /// Rejects axial, bending and (in space) twist stiffnesses, nodal masses and rotational inertias that are not
+    /// positive normal numbers in double precision. The error has the first such number, without its place.
     fn check_sizes(&self) -> Result<(), Error> {
         // All stiffnesses and masses of the rod, and its integrated natural curvatures.
         let (positive, natural): (Vec<f64>, Vec<f64>) = match self.discretized() {
@@ -249,8 +252,8 @@ impl Problem {
         }
     }
 
-    /// Rejects user-defined energies whose value or gradient is not finite in the initial state. The error has the name and
-    /// arc length, m, of the first one. `Ok` without energies.
+    /// Rejects user-defined energies whose value or gradient is not finite in the initial state. The error has the name
+    /// and arc length, m, of the first one. `Ok` without energies.
     fn check_own(&self) -> Result<(), Error> {
         if self.scene.energies.is_empty() {
             return Ok(());
@@ -270,20 +273,20 @@ impl Problem {
         })
     }
 
-    /// The scene of the problem: polylines and recordings are read, the discretization is explicit, and an open mesh, step
-    /// and scheme have their chosen values.
+    /// The scene of the problem: polylines and recordings are read, the discretization is explicit, and an open mesh,
+    /// step and scheme have their chosen values.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
-    /// Mesh, step and scheme of the problem, their estimated error, and the settings among them that the program chose. None
-    /// if the program neither chose nor checked any.
+    /// Mesh, step and scheme of the problem, their estimated error, and the settings among them that the program chose.
+    /// None if the program neither chose nor checked any.
     pub fn resolution(&self) -> Option<&Resolution> {
         self.scene.resolution.as_ref()
     }
 
-    /// Replaces the estimated error of the resolution, a fraction of the rod length, by that of the run itself. Its bound
-    /// becomes none for an error up to the accuracy. Above, an earlier bound stays, else it is [`Bound::Work`]. No effect
-    /// without a resolution, and for an error that is none or not finite.
+    /// Replaces the estimated error of the resolution, a fraction of the rod length, by that of the run itself. Its
+    /// bound becomes none for an error up to the accuracy. Above, an earlier bound stays, else it is [`Bound::Work`].
+    /// No effect without a resolution, and for an error that is none or not finite.
     pub fn set_estimated_error(&mut self, error: Option<f64>) {
         let Some(resolution) = &mut self.scene.resolution else { return };
         let Some(error) = error.filter(|error| error.is_finite()) else { return };
@@ -292,8 +295,8 @@ impl Problem {
         let exceeds = error > resolution.accuracy;
         resolution.bound = exceeds.then(|| resolution.bound.unwrap_or(Bound::Work));
     }
-    /// Name of the model, `planar` or `spatial`, and the reason of its choice as text, such as the quantity that leaves the
-    /// plane.
+    /// Name of the model, `planar` or `spatial`, and the reason of its choice as text, such as the quantity that leaves
+    /// the plane.
     pub fn model(&self) -> (&'static str, &str) {
         let name = match self.model {
             AnyModel::Planar(_) => "planar",
@@ -309,8 +312,9 @@ impl Problem {
         }
     }
 
-    /// Whether the scene can have a spatial model. This requires a shear modulus or Poisson's ratio, and no entry of
-    /// `loads.point` with a moment, whose work in space depends on the path.
+    /// Whether modes and stability out of the plane of a planar scene can be computed with its spatial model. This
+    /// requires a shear modulus or Poisson's ratio, and no entry of `loads.point` with a moment, whose work in space
+    /// depends on the path.
     pub(crate) fn can_twist(&self) -> bool {
         let material = &self.scene.material;
         let known = material.shear_modulus.is_some() || material.poisson_ratio.is_some();
@@ -346,8 +350,8 @@ impl Problem {
             AnyProblem::Planar(_) => None,
         }
     }
-    /// Number of unknowns of the rod, those that supports hold included: 2 per node in a plane, else 3 per node and 1 per
-    /// edge.
+    /// Number of unknowns of the rod, those that supports hold included: 2 per node in a plane, else 3 per node and 1
+    /// per edge.
     pub fn dof(&self) -> usize {
         with_model!(self, |discretized| discretized.model.dof())
     }
@@ -367,8 +371,8 @@ impl Problem {
     pub(crate) fn wall(&self) -> [f64; 3] {
         self.rest_positions()[0]
     }
-    /// Position of the first node of the rest mesh, m, and the scene, both over the number type `D`. `seed(parameter, value)`
-    /// returns the number of a parameter.
+    /// Position of the first node of the rest mesh, m, and the scene, both over the number type `D`. `seed(parameter,
+    /// value)` returns the number of a parameter.
     pub(crate) fn wall_over<D: Nestable>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
@@ -388,8 +392,8 @@ impl Problem {
         let nodes = self.rest_positions();
         stencil.place(|i| nodes[i])
     }
-    /// Position in the world, m, of a marker on the rod in its rest shape. `offset`, m, is along the tangent and the two
-    /// material directors at `point`. An error for a point that is not on the rod.
+    /// Position in the world, m, of a marker on the rod in its rest shape. `offset`, m, is along the tangent and the
+    /// two material directors at `point`. An error for a point that is not on the rod.
     pub(crate) fn marker_at_rest(&self, point: Point, offset: [f64; 3]) -> Result<[f64; 3], Error> {
         let marker = self.marker(point, offset)?;
         let beside = with_model!(self, |discretized| discretized.beside_at_rest(&marker));
@@ -413,12 +417,13 @@ impl Problem {
     pub fn length(&self) -> f64 {
         self.mesh.length
     }
-    /// The way in which simulations of the problem compute gradients and Hessians of energies: by hand-derived formulas or
-    /// dual numbers.
+    /// The way in which simulations of the problem compute gradients and Hessians of energies: by hand-derived formulas
+    /// or dual numbers.
     pub fn derivatives(&self) -> Derivatives {
         self.derivatives
     }
-    /// The problem with another way of its simulations to differentiate energies: hand-derived formulas or dual numbers.
+    /// The problem with another way of its simulations to differentiate energies: hand-derived formulas or dual
+    /// numbers.
     pub fn with_derivatives(mut self, derivatives: Derivatives) -> Self {
         self.derivatives = derivatives;
         self
@@ -444,10 +449,10 @@ impl Problem {
 
     /// The problem with other values of some parameters.
     ///
-    /// Model and layout are chosen again, since a section may not be square any more, or a rod may leave its plane. Mesh,
-    /// step and scheme stay the same, also if the program chose them; for another choice build the problem of the
-    /// [reopened](Scene::reopened) scene. Varying parameters and the estimated error are dropped; the way of differentiation
-    /// and the stop flag are kept.
+    /// Model and layout are chosen again, since a section may not be square any more, or a rod may leave its plane.
+    /// Mesh, step and scheme stay the same, also if the program chose them; for another choice build the problem of the
+    /// [reopened](Scene::reopened) scene. Varying parameters and the estimated error are dropped; the way of
+    /// differentiation and the stop flag are kept.
     ///
     /// ```
     /// use rodfit::{Parameter, Scene};
@@ -470,9 +475,9 @@ impl Problem {
         Ok(scene.build()?.computed_as(self))
     }
 
-    /// The problem with other values of some parameters, and model, corrections, varying parameters, derivatives and stop
-    /// flag of this one. Its results are smooth functions of the values. An error for a missing parameter, or a value that
-    /// scene or mesh do not allow.
+    /// The problem with other values of some parameters, and model, corrections, varying parameters, derivatives and
+    /// stop flag of this one. Its results are smooth functions of the values. An error for a missing parameter, or a
+    /// value that scene or mesh do not allow.
     pub(crate) fn with_fixed_layout(
         &self,
         values: impl IntoIterator<Item = (Parameter, f64)>,
@@ -482,15 +487,15 @@ impl Problem {
         Ok(Self::of(scene, self.varying.clone(), Some(self))?.computed_as(self))
     }
 
-    /// The problem of the same scene, with model and corrections that suit all values of the parameters `varying`. A clamp
-    /// becomes compliant if its rotational compliance varies. Joints are those of a curved rod if the arc angle, or the
-    /// curvature factor of a curved rod, varies. An error if no model represents the scene.
+    /// The problem of the same scene, with model and corrections that suit all values of the parameters `varying`. A
+    /// clamp becomes compliant if its rotational compliance varies. Joints are those of a curved rod if the arc angle,
+    /// or the curvature factor of a curved rod, varies. An error if no model represents the scene.
     pub(crate) fn with_generic_layout_for(&self, varying: Vec<Parameter>) -> Result<Self, Error> {
         Ok(Self::of(self.scene.clone(), varying, None)?.computed_as(self))
     }
 
-    /// The problem as of [`with_generic_layout_for`](Self::with_generic_layout_for), for the present varying parameters and
-    /// `parameter` in addition.
+    /// The problem as of [`with_generic_layout_for`](Self::with_generic_layout_for), for the present varying parameters
+    /// and `parameter` in addition.
     pub(crate) fn with_generic_layout_for_another(
         &self,
         parameter: Parameter,
@@ -498,15 +503,15 @@ impl Problem {
         self.with_generic_layout_for(self.varying.iter().copied().chain([parameter]).collect())
     }
 
-    /// The problem of another scene, such as one with another mesh or step, which is validated. Varying parameters, choice of
-    /// derivatives and stop flag are those of this problem; the model is chosen again.
+    /// The problem of another scene, such as one with another mesh or step, which is validated. Varying parameters,
+    /// choice of derivatives and stop flag are those of this problem; the model is chosen again.
     pub(crate) fn with_scene(&self, scene: Scene) -> Result<Self, Error> {
         scene.validate()?;
         Ok(Self::of(scene, self.varying.clone(), None)?.computed_as(self))
     }
 
-    /// The scene with other values of some parameters, without validation; an error for a parameter that the scene does not
-    /// have.
+    /// The scene with other values of some parameters, without validation; an error for a parameter that the scene does
+    /// not have.
     fn changed(&self, values: impl IntoIterator<Item = (Parameter, f64)>) -> Result<Scene, Error> {
         Parameter::set_all(&self.scene, values)
     }
@@ -514,8 +519,9 @@ impl Problem {
     /// The table `[time]` of the scene: duration, step and scheme.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a scene without it, and for a step that does not resolve the motion of the supports. Also for a
-    /// support that is displaced from t = 0 on, without ramp or frequency, unless the motion starts in equilibrium.
+    /// [`Error::Invalid`] for a scene without it, and for a step that does not resolve the motion of the supports. Also
+    /// for a support that is displaced from t = 0 on, without ramp or frequency, unless the motion starts in
+    /// equilibrium.
     pub fn time(&self) -> Result<&Time, Error> {
         let (file, supports) = (self.scene.path.as_deref(), &self.scene.supports);
         if self.scene.initial.state != InitialState::Equilibrium {
@@ -535,8 +541,8 @@ impl Problem {
 pub(crate) type FramesOf<M> = <<M as Model>::Rod<f64> as Rod<f64>>::Frames;
 
 impl<'a, M: Model> Discretized<'a, M> {
-    /// All unknowns of the rest shape in the axes of the model: the coordinates of each node in turn, m. In space an angle of
-    /// zero, rad, for each edge follows those of its first node.
+    /// All unknowns of the rest shape in the axes of the model: the coordinates of each node in turn, m. In space an
+    /// angle of zero, rad, for each edge follows those of its first node.
     pub fn rest(&self) -> Vec<f64> {
         self.model.unknowns(&self.setup.rest)
     }
@@ -553,8 +559,8 @@ impl<'a, M: Model> Discretized<'a, M> {
     }
 
     /// Range of the indices of the free unknowns: all but those that supports hold at both ends, which are outermost. A
-    /// recorded end holds all its recorded nodes; in space with free twist only the position of the outermost one. Other
-    /// unknowns that a recording prescribes are part of the range; see `prescribed`. Empty if supports hold all.
+    /// recorded end holds all its recorded nodes; in space with free twist only the position of the outermost one.
+    /// Other unknowns that a recording prescribes are part of the range; see `prescribed`. Empty if supports hold all.
     pub fn free(&self) -> Range<usize> {
         let (supports, dof) = (&self.problem.scene.supports, self.model.dof());
         let held = |end| match (supports.at(end), &supports.path) {
@@ -591,8 +597,8 @@ impl<'a, M: Model> Discretized<'a, M> {
         &self.problem.scene
     }
 
-    /// The way in which simulations of the problem compute gradients and Hessians of energies: by hand-derived formulas or
-    /// dual numbers.
+    /// The way in which simulations of the problem compute gradients and Hessians of energies: by hand-derived formulas
+    /// or dual numbers.
     pub(crate) fn derivatives(&self) -> Derivatives {
         self.problem.derivatives
     }
@@ -603,8 +609,8 @@ impl<'a, M: Model> Discretized<'a, M> {
         self.problem.normal()
     }
 
-    /// The square of the frequency scale of bending, `E I/(rho A L^4)`, 1/s^2, with material, area and smaller second moment
-    /// halfway along the rod of the length L.
+    /// The square of the frequency scale of bending, `E I/(rho A L^4)`, 1/s^2, with material, area and smaller second
+    /// moment halfway along the rod of the length L.
     pub(crate) fn bending_frequency_squared(&self) -> f64 {
         // Halfway along the rod, a representative place of tapered rods.
         let (section, material) = self.scene().at(0.5);
@@ -614,8 +620,8 @@ impl<'a, M: Model> Discretized<'a, M> {
         material.youngs_modulus * i1.min(i2) / (material.density * section.area * length.powi(4))
     }
 
-    /// The setup (scene, mesh, rest shape, initial shape) over the number type `D`, such as dual numbers; `seed(parameter,
-    /// value)` returns the number of each parameter.
+    /// The setup (scene, mesh, rest shape, initial shape) over the number type `D`, such as dual numbers;
+    /// `seed(parameter, value)` returns the number of each parameter.
     pub(crate) fn setup_over<D: Nestable>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
@@ -623,14 +629,15 @@ impl<'a, M: Model> Discretized<'a, M> {
         Setup::new(self.model, self.scene().over_parameters(seed))
     }
 
-    /// Name and arc length, m, of the first user-defined energy whose value or gradient is not finite. It is evaluated in the
-    /// initial shape of the scene, or else in the rest shape. None if all are finite.
+    /// Name and arc length, m, of the first user-defined energy whose value or gradient is not finite. It is evaluated
+    /// in the initial shape of the scene, or else in the rest shape. None if all are finite.
     fn non_finite_energy(&self) -> Option<(String, f64)> {
         let (q, frames) = self.begin(self.setup);
         self.rod().non_finite_energy(&q, &frames)
     }
 
-    /// The rod over `f64`: elements, masses with weight, point and line loads, internal friction and user-defined energies.
+    /// The rod over `f64`: elements, masses with weight, point and line loads, internal friction, user-defined
+    /// energies, actuators and contacts. Signals have their values at `loads.at_time`.
     pub fn rod(&self) -> M::Rod<f64> {
         self.setup.rod(self.model)
     }

@@ -1,8 +1,9 @@
 //! Models of a scene: the rest geometry and the elements of its rod, in the plane or in space.
 //!
-//! A [`Model`] builds rods over any number type and maps their nodes to the world.
-//! [`PlanarModel`](super::PlanarModel) has two coordinates per node, without angles and frames;
-//! [`SpatialModel`](super::SpatialModel) has three coordinates, angles and frames.
+//! A [`Model`] builds rods over any number type and maps their nodes to the world. [`PlanarModel`](super::PlanarModel)
+//! has two coordinates per node, without angles and frames; [`SpatialModel`](super::SpatialModel) has three
+//! coordinates, angles and frames. Functions for both follow: nodes rotated by `supports.angle`, the first material
+//! director, springs of internal friction, and the direction of a roller.
 //!
 //! # The corrected discretization
 //!
@@ -117,8 +118,8 @@ impl Correction {
     }
 }
 
-/// Planar or spatial model of a scene: the axes that were chosen once, and rods, rest shapes and positions over any number
-/// type of the scene.
+/// Planar or spatial model of a scene: the axes that were chosen once, and rods, rest shapes and positions over any
+/// number type of the scene.
 pub trait Model: Sync {
     /// Number of unknowns from one node to the next.
     const STRIDE: usize;
@@ -127,12 +128,12 @@ pub trait Model: Sync {
     /// The rest shape in the axes of the model.
     type Rest<D: Nestable>: Clone + std::fmt::Debug + Send + Sync;
 
-    /// The rest shape of a scene on its mesh, in the axes of the model: nodes, tributary lengths and integrated curvatures.
-    /// In space it has frames, and slants of joints if these are corrected.
+    /// The rest shape of a scene on its mesh, in the axes of the model: nodes, tributary lengths and integrated
+    /// curvatures. In space it has frames, and slants of joints if these are corrected.
     fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> Self::Rest<D>;
 
-    /// The rod of a scene at this rest shape: elements, masses, weights and internal friction. Point masses, point and line
-    /// loads and user-defined energies are added by the setup.
+    /// The rod of a scene at this rest shape: elements, masses, weights and internal friction. Point masses, point and
+    /// line loads and user-defined energies are added by the setup.
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &Self::Rest<D>) -> Self::Rod<D>;
 
     /// Adds the moments of `loads`, N m, to a rod in a plane, half on each edge of the node. A constant moment has a
@@ -145,8 +146,8 @@ pub trait Model: Sync {
     ) {
     }
 
-    /// The moments of `loads`, N m, on the edges of a rod in a plane with so many `edges`, half on each edge of the node.
-    /// Forces are ignored. None in space.
+    /// The moments of `loads`, N m, along the normal on the edges of a rod in a plane with so many `edges`, half on
+    /// each edge of the node. Forces are ignored. Empty in space.
     fn edge_moments<D: Nestable>(
         &self,
         _edges: usize,
@@ -155,8 +156,8 @@ pub trait Model: Sync {
         Vec::new()
     }
 
-    /// Tributary length of every node, m: half of each adjacent edge, along the curve and without the parts behind walls if
-    /// the discretization is corrected.
+    /// Tributary length of every node, m: half of each adjacent edge, along the curve and without the parts behind
+    /// walls if the discretization is corrected.
     fn node_lengths<D: Nestable>(rest: &Self::Rest<D>) -> &[D];
 
     /// The map from unknowns to positions of nodes and directors of edges in the world, for user-defined energies.
@@ -165,8 +166,8 @@ pub trait Model: Sync {
     /// Number of unknowns, those that supports hold included.
     fn dof(&self) -> usize;
 
-    /// The unknowns at rest in the axes of the model: the coordinates of each node in turn, m. In space an angle of zero,
-    /// rad, for each edge follows those of its first node.
+    /// The unknowns at rest in the axes of the model: the coordinates of each node in turn, m. In space an angle of
+    /// zero, rad, for each edge follows those of its first node.
     fn unknowns<D: Nestable>(&self, rest: &Self::Rest<D>) -> Vec<D>;
 
     /// The reference frames of the edges at rest; the empty type in a plane.
@@ -177,8 +178,9 @@ pub trait Model: Sync {
         frames: &<Self::Rod<f64> as Rod<f64>>::Frames,
     ) -> <Self::Rod<D> as Rod<D>>::Frames;
 
-    /// Number of unknowns that a support of this kind holds, counted from the end of the rod inwards; 0 for a free end. A
-    /// recorded end counts as a clamped one.
+    /// Number of unknowns that a support of this kind holds, counted from the end of the rod inwards. It is 0 for a
+    /// free end; a clamped one holds two nodes, and in space the angle of their edge. A recorded end counts as a
+    /// clamped one.
     fn held(&self, support: Support) -> usize;
 
     /// Components of a vector of the world in the axes of the model; the third is normal to a plane.
@@ -192,8 +194,8 @@ pub trait Model: Sync {
 }
 
 impl<D: Scalar> Material<D> {
-    /// Shear modulus G, Pa: the given one, or `E/(2 (1 + nu))` with Poisson's ratio nu. Zero without both, which only planar
-    /// scenes may leave out.
+    /// Shear modulus G, Pa: the given one, or `E/(2 (1 + nu))` with Poisson's ratio nu. Zero without both, which only
+    /// planar scenes may leave out.
     pub(crate) fn shear_modulus(&self) -> D {
         match (self.shear_modulus, self.poisson_ratio) {
             (Some(modulus), _) => modulus,
@@ -219,9 +221,9 @@ pub(crate) fn tilted<D: Scalar>(
     nodes.iter().map(|x| add(nodes[0], rotate(rotation, sub(*x, nodes[0])))).collect()
 }
 
-/// First material director of the first edge of `nodes`, a unit vector of the world: along the component of the section's
-/// `up` across the edge. Circles and tubes, without `up`, take that of the y axis, or of the x axis if the edge is within 8
-/// degrees of y.
+/// First material director of the first edge of `nodes`, a unit vector of the world: along the component of the
+/// section's `up` across the edge. Circles and tubes, without `up`, take that of the y axis, or of the x axis if the
+/// edge is within 8 degrees of y.
 pub(crate) fn first_director<D: Scalar>(scene: &Scene<D>, nodes: &[Vector<D>]) -> Vector<D> {
     scene.rod.section.up_across(nodes).unwrap_or_else(|| {
         let tangent = unit(sub(nodes[1], nodes[0]));
@@ -232,9 +234,9 @@ pub(crate) fn first_director<D: Scalar>(scene: &Scene<D>, nodes: &[Vector<D>]) -
     })
 }
 
-/// Springs of internal friction of all joints, with the stiffness of `loads.damping.friction` as a fraction of that of the
-/// joint. The spring of joint `i` slips at the integrated curvature, rad, of `friction.curvature` times the tributary length
-/// of the joint and `times(i)`. None for a scene without friction.
+/// Springs of internal friction of all joints, with the stiffness of `loads.damping.friction` as a fraction of that of
+/// the joint. The spring of joint `i` slips at the integrated curvature, rad, of `friction.curvature` times the
+/// tributary length of the joint and `times(i)`. None for a scene without friction.
 pub(crate) fn springs<D: Scalar, K, const S: usize>(
     scene: &Scene<D>,
     tributary: &TributaryLengths<D>,
@@ -247,8 +249,8 @@ pub(crate) fn springs<D: Scalar, K, const S: usize>(
     Some(Springs::from(Sliders { stiffness: friction.stiffness, limits }))
 }
 
-/// The end on a roller and its direction in the world: `supports.roller`, or along the outermost edge at that end of these
-/// nodes, m. It is not normalized. None without a roller.
+/// The end on a roller and its direction in the world: `supports.roller`, or along the outermost edge at that end of
+/// these nodes, m. It is not normalized. None without a roller.
 pub(crate) fn rolling(scene: &Scene, nodes: &[Vector<f64>]) -> Option<(End, Vector3<f64>)> {
     let end = scene.supports.rolling()?;
     let edge = match end {

@@ -1,12 +1,12 @@
 //! Turning angles of the joints of a rod in the stress-free state, and whether the mesh resolves them.
 //!
 //! The integrated natural curvature `k` (rad) of a joint is the rest curvature times `rod.natural_curvature`, plus
-//! `rod.natural_bending` times its length; here the sizes of both are added. It is free of stress at the turning
-//! angle `2 atan(k/2)`, which approximates `k` with the relative error `k^2/12` and stays below half a turn.
-//! [`check`] rejects a scene in which `k` of a joint is half a turn or more. Above `MAX_RESOLVED_TURN` there is a
-//! warning for a given mesh, with node and sufficient number of edges. Neither applies to rods with the factor 1
-//! and no natural bending. [`turning`] returns an upper bound of the turning angle (rad) of the whole rod, at rest
-//! or without stress, for a first mesh.
+//! `rod.natural_bending` times its length; here the sizes of both are added. It is free of stress at the turning angle
+//! `2 atan(k/2)`, which approximates `k` with the relative error `k^2/12` and stays below half a turn. [`check`]
+//! rejects a scene in which `k` of a joint, or the angle by a constant actuator of curvature, is half a turn or more.
+//! If `k` exceeds `MAX_RESOLVED_TURN`, there is a warning for a given mesh, with node and sufficient number of edges.
+//! The limits of `k` do not apply to rods with the factor 1 and no natural bending. [`turning`] returns an upper bound
+//! of the turning angle (rad) of the whole rod, at rest or without stress, for a first mesh.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -36,15 +36,16 @@ impl LargestTurn {
         if self.by_bending { "rod.natural_bending" } else { "rod.natural_curvature" }
     }
 
-    /// Number of edges with which the largest joint turns by at most `angle`, rad, if there are `segments` edges now. The
-    /// turning angle is taken as proportional to the length of an edge.
+    /// Number of edges with which the largest joint turns by at most `angle`, rad, if there are `segments` edges now.
+    /// The turning angle is taken as proportional to the length of an edge.
     fn edges_for(&self, segments: usize, angle: f64) -> f64 {
         (segments as f64 * self.angle / angle).ceil()
     }
 }
 
-/// Joint with the largest sum of the sizes of both contributions to the integrated natural curvature, rad. The rest curvature
-/// is taken as the turning angle. None if the curvature factor is 1 along the rod and there is no natural bending.
+/// Joint with the largest sum of the sizes of both contributions to the integrated natural curvature, rad. The rest
+/// curvature is taken as the turning angle. None if the curvature factor is 1 along the rod and there is no natural
+/// bending.
 fn largest_turn(scene: &Scene, mesh: &Mesh) -> Option<LargestTurn> {
     let rod = &scene.rod;
     if rod.natural_bending.is_empty() && rod.natural_curvature.values().iter().all(|f| *f == 1.0) {
@@ -76,8 +77,9 @@ fn check_actuators(scene: &Scene, mesh: &Mesh) -> Result<(), Error> {
     Ok(())
 }
 
-/// Rejects constant actuators, natural curvature and bending that turn a joint by half a turn or more. The error has the key
-/// with the larger contribution and the number of edges that suffices; for natural curvature and bending the node too.
+/// Rejects constant actuators, natural curvature and bending that turn a joint by half a turn or more. The error of
+/// curvature and bending has the key of the larger contribution, the node, and the number of edges that must be
+/// exceeded. That of an actuator has its key and the largest gain.
 pub(super) fn check(scene: &Scene, mesh: &Mesh) -> Result<(), Error> {
     let segments = mesh.nodes.len() - 1;
     check_actuators(scene, mesh)?;
@@ -98,8 +100,8 @@ pub(super) fn check(scene: &Scene, mesh: &Mesh) -> Result<(), Error> {
     }
 }
 
-/// Upper bound of the turning angle of the whole rod, rad. It is the larger one of that at rest, `rest`, and of `max|factor|
-/// rest + max|bending| length` in the stress-free state; `length` is in m.
+/// Upper bound of the turning angle of the whole rod, rad. It is the larger one of that at rest, `rest`, and of
+/// `max|factor| rest + max|bending| length` in the stress-free state; `length` is in m.
 pub(crate) fn turning(scene: &Scene, rest: f64, length: f64) -> f64 {
     let factors = scene.rod.natural_curvature.values().into_iter();
     let factor = factors.map(f64::abs).fold(0.0, f64::max);
@@ -108,10 +110,10 @@ pub(crate) fn turning(scene: &Scene, rest: f64, length: f64) -> f64 {
 }
 
 impl Problem {
-    /// The warning, with its code, that a given mesh is too coarse for the natural curvature: a joint turns by more than
-    /// [`MAX_RESOLVED_TURN`]. It has the node, the natural angle k and the polygon's `2 atan(k/2)`, rad, and the number of
-    /// edges with half of [`MAX_RESOLVED_TURN`]. None for a mesh that the program chose, which is as fine as the accuracy
-    /// requires.
+    /// The warning, with its code, that a given mesh is too coarse for the natural curvature: a joint turns by more
+    /// than [`MAX_RESOLVED_TURN`]. It has the node, the natural angle k and the polygon's `2 atan(k/2)`, rad, and the
+    /// number of edges with half of [`MAX_RESOLVED_TURN`]. None for a mesh that the program chose, which is as fine as
+    /// the accuracy requires.
     pub(super) fn natural_turn_note(&self) -> Option<(Code, String)> {
         let turn = largest_turn(&self.scene, &self.mesh)?;
         let (LargestTurn { angle, node, .. }, segments) = (turn, self.segments());

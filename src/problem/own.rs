@@ -2,9 +2,10 @@
 //!
 //! [`attached_energies`] evaluates the places of a scene's energies on the rod at rest: elements, weights and rest
 //! shapes, with the values of their parameters over any number type. Energies without code are left out. [`ties`] makes
-//! springs of the energy `k |x - x0|^2/2` (J) between nodes and points of the world (m); [`point_ties`] those of points of edges. Both return an `UserEnergies`, the
-//! user-defined part of a rod, which the setup gives to it. [`find_nonplanar`] returns the key of the first energy that
-//! does not keep a given plane at given parameter values, or `None`, for the choice of the model.
+//! springs of the energy `k |x - x0|^2/2` (J) between nodes and points of the world (m); [`point_ties`] those of points
+//! of edges. All three return `UserEnergies`, the user-defined part of a rod, which the setup gives to it.
+//! [`find_nonplanar`] returns the key of the first energy that does not keep a given plane at given parameter values,
+//! or `None`, for the choice of the model.
 
 use crate::energy::adapter::{Adapter, Chart};
 use crate::energy::attach;
@@ -48,7 +49,8 @@ pub(crate) struct PointTie {
     pub point: [f64; 3],
 }
 
-/// Springs of this stiffness, N/m, between points of a rod and fixed points, as the part `UserEnergies` of the rod.
+/// Springs of this stiffness, N/m, between points of a rod and fixed points, as the part `UserEnergies` of the rod;
+/// their energy is `k |x - x0|^2/2`, J. `chart` has the axes of the model.
 pub(crate) fn point_ties<D: Nestable>(
     chart: &Chart<D>,
     stiffness: D,
@@ -72,9 +74,9 @@ pub(crate) fn point_ties<D: Nestable>(
     UserEnergies::new(ties.iter().map(tie).collect())
 }
 
-/// User-defined energies of a scene as the part `UserEnergies` of its rod. Each has its elements with weights and rest shapes, and
-/// the values of its parameters. Elements follow from the place of the energy and the `mesh`. Energies without code are left
-/// out.
+/// User-defined energies of a scene as the part `UserEnergies` of its rod. Each has its elements with weights and rest
+/// shapes, and the values of its parameters. Elements follow from the place of the energy and the `mesh`. Energies
+/// without code are left out.
 pub(crate) fn attached_energies<D: Nestable>(
     chart: &Chart<D>,
     scene: &Scene<D>,
@@ -105,8 +107,8 @@ pub(crate) fn attached_energies<D: Nestable>(
     UserEnergies::new(scene.energies.iter().filter_map(placed).collect())
 }
 
-/// Springs with the energy `k |x - x0|^2/2` between nodes and fixed points, as the part `UserEnergies` of a rod; `k` is a number of
-/// the type `D`.
+/// Springs with the energy `k |x - x0|^2/2` between nodes and fixed points, as the part `UserEnergies` of a rod; `k` is
+/// a number of the type `D`.
 pub(crate) fn ties<D: Nestable>(chart: &Chart<D>, ties: &[NodeTie<D>]) -> UserEnergies<D> {
     let tie = |NodeTie { node, point, stiffness }: &NodeTie<D>| Placed {
         name: "tie".into(),
@@ -122,8 +124,9 @@ pub(crate) fn ties<D: Nestable>(chart: &Chart<D>, ties: &[NodeTie<D>]) -> UserEn
     UserEnergies::new(ties.iter().map(tie).collect())
 }
 
-/// Key of the first energy whose method `keeps_plane` is false for the plane with this normal through this point, m. None if
-/// all keep it; energies without code count as keeping it. `value` returns the number at which a parameter is evaluated.
+/// Key of the first energy whose method `keeps_plane` is false for the plane with this normal through this point, m.
+/// None if all keep it; energies without code count as keeping it. `value` returns the number at which a parameter is
+/// evaluated.
 pub(crate) fn find_nonplanar<D>(
     energies: &[Attached<D>],
     value: impl Fn(&D) -> f64,

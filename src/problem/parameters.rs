@@ -1,14 +1,15 @@
 //! Parameters of a problem: their list for users, and the check of those that a fit may vary.
 //!
 //! [`ParameterList`] has path, short names, value, unit and limits of every physical number of the scene, with the
-//! reason if it cannot be fitted. It is displayed as two tables, without the reasons. [`Problem::check_parameter`]
-//! is an error for parameters that the scene does not have or that have no effect in it. Without effect are
-//! curvature factors of a straight rod, compliances of unclamped ends, rotations of pinned ends, and motions of
-//! recorded ends except the twist. It also rejects Kelvin-Voigt times with a given scheme without viscosity, and
-//! axial compliances beside a nonlinear stretch law. Moments of zero and the clamp angle need a planar model, the angle
-//! also a start without `initial.shape`. Parameters that leave its plane, or rotate a roller, are rejected by
-//! derivatives in dual numbers. `with_trace_viscosity` replaces a fitted Kelvin-Voigt time of an elastic rod by
-//! `TRACE_VISCOSITY`, so that it has derivatives.
+//! reason if it cannot be fitted. It is displayed as two tables, without the reasons. [`Problem::check_parameter`] is
+//! an error for parameters that the scene does not have or that have no effect in it. Without effect are curvature
+//! factors of a straight rod, compliances of unclamped ends, rotations of pinned ends, and motions of recorded ends
+//! except the twist. It also rejects Kelvin-Voigt times with a given scheme without viscosity, axial compliances beside
+//! a nonlinear stretch law, and rotational ones beside a nonlinear bending law. The clamp angle needs a planar model
+//! and a start without `initial.shape`. Moments need a planar model or a load without a potential (a follower load, or
+//! a moment other than zero). Parameters that leave its plane, or rotate a roller, are rejected by derivatives in dual
+//! numbers. `with_trace_viscosity` replaces a fitted Kelvin-Voigt time of an elastic rod by `TRACE_VISCOSITY`, so that
+//! it has derivatives.
 
 use crate::error::Error;
 use crate::numerics::vector::{sub, unit};
@@ -74,8 +75,8 @@ impl fmt::Display for ParameterList {
 }
 
 impl ParameterList {
-    /// The list as text for a terminal: the number of parameters and of those that can be fitted. Below are a table of these
-    /// and one of the others, with name, value, unit and short names. The reasons are not shown.
+    /// The list as text for a terminal: the number of parameters and of those that can be fitted. Below are a table of
+    /// these and one of the others, with name, value, unit and short names. The reasons are not shown.
     pub fn summary(&self) -> Summary {
         let [mut free, mut fixed] = [Self::table(), Self::table()];
         for parameter in &self.0 {
@@ -106,14 +107,15 @@ impl ParameterList {
 /// Kelvin-Voigt time, s, that makes a rod viscous without an effect: it is below the rounding error of every sum.
 const TRACE_VISCOSITY: f64 = 1e-200;
 
-/// Largest rate of the direction of a roller by a parameter, relative to the parameter's size, that is a rounding error.
+/// Largest rate of the direction of a roller by a parameter, relative to the parameter's size, that is a rounding
+/// error.
 const ROLLER_ROUNDING: f64 = 1e-9;
 
 impl Problem {
     /// The problem with the Kelvin-Voigt time [`TRACE_VISCOSITY`] in place of zero for the first such time among the
-    /// `parameters`, if the rod is not viscous. None for a viscous rod, and without such a parameter. Model and corrections
-    /// stay the same. An elastic rod does not store its strain rates, so that the derivatives would be lost. An error for a
-    /// Kelvin-Voigt time that the scheme of the scene does not support.
+    /// `parameters`, if the rod is not viscous. None for a viscous rod, and without such a parameter. Model and
+    /// corrections stay the same. An elastic rod does not store its strain rates, so that the derivatives would be
+    /// lost. An error for a Kelvin-Voigt time that the scheme of the scene does not support.
     pub(crate) fn with_trace_viscosity(
         &self,
         parameters: &[Parameter],
@@ -125,8 +127,8 @@ impl Problem {
         damping.map(|p| self.with_fixed_layout([(*p, TRACE_VISCOSITY)])).transpose()
     }
 
-    /// Rejects a Kelvin-Voigt time if the scheme in `[time]` of the scene does not support it. `Ok` for all other parameters
-    /// and without `[time]`.
+    /// Rejects a Kelvin-Voigt time if the scheme in `[time]` of the scene does not support it. `Ok` for all other
+    /// parameters and without `[time]`.
     fn check_viscosity(&self, parameter: Parameter) -> Result<(), Error> {
         match self.scene().time.as_ref().map(|time| time.scheme) {
             Some(scheme) if !scheme.traits().takes_viscosity && parameter.is_of_kelvin_voigt() => {
@@ -138,11 +140,13 @@ impl Problem {
         }
     }
 
-    /// Rejects a parameter that the scene does not have, or that has no effect in it. These are Kelvin-Voigt times with a
-    /// given scheme without viscosity, curvature factors of a straight rod, and compliances of unclamped ends. Rotations of
-    /// pinned ends and motions of recorded ends other than the twist have no effect either. Rejected are also axial
-    /// compliances beside a stretch law that is not linear, and parameters that leave the plane of a planar model or rotate a
-    /// roller. So are the clamp angle beside `initial.shape`, that of spatial models, and moments there if all are zero.
+    /// Rejects a parameter that the scene does not have, or that has no effect in it. These are Kelvin-Voigt times with
+    /// a given scheme without viscosity, curvature factors of a straight rod, and compliances of unclamped ends.
+    /// Rotations of pinned ends and motions of recorded ends other than the twist have no effect either. Rejected are
+    /// also axial compliances beside a stretch law, and rotational ones beside a bending law, that is not linear. So
+    /// are parameters that leave the plane of a planar model or rotate a roller, and the clamp angle beside
+    /// `initial.shape` and in spatial models. Moments in spatial models are rejected if all are zero and there is no
+    /// follower load.
     ///
     /// # Errors
     /// [`Error::Invalid`] with the reason.
@@ -233,8 +237,9 @@ impl Problem {
 }
 
 impl PlanarProblem<'_> {
-    /// Rejects a parameter whose change makes a vector, twist or user-defined energy of the scene leave the plane, to first
-    /// order. `setup` has the derivatives by the parameter. The error has the key of the first such quantity and the normal.
+    /// Rejects a parameter whose change makes a vector, twist or user-defined energy of the scene leave the plane, to
+    /// first order. `setup` has the derivatives by the parameter. The error has the key of the first such quantity and
+    /// the normal.
     fn check_plane(
         &self,
         parameter: Parameter,
@@ -261,9 +266,9 @@ impl PlanarProblem<'_> {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// Rejects a parameter that rotates the direction of a roller without `supports.roller`, whose direction is that of the
-    /// outermost edge. A component of this direction may change by [`ROLLER_ROUNDING`] over the size of the parameter, at
-    /// least 1. `setup` has the derivatives by the parameter. `Ok` without a roller.
+    /// Rejects a parameter that rotates the direction of a roller without `supports.roller`, whose direction is that of
+    /// the outermost edge. A component of this direction may change by [`ROLLER_ROUNDING`] over the size of the
+    /// parameter, at least 1. `setup` has the derivatives by the parameter. `Ok` without a roller.
     fn check_roller(&self, parameter: Parameter, setup: &Setup<Dual64, M>) -> Result<(), Error> {
         let supports = &self.scene().supports;
         let Some(end) = supports.rolling().filter(|_| supports.roller.is_none()) else {

@@ -1,7 +1,9 @@
 //! Overlaps of the shapes of a rod with the obstacles of its scene.
 //!
-//! [`Problem::check_contacts`] rejects a start that overlaps an obstacle. [`PenetrationRecord`] holds the largest overlap of a
-//! motion or an equilibrium, and its warning above [`LARGEST_PENETRATION`].
+//! [`Problem::check_contacts`] rejects a scene whose initial shape, or else rest shape, overlaps an obstacle by more
+//! than rounding errors. [`PenetrationRecord`] takes the states of a motion (positions of nodes, m, with the time, s)
+//! or of an equilibrium, and holds the largest overlap over the radius of the rod. It has a warning with code,
+//! obstacle, overlap, place and time if that exceeds [`LARGEST_PENETRATION`].
 
 use crate::code::Code;
 use crate::energy::overlap::{ContactPart, EdgePart, largest_overlap};
@@ -41,15 +43,15 @@ struct Penetration {
 }
 
 impl Obstacles {
-    /// The obstacles of a scene on a mesh.
+    /// The obstacles of a scene, each with the parts of all edges of a mesh that may touch it.
     fn new(scene: &Scene, mesh: &Mesh) -> Self {
         let contacts = scene.contacts.iter();
         let list = contacts.map(|c| (c.obstacle(), contact_parts(c, scene, mesh))).collect();
         Self { list }
     }
 
-    /// The largest overlap, over the radius of the rod, of a shape with nodes at `position(i)`, m, at a time, s, or at rest.
-    /// `None` without contacts.
+    /// The largest overlap, over the radius of the rod, of a shape with nodes at `position(i)`, m, at a time, s, or at
+    /// rest. `None` without contacts.
     fn largest(
         &self,
         position: impl Fn(usize) -> Vector<f64>,
@@ -110,7 +112,8 @@ impl PenetrationRecord {
         Self { obstacles, largest: None }
     }
 
-    /// Adds a state with nodes at `position(i)`, m, at a time, s.
+    /// Adds a state with nodes at `position(i)`, m, at a time, s; none for an equilibrium. Its largest overlap is kept
+    /// if it exceeds those before.
     pub fn add(&mut self, position: impl Fn(usize) -> Vector<f64>, time: Option<f64>) {
         if let Some(found) = self.obstacles.largest(position, time)
             && self.largest.is_none_or(|before| found.relative > before.relative)

@@ -13,7 +13,8 @@ use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
 use crate::problem::{Discretized, Model, Setup};
 use crate::scene::{End, Support};
 
-/// Amplitude, wave number over the length (rad) and phase (rad) of the three sines; any values without common periods serve.
+/// Amplitude, wave number over the length (rad) and phase (rad) of the three sines; any values without common periods
+/// serve.
 const SINES: [[f64; 3]; 3] = [[1.0, 2.1, 1.9], [0.7, 4.3, 0.6], [0.5, 7.7, 2.7]];
 /// Direction of the displacement about the rod at both ends, rad; linear between.
 const DIRECTION: [f64; 2] = [0.7, 2.0];
@@ -27,10 +28,10 @@ impl<M: Model> Discretized<'_, M> {
         self.perturb_by(setup, self.scene().initial.perturbation, q);
     }
 
-    /// Displaces the nodes in `q` across the rod, with the shape of the module's header. The node with the largest
-    /// displacement moves by `amplitude` rod lengths. The direction is the normal of the rod in a plane; in space it rotates
-    /// from 0.7 to 2 rad ([`DIRECTION`]) about the rod, from the axis with the smallest component along it. Coordinates that
-    /// a support or recording holds, and angles, are unchanged.
+    /// Displaces the nodes in `q` across the rod, with the shape of the module's header. The largest displacement is
+    /// `amplitude` rod lengths. The direction is the normal of the rod in a plane; in space it rotates from 0.7 to 2
+    /// rad ([`DIRECTION`]) about the rod, from the axis with the smallest component along it. Coordinates that a
+    /// support or recording holds, and angles, are unchanged.
     pub(crate) fn perturb_by<D: Nestable>(&self, setup: &Setup<D, M>, amplitude: f64, q: &mut [D]) {
         let places = setup.mesh.places();
         let shape: Vec<f64> = places.iter().map(|u| self.window(*u) * sines(*u)).collect();
@@ -71,8 +72,8 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// Product of the factors of both ends at the fraction `u` of the length, clamped to 0 .. 1. The factor is 1 for a free
-    /// end, the distance (fraction) from a hinge or roller, and its square for a wall or recorded end.
+    /// Product of the factors of both ends at the fraction `u` of the length, clamped to 0 .. 1. The factor is 1 for a
+    /// free end, the distance (fraction) from a hinge or roller, and its square for a wall or recorded end.
     fn window(&self, u: f64) -> f64 {
         let u = u.clamp(0.0, 1.0);
         let end = |end: End, distance: f64| match self.scene().supports.at(end) {

@@ -1,12 +1,12 @@
 //! The planar model: a rod with stretch and bending in the plane of its scene.
 //!
-//! [`PlanarModel`] finds the plane of rest shape, initial shape, loads and motions. It rejects scenes that leave
-//! the plane, also by natural twist or bending, the twist of an end or a user-defined energy, with the key of the
-//! first such quantity. It selects the second moment of the section that resists bending in the plane. A section
-//! with principal axes oblique to the plane is rejected, unless both moments are equal. As a [`Model`] it builds
-//! the `PlanarRod` over any number type, with two coordinates (m) per node, in the axes of the plane. Point masses,
-//! loads and user-defined energies are added by the setup. Moments (N m) act by half on both edges of a node. With
-//! a roller, one of the axes lies along its direction.
+//! [`PlanarModel`] finds the plane of rest shape, initial shape, loads, actuators, obstacles and motions. It rejects
+//! scenes that leave the plane, also by natural twist or bending, the twist of an end or a user-defined energy, with
+//! the key of the first such quantity. It selects the second moment of the section that resists bending in the plane. A
+//! section with principal axes oblique to the plane is rejected, unless both moments are equal. As a [`Model`] it
+//! builds the `PlanarRod` over any number type, with two coordinates (m) per node, in the axes of the plane. Point
+//! masses, loads and user-defined energies are added by the setup. Moments (N m) act by half on both edges of a node.
+//! With a roller, one of the axes lies along its direction.
 
 use crate::energy::adapter::Chart;
 use crate::energy::law::NonlinearBending;
@@ -54,11 +54,12 @@ impl PlanarModel {
         self.second_moment
     }
 
-    /// The planar model of a scene on its `mesh`. `start` has the nodes of the initial shape, m, if that is not the rest
-    /// shape. The plane is found from nodes, forces, motions and moments of the scene ([`Plane::through`]). The error is a
-    /// message with the key of the first quantity that leaves the plane, also a twist, natural bending or a user-defined
-    /// energy. A section whose principal axes are oblique to the plane is rejected too, unless both second moments are equal.
-    /// With a roller, the axes of the plane are rotated so that x (at the end) or y (at the start) lies along its direction.
+    /// The planar model of a scene on its `mesh`. `start` has the nodes of the initial shape, m, if that is not the
+    /// rest shape. The plane is found from nodes, forces, motions and moments of the scene ([`Plane::through`]). The
+    /// error is a message with the key of the first quantity that leaves the plane, also a twist, natural bending or a
+    /// user-defined energy. A section whose principal axes are oblique to the plane is rejected too, unless both second
+    /// moments are equal. With a roller, the axes of the plane are rotated so that x (at the end) or y (at the start)
+    /// lies along its direction.
     pub(crate) fn new(
         scene: &Scene,
         mesh: &Mesh,
@@ -115,8 +116,8 @@ impl PlanarModel {
         Ok(model)
     }
 
-    /// The model of one rod of a structure in the given `plane`, on its mesh. Only the orientation of its section is checked;
-    /// the axes are those of the plane.
+    /// The model of one rod of a structure in the given `plane`, on its mesh. Only the orientation of its section is
+    /// checked; the axes are those of the plane.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a section whose bending leaves the plane.
@@ -138,7 +139,8 @@ impl PlanarModel {
         self.plane.x.cross(&self.plane.y)
     }
 
-    /// The scalar products of a vector of the world with the two axes of the plane; of a position, its planar coordinates, m.
+    /// The scalar products of a vector of the world with the two axes of the plane; of a position, its planar
+    /// coordinates, m.
     fn projected<D: Scalar>(&self, point: Vector<D>) -> [D; 2] {
         let [x, y, _] = self.components(point);
         [x, y]
@@ -162,10 +164,10 @@ impl Model for PlanarModel {
         PlanarRest { line: RestLine::new(nodes, mesh, &self.correction), curvature }
     }
 
-    /// The planar rod of a scene: edges with `EA/l`, joints with `EI/l` and natural curvature, masses, weights and internal
-    /// friction. Masses include the added mass of a fluid. Stiffnesses are means of the tapered section, reduced by compliant
-    /// clamps. In corrected discretizations those of bending are divided by `(1 + k^2/4)^2` for the natural curvature k of
-    /// the joint. Point masses, loads and user-defined energies are not included.
+    /// The planar rod of a scene: edges with `EA/l`, joints with `EI/l` and natural curvature, masses, weights and
+    /// internal friction. Masses include the added mass of a fluid. Stiffnesses are means of the tapered section,
+    /// reduced by compliant clamps. In corrected discretizations those of bending are divided by `(1 + k^2/4)^2` for
+    /// the natural curvature k of the joint. Point masses, loads and user-defined energies are not included.
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> PlanarRod<D> {
         let PlanarRest { line, curvature } = rest;
         let profile = SectionProfile::new(scene, &line.places);
@@ -212,9 +214,9 @@ impl Model for PlanarModel {
         }
     }
 
-    /// Adds to the rod the components of the moments of `loads` along the normal, N m, half on each edge of the node. At an
-    /// end node both halves act on the only edge. Zero moments are left out unless `D` carries derivatives; forces are
-    /// ignored.
+    /// Adds to the rod the components of the moments of `loads` along the normal, N m, half on each edge of the node.
+    /// At an end node both halves act on the only edge. Zero moments are left out unless `D` carries derivatives;
+    /// forces are ignored.
     fn add_moments<D: Nestable>(
         &self,
         rod: &mut PlanarRod<D>,
@@ -227,8 +229,9 @@ impl Model for PlanarModel {
         }
     }
 
-    /// The components of the moments of `loads` along the normal, N m, half on each edge of the node of a rod with so many
-    /// `edges`; at an end node both halves act on the only edge. Zero moments are left out unless `D` carries derivatives.
+    /// The components of the moments of `loads` along the normal, N m, half on each edge of the node of a rod with so
+    /// many `edges`; at an end node both halves act on the only edge. Zero moments are left out unless `D` carries
+    /// derivatives.
     fn edge_moments<D: Nestable>(
         &self,
         edges: usize,
@@ -251,9 +254,9 @@ impl Model for PlanarModel {
         &rest.line.tributary.node
     }
 
-    /// The map from planar unknowns to positions and directors in the world: origin and axes of the plane. Its first director
-    /// has constant components across the tangent, in the plane and along the normal. They are those of the first material
-    /// director of the first edge at rest.
+    /// The map from planar unknowns to positions and directors in the world: origin and axes of the plane. Its first
+    /// director has constant components across the tangent, in the plane and along the normal. They are those of the
+    /// first material director of the first edge at rest.
     fn chart<D: Nestable>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> Chart<D> {
         let tilted = tilted(scene, &scene.made_mesh().nodes, &self.normal());
         let [along, aside, out] = self.components(first_director(scene, &tilted));
@@ -307,17 +310,17 @@ impl Model for PlanarModel {
         self.plane.to_world([q[2 * i], q[2 * i + 1]])
     }
 
-    /// The velocity of node `i` in the world, m/s, from the rates `v` of all unknowns; a rotation of any such vector into the
-    /// world.
+    /// The velocity of node `i` in the world, m/s, from the rates `v` of all unknowns; a rotation of any such vector
+    /// into the world.
     #[inline]
     fn rate<D: Scalar>(&self, v: &[D], i: usize) -> [D; 3] {
         self.plane.direction_to_world([v[2 * i], v[2 * i + 1]])
     }
 }
 
-/// Index of the second moment that resists bending in the plane. It is 0 with `up` in the plane or without `up`, 1 with `up`
-/// normal to it, within `TOLERANCE`. With another `up` it is 0 if both second moments are equal along the rod, else none:
-/// bending would leave the plane. `nodes` are those at rest, m, of which the first edge is taken.
+/// Index of the second moment that resists bending in the plane. It is 0 with `up` in the plane or without `up`, 1 with
+/// `up` normal to it, within `TOLERANCE`. With another `up` it is 0 if both second moments are equal along the rod,
+/// else none: bending would leave the plane. `nodes` are those at rest, m, of which the first edge is taken.
 fn second_moment_in(scene: &Scene, plane: &Plane, nodes: &[Vector<f64>]) -> Option<usize> {
     let Some(up) = scene.rod.section.up_across(nodes) else { return Some(0) };
     let square = scene.second_moments_along().iter().all(|[i1, i2]| i1 == i2);

@@ -1,14 +1,14 @@
 //! Vectors of a scene that must lie in the plane of a planar rod, or normal to it, and whether parameters keep them
 //! there.
 //!
-//! [`PlanarVectors`] lists with their keys those in the plane: forces, displacements, velocities of nodes and
-//! fluid, obstacles, a roller, recorded positions, and the initial shape. Moments, rotations and angular velocities are normal
-//! to it. `rotations_about_rod` lists the twists, which a planar rod has not. [`leaves_plane_to_first_order`] takes
-//! a scene in dual numbers, with the derivatives by one parameter. It returns the key of the first quantity that
-//! leaves, or `None`: a section with equal second moments that begin to differ, then energies, then vectors with
-//! rest nodes and `up`, then twists. A vector leaves if the component of its rate in the wrong direction exceeds
-//! `TOLERANCE` of the rate. Rates below `ROUNDING` of the fastest are ignored. The planar model and the check of
-//! parameters use them.
+//! [`PlanarVectors`] lists with their keys those in the plane: forces, displacements, velocities of nodes and fluid,
+//! actuators, obstacles, a roller, recorded positions, and the initial shape. Moments, rotations and angular velocities
+//! are normal to it. `rotations_about_rod` lists the twists, which a planar rod has not.
+//! [`leaves_plane_to_first_order`] takes a scene in dual numbers, with the derivatives by one parameter. It returns the
+//! key of the first quantity that leaves, or `None`: a section with equal second moments that begin to differ, then
+//! energies, then vectors with rest nodes and `up`, then twists. A vector leaves if the component of its rate in the
+//! wrong direction exceeds `TOLERANCE` of the rate. Rates below `ROUNDING` of the fastest are ignored. The planar model
+//! and the check of parameters use them.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, dot, sub};
@@ -28,7 +28,8 @@ pub(super) const TOLERANCE: f64 = 1e-9;
 /// Rate of a vector, relative to its length and to the fastest rate, below which it is a rounding error.
 const ROUNDING: f64 = 1e-10;
 
-/// Squared distance of a recorded marker from the first node, relative to the largest one, below which it is at this node.
+/// Squared distance of a recorded marker from the first node, relative to the largest one, below which it is at this
+/// node.
 const AT_NODE: f64 = 1e-12;
 
 /// Vectors of a scene by their direction in a planar model.
@@ -40,9 +41,9 @@ pub(super) struct PlanarVectors<D> {
 }
 
 impl<D: Scalar> PlanarVectors<D> {
-    /// The vectors of a scene with their keys, also those of length zero. A recorded displacement has one vector for each
-    /// frame; markers of `supports.path` are listed in `f64` only. `nodes` are those at rest, m. Nodes of the initial shape,
-    /// `start`, are listed relative to the first of them; none if it is the rest shape.
+    /// The vectors of a scene with their keys, also those of length zero. A recorded displacement has one vector for
+    /// each frame; markers of `supports.path` are listed in `f64` only. `nodes` are those at rest, m. Nodes of the
+    /// initial shape, `start`, are listed relative to the first of them; none if it is the rest shape.
     pub fn new(scene: &Scene<D>, nodes: &[Vector<D>], start: Option<&[Vector<D>]>) -> Self {
         let keyed = |key: &str, vector: Vector<D>| KeyedVector { key: key.into(), vector };
         let mut within = vec![
@@ -101,8 +102,8 @@ impl<D: Scalar> PlanarVectors<D> {
     }
 }
 
-/// A vector of the world at rest, given in world axes or, if it `follows` the rod, along tangent and directors of the first
-/// edge of `nodes`.
+/// A vector of the world at rest, given in world axes or, if it `follows` the rod, along tangent and directors of the
+/// first edge of `nodes`.
 fn in_world<D: Scalar>(
     scene: &Scene<D>,
     nodes: &[Vector<D>],
@@ -115,8 +116,8 @@ fn in_world<D: Scalar>(
     }
 }
 
-/// Positions of all markers at all frames, m, relative to the first of the `nodes`. Missing ones are left out, and those
-/// whose squared distance is at most [`AT_NODE`] of the largest.
+/// Positions of all markers at all frames, m, relative to the first of the `nodes`. Missing ones are left out, and
+/// those whose squared distance is at most [`AT_NODE`] of the largest.
 fn positions_from_first_node<D: Scalar>(
     nodes: &[Vector<D>],
     track: &Track,
@@ -128,7 +129,8 @@ fn positions_from_first_node<D: Scalar>(
     vectors.filter(move |v| dot(*v, *v) > AT_NODE * largest_square).map(|v| v.map(D::from))
 }
 
-/// Keys and values of all natural twists, rad/m, and of the twist of each support motion, rad. A planar rod has neither.
+/// Keys and values of all natural twists, rad/m, of the twist of each support motion, rad, and of the gain of each
+/// actuator of twist, rad/m. A planar rod has none of them.
 pub(super) fn rotations_about_rod<D: Scalar>(scene: &Scene<D>) -> Vec<(String, D)> {
     let twists = scene.rod.natural_twist.values().into_iter();
     let twists = twists.map(|t| ("rod.natural_twist".into(), t));
@@ -144,11 +146,12 @@ pub(super) fn rotations_about_rod<D: Scalar>(scene: &Scene<D>) -> Vec<(String, D
     twists.chain(motions).chain(actuators).collect()
 }
 
-/// Key of the first quantity that leaves the plane, or its normal, to first order along the derivatives of the scene; none if
-/// all stay. Checked are user-defined energies, then vectors, rest nodes and section, then twists. Energies are evaluated at
-/// displaced parameter values. A rate leaves if its component out of the plane (or in it, of a normal vector) exceeds
-/// [`TOLERANCE`] of it. Rates below [`ROUNDING`] of the fastest one, relative to the length of the vector, are ignored.
-/// `model` has the axes of the `plane`; `start` has the nodes of the initial shape, m, if that is not the rest shape.
+/// Key of the first quantity that leaves the plane, or its normal, to first order along the derivatives of the scene;
+/// none if all stay. Checked are, in this order, a section with equal second moments that begin to differ, user-defined
+/// energies, vectors with rest nodes and `up` of the section, and twists. Energies are evaluated at displaced parameter
+/// values. A rate leaves if its component out of the plane (or in it, of a normal vector) exceeds [`TOLERANCE`] of it.
+/// Rates below [`ROUNDING`] of the fastest one, relative to the length of the vector, are ignored. `model` has the axes
+/// of the `plane`; `start` has the nodes of the initial shape, m, if that is not the rest shape.
 pub(super) fn leaves_plane_to_first_order(
     model: &impl Model,
     plane: &Plane,

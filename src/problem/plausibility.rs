@@ -1,13 +1,14 @@
 //! Warnings about valid scenes that are probably not intended: numbers in other units than SI, and a rod without
 //! gravity or other load.
 //!
-//! `Problem::plausibility_notes` returns codes and texts for a [`Purpose`] (motion, equilibrium, modes), empty for
-//! a plausible scene. First is one text of all implausible numbers, each with the likely unit (g/cm^3, MPa, mm).
-//! Density, Young's modulus (also for the density), thickness, length, their ratio and gravity are compared with
-//! the constants of this module. Second: the scene file leaves out gravity and nothing else acts on its rod. Loads,
-//! flow, motions, recordings, user-defined energies, initial shapes and stress at rest count as actions; for a
-//! motion also an initial velocity. There is none for modes, or for a straight rod within 10 degrees of the y or z
-//! axis. Last: a given mesh that is too coarse for the natural curvature.
+//! `Problem::plausibility_notes` returns codes and texts for a [`Purpose`] (motion, equilibrium, modes), empty for a
+//! plausible scene. First is one text of all implausible numbers, each with the likely unit (g/cm^3, MPa, mm). Density,
+//! Young's modulus (also for the density), thickness, length, their ratio and gravity are compared with the constants
+//! of this module. Second: the scene file leaves out gravity and nothing else acts on its rod. Loads, flow, motions,
+//! recordings, user-defined energies, actuators, initial shapes and stress at rest count as actions; for a motion also
+//! an initial velocity. There is none for modes, or for a straight rod within 10 degrees of the y or z axis. Third: a
+//! given mesh that is too coarse for the natural curvature. Last, for equilibria and modes: friction of a contact,
+//! which they do not have.
 
 use crate::code::Code;
 use crate::problem::Problem;
@@ -19,8 +20,8 @@ const LIGHTEST_SOLID: f64 = 10.0;
 const HEAVIEST_SOLID: f64 = 23e3;
 /// Young's modulus of the softest gels that hold the shape of a rod, Pa.
 const SOFTEST_SOLID: f64 = 1e3;
-/// Pairs of a density, kg/m^3, and the smallest Young's modulus of denser materials, Pa. Silicone has 1e5 Pa at 1200 kg/m^3 and,
-/// filled with iron, at 2400; rubber with magnetic powder 1e6 Pa at 4000; metals have more than 1e9 Pa.
+/// Pairs of a density, kg/m^3, and the smallest Young's modulus of denser materials, Pa. Silicone has 1e5 Pa at 1200
+/// kg/m^3 and, filled with iron, at 2400; rubber with magnetic powder 1e6 Pa at 4000; metals have more than 1e9 Pa.
 const SOFTEST_OF_DENSITY: [[f64; 2]; 2] = [[4000.0, 1e7], [2400.0, 5e4]];
 /// Densities above this, kg/m^3, are those of metals, glass or composites, whose moduli are given in GPa.
 const GIVEN_IN_GIGAPASCALS: f64 = 1500.0;
@@ -49,7 +50,8 @@ pub(crate) enum Purpose {
 
 impl Problem {
     /// Warnings, each with its code, first of implausible units (one for all numbers), then of missing gravity for the
-    /// `purpose`. The last is of a given mesh that is too coarse for the natural curvature. Empty for a plausible scene.
+    /// `purpose`. Then comes a given mesh that is too coarse for the natural curvature, and last, unless for a motion,
+    /// a contact with friction. Empty for a plausible scene.
     pub(crate) fn plausibility_notes(&self, purpose: Purpose) -> Vec<(Code, String)> {
         let units = units(&self.scene, self.length()).map(|words| (Code::ImplausibleUnits, words));
         let gravity = self.lacks_gravity(purpose).then(|| {
@@ -72,8 +74,8 @@ impl Problem {
     }
 
     /// Whether the file gives no gravity and nothing else moves the rod: no load, flow, support motion, recording,
-    /// user-defined energy, or initial shape. Stress in the rest shape counts too, and for a motion an initial velocity or a
-    /// recorded start. False for a vertical rod and for modes, which need no load.
+    /// user-defined energy, actuator, or initial shape. Stress in the rest shape counts too, and for a motion an
+    /// initial velocity or a recorded start. False for a vertical rod and for modes, which need no load.
     fn lacks_gravity(&self, purpose: Purpose) -> bool {
         let scene = &self.scene;
         let initial = &scene.initial;
@@ -99,8 +101,8 @@ impl Problem {
         scene.gravity_left_out && scene.loads.gravity == [0.0; 3] && !driven && !self.is_vertical()
     }
 
-    /// Whether the rod is straight and within 10 degrees of the y or the z axis ([`VERTICAL`]), either of which points up in
-    /// scenes. False for other shapes.
+    /// Whether the rod is straight and within 10 degrees of the y or the z axis ([`VERTICAL`]), either of which points
+    /// up in scenes. False for other shapes.
     fn is_vertical(&self) -> bool {
         let Shape::Straight { direction, .. } = &self.scene.rod.shape else { return false };
         let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -108,10 +110,10 @@ impl Problem {
     }
 }
 
-/// Message about all numbers that appear to be in other units than SI, each with its value and the likely unit. Compared with
-/// the constants of this module are density, Young's modulus, thickness, length and gravity. The modulus is also compared
-/// with the least of its density, the thickness with the length, and the length with the thickness. The section is that
-/// without taper. None if all are plausible. `length` is that of the rod, m.
+/// Message about all numbers that appear to be in other units than SI, each with its value and the likely unit.
+/// Compared with the constants of this module are density, Young's modulus, thickness, length and gravity. The modulus
+/// is also compared with the least of its density, the thickness with the length, and the length with the thickness.
+/// The section is that without taper. None if all are plausible. `length` is that of the rod, m.
 fn units(scene: &Scene, length: f64) -> Option<String> {
     let mut found = Vec::new();
     let mut add = |key: &str, value: f64, unit: &str, guess: &str| {

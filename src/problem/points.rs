@@ -14,14 +14,14 @@ use crate::scene::{Point, Stencil};
 use std::ops::Range;
 
 impl Problem {
-    /// Nodes and weights whose weighted sum is the end of the rod. It is the wall, within the last edge, of an end clamped at
-    /// mid-edge, else the last node.
+    /// Nodes and weights whose weighted sum is the end of the rod. It is the wall, within the last edge, of an end
+    /// clamped at mid-edge, else the last node.
     pub(crate) fn tip(&self) -> Stencil {
         Point::Tip.stencil(&self.mesh).unwrap_or_else(|_| Stencil::node(self.segments()))
     }
 
-    /// Nodes and weights, which sum to one, whose weighted sum is a point of the rod. They are one node, four with cubic
-    /// weights, or two in a clamped edge.
+    /// Nodes and weights, which sum to one, whose weighted sum is a point of the rod. They are one node, four with
+    /// cubic weights, or two in a clamped edge.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for a point outside the rod.
@@ -29,14 +29,14 @@ impl Problem {
         point.stencil(&self.mesh)
     }
 
-    /// Range of the nodes whose weighted sum is a point, for this rod length and slightly different ones. It has one node, or
-    /// up to four around an arc length. An error for a point outside the rod.
+    /// Range of the nodes whose weighted sum is a point, for this rod length and slightly different ones. It has one
+    /// node, or up to four around an arc length. An error for a point outside the rod.
     pub(crate) fn nodes_around(&self, point: Point) -> Result<Range<usize>, Error> {
         point.nodes_around(&self.mesh)
     }
 
-    /// Stencil of a marker at an `offset`, m, from a point, along the tangent and the two material directors there. An error
-    /// for a point outside the rod.
+    /// Stencil of a marker at an `offset`, m, from a point, along the tangent and the two material directors there. An
+    /// error for a point outside the rod.
     pub(crate) fn marker(&self, point: Point, offset: [f64; 3]) -> Result<MarkerStencil, Error> {
         MarkerStencil::new(point, offset, &self.mesh)
     }
@@ -47,8 +47,8 @@ impl Problem {
         MarkerStencil::edges_around(point, &self.mesh)
     }
 
-    /// Arc lengths of all nodes from the wall, m; negative behind it. On another mesh than that of the scene, a point that the
-    /// scene names by its node index may be between two nodes.
+    /// Arc lengths of all nodes from the wall, m; negative behind it. On another mesh than that of the scene, a point
+    /// that the scene names by its node index may be between two nodes.
     pub fn arc_lengths(&self) -> &[f64] {
         &self.mesh.arc_length
     }

@@ -8,8 +8,8 @@ use crate::problem::Problem;
 use crate::scene::Scene;
 
 impl Problem {
-    /// A copy of the scene whose problem has `segments` edges. `rod.segments` is unchanged: a load on an inner node keeps its
-    /// arc length, and the adjacent nodes share it.
+    /// A copy of the scene whose problem has `segments` edges. `rod.segments` is unchanged: a load on an inner node
+    /// keeps its arc length, and the adjacent nodes share it.
     pub(crate) fn remeshed(&self, segments: usize) -> Scene {
         Scene { remeshed: Some(segments), ..self.scene.clone() }
     }

@@ -1,11 +1,11 @@
 //! Rest shape of a rod in the axes of its model, and the parts of the rod that are alike in both models.
 //!
-//! [`RestLine`] holds nodes and lengths of chords (m), tributary lengths, and places of the nodes as fractions of the
-//! length. `stretch` returns the edges with `EA` (N) and the nonlinear parts of their law, from the section profile, times chord over arc, in
-//! series with the axial compliance of clamps. `inertia_and_weight` returns masses of all unknowns (kg), with the added
-//! mass of a fluid, and in space the rotational inertia (kg m^2) about the rod for angles. The weights of the nodes (N)
-//! are gravity times the mass less that of the displaced fluid. Point masses are not included. The planar and the
-//! spatial model use it.
+//! [`RestLine`] holds nodes and lengths of chords (m), tributary lengths (m), and places of the nodes as fractions of
+//! the length. `stretch` returns the edges with their axial stiffness, N: `EA` of the section profile times chord over
+//! arc, in series with the axial compliance of clamps. It also returns the parts of a nonlinear stretch law.
+//! `inertia_and_weight` returns masses of all unknowns (kg), with the added mass of a fluid, and in space the
+//! rotational inertia (kg m^2) about the rod for angles. The weights of the nodes (N) are gravity times the mass of the
+//! rod less that of the displaced fluid. Point masses are not included. The planar and the spatial model use it.
 
 use crate::energy::law::NonlinearPart;
 use crate::energy::{DeadLoad, Stretch};
@@ -40,8 +40,8 @@ pub(crate) struct InertiaAndWeight<D, const N: usize> {
 }
 
 impl<D: Scalar, const N: usize> RestLine<D, N> {
-    /// The line through `nodes`, m, in the axes of the model. Tributary lengths are halves of its chords, or if `correction`
-    /// requires it those of the arcs of the `mesh` with corrections at walls.
+    /// The line through `nodes`, m, in the axes of the model. Tributary lengths are halves of its chords, or if
+    /// `correction` requires it those of the arcs of the `mesh` with corrections at walls.
     pub fn new(nodes: Vec<[D; N]>, mesh: &Mesh<D>, correction: &Correction) -> Self {
         let mut length = Vec::with_capacity(nodes.len() - 1);
         for pair in nodes.windows(2) {
@@ -64,8 +64,9 @@ impl<D: Scalar, const N: usize> RestLine<D, N> {
         std::array::from_fn(|c| self.nodes[j + 1][c] - self.nodes[j][c])
     }
 
-    /// The edges with their law and their axial stiffness EA at no strain, N, in series with the axial compliance of clamps. A
-    /// chord that is shorter than its arc is softer by their ratio.
+    /// The edges with their axial stiffness EA at no strain, N, in series with the axial compliance of clamps. Also the
+    /// parts of a nonlinear stretch law, one per edge (empty for the linear law). A chord that is shorter than its arc
+    /// is softer by their ratio.
     pub fn stretch(
         &self,
         material: &Material<D>,
@@ -88,9 +89,9 @@ impl<D: Scalar, const N: usize> RestLine<D, N> {
         (stretch, NonlinearParts { edges })
     }
 
-    /// Mass of every unknown, kg, with the added mass of a fluid. In space an angle has the rotational inertia about the rod,
-    /// kg m^2. Weights of the nodes, N, are their masses less that of displaced fluid, times `gravity`, m/s^2, in the axes of
-    /// the model.
+    /// Mass of every unknown, kg, with the added mass of a fluid. In space an angle has the rotational inertia about
+    /// the rod, kg m^2. Weights of the nodes, N, are the masses of the rod, without added mass and less that of
+    /// displaced fluid, times `gravity`, m/s^2, in the axes of the model.
     pub fn inertia_and_weight(
         &self,
         scene: &Scene<D>,

@@ -29,8 +29,8 @@ pub(crate) struct SectionConstants<D> {
 }
 
 impl<D: Scalar> SectionConstants<D> {
-    /// Constants of a section and a material: EA, EI1 and EI2, GJ, A, rho A and rho (I1 + I2). GJ is 0 without shear modulus
-    /// and Poisson's ratio.
+    /// Constants of a section and a material: EA, EI1 and EI2, GJ, A, rho A and rho (I1 + I2). GJ is 0 without shear
+    /// modulus and Poisson's ratio.
     fn of(section: &Section<D>, material: &Material<D>) -> Self {
         let moments = section.moments();
         let [i1, i2] = moments.second_moments;
@@ -56,8 +56,8 @@ impl<D: Scalar> SectionConstants<D> {
         }
     }
 
-    /// Reciprocals of EA, EI1, EI2 and GJ, so that stiffnesses become compliances or the reverse; zero stays zero. Area and
-    /// inertias are unchanged.
+    /// Reciprocals of EA, EI1, EI2 and GJ, so that stiffnesses become compliances or the reverse; zero stays zero. Area
+    /// and inertias are unchanged.
     fn inverted(self) -> Self {
         // The torsional stiffness of planar rods may be 0.
         let inverse = |x: D| if x.value() == 0.0 { x } else { x.recip() };
@@ -82,8 +82,8 @@ pub(crate) struct SectionProfile<'a, D> {
 }
 
 impl<'a, D: Scalar> SectionProfile<'a, D> {
-    /// Profile of a scene with nodes at these fractions of the rod length. It has the constants without taper, and the places
-    /// of jumps of the taper.
+    /// Profile of a scene with nodes at these fractions of the rod length. It has the constants without taper, and the
+    /// places of jumps of the taper.
     pub fn new(scene: &'a Scene<D>, nodes: &'a [f64]) -> Self {
         let taper = &scene.rod.taper;
         let breaks = if taper.is_none() { Vec::new() } else { taper.breaks() };
@@ -118,8 +118,9 @@ impl<'a, D: Scalar> SectionProfile<'a, D> {
         0.5 * (self.nodes[edge] + self.nodes[edge + 1])
     }
 
-    /// Mean constants between two places, fractions of the rod length: harmonic means of stiffnesses, arithmetic ones of area
-    /// and inertias. Each part between two jumps is evaluated at its middle. Without taper they are those of the rod.
+    /// Mean constants between two places, fractions of the rod length: harmonic means of stiffnesses, arithmetic ones
+    /// of area and inertias. Each part between two jumps is evaluated at its middle. Without taper they are those of
+    /// the rod.
     fn mean(&self, start: f64, end: f64) -> SectionConstants<D> {
         if self.breaks.is_empty() {
             return self.whole;

@@ -1,14 +1,15 @@
 //! The setup of a problem over any number type of its scene: mesh, rest shape, initial shape, and the rod with its
 //! loads and drag.
 //!
-//! [`Setup`] with dual numbers gives rods with derivatives by the scene's parameters. It distributes point loads
-//! over the four nodes around them by cubic weights (two in a clamped edge, one at a node). Point masses (kg) with
-//! their weight are divided between the two nodes next to them. It adds line loads, loads without a potential
-//! (`follower_loads`), and user-defined energies;
-//! `initial.point` is added by `rod_with_release_forces` only. `tied` returns the rod without loads, with springs
-//! to fixed points. [`between_markers`] returns the positions (m) of all nodes on straight lines between recorded
-//! markers at a time. [`nodal`] and [`nodal_masses`] return loads (world axes) and masses of nodes; a point outside
-//! the rod is an error with its key.
+//! [`Setup`] with dual numbers gives rods with derivatives by the scene's parameters. It distributes point loads over
+//! the four nodes around them by cubic weights (two in a clamped edge, one at a node). Point masses (kg) with their
+//! weight are divided between the two nodes next to them. It adds line loads, loads without a potential
+//! (`follower_loads`), user-defined energies, actuators and contacts; `initial.point` is added by
+//! `rod_with_release_forces` only. `rod_at` has the signals of loads and actuators at a time, s. `rod_in_motion` leaves
+//! out loads that have signals and a potential, which `timed_loads` returns; `actuators` returns the other parts that
+//! follow signals. `tied` returns the rod without loads, with springs to fixed points. [`between_markers`] returns the
+//! positions (m) of all nodes on straight lines between recorded markers at a time. [`nodal`] and [`nodal_masses`]
+//! return loads (world axes) and masses of nodes; a point outside the rod is an error with its key.
 
 use crate::energy::adapter::Chart;
 use crate::error::Error;
@@ -46,8 +47,9 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         Self { scene, mesh, rest, start }
     }
 
-    /// The rod of the model, to which point masses with their weight, point and line loads, and user-defined energies are
-    /// added. Signals have their values at `loads.at_time`. Forces of `initial.point` are not included.
+    /// The rod of the model, to which point masses with their weight, point and line loads, user-defined energies,
+    /// actuators, contacts and loads without a potential are added. Signals have their values at `loads.at_time`.
+    /// Forces of `initial.point` are not included.
     pub fn rod(&self, model: &M) -> M::Rod<D> {
         self.rod_under(model, &self.loads(model), self.scene.loads.at_time)
     }
@@ -57,13 +59,14 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         self.rod_under(model, &self.loads_at(model, Some(time)), time)
     }
 
-    /// [`rod`](Self::rod) without the loads that have signals, and with actuators as at t = 0, for simulations.
+    /// [`rod`](Self::rod) without the loads that have signals and a potential, for simulations. Actuators, and loads
+    /// without a potential, have the values of their signals at t = 0.
     pub fn rod_in_motion(&self, model: &M) -> M::Rod<D> {
         self.rod_under(model, &self.loads_at(model, None), 0.0)
     }
 
-    /// [`rod`](Self::rod) with `loads` in place of point and line loads that have a potential. Other loads and actuators are
-    /// those at a time, s.
+    /// [`rod`](Self::rod) with `loads` in place of point and line loads that have a potential. Other loads and
+    /// actuators are those at a time, s.
     fn rod_under(&self, model: &M, loads: &[NodalLoad<D>], time: f64) -> M::Rod<D> {
         let mut rod = model.rod(&self.scene, &self.rest);
         // Point masses have weight too.
@@ -97,8 +100,8 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         signal.map_or(D::from(1.0), |signal| signal.curve().value(D::from(time)))
     }
 
-    /// Adds the actuators as at a time, s: changes of natural strains, and the energies of tendons after the user-defined
-    /// ones of the rod.
+    /// Adds the actuators as at a time, s: changes of natural strains, and the energies of tendons after the
+    /// user-defined ones of the rod.
     fn actuate(&self, model: &M, rod: &mut M::Rod<D>, time: f64) {
         if self.scene.actuation.is_empty() {
             return;
@@ -145,7 +148,9 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         Some(natural_shifts(*component, *gain, part, &self.mesh, across))
     }
 
-    /// The actuators, and loads without a potential, that follow signals, for a simulation that begins at t = 0.
+    /// The actuators (changes of natural strains, tendons), and the groups of loads without a potential, that follow
+    /// signals, for a simulation that begins at t = 0. They refer to energies and groups of
+    /// [`rod_in_motion`](Self::rod_in_motion).
     pub fn actuators(&self, model: &M) -> Actuators<D> {
         let timed = self.scene.actuation.iter().any(|actuator| actuator.signal().is_some());
         // Factors of loads without a potential follow their signals as actuators do; the first group is constant.
@@ -176,8 +181,8 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         Actuators::at(list, 0.0)
     }
 
-    /// The rod without weight, loads, point masses and user-defined energies. The axial stiffness of every edge `j` is
-    /// multiplied by `stiffer(j)`, and nodes are tied to fixed points by springs (`ties`).
+    /// The rod without weight, loads, actuators, contacts, point masses and user-defined energies. The axial stiffness
+    /// of every edge `j` is multiplied by `stiffer(j)`, and nodes are tied to fixed points by springs (`ties`).
     pub fn tied(
         &self,
         model: &M,
@@ -193,8 +198,8 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         rod
     }
 
-    /// Drag coefficients of the fluid, its velocity in the axes of the model, and the tributary length of every node. None
-    /// without `loads.drag`.
+    /// Drag coefficients of the fluid, its velocity in the axes of the model, and the tributary length of every node.
+    /// None without `loads.drag`.
     pub fn drag(&self, model: &M) -> Option<NodalDrag<D>> {
         let drag = self.scene.loads.drag.as_ref()?;
         let axes = M::STRIDE.min(3);
@@ -212,8 +217,9 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         nodal_masses(&self.scene, &self.mesh).expect("checked when the model was chosen")
     }
 
-    /// Forces and moments on nodes, in world axes: those of `loads.point`, then those of `loads.line`, with the values of
-    /// signals at `loads.at_time`. A node may have several entries. Follower forces are left out.
+    /// Forces and moments on nodes, in world axes: those of `loads.point`, then those of `loads.line`, with the values
+    /// of signals at `loads.at_time`. A node may have several entries. Follower forces, and follower moments in space,
+    /// are left out.
     pub fn loads(&self, model: &M) -> Vec<NodalLoad<D>> {
         self.loads_at(model, Some(self.scene.loads.at_time))
     }
@@ -247,7 +253,8 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         self.scene.signals.iter().find(|signal| signal.name == name)
     }
 
-    /// The forces that have signals, on the unknowns of the model, one entry for each signal that a load has.
+    /// The forces on the unknowns of the model, and in a plane the moments on edges, at the value 1 of their signals:
+    /// one entry for each signal that a load has. Follower forces, and moments in space, are left out.
     pub fn timed_loads(&self, model: &M) -> TimedLoads<D> {
         let loads = &self.scene.loads;
         let mut timed = TimedLoads::none();
@@ -290,17 +297,17 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         model.add_moments(rod, &self.rest, loads);
     }
 
-    /// Forces and moments of a list on the nodes of the mesh, in world axes. Each is divided over the four nodes around its
-    /// point with cubic weights. In the edge of a clamp it is divided over two with linear ones; a node takes it alone. It
-    /// panics for a point outside the rod, which was rejected before.
+    /// Forces and moments of a list on the nodes of the mesh, in world axes. Each is divided over the four nodes around
+    /// its point with cubic weights. In the edge of a clamp it is divided over two with linear ones; a node takes it
+    /// alone. It panics for a point outside the rod, which was rejected before.
     pub(super) fn nodal(&self, points: &[PointForce<D>]) -> Vec<NodalLoad<D>> {
         nodal(points, "loads", &self.mesh).expect("checked when the model was chosen")
     }
 }
 
-/// Nodes of the initial shape, m, in the world. With `supports.path` they are on straight lines between the markers at t = 0,
-/// else those of `initial.shape`; none without both. An error if the shape does not fit the mesh `rest`, or the recording is
-/// not read.
+/// Nodes of the initial shape, m, in the world. With `supports.path` they are on straight lines between the markers at
+/// t = 0, else those of `initial.shape`; none without both. An error if the shape does not fit the mesh `rest`, or the
+/// recording is not read.
 pub(crate) fn start_shape<D: Scalar>(
     scene: &Scene<D>,
     rest: &Mesh<D>,
@@ -311,8 +318,9 @@ pub(crate) fn start_shape<D: Scalar>(
     scene.initial.shape.as_ref().map(|shape| shape.nodes_of(rest)).transpose()
 }
 
-/// Positions, m, of all nodes of a rod with `segments` edges at a time, s. Markers divide the rod into equally many edges;
-/// nodes between two markers are on the straight line, equally spaced. `segments` must be a multiple of the number of parts.
+/// Positions, m, of all nodes of a rod with `segments` edges at a time, s. Markers divide the rod into equally many
+/// edges; nodes between two markers are on the straight line, equally spaced. `segments` must be a multiple of the
+/// number of parts.
 pub(crate) fn between_markers<D: Scalar>(
     track: &Track,
     time: f64,
@@ -336,9 +344,9 @@ pub(crate) fn between_markers<D: Scalar>(
     (0..=segments).map(place).collect()
 }
 
-/// Point loads distributed over the nodes of a mesh, in world axes. Each node of the stencil of a load gets its weight times
-/// force and moment. The weights are cubic over the four nodes around the point, linear over two in the edge of a clamp, and
-/// 1 at a node. `table` is the key of their list, for the error of a load outside the rod.
+/// Point loads distributed over the nodes of a mesh, in world axes. Each node of the stencil of a load gets its weight
+/// times force and moment. The weights are cubic over the four nodes around the point, linear over two in the edge of a
+/// clamp, and 1 at a node. `table` is the key of their list, for the error of a load outside the rod.
 pub(crate) fn nodal<D: Scalar>(
     loads: &[PointForce<D>],
     table: &str,
@@ -356,8 +364,8 @@ pub(crate) fn nodal<D: Scalar>(
     Ok(nodal)
 }
 
-/// Point masses of a scene, kg, each divided between the two nodes next to it by the lever rule. A mass at a node has one
-/// entry. An error for a mass outside the rod.
+/// Point masses of a scene, kg, each divided between the two nodes next to it by the lever rule. A mass at a node has
+/// one entry. An error for a mass outside the rod.
 pub(crate) fn nodal_masses<D: Scalar>(
     scene: &Scene<D>,
     mesh: &Mesh<D>,
@@ -372,8 +380,8 @@ pub(crate) fn nodal_masses<D: Scalar>(
     Ok(nodal)
 }
 
-/// For a point outside the rod, the error with the key of entry `k` of `table.list` and the allowed range. Other errors are
-/// unchanged.
+/// For a point outside the rod, the error with the key of entry `k` of `table.list` and the allowed range. Other errors
+/// are unchanged.
 fn off_the_rod(error: Error, table: &str, list: &str, k: usize) -> Error {
     match error {
         Error::OutOfRange { what, found, low, high } => {

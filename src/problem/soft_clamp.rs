@@ -1,19 +1,19 @@
 //! Compliant clamps: walls that rotate and move under the load of the rod.
 //!
-//! A wall rotates by `c M`, with the compliance `c` (rad/(N m)) and the moment `M` of the rod at the wall: a
-//! rotational spring in series with the rod. A wall in the middle of an edge has no joint. So the whole outermost
-//! edge at a compliant clamp is behind the wall: the first joint is at the wall and represents half of the next
-//! edge. Its stiffness `K` becomes `K/(1 + K c)`, exact and of second order in the mesh for any compliance. A rigid
-//! clamp keeps its wall at mid-edge; its derivative by the compliance, half an edge from the wall, is of first
-//! order. Along the rod the wall gives by the axial compliance (m/N), in series with the edge next to the outermost
-//! one. [`soft`] returns per end whether its rotational compliance is not zero or varies. [`SoftClamps`] returns
-//! the changed stiffnesses of joints and edges; others are unchanged.
+//! Input: rotational compliance `c` (rad/(N m)) and axial compliance `a` (m/N) of the clamp at each end. The wall
+//! rotates by `c M` under the moment `M` of the rod: a rotational spring in series with the rod. The outermost joint at
+//! such a clamp gets the bending stiffness `K/(1 + K c)` instead of `K`, N m, in space in both directions of bending.
+//! Torsion is unchanged. A clamp in the middle of an edge has no joint at its wall. If it is compliant ([`soft`]: `c`
+//! is not zero or varies), the whole outermost edge counts as behind the wall, so that the joint is at the wall. A
+//! rigid clamp keeps its wall at mid-edge. Along the rod the wall moves by `a` times the axial force: the edge next to
+//! the outermost one, which the clamp holds, gets the axial stiffness `K/(1 + K a/l)`, N, with its rest length `l`.
+//! [`SoftClamps`] returns these stiffnesses; those of other joints and edges are unchanged.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::{End, Parameter, Scene, Support};
 
-/// Whether the clamp at `[start, end]` of the rod is modelled as compliant. Its rotational compliance in the scene is then
-/// not zero, or is one of the `varying` parameters.
+/// Whether the clamp at `[start, end]` of the rod is modelled as compliant. Its rotational compliance in the scene is
+/// then not zero, or is one of the `varying` parameters.
 pub(super) fn soft(scene: &Scene, varying: &[Parameter]) -> [bool; 2] {
     let turns = soft_by_itself(scene);
     [End::Start, End::End].map(|end| {
@@ -49,9 +49,9 @@ struct SoftClamp<D> {
 }
 
 impl<D: Scalar> SoftClamps<D> {
-    /// Compliances of the clamps of a scene on a mesh with `edges` edges. Each acts on the outermost joint, and along the rod
-    /// on the edge next to the outermost one. Left out are ends without a clamp, and rigid clamps if `D` carries no
-    /// derivatives.
+    /// Compliances of the clamps of a scene on a mesh with `edges` edges, at least two. Each acts on the outermost
+    /// joint, and along the rod on the edge next to the outermost one. Left out are ends without a clamp, and rigid
+    /// clamps if `D` carries no derivatives.
     pub fn new(scene: &Scene<D>, edges: usize) -> Self {
         let supports = &scene.supports;
         let of = |end: End| {
@@ -71,8 +71,8 @@ impl<D: Scalar> SoftClamps<D> {
         Self { ends: [End::Start, End::End].into_iter().filter_map(of).collect() }
     }
 
-    /// Bending stiffness over length of joint `i`, N m, in series with the rotational compliance `c` of a clamp: `K/(1 + K
-    /// c)` with the `stiffness` K at a rigid clamp. Unchanged for joints that are not next to a clamp.
+    /// Bending stiffness over length of joint `i`, N m, in series with the rotational compliance `c` of a clamp:
+    /// `K/(1 + K c)` with the `stiffness` K at a rigid clamp. Unchanged for joints that are not next to a clamp.
     pub fn bending(&self, i: usize, stiffness: D) -> D {
         let own = self.ends.iter().filter(|end| end.joint == i);
         own.fold(stiffness, |k, end| k / (k * end.rotation + 1.0))

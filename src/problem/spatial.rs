@@ -1,11 +1,14 @@
 //! The spatial model: a rod with stretch, bending and twist in space.
 //!
-//! [`SpatialModel`] selects the axes (those of the world, or along a roller). As a [`Model`] it builds the `SpatialRod` over any number type.
-//! Its unknowns are three coordinates (m) per node and one angle (rad) per edge, measured from Bishop frames, in
-//! the order node, edge, node. Joints have natural curvature and twist, and in corrected discretizations the
-//! stiffness of the curve (`curved_joints`). Stiffnesses are means of the tapered section, reduced by compliant
-//! clamps. Point masses, loads and user-defined energies are added by the setup. Out-of-plane vibrations of planar
-//! scenes use it too, with the normal of the plane.
+//! Input: a validated scene and its mesh. [`SpatialModel`] selects the axes: those of the world, or along and across
+//! the direction of a roller. As a [`Model`] it returns the rest shape and the `SpatialRod` over any number type, and
+//! converts unknowns to positions in the world. Unknowns are three coordinates (m) per node and one angle (rad) per
+//! edge, measured from Bishop (twist-free) frames, in the order node, edge, node. Edges and joints have stiffnesses by
+//! means of the tapered section, reduced by compliant clamps, and natural curvature and twist. In corrected
+//! discretizations the stiffness of a joint is along the axes of the curve instead of the polygon (`curved_joints`).
+//! Nonlinear laws of bending and stretch, masses, weights and internal friction are included; point masses, loads and
+//! user-defined energies are added by the setup. With the normal of a planar scene, for vibrations out of its plane,
+//! `supports.angle` rotates the rod about that normal.
 
 use crate::energy::adapter::Chart;
 use crate::energy::bend_twist::{JointLaw, Stiffness};
@@ -48,8 +51,8 @@ pub struct SpatialRest<D> {
 }
 
 impl SpatialModel {
-    /// The model of a scene on its mesh. With the `normal` of a planar scene, `supports.angle` rotates the rod about it. With
-    /// a roller, the axes are along and across its direction.
+    /// The model of a scene on its mesh. With the `normal` of a planar scene, `supports.angle` rotates the rod about
+    /// it. With a roller, the axes are along and across its direction.
     pub(crate) fn new(
         scene: &Scene,
         mesh: &Mesh,
@@ -81,8 +84,8 @@ impl Model for SpatialModel {
     type Rod<D: Nestable> = SpatialRod<D>;
     type Rest<D: Nestable> = SpatialRest<D>;
 
-    /// The rest shape on a mesh, in the axes of the model: nodes, tributary lengths and Bishop frames. The first frame has
-    /// the first material director. Joints have integrated curvatures along the two directors, and for corrected
+    /// The rest shape on a mesh, in the axes of the model: nodes, tributary lengths and Bishop frames. The first frame
+    /// has the first material director. Joints have integrated curvatures along the two directors, and for corrected
     /// discretizations their slants.
     fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> SpatialRest<D> {
         let turned = self.normal.map(|normal| tilted(scene, &mesh.nodes, &normal));
@@ -113,8 +116,9 @@ impl Model for SpatialModel {
     }
 
     /// The spatial rod of a scene: edges with `EA/l`, joints with `EI/l`, `GJ/l`, natural curvature and twist, masses,
-    /// weights and internal friction. Masses include rotational inertias and the added mass of a fluid. Stiffnesses are means
-    /// of the tapered section; those of bending and stretch are reduced by compliant clamps. Corrected discretizations rotate
+    /// weights and internal friction, and nonlinear laws of bending and stretch where the material has them. Masses
+    /// include rotational inertias and the added mass of a fluid, weights its buoyancy. Stiffnesses are means of the
+    /// tapered section; those of bending and stretch are reduced by compliant clamps. Corrected discretizations rotate
     /// and scale the stiffness of curved joints. Point masses, loads and user-defined energies are not included.
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &SpatialRest<D>) -> SpatialRod<D> {
         let line = &rest.line;
@@ -172,7 +176,8 @@ impl Model for SpatialModel {
         }
     }
 
-    /// Tributary length of every node, m: half of each adjacent edge, with the corrections at walls.
+    /// Tributary length of every node, m: half of each adjacent edge; in corrected discretizations of its arc, with the
+    /// corrections at walls.
     fn node_lengths<D: Nestable>(rest: &SpatialRest<D>) -> &[D] {
         &rest.line.tributary.node
     }
@@ -185,14 +190,14 @@ impl Model for SpatialModel {
         Chart::Space { axes: (axes != world).then_some(axes) }
     }
 
-    /// Number of unknowns, the supported ones included: three coordinates per node and one angle per edge, `4 N - 1` for N
-    /// nodes.
+    /// Number of unknowns, the supported ones included: three coordinates per node and one angle per edge, `4 N - 1`
+    /// for N nodes.
     fn dof(&self) -> usize {
         4 * self.nodes - 1
     }
 
-    /// The unknowns at rest: the coordinates of each node in turn, in the axes of the model, m. An angle of zero, rad, for
-    /// each edge follows those of its first node.
+    /// The unknowns at rest: the coordinates of each node in turn, in the axes of the model, m. An angle of zero, rad,
+    /// for each edge follows those of its first node.
     fn unknowns<D: Nestable>(&self, rest: &SpatialRest<D>) -> Vec<D> {
         let zero = D::from(0.0);
         let mut q: Vec<D> =
@@ -206,8 +211,8 @@ impl Model for SpatialModel {
         rest.frames.clone()
     }
 
-    /// The frames (tangent and director of each edge, reference twist of each joint, rad), converted to the number type `D`
-    /// without derivatives.
+    /// The frames (tangent and director of each edge, reference twist of each joint, rad), converted to the number type
+    /// `D` without derivatives.
     fn frames_over<D: Nestable>(frames: &Frames<f64>) -> Frames<D> {
         let over = |v: [f64; 3]| v.map(D::from);
         let edge = |frame: &EdgeFrame<f64>| EdgeFrame {
@@ -220,8 +225,9 @@ impl Model for SpatialModel {
         }
     }
 
-    /// Number of unknowns that a support holds, counted from the end of the rod inwards: free 0, roller 2, pinned 3, clamped
-    /// 7. A clamp holds two nodes and the angle of their edge. For a recorded end also 7; more held markers hold more nodes.
+    /// Number of unknowns that a support holds, counted from the end of the rod inwards: none (free), 2 (roller), 3
+    /// (pinned) or 7 (clamped). A clamp holds two nodes and the angle of their edge. A recorded end counts as a clamp,
+    /// although more held markers hold more nodes.
     fn held(&self, support: Support) -> usize {
         match support {
             Support::Free => 0,
@@ -244,8 +250,8 @@ impl Model for SpatialModel {
         components(|c| q[4 * i] * x[c] + q[4 * i + 1] * y[c] + q[4 * i + 2] * z[c])
     }
 
-    /// The velocity of node `i` in the world, m/s, from the rates `v` of all unknowns; a rotation of any such vector into the
-    /// world.
+    /// The velocity of node `i` in the world, m/s, from the rates `v` of all unknowns; a rotation of any such vector
+    /// into the world.
     #[inline]
     fn rate<D: Scalar>(&self, v: &[D], i: usize) -> [D; 3] {
         self.position(v, i)

@@ -1,12 +1,15 @@
 //! Initial state of a rod: unknowns and frames in the rest shape or a given shape, held ends, and prescribed nodes.
 //!
-//! `begin` returns unknowns (m, rad) and frames before supports and loads act: a given initial shape has no twist
-//! of the joints. `held_ends` returns a [`BoundaryMotion`] with nodes and edges of clamped and pinned ends, their
-//! motions (none if not moved), and recorded nodes. `boundary_motion` is the same, `None` if nothing moves. Rollers
-//! and free ends are not held. `turn_ends` adds the twist (rad) of recorded ends to the angles: linear to zero at a
-//! held other end, else equal for all edges. `placed`, in space only, moves a rod from rest to given nodes (m) by
-//! parallel transport, without rotation about itself. An edge that rotates by more than 120 degrees goes by way of
-//! a state halfway. Statics and dynamics start from these states.
+//! `begin` returns unknowns (m, rad) and frames before supports and loads act: those of the rest shape, or of the
+//! initial shape of the scene, whose joints have no twist. `held_ends` returns a [`BoundaryMotion`] with nodes and
+//! edges of clamped and pinned ends, their motions (none if not moved), and recorded nodes. `boundary_motion` is the
+//! same, `None` if nothing moves. Rollers and free ends are not held. `turn_ends` adds the prescribed rotation about
+//! the rod (rad) of recorded ends to the angles of edges: it decreases linearly to zero at a held other end, else it is
+//! equal for all edges. `placed`, in space only, returns the state of a rod whose nodes are moved from rest to given
+//! positions (m). Its frames are moved by parallel transport, so that it does not rotate about itself. If any edge
+//! rotates by more than 120 degrees, the frames of all edges are transported by way of a state halfway.
+//! `start_positions` returns the positions (m) of all nodes before supports and loads act, `recorded` the parts of the
+//! rod that follow a recording. `is_held` returns whether the first coordinate of a node is prescribed.
 
 use crate::energy::frame::Frames;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
@@ -25,17 +28,18 @@ pub(crate) type FramesOver<D, M> = <<M as Model>::Rod<D> as Rod<D>>::Frames;
 /// Unknowns of a rod and the frames from which its angles are measured.
 pub(crate) type UnknownsAndFrames<D, M> = (Vec<D>, FramesOver<D, M>);
 
-/// Cosine of the rotation of an edge, 120 degrees, above which parallel transport takes an intermediate state.
+/// Cosine of 120 degrees. If an edge rotates further between two states (its cosine is at most this value), parallel
+/// transport takes an intermediate state.
 const LARGE_ROTATION: f64 = -0.5;
 
-/// Sine of the rotation of an edge below which its sense is undetermined near half a turn, and that of the edge before is
-/// used.
+/// Sine of the rotation of an edge below which its sense is undetermined near half a turn, and that of the edge before
+/// is used.
 const UNDETERMINED: f64 = 1e-3;
 
 impl SpatialProblem<'_> {
     /// Unknowns and frames of a rod in space that moves from its rest shape in `setup` to `nodes`, m, in the world. Its
-    /// frames are moved by parallel transport, so that all angles stay zero. If an edge rotates by more than 120 degrees,
-    /// they are transported by way of a state halfway.
+    /// frames are moved by parallel transport, so that all angles stay zero. If an edge rotates by more than 120
+    /// degrees, they are transported by way of a state halfway.
     pub(crate) fn placed<D: Nestable>(
         &self,
         setup: &Setup<D, SpatialModel>,
@@ -55,10 +59,11 @@ impl SpatialProblem<'_> {
         (q, frames)
     }
 
-    /// Unknowns halfway between two states, if an edge rotates by more than 120 degrees ([`LARGE_ROTATION`]) between them,
-    /// otherwise none. Its edges have the mean directions of both states, and the lengths in `to`. For an edge with such a
-    /// rotation a unit vector in the plane across `from` is added to the mean. It points to the side of the rotation; near
-    /// half a turn ([`UNDETERMINED`]) the side is that of the edge before.
+    /// Unknowns halfway between two states, if an edge rotates by more than 120 degrees ([`LARGE_ROTATION`]) between
+    /// them, otherwise none. Its edges have the mean directions of both states, and the lengths in `to`. For an edge
+    /// with such a rotation, the cross product of a normal and its direction in `from` is added to the mean. The normal
+    /// is that of a planar scene, else the z axis. The sign is that of the side to which the edge rotates. Near half a
+    /// turn ([`UNDETERMINED`]) the side is that of the edge before.
     fn halfway<D: Nestable>(&self, from: &[D], to: &[D]) -> Option<Vec<D>> {
         let edge = |q: &[D], j: usize| {
             let node = |i: usize| -> [D; 3] { std::array::from_fn(|c| q[4 * i + c]) };
@@ -91,14 +96,14 @@ impl SpatialProblem<'_> {
         Some(q)
     }
 
-    /// Unknowns and frames of a rod in space at `nodes`, m, over `f64`: [`placed`](Self::placed) from the rest shape of the
-    /// problem.
+    /// Unknowns and frames of a rod in space at `nodes`, m, over `f64`: [`placed`](Self::placed) from the rest shape of
+    /// the problem.
     pub(crate) fn placed_still(&self, nodes: &[[f64; 3]]) -> (Vec<f64>, Frames<f64>) {
         self.placed(self.setup, nodes)
     }
 }
 
-/// Length of edge `j` of a spatial rod, m.
+/// Length of edge `j` of a spatial rod with the unknowns `q`, m.
 fn edge_length<D: Nestable>(q: &[D], j: usize) -> D {
     let edge: [D; 3] = std::array::from_fn(|c| q[4 * (j + 1) + c] - q[4 * j + c]);
     dot(edge, edge).sqrt()
@@ -112,7 +117,8 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// Unknowns and reference frames before supports and loads act: those of the rest shape, or of the initial shape in
-    /// `setup`. The frames of an initial shape are transported from rest, and its angles are such that no joint is twisted.
+    /// `setup`. The frames of an initial shape are transported from rest, and its angles are such that no joint is
+    /// twisted.
     pub(crate) fn begin<D: Nestable>(&self, setup: &Setup<D, M>) -> UnknownsAndFrames<D, M> {
         let mut q = self.model.unknowns(&setup.rest);
         let mut frames = self.model.frames(&setup.rest);
@@ -137,9 +143,10 @@ impl<M: Model> Discretized<'_, M> {
         setup.scene.supports.move_ends().then(|| self.held_ends(setup))
     }
 
-    /// Prescribed motion of clamped and pinned ends, moved or not, and of recorded nodes. A clamped end has its two outermost
-    /// nodes and its edge with tangent and director in the initial shape, a pinned end one node. The end rotates about the
-    /// middle of the edge of a clamp at mid-edge, else about the outermost node. Rollers and free ends are not held.
+    /// Prescribed motion of clamped and pinned ends, moved or not, and of recorded nodes. A clamped end has its two
+    /// outermost nodes and its edge with tangent and director in the initial shape, a pinned end one node. The end
+    /// rotates about the middle of the edge of a clamp at mid-edge, else about the outermost node. Rollers and free
+    /// ends are not held.
     pub(crate) fn held_ends<D: Nestable>(&self, setup: &Setup<D, M>) -> BoundaryMotion<D> {
         let supports = &setup.scene.supports;
         let (q, frames) = self.begin(setup);
@@ -189,7 +196,8 @@ impl<M: Model> Discretized<'_, M> {
         BoundaryMotion::new::<M>(ends.collect(), self.recorded())
     }
 
-    /// The three axes of the model as unit vectors of the world, one per entry; in a plane its x and y axes and its normal.
+    /// The three axes of the model as unit vectors of the world, one per entry; in a plane its x and y axes and its
+    /// normal.
     fn model_axes(&self) -> [[f64; 3]; 3] {
         let columns = [0, 1, 2].map(|c| {
             self.model.components(std::array::from_fn(|k| if k == c { 1.0 } else { 0.0 }))
@@ -197,8 +205,9 @@ impl<M: Model> Discretized<'_, M> {
         [0, 1, 2].map(|r| [0, 1, 2].map(|c| columns[c][r]))
     }
 
-    /// Parts of the rod that follow a recording, each with its nodes and their markers. The recorded ends come first, from
-    /// the start on, then one part with the inner nodes, which may be empty. No parts without a recording that has been read.
+    /// Parts of the rod that follow a recording, each with its nodes and their markers. The recorded ends come first,
+    /// from the start on, then one part with the inner nodes, which may be empty. No parts without a recording that has
+    /// been read.
     pub(super) fn recorded(&self) -> Vec<RecordedPart> {
         let supports = &self.scene().supports;
         let Some(path) = &supports.path else { return Vec::new() };
@@ -213,16 +222,18 @@ impl<M: Model> Discretized<'_, M> {
             .collect()
     }
 
-    /// Whether a support or a recording prescribes the position of a node. Its first coordinate is then not free, or is in
-    /// `prescribed`, the recorded unknowns between the ends.
+    /// Whether a support or a recording prescribes the first coordinate of a node, in the axes of the model: it is not
+    /// a free unknown, or is in `prescribed`, the recorded unknowns between the ends. True for nodes of clamped, pinned
+    /// and recorded ends, and for a roller at the start of the rod; false for a roller at its end, which moves along
+    /// that coordinate.
     pub(crate) fn is_held(&self, node: usize, prescribed: &PrescribedDofs) -> bool {
         let place = M::STRIDE * node;
         !self.free().contains(&place) || prescribed.contains(place)
     }
 
-    /// Adds the twists of the motions of recorded ends, rad, to the angles in `q`. If the other end is held without free
-    /// twist, the added angle decreases linearly to zero there. Else it is the same for all edges. No effect in a plane and
-    /// without such motions.
+    /// Adds the rotations about the rod of recorded ends (`twist` of their motions, rad) to the angles of edges in `q`.
+    /// If the other end is clamped or recorded, without free twist, the added angle decreases linearly to zero there.
+    /// Else it is the same for all edges. No effect in a plane and without such motions.
     pub(crate) fn turn_ends<D: Nestable>(&self, setup: &Setup<D, M>, q: &mut [D]) {
         let supports = &setup.scene.supports;
         let free = self.free();

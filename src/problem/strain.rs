@@ -1,12 +1,13 @@
 //! Largest strain of a rod from the positions of its nodes, and the warning above the range of the linear model.
 //!
-//! Strains are the absolute relative stretch of the edges (with a linear stretch law only), and on the surface by
-//! bending half the thickness times the change of curvature. In space the latter is a lower bound; shear strain by
-//! twist is not included. [`StrainGauge`] holds the stress-free state. It returns the largest strain of a state
-//! (dimensionless), its kind, arc length (m) and time (s). [`StrainRecord`] holds the maximum over a motion. Both
-//! are `None` for rods with nodes on recorded markers, whose distances have tracking errors. Above
-//! [`LARGEST_STRAIN`] there is a warning, which equilibria and trajectories show. `second_moments_of_bending`
-//! returns those (m^4) of the directions in which the model bends.
+//! Two kinds of strain are compared. Along each edge it is the absolute relative change of length, with a linear
+//! stretch law only. At each joint it is the strain on the surface by bending: half the thickness times the change of
+//! curvature. In space the latter is a lower bound; shear strain by twist is not included. [`StrainGauge`] holds the
+//! stress-free state of one rod. From the positions of nodes (m) it returns the largest strain (dimensionless), its
+//! kind, arc length (m) and time (s). [`StrainRecord`] holds the maximum over a motion. Both return `None` for scenes
+//! with recorded markers (`supports.path`), whose distances have tracking errors. [`LargestStrain::warning`] returns
+//! the warning of a strain above [`LARGEST_STRAIN`]. `second_moments_of_bending` returns the second moments of area
+//! (m^4) of the directions in which the model bends.
 
 use crate::code::Code;
 use crate::energy::bend_twist::JointLaw;
@@ -15,8 +16,8 @@ use crate::problem::model_with_setup::AnyModel;
 use crate::problem::{AnyProblem, Problem, with_model};
 use crate::scene::{Section, StretchLaw};
 
-/// Largest strain without a warning, beyond which materials are not linear: the tangent modulus of rubber (neo-Hookean) is
-/// lower by a sixth, and metals and most plastics have yielded.
+/// Largest strain without a warning, beyond which materials are not linear: the tangent modulus of rubber (neo-Hookean)
+/// is lower by a sixth, and metals and most plastics have yielded.
 pub(crate) const LARGEST_STRAIN: f64 = 0.1;
 
 /// Largest strain of a state, or of a motion.
@@ -33,8 +34,8 @@ pub(crate) struct LargestStrain {
 }
 
 impl LargestStrain {
-    /// Warning, with its code, of a strain above [`LARGEST_STRAIN`]: value in per cent, kind, place, time and the modulus,
-    /// Pa. None for a smaller strain or NaN.
+    /// Warning, with its code, of a strain above [`LARGEST_STRAIN`]: value in per cent, kind, place, time and the
+    /// modulus, Pa. None for a smaller strain or NaN.
     pub fn warning(&self, youngs_modulus: f64) -> Option<(Code, String)> {
         let Self { strain, by_bending, place, time } = *self;
         let kind = if by_bending { "by bending, on the surface" } else { "along the rod" };
@@ -55,7 +56,8 @@ pub(crate) struct StrainGauge {
     lengths: Vec<f64>,
     /// Stress-free integrated curvatures of the joints, rad; signed in the plane.
     natural: Vec<f64>,
-    /// Half of the thickness at every joint over the tributary length of the joint.
+    /// Half of the thickness at every joint over the tributary length of the joint: strain on the surface over the
+    /// change of the integrated curvature.
     slopes: Vec<f64>,
     /// Arc lengths of the nodes, m.
     places: Vec<f64>,
@@ -66,9 +68,9 @@ pub(crate) struct StrainGauge {
 }
 
 impl StrainGauge {
-    /// Gauge with the stress-free lengths and integrated curvatures of the rod of a problem. For every joint it has half the
-    /// thickness over the mean length of its two edges. In space curvatures are absolute values. None if recorded markers
-    /// prescribe nodes, as their distances have tracking errors.
+    /// Gauge with the stress-free lengths and integrated curvatures of the rod of a problem. For every joint it has
+    /// half the thickness over the mean length of its two edges. In space curvatures are absolute values. None if
+    /// recorded markers prescribe nodes, as their distances have tracking errors.
     pub fn new(problem: &Problem) -> Option<Self> {
         if problem.scene().supports.path.is_some() {
             return None;
@@ -99,10 +101,10 @@ impl StrainGauge {
         Some(Self { natural, slopes, places, normal, is_linear, lengths })
     }
 
-    /// Largest absolute strain of a rod with nodes at `position(i)`, m, with its kind and place. For a joint it is half the
-    /// thickness times the change of curvature. For an edge it is the relative change of length, which is compared only with
-    /// a linear law of the stretch. The place is the arc length of the joint, or of the first node of the edge. `time`, s, is
-    /// stored in the result; none for an equilibrium.
+    /// Largest absolute strain of a rod with nodes at `position(i)`, m, with its kind and place. For a joint it is half
+    /// the thickness times the change of curvature. For an edge it is the relative change of length, which is compared
+    /// only with a linear law of the stretch. The place is the arc length of the joint, or of the first node of the
+    /// edge. `time`, s, is stored in the result; none for an equilibrium.
     pub fn largest(
         &self,
         position: impl Fn(usize) -> [f64; 3],
@@ -168,8 +170,8 @@ impl StrainRecord {
         Self(StrainGauge::new(problem).map(|gauge| (gauge, LargestStrain::default())))
     }
 
-    /// Replaces the recorded strain by the largest one of a state with nodes at `position(i)`, m, at a time, s, if that is
-    /// larger.
+    /// Replaces the recorded strain by the largest one of a state with nodes at `position(i)`, m, at a time, s, if that
+    /// is larger.
     pub fn add(&mut self, position: impl Fn(usize) -> [f64; 3], time: f64) {
         let Some((gauge, largest)) = &mut self.0 else { return };
         let now = gauge.largest(position, Some(time));
@@ -184,9 +186,9 @@ impl StrainRecord {
     }
 }
 
-/// Half of the thickness in the direction of bending, m: the outer radius, or half of height or width. In a plane that one
-/// lies in the plane with the given `normal`; in space it is the smaller one. A custom section has that of the rectangle with
-/// the same area and smaller second moment, at most the length of the rod.
+/// Half of the thickness in the direction of bending, m: the outer radius, or half of height or width. In a plane that
+/// one lies in the plane with the given `normal`; in space it is the smaller one. A custom section has that of the
+/// rectangle with the same area and smaller second moment, at most the length of the rod.
 fn half_thickness(problem: &Problem, section: &Section, normal: Option<[f64; 3]>) -> f64 {
     match section {
         Section::Circle { radius } | Section::Tube { radius, .. } => *radius,
@@ -208,8 +210,8 @@ fn half_thickness(problem: &Problem, section: &Section, normal: Option<[f64; 3]>
 }
 
 impl Problem {
-    /// Second moments of area, m^4, without taper, of the directions in which the rod bends. These are the one in the plane
-    /// of a planar model, or both of a spatial model; one if both are equal.
+    /// Second moments of area, m^4, without taper, of the directions in which the rod bends. These are the one in the
+    /// plane of a planar model, or both of a spatial model; one if both are equal.
     pub(crate) fn second_moments_of_bending(&self) -> Vec<f64> {
         let moments = self.scene.rod.section.moments().second_moments;
         match &self.model {

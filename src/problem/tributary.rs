@@ -1,12 +1,14 @@
 //! Tributary lengths: the length of the rod, m, that every joint, edge and node represents, and the nodal masses from
 //! these.
 //!
-//! Input: lengths of edges, or of arcs with the fractions behind walls. Joints and nodes of `plain` have half of
-//! each adjacent edge; edges have their length, for stretch and for rotational inertia. `corrected` counts arcs and
-//! leaves out the parts behind walls; the rest of such an edge stretches with the next one. On request it adds
-//! second-order corrections of joints and masses next to a wall: see [`crate::problem::model`]. Models of the rod
-//! divide stiffnesses by them and multiply masses with them. `immersed` returns two masses (kg) per node: for
-//! inertia with the added mass of a fluid, for weight less the displaced fluid.
+//! Input: lengths of edges (m), or of the arcs between nodes with the fractions of the outermost ones behind walls. In
+//! `plain` joints and nodes have half of each adjacent edge; edges have their length, for stretch and for rotational
+//! inertia. In `corrected` the joint and the inner node next to a wall have the part of the outermost edge outside of
+//! the wall, instead of half of it. This part is added to the next edge, for stretch. The outermost node and edge
+//! themselves, which the clamp holds, keep their lengths. On request it adds second-order corrections of joints and
+//! masses next to a wall: see [`crate::problem::model`]. Bending and axial stiffness are divided by these lengths,
+//! masses per length are multiplied with them. `immersed` returns two masses (kg) per node: for inertia with the added
+//! mass of a fluid, for weight less the displaced fluid.
 
 use crate::numerics::scalar::Scalar;
 use crate::problem::section_profile::{SectionConstants, SectionProfile};
@@ -55,8 +57,8 @@ impl<D: Scalar> TributaryLengths<D> {
         nodes.map(of).unzip()
     }
 
-    /// Uncorrected tributary lengths for edges of the lengths `edges`, m. Joints and nodes have half of each adjacent edge,
-    /// stretch and spin the whole edge.
+    /// Uncorrected tributary lengths for edges of the lengths `edges`, m. Joints and nodes have half of each adjacent
+    /// edge, stretch and spin the whole edge.
     pub fn plain(edges: &[D]) -> Self {
         let zero = D::from(0.0);
         let half = |j: Option<usize>| *j.and_then(|j| edges.get(j)).unwrap_or(&zero) * 0.5;
@@ -68,11 +70,12 @@ impl<D: Scalar> TributaryLengths<D> {
         }
     }
 
-    /// Tributary lengths along arcs, without the parts of the outermost edges behind walls. The part of such an edge outside
-    /// of its wall stretches with the next edge. If `arcs.joints` is set, second-order terms follow (see
-    /// [`crate::problem::model`]), with the part `r` of the outermost edge outside of its wall and the next edge `b`. The
-    /// length `r/2` is moved from the node next to a wall to the one after it. With more than two edges, the first joint gets
-    /// `(r^2/2 - b^2/12)/b` of the second, at most half of it.
+    /// Tributary lengths along arcs. The joint and the inner node next to a wall have the part of the outermost edge
+    /// outside of the wall, instead of half of it. This part is added to the next edge, for stretch. The outermost node
+    /// and edge, which the clamp holds, keep their lengths. If `arcs.joints` is set, second-order terms follow (see
+    /// [`crate::problem::model`]), with the part `r` of the outermost edge outside of its wall and the next edge `b`.
+    /// The length `r/2` is moved from the node next to a wall to the one after it. With more than two edges, the first
+    /// joint gets `(r^2/2 - b^2/12)/b` of the second, at most half of it.
     pub fn corrected(arcs: Arcs<D>) -> Self {
         let mut line = Self::plain(arcs.lengths);
         for (end, behind) in arcs.behind.into_iter().enumerate() {

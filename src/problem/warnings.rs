@@ -1,10 +1,11 @@
-//! Warnings of a simulation: recordings, time steps, units, gravity, mesh, and the estimated error.
+//! Warnings of a simulation of one rod: recordings, time steps, units, gravity, mesh, and the estimated error.
 //!
-//! [`Problem::warnings`] returns all of them in this order, as texts with finding, consequence and action, and with
-//! the [`Code`] in each text; `coded_warnings` has the codes apart. The list is empty for a scene without findings.
-//! Recordings: all defects, corrected or not. Steps, with `[time]` only: a step that does not resolve the motion of
-//! a support, or is longer than the simulation. Units, gravity and mesh: see `plausibility`. The last one is an
-//! estimated error above the requested one. Fits take `recording_warnings` and `step_warnings` only.
+//! [`Problem::warnings`] returns all of them in this order, as texts with finding, consequence and action, and with the
+//! [`Code`] in brackets at the end of each text; `coded_warnings` has the codes apart. The list is empty for a scene
+//! without findings. Recordings: all defects, corrected or not, of those that move supports and of the samples of
+//! signals that a load or an actuator has. Steps, with `[time]` only: a step that resolves the motion of a support or
+//! such a signal poorly, or is longer than the simulation. Units, gravity and mesh: see `plausibility`. The last one is
+//! an estimated discretization error above the requested one.
 
 use crate::code::Code;
 use crate::problem::Problem;
@@ -12,9 +13,10 @@ use crate::problem::plausibility::Purpose;
 use crate::scene::Resolution;
 
 impl Problem {
-    /// Warnings of a simulation of the scene, each with its code in brackets at the end. They are defects of the recordings
-    /// that drive the ends, then steps that do not resolve a support's motion or exceed the duration. Implausible units,
-    /// missing gravity, a coarse mesh for natural curvature, and an estimated error above the requested one follow.
+    /// Warnings of a simulation of the scene, each with its code in brackets at the end. They are defects of recordings
+    /// that move supports and of samples of signals. Steps follow that resolve a support's motion or a signal poorly,
+    /// or exceed the duration. Implausible units, missing gravity, a coarse mesh for natural curvature, and an
+    /// estimated error above the requested one follow.
     pub fn warnings(&self) -> Vec<String> {
         self.coded_warnings().into_iter().map(|(code, words)| code.behind(words)).collect()
     }
@@ -44,8 +46,8 @@ impl Problem {
         warnings
     }
 
-    /// Warnings, with codes, of all defects, corrected or not, of the recordings that drive the ends. Empty without
-    /// recordings.
+    /// Warnings, with codes, of all defects, corrected or not, of the recordings that move supports and of the samples
+    /// of signals that a load or an actuator has. Empty without both.
     pub(crate) fn recording_warnings(&self) -> Vec<(Code, String)> {
         self.scene().recording_warnings()
     }

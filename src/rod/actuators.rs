@@ -1,9 +1,12 @@
-//! Actuators of a rod that follow signals: changes of natural strains, and tensions of tendons.
+//! Actuators of a rod that follow signals: changes of natural strains, tensions of tendons, and factors of follower
+//! loads.
 //!
 //! [`NaturalShifts`] are the changes of the natural strains of edges and joints at the value 1 of a signal.
-//! [`Actuators`] has those of every actuator with a signal, and the tendons whose tension is a signal. They return
-//! the values of the signals at a time, s, or their means over an interval. A simulation sets the rod to the values
-//! or means of each step before it evaluates forces. The list is empty, and costs nothing, without such actuators.
+//! [`Actuators`] is the list of all actuators with a signal, each with its [`ActuatorEffect`]: such changes in
+//! proportion to the signal, tendons whose tension (N) it is, or a group of loads without a potential whose factor it
+//! is. It returns the values of all signals at a time, s, or their means over an interval, and stores those to which
+//! the rod is set. A simulation sets the rod to the values or means of each step before it evaluates forces. The list
+//! is empty without such actuators.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::SignalCurve;
@@ -41,7 +44,7 @@ pub struct JointShift<D> {
 pub struct Actuator<D> {
     /// The signal.
     pub signal: SignalCurve<D>,
-    /// What it changes.
+    /// The quantity of the rod that it changes.
     pub effect: ActuatorEffect<D>,
 }
 
@@ -72,7 +75,7 @@ impl<D: Scalar> Actuators<D> {
         Self { list, values }
     }
 
-    /// Whether there are none.
+    /// Whether the rod has no actuators that follow signals.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }

@@ -1,9 +1,11 @@
 //! Contacts of a rod with obstacles: sums of energy (J), gradient (N) and tangent (N/m) over all edges.
 //!
-//! Each contact has an obstacle along the axes of the model, its stiffness (N/m^3), and the parts of all edges that may touch
-//! it. The formulas are those of [`edge_contact`](crate::energy::edge_contact), derived by hand. Damping and friction depend on
-//! the velocities of a step and are added to its equations only ([`contact_loss`](crate::energy::contact_loss)). The list is
-//! empty, and costs nothing, in scenes without contacts.
+//! Input: the unknowns of the rod (m; angles have no part), and for each contact an obstacle in the axes of the model
+//! with the parts of all edges that may touch it. Its stiffness is the force per length over the square of the overlap,
+//! N/m^3. Energy and derivatives of one edge are those of [`edge_contact`](crate::energy::edge_contact). Damping and
+//! friction depend on the velocities of a step (`add_losses`): minus their forces (N) and the unsymmetric derivatives
+//! (N/m) are added to the equations of a step only ([`contact_loss`](crate::energy::contact_loss)). `gradients` returns
+//! minus the forces of each contact alone, losses included. The list is empty in scenes without contacts.
 
 use crate::energy::contact_loss::LossyContact;
 use crate::energy::edge_contact::{ContactDerivatives, EdgeContact};
@@ -50,8 +52,8 @@ impl<D> Default for RodContacts<D> {
     }
 }
 
-/// The positions of both nodes of an edge, whose unknowns begin at `first`; nodes have `A` coordinates and `S` unknowns. The
-/// third coordinate in the plane is zero.
+/// The positions of both nodes of an edge, whose unknowns begin at `first`; nodes have `A` coordinates and `S`
+/// unknowns. The third coordinate in the plane is zero.
 #[inline(always)]
 fn edge_nodes<D: Scalar, const A: usize, const S: usize>(q: &[D], first: usize) -> [Vector<D>; 2] {
     let (mut nodes, q) = ([[D::from(0.0); 3]; 2], &q[first..first + S + A]);
@@ -62,7 +64,7 @@ fn edge_nodes<D: Scalar, const A: usize, const S: usize>(q: &[D], first: usize) 
 }
 
 impl<D: Scalar> RodContact<D> {
-    /// The contacts of all edges.
+    /// The contact of each edge of the rod with the obstacle, in the order of the edges.
     #[inline]
     fn edges(&self) -> impl Iterator<Item = EdgeContact<'_, D>> {
         let Self { obstacle, stiffness, parts, .. } = self;
@@ -73,12 +75,12 @@ impl<D: Scalar> RodContact<D> {
 }
 
 impl<D: Scalar> RodContacts<D> {
-    /// Whether there are none.
+    /// Whether there are no contacts.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
-    /// The energy at the unknowns `q` of a rod in `N` dimensions, J.
+    /// The energy of all contacts at the unknowns `q` of a rod in `N` dimensions, J, without derivatives.
     pub(super) fn energy<const N: usize>(&self, q: &[D]) -> f64 {
         match N {
             2 => self.sum_energy::<2, 2>(q),
@@ -86,7 +88,7 @@ impl<D: Scalar> RodContacts<D> {
         }
     }
 
-    /// Adds the gradient at the unknowns `q` of a rod in `N` dimensions, N.
+    /// Adds the gradient of the energy of all contacts at the unknowns `q` of a rod in `N` dimensions, N.
     pub(super) fn add_gradient<const N: usize>(&self, q: &[D], gradient: &mut [D]) {
         match N {
             2 => self.sum_gradient::<2, 2, 4>(q, gradient),
@@ -94,7 +96,8 @@ impl<D: Scalar> RodContacts<D> {
         }
     }
 
-    /// Adds gradient, N, and tangent, N/m, at the unknowns `q` of a rod in `N` dimensions.
+    /// Adds gradient, N, and second derivatives, N/m, of the energy of all contacts at the unknowns `q` of a rod in `N`
+    /// dimensions.
     pub(super) fn add_tangent<const N: usize>(
         &self,
         q: &[D],
@@ -118,7 +121,8 @@ impl<D: Scalar> RodContacts<D> {
         sum
     }
 
-    /// Adds the gradient at `q`, N, of a rod whose nodes have `A` coordinates and `S` unknowns, with `U = S + A` of an edge.
+    /// Adds the gradient at `q`, N, of a rod whose nodes have `A` coordinates and `S` unknowns, with `U = S + A` of an
+    /// edge.
     fn sum_gradient<const A: usize, const S: usize, const U: usize>(
         &self,
         q: &[D],
@@ -140,7 +144,8 @@ impl<D: Scalar> RodContacts<D> {
         }
     }
 
-    /// Adds gradient, N, and tangent, N/m, as [`sum_gradient`](Self::sum_gradient).
+    /// Adds gradient, N, and second derivatives, N/m, at `q`, of a rod whose nodes have `A` coordinates and `S`
+    /// unknowns, with `U = S + A` of an edge.
     fn sum_tangent<const A: usize, const S: usize, const U: usize>(
         &self,
         q: &[D],
@@ -171,7 +176,8 @@ impl<D: Nestable> RodContacts<D> {
         self.list.iter().any(|contact| contact.loss.is_some())
     }
 
-    /// Minus the forces of each contact on all unknowns, N, at the unknowns `q` and velocities `v` of a rod in `N` dimensions.
+    /// Minus the forces of each contact on all unknowns, N, damping and friction included, at the unknowns `q` and
+    /// velocities `v` (m/s) of a rod in `N` dimensions: one list per contact, in the order of the scene.
     pub(super) fn gradients<const N: usize>(&self, q: &[D], v: &[D]) -> Vec<Vec<D>> {
         let gradient = |contact: &RodContact<D>| {
             let (one, zero) = (Self { list: vec![contact.clone()] }, D::from(0.0));
@@ -185,8 +191,8 @@ impl<D: Nestable> RodContacts<D> {
         self.list.iter().map(gradient).collect()
     }
 
-    /// Adds minus the forces that depend on the velocity, N, to `gradient`, and their derivatives by the unknowns at the end
-    /// of a step, N/m, to `tangent` if it is given. The rod has the unknowns `q` in `N` dimensions.
+    /// Adds minus the forces that depend on the velocity, N, to `gradient`, and their derivatives by the unknowns at
+    /// the end of a step, N/m, to `tangent` if it is given. The rod has the unknowns `q` in `N` dimensions.
     pub(super) fn add_losses<const N: usize>(
         &self,
         q: &[D],
@@ -200,8 +206,8 @@ impl<D: Nestable> RodContacts<D> {
         }
     }
 
-    /// [`add_losses`](Self::add_losses) of a rod whose nodes have `A` coordinates and `S` unknowns, with `U = S + A` of an
-    /// edge.
+    /// [`add_losses`](Self::add_losses) of a rod whose nodes have `A` coordinates and `S` unknowns, with `U = S + A` of
+    /// an edge.
     fn sum_losses<const A: usize, const S: usize, const U: usize>(
         &self,
         q: &[D],

@@ -1,11 +1,14 @@
 //! A rod of straight edges, in the plane or in space: [`DiscreteRod`], the [`Rod`] of a scene with one rod and of
 //! each rod of an assembly.
 //!
-//! Contents: one stretching law per edge, one bending (and twisting) law per inner node, lumped masses, dead loads,
-//! moments, springs of internal friction, user-defined energies and loads without a potential. From unknowns `q` and reference frames follow
-//! energies (J), gradient (N), its tangent (N/m), strains, and checks of a step for folds and large rotations. The
-//! [`Layout`] has the element formulas, evaluated for several edges at a time in SIMD lanes. The method is Discrete
-//! Elastic Rods (Bergou et al. 2008, 2010).
+//! Contents: one stretching law per edge, one bending (and twisting) law per inner node, lumped masses, dead loads and
+//! constant moments. Springs of internal friction, user-defined energies, contacts, and loads without a potential
+//! (follower loads) are optional. Input: unknowns `q` (coordinates, m, and in space angles of edges, rad) and reference
+//! frames of edges. Output: energies (J), gradient of the energy less the work of the loads (N), its tangent (N/m),
+//! strains, and checks of a step for folds and large rotations. Minus the follower loads is part of the gradient, which
+//! then is not that of an energy. For viscous stresses of a step, the laws are overwritten by other stiffnesses and
+//! natural strains. The [`Layout`] has the element formulas, evaluated for several edges at a time in SIMD lanes. The
+//! method is Discrete Elastic Rods (Bergou et al. 2008, 2010).
 
 mod rates;
 mod transposed;
@@ -102,8 +105,10 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
         At { elements: self.elements(), q, frames }
     }
 
-    /// [`set_viscous`](Rod::set_viscous) for one rod of an assembly: the `viscosity` covers the strains of all rods,
-    /// and `first` is the index of the first strain of this rod.
+    /// [`set_viscous`](Rod::set_viscous) for one rod of an assembly: overwrites the linear laws with those of the
+    /// `elastic` rod under the viscous stress. The lists of `viscosity` cover the strains of all rods, and `first` is
+    /// the index of the first strain of this rod. Tensions of tendons, natural strains of nonlinear bending and factors
+    /// of follower loads are copied from `elastic`, as they may follow signals.
     pub(super) fn set_viscous_from(
         &mut self,
         elastic: &Self,
@@ -120,8 +125,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
         self.followers.copy_factors(&elastic.followers);
     }
 
-    /// [`set_dashpots`](Rod::set_dashpots) for one rod of an assembly, whose strains begin at index `first` of the
-    /// `viscosity`.
+    /// [`set_dashpots`](Rod::set_dashpots) for one rod of an assembly: overwrites the linear laws with those of
+    /// `dashpots`, stiffnesses times their factors and shifts as natural strains. The strains of this rod begin at
+    /// index `first` of the lists of `viscosity`.
     pub(super) fn set_dashpots_from(
         &mut self,
         dashpots: &Self,
@@ -132,9 +138,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
         viscosity.set_dashpots(&dashpots.joint, &mut self.joint, first + dashpots.stretch.len());
     }
 
-    /// Overwrites `gradient`, N, and `tangent`, N/m, of energy less loads at the unknowns and frames of `at`, and the
-    /// geometry if one is given. `derivatives` selects the hand-derived formulas or, for checks with plain numbers,
-    /// num-dual.
+    /// Overwrites `gradient`, N, and `tangent`, N/m, of energy less work of the loads at the unknowns and frames of
+    /// `at`, and the geometry if one is given. User-defined energies, contacts and follower loads are included.
+    /// `derivatives` selects the hand-derived formulas or, for checks with plain numbers, num-dual.
     #[inline(always)]
     fn assemble(
         &self,
@@ -193,8 +199,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     }
 
     /// Overwrites `gradient` with that of energy less work of loads and moments at `q`, N (N m for angles). Edges and
-    /// joints use num-dual for plain numbers with `Derivatives::Dual`, else the hand-derived formulas. Moments and
-    /// user-defined energies are included.
+    /// joints use num-dual for plain numbers with `Derivatives::Dual`, else the hand-derived formulas. Moments,
+    /// user-defined energies, contacts and minus the follower loads are included.
     fn gradient(
         &self,
         q: &[D],
@@ -222,8 +228,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.contacts.add_gradient::<N>(q, gradient);
     }
 
-    /// Overwrites gradient, N, and tangent, N/m, of energy less work of loads and moments at `q`, user-defined energies
-    /// included. `derivatives` selects as in `gradient`.
+    /// Overwrites gradient, N, and tangent, N/m, of energy less work of loads and moments at `q`. User-defined
+    /// energies, contacts and minus the follower loads are included; the derivatives of the latter are not symmetric.
+    /// `derivatives` selects as in `gradient`.
     fn tangent(
         &self,
         q: &[D],
@@ -284,8 +291,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     }
 
     /// Overwrites `tangent` with the second derivatives of the energy by edge vectors and angles, N/m. Edge `j` has the
-    /// rows and columns of node `j + 1`; those of the first node's coordinates are zero. Constant moments are included,
-    /// user-defined energies are not.
+    /// rows and columns of node `j + 1`; those of the first node's coordinates are zero. Constant moments are included;
+    /// user-defined energies, contacts and follower loads are not.
     fn edge_tangent(
         &self,
         q: &[D],
@@ -305,8 +312,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.moments.add_edge_tangent(q, tangent);
     }
 
-    /// Moves the frames to `q` by parallel transport and overwrites `gradient` there, N (N m for angles), moments and
-    /// user-defined energies included. The hand-derived formulas do both in one sweep, which in space leaves out active
+    /// Moves the frames to `q` by parallel transport and overwrites `gradient` there, N (N m for angles), with the same
+    /// parts as in `gradient`. The hand-derived formulas do both in one sweep, which in space leaves out active
     /// friction springs. With nonlinear bending the frames move first.
     fn moved_gradient(
         &self,
@@ -372,9 +379,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.own.non_finite_energy(q, frames.edge_frames())
     }
 
-    /// The energies at `q`, J: stretching, bending, twisting, user-defined, and the potential of dead loads and
-    /// constant moments. The angle of a moment's edge is counted along the rod beyond half a turn. The kinetic energy
-    /// is zero, and energies of friction springs are left out.
+    /// The energies at `q`, J: stretching, bending, twisting, `own` (user-defined energies and contacts), and the
+    /// potential of dead loads and constant moments. The angle of a moment's edge is counted along the rod beyond half
+    /// a turn. The kinetic energy is zero; friction springs, and follower loads, which have no potential, are left out.
     fn energies(&self, q: &[D], frames: &Self::Frames) -> Energies {
         let at = self.at(q, frames);
         let mut sums = D::run_sweep(Elastic { at });
@@ -403,7 +410,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     }
 
     /// A copy whose elements act as dashpots: strains stand for strain rates. Natural strains, loads, moments,
-    /// user-defined energies and nonlinear parts of laws are removed; stiffnesses, masses and friction springs stay.
+    /// user-defined energies, contacts and nonlinear parts of laws are removed; stiffnesses, masses and friction
+    /// springs stay.
     fn dashpots(&self) -> Self {
         let mut rod = self.clone();
         let zero = D::from(0.0);
@@ -435,8 +443,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         energies
     }
 
-    /// Overwrites the laws of all elements with those of the `elastic` rod under the `viscosity`: scaled stiffnesses
-    /// and shifted natural strains, with the stress `K (factor s - natural - shift)`.
+    /// Overwrites the linear laws of all elements with those of the `elastic` rod under the `viscosity`: scaled
+    /// stiffnesses and shifted natural strains, with the stress `K (factor s - natural - shift)`. Tensions of tendons,
+    /// natural strains of nonlinear bending and factors of follower loads are copied from `elastic`.
     fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
         self.set_viscous_from(elastic, viscosity, 0);
     }
@@ -459,7 +468,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         }
     }
 
-    /// Sets the first parameter of the energies with the indices `energies`, the tension of tendons, N.
+    /// Sets the first parameter of the user-defined energies with the indices `energies`, the tension of tendons, N.
     fn set_tensions(&mut self, energies: &[usize], tension: D) {
         self.own.set_first_value(energies, tension);
     }
@@ -479,7 +488,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.contacts.have_losses()
     }
 
-    /// Adds minus the forces of contacts that depend on the velocity, N, and their derivatives, N/m.
+    /// Adds minus the forces of contacts that depend on the velocity (damping and friction) at `q`, N, to `forces`. If
+    /// `tangent` is given, their derivatives by the unknowns at the end of the step, N/m, not symmetric, are added to
+    /// it.
     fn add_contact_losses(
         &self,
         q: &[D],
@@ -490,18 +501,19 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.contacts.add_losses::<N>(q, velocities, forces, tangent);
     }
 
-    /// Minus the forces of each contact on all unknowns, N.
+    /// Minus the forces of each contact on all unknowns, N, damping and friction included, at the unknowns `q` and
+    /// velocities `v`, m/s: one list per contact.
     fn contact_gradients(&self, q: &[D], v: &[D]) -> Vec<Vec<D>> {
         self.contacts.gradients::<N>(q, v)
     }
 
-    /// Sets the factor of a group of loads without a potential.
+    /// Sets the factor of the group of loads without a potential with the index `group`; without it nothing happens.
     fn set_follower_factor(&mut self, group: usize, factor: D) {
         self.followers.set_factor(group, factor);
     }
 
-    /// Overwrites the laws of all elements with those of `dashpots`, every stiffness times its factor and the shifts of
-    /// `viscosity` as natural strains.
+    /// Overwrites the linear laws of all elements with those of `dashpots`: every stiffness times the factor of its
+    /// kind in `viscosity` (common plus additional one), and the shifts as natural strains.
     fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>) {
         self.set_dashpots_from(dashpots, viscosity, 0);
     }
@@ -588,17 +600,17 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<
         self.own = own;
     }
 
-    /// Replaces the loads without a potential.
+    /// Replaces all loads without a potential by `loads`.
     fn set_follower_loads(&mut self, loads: FollowerLoads<D>) {
         self.followers = loads;
     }
 
-    /// Replaces the contacts.
+    /// Replaces all contacts with obstacles by `contacts`.
     fn set_contacts(&mut self, contacts: RodContacts<D>) {
         self.contacts = contacts;
     }
 
-    /// Adds energies after the user-defined ones.
+    /// Appends the energies `own` to the user-defined ones of the rod.
     fn add_own(&mut self, own: UserEnergies<D>) {
         self.own = std::mem::take(&mut self.own).with(own);
     }

@@ -8,11 +8,12 @@
 //! -(a_n + b_n |u_n|) u_n - (a_t + b_t |u_t|) u_t t
 //! ```
 //!
-//! with linear and quadratic coefficients `a`, kg/(m s), and `b`, kg/m^2. It is multiplied by the length that the
-//! node stands for. The tangent is the direction from the node before to the node after, one-sided at the ends.
-//! Speeds are smoothed below [`STILL`]. `add_forces` and `add_slopes` add minus the drag and its derivatives, as for
-//! a gradient. At a given tangent the derivative by the velocity is symmetric, with one block per node. Transposed
-//! derivatives include the tangents.
+//! with linear and quadratic coefficients `a`, kg/(m s), and `b`, kg/m^2. It is multiplied by the tributary length of
+//! the node, m. The tangent is the direction from the node before to the node after, one-sided at the ends. The speeds
+//! `|u|` are the roots of `u^2` plus [`STILL`]. `add_forces` and `add_slopes` add minus the drag and its derivatives,
+//! as for a gradient. At a given tangent the derivative by the velocity is symmetric, with one block per node.
+//! `add_transposed_slopes` adds the derivatives of `d . f`, with weights `d` and minus the drag `f`, by coefficients,
+//! fluid velocity, lengths, velocities, and positions through the tangents.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::Tangent;
@@ -130,7 +131,8 @@ struct Parts<D> {
     tangential: D,
 }
 
-/// The derivatives of a number by the numbers of drag, each in the place of its number.
+/// The derivatives of a number by the coefficients, fluid velocity and node lengths of drag, each in the field of that
+/// quantity.
 pub type DragSlopes = NodalDrag<f64>;
 
 impl NodalDrag<Dual64> {
@@ -149,9 +151,10 @@ impl NodalDrag<f64> {
         NodalDrag { normal, tangential, fluid, lengths, unknowns: self.unknowns }
     }
 
-    /// Adds the derivatives of the number `d . f`, with [minus the drag](Self::add_forces) `f` at positions `q` and
-    /// velocities `v`, by hand-derived formulas. Those by coefficients, fluid velocity and node lengths are added to
-    /// `slopes`, those by positions, through the tangents, to `by_q`, those by velocities to `by_v`.
+    /// Adds the derivatives of the number `d . f`, with given weights `d` of all unknowns and [minus the
+    /// drag](Self::add_forces) `f` at positions `q`, m, and velocities `v`, m/s, by hand-derived formulas. Those by
+    /// coefficients, fluid velocity and node lengths are added to `slopes`, those by positions, through the tangents,
+    /// to `by_q`, those by velocities to `by_v`.
     pub fn add_transposed_slopes(
         &self,
         [q, v, d]: [&[f64]; 3],

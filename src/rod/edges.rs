@@ -3,9 +3,9 @@
 //! An edge vector is the position of its second node less that of its first. The forces on a node are therefore
 //! differences of edge derivatives. [`SpatialNodes`] overwrites gradient (N, N m for angles; less the dead loads) and
 //! band matrix (N/m) by nodes. Its columns per node are three coordinates, then the angle of the edge after the node.
-//! [`SpatialEdges`] adds second derivatives to a band matrix by edges, for edge coordinates of long rods. There edge
-//! `i` has the columns `4i + 3` (its angle) to `4i + 6` (its vector): the vector stands at the place of the node
-//! `i + 1`.
+//! [`SpatialEdges`] adds second derivatives by edge coordinates, the angles and vectors of edges instead of positions
+//! of nodes, to a band matrix. There edge `i` has the columns `4i + 3` (its angle) to `4i + 6` (its vector): the vector
+//! has the columns of node `i + 1`.
 
 use crate::energy::DeadLoad;
 use crate::energy::joint::{Between, ByEdge};

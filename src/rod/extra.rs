@@ -1,11 +1,13 @@
 //! User-defined energies on a rod: sums of energy (J), gradient (N) and tangent (N/m) over all places at which they
 //! act.
 //!
-//! Each energy (the trait of [`crate::energy::own`]) has its parameter values and a list of weighted places on the
-//! mesh. For every place its local unknowns are cut out of `q`, and its local derivatives are added to those of the
-//! rod: by the energy's own formulas if requested and available, else by dual numbers. The energy is returned in
-//! plain numbers. `non_finite_energy` returns name and arc length, m, of the first energy whose value or gradient is
-//! not finite; None if all are finite. Places with unknowns that are not finite are skipped there.
+//! Each energy (the trait of [`crate::energy::own`]; energies of tendons and ties too) has its parameter values and a
+//! list of weighted places on the mesh. Input: the unknowns `q` of the rod (m, rad) and the reference frames of its
+//! edges, empty in a plane. For every place its local unknowns are taken from `q`, and its local derivatives are added
+//! to those of the rod: by the energy's own formulas if requested and available, else by dual numbers. The energy is
+//! returned in plain numbers. `non_finite_energy` returns name and arc length, m, of the first energy whose value or
+//! gradient is not finite; `None` if all are finite. Places with unknowns that are not finite are skipped there.
+//! `set_first_value` replaces the first parameter of energies, the tension of tendons.
 
 use crate::energy::Derivatives;
 use crate::energy::adapter::{AnyEnergy, Chart, MOST, Over, Site};

@@ -1,15 +1,18 @@
-//! Loads without a potential on the edges of a rod: gradient (N) and tangent (N/m, not symmetric).
+//! Loads without a potential on the edges of a rod, such as forces that follow its tangent: forces (N) and tangent
+//! (N/m, not symmetric).
 //!
 //! Input: groups of [`FollowerLoad`]s with a factor each, and the unknowns with their frames. A group has the constant
-//! loads, or those that one signal multiplies. Minus their forces is added to the gradient of the rod, which then is not
-//! the derivative of an energy. The list is empty, and costs nothing, without such loads.
+//! loads, or those that one signal multiplies. [`FollowerLoads`] adds their forces times a sign to a list; minus the
+//! forces is part of the gradient of the rod, which then is not the derivative of an energy. It subtracts their
+//! derivatives by the unknowns from the tangent. `set_factor` replaces the factor of a group by the value of its
+//! signal. The list is empty without such loads.
 
 use crate::energy::FollowerLoad;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::tangent::UnsymmetricTangent;
 use crate::rod::layout::Layout;
 
-/// A load on an edge.
+/// A load without a potential on an edge.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeFollower<D> {
     /// Index of the edge.
@@ -40,7 +43,7 @@ impl<D> FollowerLoads<D> {
         Self { groups: Vec::new() }
     }
 
-    /// Whether there are none.
+    /// Whether there are no loads without a potential.
     pub fn is_empty(&self) -> bool {
         self.groups.is_empty()
     }
@@ -54,7 +57,7 @@ impl<D: Scalar> FollowerLoads<D> {
         }
     }
 
-    /// Takes the factors of the same loads of another rod.
+    /// Copies the factors of the groups of `other`, the same loads of another rod, in their order.
     pub fn copy_factors(&mut self, other: &Self) {
         for (own, other) in self.groups.iter_mut().zip(&other.groups) {
             own.factor = other.factor;

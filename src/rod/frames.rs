@@ -1,10 +1,11 @@
 //! Reference frames of the angles of a rod, and the derivatives of these frames along parameters.
 //!
-//! In space the angle of an edge is measured from a reference frame, [`Frames`](crate::energy::frame::Frames):
-//! tangent and director of each edge, reference twist of each joint (time-parallel transport, Bergou et al. 2010). A
-//! planar rod has no angles; its frames are `()`, and every operation is empty. The derivative of a frame is that of
-//! its tangent and a rotation about the tangent, rad ([`FrameRate`]). The trait [`RodGeometry`] has strains at a
-//! state and the products with derivatives of frames, forward and transposed.
+//! In space the angle of an edge is measured from a reference frame, [`Frames`](crate::energy::frame::Frames): tangent
+//! and director of each edge, reference twist of each joint (time-parallel transport, Bergou et al. 2010). A planar rod
+//! has no angles; its frames are `()`, and every operation is empty. The derivative of a frame is that of its tangent
+//! and a rotation about the tangent, rad ([`FrameRate`]). [`frame_rates`] returns these derivatives from frames over
+//! dual numbers, [`set_dual_frames`] and [`set_real_frames`] convert frames to dual and to plain numbers. The trait
+//! [`RodGeometry`] has strains at a state and the products with derivatives of frames, forward and transposed.
 
 use crate::energy::frame::{EdgeFrame, one_plus_dot};
 use crate::numerics::lanes::Lanes;
@@ -37,11 +38,11 @@ pub trait ReferenceFrames<D: Scalar>: Clone + Debug + Send + Sync {
     }
 
     /// Moves the frames to the edges at `q` by parallel transport, and updates the reference twists. Angles, strains
-    /// and energies at `q` do not change.
+    /// and energies at `q` do not change. No operation in the plane.
     fn move_to(&mut self, _q: &[D]) {}
 
     /// Overwrites the angles in `q`, measured from these frames, by those measured from the frames `to`. Material
-    /// directors and the twist of every joint stay; whole turns are chosen accordingly.
+    /// directors and the twist of every joint stay; whole turns are chosen accordingly. No operation in the plane.
     fn convert_angles(&self, _q: &mut [D], _to: &Self) {}
 
     /// The first material director, a unit vector, of an edge at the unknowns `q`; `None` in the plane.
@@ -50,7 +51,7 @@ pub trait ReferenceFrames<D: Scalar>: Clone + Debug + Send + Sync {
     }
 
     /// Sets the angles in `q` so that no joint is twisted, for edges along the tangents of these frames. The angle of
-    /// the first edge stays.
+    /// the first edge stays. No operation in the plane.
     fn untwist(&self, _q: &mut [D]) {}
 
     /// Sets the angle of an edge in `q` so that its first material director is `director`. Of the possible angles,

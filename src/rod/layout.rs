@@ -3,9 +3,12 @@
 //!
 //! A layout defines the unknowns of a node (`N` coordinates, `STRIDE` unknowns), the `S` strains of a joint, and the
 //! types of stiffness, tangent and frames. It iterates over edges in blocks, one edge per SIMD lane ([`EdgeBlocks`]),
-//! and has the formulas of strains, energies and their derivatives. First and second derivatives are computed by edge
-//! vectors and passed to an [`EdgeSink`]. The sink writes them by nodes (gradient, band matrix) or by edges.
-//! [`Elements`] are references to the laws, loads and springs of a rod, [`At`] these with unknowns and frames.
+//! and has the formulas of strains, energies (J), forces of follower loads (N), and their derivatives. First and second
+//! derivatives are computed by edge vectors and passed to an [`EdgeSink`]. The sink writes them by nodes (gradient, N,
+//! and band matrix, N/m) or by edges. [`Elements`] are references to the laws, loads and springs of a rod, [`At`] these
+//! with unknowns and frames. Functions of [`Elements`] return laws, stiffnesses and stresses (N m) of single joints and
+//! of joints in SIMD lanes, with friction springs and nonlinear bending. Nonlinear parts of stretching laws, constant
+//! moments, user-defined energies and contacts are added outside of a layout.
 
 use crate::energy::law::{self, Law, NonlinearBending, NonlinearPart, StiffnessEntry, Symmetric};
 use crate::energy::{DeadLoad, FollowerLoad, HyperelasticStretch, Stretch};
@@ -88,8 +91,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, 
         HyperelasticStretch { linear: self.stretch[i], nonlinear: self.nonlinear.get(i).copied() }
     }
 
-    /// Stiffness and stresses, N m, of joint `i` at its `strains`: those of its law, of its nonlinear bending, and of its
-    /// friction spring if it has an active one.
+    /// Stiffness and stresses, N m, of joint `i` at its `strains`: those of its law, of its nonlinear bending, and of
+    /// its friction spring if it has an active one.
     fn response(&self, i: usize, strains: &[D; S]) -> JointResponse<L, D, N, S> {
         let mut response = self.joint[i].response(strains);
         let Some(AdditionalStresses { springs, bending }) = self.additional else {
@@ -238,12 +241,14 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     /// The vector of edge `i` at the unknowns `q`, m: the position of its second node less that of its first.
     fn edge<D: Scalar>(q: &[D], i: usize) -> [D; N];
 
-    /// Overwrites `gradient` with that of elastic energy less dead loads, N (N m for angles), by the hand-derived
-    /// formulas. Constant moments and user-defined energies are left out.
+    /// Overwrites `gradient` with that of elastic energy less work of the dead loads, N (N m for angles), by the
+    /// hand-derived formulas. Friction springs and nonlinear bending are included. Nonlinear parts of stretching laws,
+    /// constant moments, user-defined energies, contacts and follower loads are left out.
     fn gradient<D: Nestable>(at: At<'_, D, Self, N, S>, gradient: &mut [D]);
 
     /// Calls `add(first, gradient)` for each edge and joint, with the index of its first unknown and its local
-    /// gradient, N, by num-dual. Loads, constant moments and user-defined energies are left out.
+    /// gradient, N, by num-dual, with nonlinear laws and friction springs. Loads, constant moments, user-defined
+    /// energies and contacts are left out.
     fn dual_gradients<D: Nestable>(at: At<'_, D, Self, N, S>, add: impl FnMut(usize, &[D]));
 
     /// The strains of joint `i`, between edges `i` and `i + 1`, at the unknowns `q`. In the plane it is the curvature
@@ -268,7 +273,8 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     ) -> [[D; MAX_EDGE_UNKNOWNS]; MAX_EDGE_UNKNOWNS];
 
     /// Moves the frames to the edges at `q` and overwrites `gradient` there, N (N m for angles), by the hand-derived
-    /// formulas. The default leaves the frames unchanged, as in the plane.
+    /// formulas, with the parts of [`gradient`](Self::gradient). In space friction springs and nonlinear bending are
+    /// left out. The default leaves the frames unchanged, as in the plane.
     fn moved_gradient<D: Nestable>(
         elements: Elements<'_, D, Self, N, S>,
         q: &[D],
@@ -307,16 +313,17 @@ pub trait EdgeBlocks<
     /// lane.
     fn strains(&self, block: &Self::Block) -> (V, [V; S]);
 
-    /// Energies of stretching, bending and twisting of the elements of a block, J, one edge and the joint after it
-    /// per lane. Friction springs are left out.
+    /// Energies of stretching, bending and twisting of the linear laws of a block, J, one edge and the joint after it
+    /// per lane. Nonlinear parts of laws and friction springs are left out.
     fn energies(&self, block: &Self::Block) -> [V; 3];
 
     /// Writes lengths, directions and strains of the edges and joints of a block to their entries of `geometry`;
     /// lanes beyond the rod are left out.
     fn measure(&self, block: &Self::Block, geometry: &mut L::Geometry);
 
-    /// Passes the first and second derivatives of the energy of all edges and joints, by the hand-derived formulas,
-    /// to the consumer `to`, block by block. Overwrites `geometry` if one is given.
+    /// Passes the first and second derivatives of the energy of all edges and joints, by the hand-derived formulas, to
+    /// the consumer `to`, block by block. Friction springs and nonlinear bending are included, nonlinear parts of
+    /// stretching laws are not. Overwrites `geometry` if one is given.
     fn derive(self, to: &mut impl EdgeSink<V, L, N, S>, geometry: Option<&mut L::Geometry>);
 }
 

@@ -1,16 +1,19 @@
 //! Discrete elastic rods: elements on a polygon of straight edges, in the plane or in space.
 //!
-//! A rod is a list of [elements](crate::energy), a diagonal mass matrix and dead loads. The trait [`Rod`] is the
-//! interface that steppers, equilibria and modes use. Its input are the unknowns `q` (m, in space also rad) and the
-//! reference frames. It gives energies (J), and gradient (N, N m) and tangent (N/m) of elastic energy less work of
-//! the loads. It also gives strains, elements under viscous stress, friction springs, and checks of a step for folds
-//! and large rotations. [`DiscreteRod`] implements it over a [`Layout`]: [`PlanarRod`] in the plane, [`SpatialRod`]
-//! in space. [`Assembly`] joins several rods. [`AssembledRod`] adds masses, forces and energies to a rod.
+//! A rod is a list of [elements](crate::energy), a diagonal mass matrix and loads. The trait [`Rod`] is the interface
+//! that steppers, equilibria and modes use. Input: the unknowns `q` (m, in space also rad) and the reference frames.
+//! Output: energies (J), and gradient (N, N m) and tangent (N/m) of elastic energy less work of the loads; loads
+//! without a potential (follower loads) are subtracted from the gradient too. Other functions return strains, replace
+//! elastic laws by those with the viscous stress of a step, and evaluate springs of internal friction. Checks of a step
+//! find folds and large rotations. [`DiscreteRod`] implements it over a [`Layout`]: [`PlanarRod`] in the plane,
+//! [`SpatialRod`] in space. [`Assembly`] joins several rods. [`AssembledRod`] adds masses, forces, energies, contacts
+//! and follower loads to a rod. [`Energies::total`] is the sum of all terms of the energy. `strain_rates` returns the
+//! rates of all strains (1/s) of a motion by central differences.
 //!
-//! Other files: `follower_loads` (loads without a potential), `state` (state between steps), `viscosity` (viscous stress as changed laws), `frames`, `drag`,
-//! `moments`, `extra` (user-defined energies), `sensitive` and `transposed` (forward and adjoint derivatives along
-//! parameters). `sweeps`, `blocks`, `columns` and `edges` are the loops in SIMD lanes. `strain_rates`, here, returns
-//! the rates of strains (1/s) by central differences.
+//! Other files: `actuators` and `timed_loads` (signals), `contacts`, `drag`, `moments`, `nonlinear`, `extra`
+//! (user-defined energies), `follower_loads` and `frames`. `state` has the state between steps, `viscosity` the viscous
+//! stress as changed laws, `sensitive` and `transposed` forward and adjoint derivatives along parameters. `sweeps`,
+//! `blocks`, `columns` and `edges` are the loops in SIMD lanes.
 
 mod actuators;
 pub mod assembly;
@@ -76,11 +79,12 @@ use num_dual::Dual64;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Displacement of the fastest node in the central difference of `strain_rates`, over the length of the rod. The error of
-/// the difference grows with its square, that by rounding with its inverse: both are about ten digits below the rates.
+/// Displacement of the fastest node in the central difference of `strain_rates`, over the length of the rod. The error
+/// of the difference grows with its square, that by rounding with its inverse: both are about ten digits below the
+/// rates.
 const STRAIN_RATE_DISPLACEMENT: f64 = 1e-5;
-/// Lowest speed, in lengths of the rod per second, for which the displacement is chosen: the derivatives of small velocities
-/// may be much larger than the velocities.
+/// Lowest speed, in lengths of the rod per second, for which the displacement is chosen: the derivatives of small
+/// velocities may be much larger than the velocities.
 const LOWEST_SPEED: f64 = 1e-3;
 
 /// Terms of the energy of a rod, J.
@@ -108,8 +112,8 @@ fn is_zero(energy: &f64) -> bool {
 }
 
 impl Energies {
-    /// The sum of all terms, J: kinetic, stretching, bending, twisting, potential of the loads, user-defined
-    /// energies.
+    /// The sum of all terms, J: kinetic, stretching, bending, twisting, potential of the loads, and `own` (user-defined
+    /// energies and contacts).
     pub fn total(&self) -> f64 {
         self.kinetic + self.stretch + self.bend + self.twist + self.potential + self.own
     }
@@ -162,8 +166,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     fn mass(&self) -> &[D];
 
     /// Overwrites `gradient` with that of the elastic energy less the work of the loads at `q`, N (N m for angles),
-    /// angles being measured from `frames`. `derivatives` selects hand-derived formulas or num-dual. Edges and joints
-    /// over numbers that carry derivatives always use the former.
+    /// angles being measured from `frames`. Loads without a potential are subtracted. `derivatives` selects
+    /// hand-derived formulas or num-dual. Edges and joints over numbers that carry derivatives always use the former.
     fn gradient(
         &self,
         q: &[D],
@@ -231,7 +235,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
 
     /// Overwrites `tangent` with the second derivative of the energy by edge vectors instead of node positions, N/m.
     /// Edge `j` has the rows and columns of node `j + 1`, angles keep theirs; rows and columns of the first node are
-    /// zero. User-defined energies are left out.
+    /// zero. User-defined energies, contacts and follower loads are left out. An [`Assembly`] has no edge coordinates;
+    /// its result is the tangent by the unknowns.
     fn edge_tangent(
         &self,
         q: &[D],
@@ -278,8 +283,9 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         false
     }
 
-    /// Adds minus the forces of contacts that depend on the velocity, N, to `forces`, which contains the gradient at `q`.
-    /// Their derivatives are added to `tangent` if it is given. The default does nothing.
+    /// Adds minus the forces of contacts that depend on the velocity, N, to `forces`, which contains the gradient at
+    /// `q`. Their derivatives by the unknowns at the end of a step, N/m, not symmetric, are added to `tangent` if it is
+    /// given. The default does nothing.
     fn add_contact_losses(
         &self,
         _q: &[D],
@@ -289,7 +295,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     ) {
     }
 
-    /// Minus the forces of each contact on all unknowns, N, at the unknowns `q` and velocities `v`. None by default.
+    /// Minus the forces of each contact on all unknowns, N, damping and friction included, at the unknowns `q` and
+    /// velocities `v`, m/s: one list per contact. An empty list by default.
     fn contact_gradients(&self, _q: &[D], _v: &[D]) -> Vec<Vec<D>> {
         Vec::new()
     }
@@ -339,8 +346,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         None
     }
 
-    /// Energies at `q`, J: stretching, bending, twisting, user-defined, and potential of the loads. The kinetic
-    /// energy is zero, and energies of friction springs are left out.
+    /// Energies at `q`, J: stretching, bending, twisting, `own` (user-defined energies and contacts), and potential of
+    /// the loads. The kinetic energy is zero, and energies of friction springs are left out.
     fn energies(&self, q: &[D], frames: &Self::Frames) -> Energies;
 
     /// Overwrites `strains` with those of all edges, then of all joints (one curvature each in the plane; two
@@ -352,8 +359,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         false
     }
 
-    /// A copy whose elements act as dashpots: zero natural strains, no loads, moments and user-defined energies. The
-    /// stiffnesses stay; strains stand for strain rates.
+    /// A copy whose elements act as dashpots: zero natural strains, linear laws, no loads, moments, contacts and
+    /// user-defined energies. The stiffnesses stay; strains stand for strain rates.
     fn dashpots(&self) -> Self;
 
     /// Sums of the energies of stretching, bending and twisting of the linear laws, J, by `strains` of all elements
@@ -362,14 +369,15 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
 
     /// Overwrites the laws of all elements with those of the `elastic` rod under viscous stress. Stiffnesses and
     /// natural strains are changed such that the stress is `K (factor s - natural - shift)`. Stresses of kinds with
-    /// additional times are added; a nonlinear part of the law stays.
+    /// additional times are added; a nonlinear part of the law stays. Values that follow signals are copied from
+    /// `elastic`.
     fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>);
 
     /// Adds `factor` times the changes `shifts` to the natural strains of edges and joints. The default does nothing.
     fn shift_natural_strains(&mut self, _shifts: &NaturalShifts<D>, _factor: D) {}
 
-    /// Sets the first parameter of the energies with the indices `energies`, the tension of tendons, N. The default does
-    /// nothing.
+    /// Sets the first parameter of the user-defined energies with the indices `energies`, the tension of tendons, N.
+    /// The default does nothing.
     fn set_tensions(&mut self, _energies: &[usize], _tension: D) {}
 
     /// Whether there are loads without a potential (follower loads, and moments in space): the gradient is then not the
@@ -378,10 +386,12 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         false
     }
 
-    /// Adds the forces of these loads at `q`, N (N m for angles), to `forces`. The default does nothing.
+    /// Adds the forces of the loads without a potential at `q`, N (N m for angles), to `forces`. The default does
+    /// nothing.
     fn add_follower_forces(&self, _q: &[D], _frames: &Self::Frames, _forces: &mut [D]) {}
 
-    /// Sets the factor of a group of these loads, the value of its signal. The default does nothing.
+    /// Sets the factor of the group of loads without a potential with the index `group`, the value of its signal. The
+    /// default does nothing.
     fn set_follower_factor(&mut self, _group: usize, _factor: D) {}
 
     /// Overwrites the laws of all elements with those of [dashpots](Rod::dashpots). Every stiffness is multiplied by
@@ -431,13 +441,13 @@ pub trait AssembledRod<D: Scalar>: Rod<D> {
     /// Replaces all user-defined energies by `own`.
     fn set_own(&mut self, own: UserEnergies<D>);
 
-    /// Replaces the loads without a potential.
+    /// Replaces all loads without a potential by `loads`.
     fn set_follower_loads(&mut self, loads: FollowerLoads<D>);
 
-    /// Replaces the contacts.
+    /// Replaces all contacts with obstacles by `contacts`.
     fn set_contacts(&mut self, contacts: RodContacts<D>);
 
-    /// Adds energies after the user-defined ones.
+    /// Appends the energies `own` to the user-defined ones of the rod.
     fn add_own(&mut self, own: UserEnergies<D>);
 }
 

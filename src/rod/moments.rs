@@ -110,7 +110,7 @@ impl Moments<Dual64> {
 }
 
 /// Adds to `slopes`, one per edge, the derivatives of the number `d . gradient` by a moment on that edge, at the
-/// unknowns `q`.
+/// unknowns `q`. `d` are weights of all unknowns, `gradient` is that of the potential of the moments.
 pub(super) fn add_slopes(q: &[f64], d: &[f64], slopes: &mut [f64]) {
     for (i, to) in slopes.iter_mut().enumerate() {
         // Forces are proportional to the moment, and do not depend on its direction at rest.

@@ -1,8 +1,10 @@
-//! The parts of the laws of a rod that are not linear in the strains: energy (J), gradient (N) and tangent (N/m).
+//! Parts of the stretching laws of a rod that are not linear in the strain: energy (J), gradient (N), tangent (N/m) and
+//! axial force (N).
 //!
-//! Input: one [`NonlinearPart`] per edge, or none at all, with the linear laws of the edges and the unknowns `q`. The sweeps over
-//! edges have the linear laws; these functions add the rest to their results, edge after edge. A rod with linear laws has
-//! empty lists and costs nothing here.
+//! Input: one [`NonlinearPart`] per edge, which is the law less its linear part, or none at all, with the linear laws
+//! of the edges and the unknowns `q`. The sweeps over edges evaluate the linear laws; the functions here add the rest
+//! to their results, edge after edge. The list is empty for a rod with linear laws. Nonlinear bending is elsewhere
+//! ([`LayoutBending`](crate::rod::layout::LayoutBending)).
 
 use crate::energy::Stretch;
 use crate::energy::hyperelastic_stretch::{nonlinear_derivatives, nonlinear_gradient};
@@ -55,8 +57,8 @@ impl<D: Nestable> NonlinearParts<D> {
         }
     }
 
-    /// Adds gradient, N, and tangent, N/m, of the parts beyond the linear laws at `q`. With `under_tension`, forces have no
-    /// part in the geometric stiffness.
+    /// Adds gradient, N, and tangent, N/m, of the parts beyond the linear laws at `q`. With `under_tension`, given
+    /// tensions replace the axial forces elsewhere: the forces here then have no part in the geometric stiffness.
     pub(super) fn add_tangent<L: Layout<N, S>, const N: usize, const S: usize>(
         &self,
         linear: &[Stretch<D, N>],
@@ -79,8 +81,8 @@ impl<D: Nestable> NonlinearParts<D> {
         }
     }
 
-    /// Adds to `tangent` the second derivatives by edge vectors beyond the linear laws at `q`, N/m. Edge `i` has the rows and
-    /// columns of node `i + 1`.
+    /// Adds to `tangent` the second derivatives by edge vectors beyond the linear laws at `q`, N/m. Edge `i` has the
+    /// rows and columns of node `i + 1`.
     pub(super) fn add_edge_tangent<L: Layout<N, S>, const N: usize, const S: usize>(
         &self,
         linear: &[Stretch<D, N>],

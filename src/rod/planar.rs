@@ -1,8 +1,9 @@
 //! The layout of a rod in the plane: one stretch per edge, one bend per inner node, two unknowns per node.
 //!
-//! Unknowns `q = [x0, y0, x1, y1, ..]`, m, in the plane of the scene; half-bandwidth 5. Implements [`Layout`] for
-//! [`Plane`]: edge vectors, curvatures, gradient, and the derivatives by num-dual against which the hand-derived
-//! formulas are checked.
+//! Unknowns `q = [x0, y0, x1, y1, ..]`, m, in the plane of the scene; half-bandwidth of the tangent 5. Implements
+//! [`Layout`] for [`Plane`]: edge vectors (m), curvatures `2 tan(phi/2)` with the turning angle `phi`, gradient (N),
+//! and forces of follower loads (N) with their derivatives. Consumers write gradient and tangent. The hand-derived
+//! formulas are checked against derivatives by num-dual. [`PlanarRod`] is a rod of this layout.
 
 mod edges;
 mod geometry;
@@ -29,7 +30,8 @@ fn unknowns<D: Copy, const M: usize>(q: &[D], i: usize) -> &[D; M] {
     q[2 * i..].first_chunk().expect("an element's nodes are nodes of the rod")
 }
 
-/// Bend `i` as an elastic element with the same stiffness and moment as the bend and its friction springs at `q`.
+/// Bend `i` as a linear elastic element with the same stiffness and moment at `q` as the bend with its nonlinear law
+/// and its friction spring.
 fn bend<D: Nestable>(elements: &Elements<'_, D>, i: usize, q: &[D]) -> PlanarBend<D> {
     // The energy that num-dual differentiates is elastic: springs act as another stiffness and natural strain.
     elements.elastic_joint(i, &[elements.joint[i].strain(unknowns(q, i))])
@@ -65,7 +67,8 @@ impl Layout<2, 1> for Plane {
         [x0, y0, x1, y1, zero, zero, zero]
     }
 
-    /// Minus the derivatives of these forces by the coordinates, N/m, by the hand-derived formulas.
+    /// Minus the derivatives of the forces of a follower load on edge `i` by the four coordinates of its nodes, N/m, by
+    /// the hand-derived formulas; other entries are zero.
     fn follower_tangent<D: Nestable>(
         load: &FollowerLoad<D>,
         q: &[D],
@@ -80,14 +83,16 @@ impl Layout<2, 1> for Plane {
         block
     }
 
-    /// Overwrites `gradient` with that of elastic energy less dead loads, N, by the hand-derived formulas. Constant
-    /// moments and user-defined energies are left out.
+    /// Overwrites `gradient` with that of elastic energy less work of the dead loads, N, by the hand-derived formulas,
+    /// with friction springs and nonlinear bending. Nonlinear parts of stretching laws, constant moments, user-defined
+    /// energies, contacts and follower loads are left out.
     fn gradient<D: Nestable>(at: At<'_, D>, gradient: &mut [D]) {
         D::run_sweep(PlanarGradient { at, gradient });
     }
 
-    /// Calls `add(first, gradient)` for each edge, then for each bend with its friction springs: the index of its first
-    /// unknown and its local gradient, N, by num-dual. Loads, moments and user-defined energies are left out.
+    /// Calls `add(first, gradient)` for each edge with its whole law, then for each bend with its nonlinear law and
+    /// friction spring: the index of its first unknown and its local gradient, N, by num-dual. Loads, moments, contacts
+    /// and user-defined energies are left out.
     fn dual_gradients<D: Nestable>(
         At { elements, q, .. }: At<'_, D>,
         mut add: impl FnMut(usize, &[D]),

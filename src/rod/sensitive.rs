@@ -1,9 +1,11 @@
 //! Derivatives of the forces and strains of a rod along parameters: the trait [`Sensitive`] of forward sensitivities.
 //!
 //! A parameter changes numbers of the rod (stiffnesses, natural strains, rest lengths, loads). One rod over dual
-//! numbers per parameter contains these changes ([`ChangedRods`]). With the derivatives of unknowns and frames, the
-//! trait gives derivatives of strains, stresses (N, N m) and energy gradient (N). They are computed for `G`
-//! parameters at a time, one per SIMD lane.
+//! numbers per parameter contains these changes ([`ChangedRods`]). Input: these rods, and the derivatives of unknowns
+//! and frames along the parameters. Output: derivatives of strains, of stresses (N, N m), of the stretches of friction
+//! springs with slip, and of the energy gradient and the forces of viscous stresses (N). They are computed for `G`
+//! parameters at a time, one per SIMD lane. [`EffectiveStrains`] are the strains `s` from which a stress `K s` of the
+//! rod, or of its dashpots alone, follows.
 
 use crate::energy::Derivatives;
 use crate::numerics::lanes::Lanes;
@@ -19,7 +21,8 @@ pub struct EffectiveStrains<const G: usize> {
     pub values: Vec<f64>,
     /// Their derivatives.
     pub rates: Vec<Lanes<G>>,
-    /// Strains of kinds with a viscosity of their own, without the coupling of bending and twisting; empty of most rods.
+    /// Strains of kinds with a viscosity of their own, without the coupling of bending and twisting; empty of most
+    /// rods.
     pub own: Vec<f64>,
     /// Their derivatives.
     pub own_rates: Vec<Lanes<G>>,
@@ -49,8 +52,8 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
     /// Derivatives of the loads, and of the stresses as functions of the strains.
     type Rates<const G: usize>: Clone + std::fmt::Debug + Default + Send + Sync;
 
-    /// Overwrites `rates` with the derivatives of laws, rest lengths, loads and friction springs that the dual rods
-    /// contain, one lane per rod.
+    /// Overwrites `rates` with the derivatives of laws, rest lengths, dead loads and friction springs that the dual
+    /// rods contain, one lane per rod.
     fn set_rates<const G: usize>(duals: &[Self::Dual; G], rates: &mut Self::Rates<G>);
 
     /// Overwrites `out` with the derivatives of the gradient, N (N m for angles), by the numbers of the rod that
@@ -88,8 +91,8 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
     );
 
     /// Converts `out`, the derivatives of the stretches of friction springs without slip, to those with slip, in place.
-    /// `z` are the stretches without slip. Springs below their limit keep their derivatives; others get those of `z
-    /// R/|z|` with the limit `R`. Nothing happens without friction.
+    /// `z` are the stretches without slip. Springs below their limit keep their derivatives; others get those of
+    /// `z R/|z|` with the limit `R`. Nothing happens without friction.
     fn slip_rates<const G: usize>(&self, rates: &Self::Rates<G>, z: &[f64], out: &mut [Lanes<G>]);
 
     /// Overwrites `out` with the derivatives of the stresses of all elements, N for edges and N m for joints, at the
@@ -115,9 +118,9 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
         out: &mut [[f64; G]],
     );
 
-    /// Overwrites `out` with the derivatives of the gradient, N, at fixed unknowns `q` and frames, from the
-    /// derivatives `stress` of the stresses of all elements: `B^T stress`. `changed` adds those of loads, moments and
-    /// user-defined energies; `None` leaves them out.
+    /// Overwrites `out` with the derivatives of the gradient, N, at fixed unknowns `q` and frames, from the derivatives
+    /// `stress` of the stresses of all elements: `B^T stress` with `B = ds/dq`. `changed` adds those of dead loads,
+    /// moments, user-defined energies and contacts; `None` leaves them out.
     fn stressed_rate<const G: usize>(
         changed: Option<ChangedRods<'_, Self, G>>,
         stress: &[Lanes<G>],

@@ -1,8 +1,10 @@
 //! The layout of a rod in space: one stretch per edge, one bend and twist per inner node, four unknowns per node.
 //!
-//! Unknowns `q = [x0 (3), theta0, x1 (3), theta1, .., x_last (3)]`, m and rad; half-bandwidth 10. The angle `theta`
-//! of an edge turns its material directors from the reference frame. Implements [`Layout`] for [`Space`]: edge
-//! vectors, strains, gradient, and the derivatives by num-dual against which the hand-derived formulas are checked.
+//! Unknowns `q = [x0 (3), theta0, x1 (3), theta1, .., x_last (3)]`, m and rad; half-bandwidth of the tangent 10. The
+//! angle `theta` of an edge turns its material directors from the reference frame. Implements [`Layout`] for [`Space`]:
+//! edge vectors (m), strains of joints, gradient (N, N m) at given or moving frames, and forces of follower loads with
+//! their derivatives. Consumers write gradient and tangent. The hand-derived formulas are checked against derivatives
+//! by num-dual. [`SpatialRod`] is a rod of this layout; `bend_twist` returns one of its joints as an element.
 
 mod force_rates;
 mod forces;
@@ -66,8 +68,8 @@ fn with_reference<D: Scalar>(joint: &JointLaw<D>, i: usize, frames: &Frames<D>) 
     joint.at([frames.edges[i], frames.edges[i + 1]], frames.twist[i])
 }
 
-/// Bend and twist `i` with its reference frames, as an elastic element. Stiffness and stress are those of the joint and
-/// its friction springs at `q`.
+/// Bend and twist `i` with its reference frames, as a linear elastic element. Stiffness and stress are those of the
+/// joint with its nonlinear bending and friction springs at `q`.
 fn joint<D: Nestable>(
     elements: &Elements<'_, D>,
     i: usize,
@@ -96,7 +98,8 @@ impl Layout<3, 3> for Space {
         [x1 - x0, y1 - y0, z1 - z0]
     }
 
-    /// The forces of a follower load on the unknowns of edge `i`, N and N m.
+    /// The forces of a follower load on the seven unknowns from the first to the second node of edge `i`, N (N m for
+    /// the angle).
     fn follower_forces<D: Nestable>(
         load: &FollowerLoad<D>,
         q: &[D],
@@ -107,7 +110,7 @@ impl Layout<3, 3> for Space {
         load.spatial_forces(own, &frames.edges[i])
     }
 
-    /// Minus the derivatives of these forces by the unknowns, N/m, in dual numbers.
+    /// Minus the derivatives of the forces of a follower load on edge `i` by its seven unknowns, N/m, in dual numbers.
     fn follower_tangent<D: Nestable>(
         load: &FollowerLoad<D>,
         q: &[D],
@@ -118,14 +121,16 @@ impl Layout<3, 3> for Space {
         load.spatial_tangent(own, &frames.edges[i])
     }
 
-    /// Overwrites `gradient` with that of elastic energy less dead loads, N and N m, by the hand-derived formulas.
-    /// User-defined energies are left out.
+    /// Overwrites `gradient` with that of elastic energy less work of the dead loads, N and N m, by the hand-derived
+    /// formulas, with friction springs and nonlinear bending. Nonlinear parts of stretching laws, user-defined
+    /// energies, contacts and follower loads are left out.
     fn gradient<D: Nestable>(at: At<'_, D>, gradient: &mut [D]) {
         D::run_sweep(Gradient { at, gradient });
     }
 
-    /// Calls `add(first, gradient)` for each edge, then for each joint with its friction springs: the index of its
-    /// first unknown and its local gradient, N and N m, by num-dual. Loads and user-defined energies are left out.
+    /// Calls `add(first, gradient)` for each edge with its whole law, then for each joint with its nonlinear bending
+    /// and friction springs: the index of its first unknown and its local gradient, N and N m, by num-dual. Loads,
+    /// contacts and user-defined energies are left out.
     fn dual_gradients<D: Nestable>(
         At { elements, q, frames }: At<'_, D>,
         mut add: impl FnMut(usize, &[D]),
@@ -144,13 +149,13 @@ impl Layout<3, 3> for Space {
         }
     }
 
-    /// The strains of joint `i` at `q`: two curvatures and the twist.
+    /// The strains of joint `i` at `q`: two curvatures along the material directors, and the twist, rad.
     fn joint_strains<D: Nestable>(at: &At<'_, D>, q: &[D], i: usize) -> [D; 3] {
         with_reference(&at.elements.joint[i], i, at.frames).strains(around(q, i))
     }
 
     /// Moves the frames to `q` and overwrites `gradient` there, in one sweep: the moved frame of each edge is its own
-    /// reference.
+    /// reference. The parts are those of `gradient` without friction springs and nonlinear bending.
     fn moved_gradient<D: Nestable>(
         elements: Elements<'_, D>,
         q: &[D],

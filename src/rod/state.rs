@@ -1,13 +1,14 @@
 //! The state of a rod between time steps: unknowns, velocities, accelerations, forces, reference frames and internal
 //! variables.
 //!
-//! [`State`] has the time, s, the unknowns `q`, m (rad for angles), and their rates. `unbalanced` is the gradient of
-//! elastic energy less loads plus damping, N: minus the force that accelerates. Explicit and linearly implicit
-//! schemes leave the damping out. Accelerations are empty for schemes without them. [`InternalVariables`] are
-//! strains, their mean rates over the last step, 1/s, and spring stretches, on which stresses with a history depend:
-//! Kelvin-Voigt damping, relaxation, internal friction. Their lists are empty without these. `wound` is the potential
-//! of moments by whole turns of the rod, J. `at_rest` returns a state at t = 0 without velocity; steppers overwrite
-//! it with that at the end of each step, and `restore` copies an earlier one back.
+//! [`State`] has the time, s, the unknowns `q`, m (rad for angles), their rates, and reference frames. `unbalanced` is
+//! the gradient of elastic energy less loads, plus damping for most schemes, N: minus the force that accelerates.
+//! Accelerations are empty for schemes without them. [`InternalVariables`] are strains, their mean rates over the last
+//! step, 1/s, and spring stretches, on which stresses with a history depend: Kelvin-Voigt damping, relaxation (Maxwell
+//! branches), internal friction. Their lists are empty without these. `wound` is the potential of moments by whole
+//! turns of the rod, less the work of loads in time since the start, J; [`ExchangedEnergy`] sums the absolute works of
+//! these loads. `at_rest` returns a state at t = 0 without velocity; steppers overwrite it with that at the end of each
+//! step, and `restore` copies an earlier one back.
 
 use crate::numerics::scalar::Scalar;
 use std::slice::ChunksExact;
@@ -41,13 +42,13 @@ pub struct State<D, F> {
 pub struct ExchangedEnergy {
     /// Sum of the absolute works of the steps.
     pub work: f64,
-    /// Sum of the absolute differences between the work of the forces in the equations of a step, which may be those of a
-    /// later interval, and the work of the step.
+    /// Sum of the absolute differences between the work of the forces in the equations of a step, which may be those of
+    /// a later interval, and the work of the step.
     pub lead: f64,
 }
 
-/// The internal variables of the material, for Kelvin-Voigt damping, relaxation and internal friction; without these all
-/// lists are empty. Sensitivities keep the derivatives of the variables in the same struct.
+/// The internal variables of the material, for Kelvin-Voigt damping, relaxation and internal friction; without these
+/// all lists are empty. Sensitivities keep the derivatives of the variables in the same struct.
 #[derive(Clone, Debug)]
 pub struct InternalVariables<D> {
     /// Strains of all elements, in the order of [`Rod::strains`](crate::rod::Rod::strains).
@@ -69,7 +70,8 @@ impl<D> Default for InternalVariables<D> {
 }
 
 impl<D> InternalVariables<D> {
-    /// The stretches of the springs of each Maxwell branch, one for each strain.
+    /// The lists of the spring stretches of the Maxwell branches, branch after branch, each with one stretch per
+    /// strain; no list without branches.
     pub fn branches(&self) -> ChunksExact<'_, D> {
         self.relaxing.chunks_exact(self.strain.len().max(1))
     }

@@ -2,10 +2,11 @@
 //!
 //! Each struct has the rod at its unknowns ([`At`]) and the lists to be written, and implements [`Sweep`]: plain
 //! numbers run in vector registers (AVX2 if the processor has it), dual numbers one at a time. [`TangentSweep`]
-//! overwrites gradient, N, less dead loads, and tangent, N/m; moments and user-defined energies are left out.
-//! [`EdgeTangent`] adds second derivatives by edge vectors. [`GeometrySweep`] and [`Strains`] overwrite geometry and
-//! strains. [`Elastic`] returns sums of stretching, bending and twisting energy, J, in plain numbers, without
-//! friction springs. The formulas are those of the [`Layout`].
+//! overwrites gradient, N, less dead loads, and tangent, N/m, with nonlinear bending and friction springs. Nonlinear
+//! parts of stretching laws, moments, user-defined energies, contacts and follower loads are left out. [`EdgeTangent`]
+//! adds second derivatives by edge vectors, N/m, with the same parts. [`GeometrySweep`] and [`Strains`] overwrite
+//! geometry and strains. [`Elastic`] returns sums of stretching, bending and twisting energy of the linear laws, J, in
+//! plain numbers. The formulas are those of the [`Layout`].
 
 use crate::numerics::scalar::{Nestable, SimdScalar, Sweep};
 use crate::rod::Energies;
@@ -26,7 +27,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
     type Output = ();
 
     /// Overwrites gradient (N, less the dead loads), tangent (N/m) and, if one is given, the geometry, which is
-    /// resized. `V` holds one edge per SIMD lane. Moments and user-defined energies are left out.
+    /// resized. `V` holds one edge per SIMD lane. Nonlinear parts of stretching laws, moments, user-defined energies,
+    /// contacts and follower loads are left out.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let (elements, mut geometry) = (self.at.elements, self.geometry);
@@ -83,7 +85,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
     }
 }
 
-/// Sums of the energies of stretching, bending and twisting, J, without those of friction springs.
+/// Sums of the energies of stretching, bending and twisting of the linear laws, J, without nonlinear parts and friction
+/// springs.
 pub(super) struct Elastic<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
     pub at: At<'a, D, L, N, S>,
 }
@@ -93,8 +96,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 {
     type Output = Energies;
 
-    /// Returns the sums of stretching, bending and twisting energy over all elements, J, without derivatives; other
-    /// terms are zero. Lanes beyond the last edge are left out.
+    /// Returns the sums of stretching, bending and twisting energy of the linear laws over all elements, J, without
+    /// derivatives; other terms are zero. Lanes beyond the last edge are left out.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) -> Energies {
         let (mut sums, edges) = (Energies::default(), self.at.elements.stretch.len());

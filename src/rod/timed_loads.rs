@@ -1,9 +1,11 @@
 //! Forces on nodes, and in the plane moments on edges, that are constants times signals: loads in time.
 //!
 //! [`TimedLoads`] has one entry per signal, with the forces (N) on unknowns and the moments (N m) on edges that it
-//! multiplies. It returns forces at a time, with their rates (N/s), and their means over an interval, which are exact
-//! integrals over its length. The forces of a moment depend on the direction of its edge. These loads have no part in the
-//! energy or gradient of the rod; steppers add them to the equations of motion.
+//! multiplies. Output: lists of forces at a time, s, or of their means over an interval, which are exact integrals of
+//! the signals over its length; on request the rates (N/s) times a given time are added. The forces of a moment depend
+//! on the direction of its edge; `add_tangent` adds minus their derivatives (N/m). `work` and [`work_of`] return the
+//! work (J) of mean or constant loads between two states. These loads have no part in the energy or gradient of the
+//! rod; steppers add them to the equations of motion.
 
 use crate::energy::{DeadMoment, Element};
 use crate::numerics::scalar::Scalar;
@@ -53,7 +55,7 @@ fn ends<D>(q: &[D], i: usize) -> &[D; 4] {
 }
 
 impl<D: Scalar> EdgeMoment<D> {
-    /// The element of the moment times `factor`, whose energy is not used.
+    /// The moment times `factor` as an element with forces and their derivatives. Its energy is not used.
     fn element(&self, factor: D) -> DeadMoment<D> {
         DeadMoment { moment: self.moment * factor, rest: [D::from(0.0); 2] }
     }
@@ -87,7 +89,7 @@ impl<D: Scalar> TimedLoads<D> {
         Self { loads: Vec::new() }
     }
 
-    /// Whether there are none.
+    /// Whether there are no loads in time.
     pub fn is_empty(&self) -> bool {
         self.loads.is_empty()
     }
@@ -141,8 +143,8 @@ impl<D: Scalar> TimedLoads<D> {
         }
     }
 
-    /// Adds to `tangent` the second derivatives, N/m, of the potential of the moments at the time `t`, s, and the unknowns
-    /// `q`.
+    /// Adds to `tangent` the second derivatives, N/m, of the potential of the moments at the time `t`, s, and the
+    /// unknowns `q`.
     pub fn add_tangent(&self, t: f64, q: &[D], tangent: &mut impl Tangent<D>) {
         for load in self.loads.iter().filter(|load| !load.moments.is_empty()) {
             let value = load.signal.value(D::from(t));

@@ -1,10 +1,11 @@
 //! Transposed products of the [derivatives](crate::rod::sensitive) of a rod, for the gradient of a misfit by the
 //! adjoint method: the trait [`Transposed`].
 //!
-//! The derivatives `d` of the misfit by the forces become those by the stresses through the strains `w = B d`,
-//! `B = ds/dq` ([`strained`]). Parameters change laws and loads only, so that the derivatives by each law and each
-//! load ([`LawDerivatives`]) are sufficient for all parameters. Their product with the changes of one rod over dual numbers is
-//! the derivative along its parameter.
+//! Input: the derivatives `d` of the misfit by the forces on the unknowns. They become those by the stresses of the
+//! elements, `w = B d` with `B = ds/dq` ([`strained`]). Parameters change laws and loads only, so that the derivatives
+//! by each law and each load ([`LawDerivatives`]) are sufficient for all parameters. Output: their product with the
+//! changes of one rod over dual numbers ([`Transposed::along`]), which is the derivative of the misfit along its
+//! parameter.
 
 use crate::energy::law::LawSlopes;
 use crate::numerics::lanes::Lanes;
@@ -71,7 +72,8 @@ pub trait Transposed: Sensitive {
 
     /// Adds to `laws` the derivatives of the misfit by stiffness and natural stress of every law, from its derivatives
     /// `w` by the stresses at the effective strains `strained`. If `strained.counted`, those by relative changes of the
-    /// rest lengths are added too. Nonlinear edges add those by modulus and rest length at `strained.now`.
+    /// rest lengths are added too. Nonlinear laws of edges and joints add those by their moduli, natural strains and
+    /// rest lengths at `strained.now`.
     fn add_to_laws(&self, w: &[f64], strained: Strained<'_>, laws: &mut LawDerivatives);
 
     /// Adds to `laws.moment` the derivatives of the misfit by a dead moment on each edge at `q`, from those `d` by

@@ -1,10 +1,11 @@
 //! The viscous stress of a time step as a factor of every stiffness and a shift of every natural strain.
 //!
-//! A damped step is an elastic step with other laws: the stress of an element is `K (factor s - natural - shift)`.
-//! Kinds of strain with additional times add `K (own_factor s - time past)` without the coupling of bending and
-//! twisting. Input: coefficients of the step (by [`crate::dynamics::viscosity`]) or, at a known state,
-//! [`InternalVariables`]. There the stresses of a Maxwell branch and of internal friction are shifts too. Output:
-//! [`Viscosity`], and from it the laws of all elements for the step.
+//! A damped step is an elastic step with other laws: the stress of an element with the stiffness `K` is
+//! `K (factor s - natural - shift)` at the strains `s`. Kinds of strain (stretching, bending, twisting) with additional
+//! viscous times (s) add `K (own_factor s - time past)`, without the coupling of bending and twisting. Input:
+//! coefficients of the step (by [`crate::dynamics::viscosity`]) or, at a known state, [`InternalVariables`] (`now`).
+//! There the stresses of Maxwell branches and of internal friction are shifts too. Output: [`Viscosity`], and from it
+//! the laws of all elements for the step (`set_laws`), or those of dashpots alone (`set_dashpots`).
 
 use crate::energy::Law;
 use crate::numerics::scalar::Scalar;
@@ -12,8 +13,8 @@ use crate::numerics::vector::components;
 use crate::rod::InternalVariables;
 use crate::scene::Damping;
 
-/// The stress `K (factor s - natural - shift)` of strains `s` with the elastic stiffnesses `K`, and the parts of the single
-/// kinds of strain.
+/// The stress `K (factor s - natural - shift)` of strains `s` with the elastic stiffnesses `K`, and the parts of the
+/// single kinds of strain.
 #[derive(Clone, Debug)]
 pub struct Viscosity<D> {
     /// Factor of every stiffness.
@@ -56,9 +57,10 @@ impl<D: Scalar> Viscosity<D> {
         }
     }
 
-    /// Overwrites factor and shifts with the stress at a known state. The factor is 1; a shift is minus the
-    /// Kelvin-Voigt time times the strain rate, less the relative stiffness times the stretch of Maxwell and friction
-    /// springs. Kinds with additional times get these times and minus the strain rates.
+    /// Overwrites factor and shifts with the stress at a known state, of the variables `internal`. The factor is 1; a
+    /// shift is minus the Kelvin-Voigt time times the strain rate, less the relative stiffness times the stretch of
+    /// Maxwell and friction springs. Kinds with additional times get these times, the factor 0, and minus the strain
+    /// rates as `past`.
     pub fn now(&mut self, damping: &Damping<D>, internal: &InternalVariables<D>) {
         let InternalVariables { strain_rate, slid, .. } = internal;
         self.factor = D::from(1.0);

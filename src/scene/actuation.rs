@@ -1,10 +1,12 @@
 //! `[[actuation]]`: actuators in the rod, which change its natural strains or pull tendons along it.
 //!
 //! An actuator of the kind `curvature` adds `gain` times its signal to a natural strain between two arc lengths: a
-//! curvature towards a material director (1/m), the twist (rad/m) or the stretch (a strain). A `tendon` has a tension (N)
-//! and a route: offsets (m) along both material directors at arc lengths, straight between. Its energy is the tension
-//! times the length of the route. Without a signal the values are constants. Rejected are places outside the rod, routes
-//! that do not ascend, and stretch beside a stretch law that is not linear.
+//! curvature towards a material director (1/m), the twist (rad/m) or the stretch (a strain). A `tendon` has a tension
+//! (N) and a route: offsets (m) along both material directors at arc lengths, straight between. Its energy is the
+//! tension times the length of the route. Without a signal the values are constants. Rejected, with the key, are places
+//! outside the rod, routes of fewer than two points, and routes that do not ascend. Names of signals that the scene
+//! does not have, and stretch beside a stretch law that is not linear, are rejected too. `actuated_directions` returns
+//! the vectors that must lie in the plane of a planar rod.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -132,9 +134,9 @@ impl<D> Actuation<D> {
 }
 
 impl Actuation {
-    /// Rejects the name of a signal that the scene does not have, routes of fewer than two points or that do not ascend,
-    /// and an actuator that does not end after it begins. Stretch beside a law of the stretch that is not linear is
-    /// rejected too. `key` is that of the actuator.
+    /// Rejects the name of a signal that the scene does not have, routes of fewer than two points or that do not
+    /// ascend, and an actuator that does not end after it begins. Stretch beside a law of the stretch that is not
+    /// linear is rejected too. `key` is that of the actuator.
     fn check(&self, key: &str, signals: &[Signal], law: StretchLaw) -> Result<(), Error> {
         match self {
             Self::Curvature { component, from, to, signal, .. } => {
@@ -177,7 +179,8 @@ impl Actuation {
         }
     }
 
-    /// Rejects an actuator that begins or ends outside a rod of a `length`, m; `key` is that of the actuator.
+    /// Rejects an actuator that begins at or beyond the end of a rod of a `length`, m, or ends beyond it; `key` is that
+    /// of the actuator.
     pub(crate) fn check_on_rod(&self, key: &str, length: f64) -> Result<(), Error> {
         let (name, [first, last]) = match self {
             Self::Curvature { from, to, .. } => match to {
@@ -199,7 +202,8 @@ impl Actuation {
 /// Fraction of the length by which the end of a route may exceed it, for rounding errors.
 const PLACE_ROUNDING: f64 = 1e-9;
 
-/// Rejects the first actuator with invalid numbers, keys or names of `signals`. `law` is that of the stretch.
+/// Rejects the first actuator with invalid numbers, an unknown name of a signal, a route that does not ascend, or an
+/// end that is not after its beginning. Stretch is rejected too if `law`, that of the stretch, is not linear.
 pub(super) fn check_actuation(
     actuation: &[Actuation],
     signals: &[Signal],
@@ -213,8 +217,9 @@ pub(super) fn check_actuation(
     Ok(())
 }
 
-/// Vectors that the plane of a planar rod must contain, with their keys: directions of actuated curvature times the gain,
-/// and offsets of routes. `director` is the first material director of the first edge of `nodes`.
+/// Vectors that the plane of a planar rod must contain, with their keys: directions of actuated curvature times the
+/// gain, and offsets of routes. Actuated twist and stretch have none. `director` is the first material director of the
+/// first edge of `nodes`.
 pub(crate) fn actuated_directions<D: Scalar>(
     actuation: &[Actuation<D>],
     nodes: &[Vector<D>],

@@ -1,11 +1,12 @@
-//! Numbers that may vary along the rod: constant, piecewise constant, or linear or piecewise linear in arc length ([`Along`]).
+//! Numbers that may vary along the rod: constant, piecewise constant, or linear or piecewise linear in arc length
+//! ([`Along`]).
 //!
 //! `rod.natural_curvature`, `rod.natural_twist` and the taper of section and material have this type. A scene file
 //! gives a number, a list with one number for each of equally many equal parts of the length, `{ from, to }`, or
-//! `{ at, factor }`.
-//! [`Along::at`] returns the value at a fraction of the rod length: at a boundary of two parts that of the second,
-//! beyond an end that at the end. Every number is a parameter of the scene: `key`, `key.0`, `key.1`, ..,
-//! `key.from` and `key.to`, or `key.factor.0` and so on. Empty lists and numbers that are not finite are rejected.
+//! `{ at, factor }`. [`Along::at`] returns the value at a fraction of the rod length: at a boundary of two parts that
+//! of the second, beyond an end that at the end. Every number is a parameter of the scene: `key`, `key.0`, `key.1`, ..,
+//! `key.from` and `key.to`, or `key.factor.0` and so on. Empty lists, numbers that are not finite, and arc lengths `at`
+//! that do not ascend from 0 are rejected.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -14,7 +15,8 @@ use crate::scene::number::{NumberVisitor, Quantity, SceneNumber};
 use crate::scene::table::NumberTree;
 use serde::{Deserialize, Serialize};
 
-/// Fraction of a part below a boundary, by rounding errors of arc lengths, that belongs to the part behind it.
+/// Distance before a boundary, as a fraction of a part, within which a place belongs to the part after the boundary:
+/// rounding errors of arc lengths.
 const PLACE_ROUNDING: f64 = 1e-9;
 
 /// A value along the rod: one number, a list with one number for each of equally many equal parts
@@ -78,8 +80,8 @@ impl<D> Along<D> {
         Self::Linear(Linear { from, to })
     }
 
-    /// The numbers of the value along the rod: one, or one for each part from the start on. Of a linear function they are
-    /// those at start and end.
+    /// The numbers of the value along the rod: one, or one for each part or break point from the start on. Of a linear
+    /// function they are those at start and end.
     pub fn values(&self) -> Vec<D>
     where
         D: Copy,
@@ -92,8 +94,8 @@ impl<D> Along<D> {
         }
     }
 
-    /// Inner boundaries of the parts of a list, or inner break points, ascending, as fractions of the rod length. None for a
-    /// single number and a linear function.
+    /// Inner boundaries of the parts of a list, or inner break points, ascending, as fractions of the rod length. None
+    /// for a single number and a linear function.
     pub(crate) fn breaks(&self) -> Vec<f64> {
         match self {
             Self::Piecewise(values) => {
@@ -107,8 +109,8 @@ impl<D> Along<D> {
 }
 
 impl<D: Scalar> Along<D> {
-    /// Value at `place`, a fraction of the rod length. At the boundary of two parts of a list, and up to `PLACE_ROUNDING`
-    /// before it, it is that of the second part. Beyond an end it is that at the end.
+    /// Value at `place`, a fraction of the rod length. At the boundary of two parts of a list, and up to
+    /// `PLACE_ROUNDING` before it, it is that of the second part. Beyond an end it is that at the end.
     pub fn at(&self, place: f64) -> D {
         match self {
             Self::Whole(value) => *value,
@@ -121,8 +123,8 @@ impl<D: Scalar> Along<D> {
 }
 
 impl<D> Along<D> {
-    /// Indices and weights of the [numbers](Self::values) whose weighted sum is the [value](Self::at) at a fraction of the
-    /// rod length. There is one with weight 1, or both ends of a linear part.
+    /// Indices and weights of the [numbers](Self::values) whose weighted sum is the [value](Self::at) at a fraction of
+    /// the rod length. There is one with weight 1, or both ends of a linear part.
     pub(crate) fn shares(&self, place: f64) -> Vec<(usize, f64)> {
         match self {
             Self::Whole(_) => vec![(0, 1.0)],
@@ -136,8 +138,8 @@ impl<D> Along<D> {
     }
 }
 
-/// Index of the part, of `parts` equal ones, that contains a fraction of the rod length; the first or last part beyond the
-/// ends.
+/// Index of the part, of `parts` equal ones, that contains a fraction of the rod length; the first or last part beyond
+/// the ends.
 fn part(place: f64, parts: usize) -> usize {
     // A fraction below a boundary by rounding errors of arc lengths belongs to the part behind it.
     ((place * parts as f64 + PLACE_ROUNDING).max(0.0) as usize).min(parts - 1)
@@ -150,15 +152,16 @@ impl Along {
     }
 }
 
-/// One number, `key.0`, `key.1`, .. of a list, `key.from` and `key.to`, or `key.factor.0`, .. of break points. The first quantity is that of a single number,
-/// the second that of each of several.
+/// One number, `key.0`, `key.1`, .. of a list, `key.from` and `key.to`, or `key.factor.0`, .. of break points. The
+/// first quantity is that of a single number, the second that of each of several.
 impl NumberTree for Along {
     type Kind = [Quantity; 2];
     type Over<D> = Along<D>;
 
     /// The same value over `D`, with each number converted by the visitor. A single number has the path `key` and the
-    /// quantity `whole`. Entries of a list have `key.0`, `key.1`, .., a linear function has `key.from` and `key.to`, both
-    /// with the quantity `part`.
+    /// quantity `whole`. Entries of a list have `key.0`, `key.1`, .., a linear function has `key.from` and `key.to`,
+    /// break points have `key.factor.0`, `key.factor.1`, .., all with the quantity `part`. Arc lengths of break points
+    /// stay.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -187,7 +190,8 @@ impl NumberTree for Along {
         }
     }
 
-    /// Rejects an empty list and numbers that are not finite, of either sign; `key` is their path, for the error.
+    /// Rejects an empty list, break points that do not ascend from 0, and numbers that are not finite. Numbers of
+    /// either sign are accepted. `key` is their path, for the error.
     fn check_numbers(&self, key: &str, _: [Quantity; 2]) -> Result<(), Error> {
         match self {
             Self::Whole(value) if !value.is_finite() => {

@@ -1,8 +1,10 @@
 //! Numbers at places along the rod, linear between ([`BreakPoints`]).
 //!
-//! Input: ascending arc lengths from 0 to the end of the rod, and as many numbers. The last arc length stands for the end of
-//! the rod, so that the places move in proportion where the length of the rod varies. Output: the value at a fraction of
-//! the rod length, and the weights of the numbers in it. Beyond an end the value is that at the end.
+//! Input: ascending arc lengths (m) from 0 to the end of the rod, and as many numbers. The last arc length stands for
+//! the end of the rod, so that the places move in proportion where the length of the rod varies. Output: the value at a
+//! fraction of the rod length, the weights of the numbers in it, and the inner places as fractions. Beyond an end the
+//! value is that at the end. Rejected are fewer than two places, places that do not ascend from 0, another count of
+//! numbers, and numbers that are not finite.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -29,7 +31,7 @@ struct Bracket {
 }
 
 impl<D> BreakPoints<D> {
-    /// Inner places as fractions of the rod length.
+    /// The places between the first and the last, ascending, as fractions of the rod length.
     pub(super) fn breaks(&self) -> Vec<f64> {
         let (end, inner) = (self.at.last().copied().unwrap_or(1.0), self.at.len().max(2) - 1);
         self.at.iter().take(inner).skip(1).map(|at| at / end).collect()
@@ -52,7 +54,7 @@ impl<D> BreakPoints<D> {
 }
 
 impl<D: Scalar> BreakPoints<D> {
-    /// The value at a fraction of the rod length.
+    /// The value at `place`, a fraction of the rod length; beyond an end that at the end.
     pub(super) fn value(&self, place: f64) -> D {
         let Bracket { first, weight } = self.between(place);
         self.factor[first] + (self.factor[first + 1] - self.factor[first]) * weight
@@ -60,8 +62,8 @@ impl<D: Scalar> BreakPoints<D> {
 }
 
 impl BreakPoints {
-    /// Rejects fewer than two places, places that do not ascend from 0, another number of values, and numbers that are not
-    /// finite. `key` is the path, for the error.
+    /// Rejects fewer than two places, places that do not ascend from 0, another number of values, and numbers that are
+    /// not finite. `key` is the path, for the error.
     pub(super) fn check(&self, key: &str) -> Result<(), Error> {
         let Self { at, factor } = self;
         let ascends =

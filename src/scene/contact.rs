@@ -1,11 +1,14 @@
 //! `[[contacts]]`: obstacles, fixed in space, that the rod touches.
 //!
-//! An obstacle is a half-space (`plane`), a `sphere`, an endless `cylinder`, or a `capsule`, which is a cylinder with round ends.
-//! The rod is a tube of its outer radius, or of `contact_radius`. `stiffness` is the force per length over the square of the
-//! overlap, N/m^3; without it, the program takes one from the weight and the bending stiffness of the rod. `damping` and
-//! `friction` with `slip_velocity` are the numbers of the forces that depend on the velocity, zero by default. Rejected are
-//! directions without length, the same two ends of a capsule, and sections without a radius where `contact_radius` is missing.
-//! Output: the numbers of an obstacle over any number type, and the vectors that the plane of a planar rod must contain.
+//! An obstacle is a half-space (`plane`), a `sphere`, an endless `cylinder`, or a `capsule`, which is a cylinder with
+//! round ends. The rod is a tube of its outer radius, or of `contact_radius`. `stiffness` is the force per length over
+//! the square of the overlap, N/m^3; without it, the program takes one from the weight and the bending stiffness of the
+//! rod. `damping` (s/m) and `friction` (Coulomb's coefficient) with `slip_velocity` (m/s) are the numbers of the forces
+//! that depend on the velocity; damping and friction are zero by default. Rejected, with the key, are invalid numbers,
+//! directions without length, equal ends of a capsule, and sections other than circle and tube where `contact_radius`
+//! is missing. Output over any number type: shape and size of an obstacle, stiffness, losses and radius of the rod in
+//! the contact. `contact_directions` returns the vectors that the plane of a planar rod must contain, and those that
+//! must be normal to it.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -220,7 +223,7 @@ impl<D: Scalar> Contact<D> {
         Obstacle { kind, radius, point, axis, length }
     }
 
-    /// Stiffness of the contact that the scene gives, N/m^3.
+    /// Stiffness of the contact that the scene gives, N/m^3; `None` without one.
     pub(crate) fn given_stiffness(&self) -> Option<D> {
         match self {
             Self::Plane { stiffness, .. }
@@ -230,7 +233,8 @@ impl<D: Scalar> Contact<D> {
         }
     }
 
-    /// The numbers of the forces that depend on the velocity; none without damping and friction.
+    /// The numbers of the forces that depend on the velocity, with their defaults; `None` if the scene gives neither
+    /// damping nor friction.
     pub(crate) fn loss(&self) -> Option<ContactLoss<D>> {
         let (damping, friction, slip_velocity) = match *self {
             Self::Plane { damping, friction, slip_velocity, .. }
@@ -248,18 +252,18 @@ impl<D: Scalar> Contact<D> {
         })
     }
 
-    /// Whether it has damping.
+    /// Whether the contact has damping above zero.
     pub(crate) fn has_damping(&self) -> bool {
         self.loss().is_some_and(|loss| loss.damping.value() > 0.0)
     }
 
-    /// Whether it has friction.
+    /// Whether the contact has a friction coefficient above zero.
     pub(crate) fn has_friction(&self) -> bool {
         self.loss().is_some_and(|loss| loss.friction.value() > 0.0)
     }
 
-    /// Radius, m, of a rod of this section in the contact: that of the contact, or the outer one of the section. `None` for a
-    /// section without a radius where the contact gives none.
+    /// Radius, m, of a rod of this section in the contact: that of the contact, or the outer one of the section. `None`
+    /// for a section without a radius where the contact gives none.
     pub(crate) fn rod_radius(&self, section: &Section<D>) -> Option<D> {
         let own = match self {
             Self::Plane { contact_radius, .. }
@@ -274,7 +278,8 @@ impl<D: Scalar> Contact<D> {
     }
 }
 
-/// Rejects the first contact with invalid numbers, a direction of no length, or without a radius of the rod.
+/// Rejects the first contact with invalid numbers, a direction of no length, equal ends of a capsule, or without a
+/// radius of the rod. The latter is missing without `contact_radius` if `section` is not a circle or a tube.
 pub(super) fn check_contacts(contacts: &[Contact], section: &Section) -> Result<(), Error> {
     for (i, contact) in contacts.iter().enumerate() {
         let key = format!("contacts[{i}]");
@@ -296,8 +301,9 @@ pub(super) fn check_contacts(contacts: &[Contact], section: &Section) -> Result<
     Ok(())
 }
 
-/// Vectors of the obstacles with their keys, for a planar rod whose first node is `origin`: those that its plane must contain,
-/// then those that must be normal to it. A cylinder or capsule keeps the plane with its axis normal to it.
+/// Vectors of the obstacles with their keys, for a planar rod whose first node is `origin`: those that its plane must
+/// contain, then those that must be normal to it. The plane must contain normals of planes and centers of spheres (from
+/// `origin`); axes of cylinders and capsules must be normal to it.
 pub(crate) fn contact_directions<D: Scalar>(
     contacts: &[Contact<D>],
     origin: Vector<D>,

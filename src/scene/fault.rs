@@ -1,16 +1,17 @@
 //! Defects of a recording of markers ([`Fault`]), their warning codes and texts.
 //!
-//! `faults`, `recorded_motion` and `recorded_point` detect them: lost frames, exchanged labels, missing frames,
-//! jumps, gravity in accelerations and glitches. A defect has the markers and times, s, that its kind has; of lost
-//! frames and exchanged labels also whether they were corrected. Tracks hold their defects, and supports and fits
-//! show them as warnings.
+//! Kinds: lost frames, exchanged labels, missing frames, jumps, gravity in accelerations, and glitches (jumps of a
+//! single frame); other modules detect them. A defect has data of its kind: names of markers, times (s), numbers of
+//! frames, the largest jump or the error of interpolation (m), the mean acceleration (m/s^2). Lost frames and exchanged
+//! labels also have whether they were corrected. [`Fault::code`] is the warning code; the text has finding, consequence
+//! and action. `retain_distinct` removes jumps that are reported already as lost frames or glitches.
 
 use crate::code::Code;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Second difference of the positions of a marker, m, above which the marker has jumped. Smaller values report fast motion,
-/// larger ones leave glitches in.
+/// Second difference of the positions of a marker, m, above which the marker has jumped. Smaller values report fast
+/// motion, larger ones leave glitches in.
 pub(super) const JUMP: f64 = 0.01;
 
 /// Defect of a recording.
@@ -44,8 +45,8 @@ pub enum Fault {
         to: f64,
         /// Number of missing frames.
         frames: usize,
-        /// Error, RMS, m, of the interpolation over equally many frames elsewhere in the recording. None if the recording
-        /// has no such frames, or if the gap is at its start or end.
+        /// Error, RMS, m, of the interpolation over equally many frames elsewhere in the recording. None if the
+        /// recording has no such frames, or if the gap is at its start or end.
         error: Option<f64>,
     },
     /// Jumps, from one frame to the next, of a point that drives a support.
@@ -74,9 +75,9 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// Removes from jumps the times, s, within two frame intervals `step`, s, of lost frames among the `others`. Returns
-    /// whether the defect is to be kept. False for jumps without times left, or of a marker with glitches among the `others`;
-    /// other kinds are kept unchanged.
+    /// Removes from jumps the times, s, within two frame intervals `step`, s, of lost frames among the `others`.
+    /// Returns whether the defect is to be kept. False for jumps without times left, or of a marker with glitches among
+    /// the `others`; other kinds are kept unchanged.
     pub(super) fn retain_distinct(&mut self, others: &[Self], step: f64) -> bool {
         let Self::Jumps { marker, times, .. } = self else { return true };
         for other in others {
@@ -105,8 +106,8 @@ impl Fault {
 }
 
 impl fmt::Display for Fault {
-    /// Writes finding, consequence and action as text, without the code; a corrected defect has the correction in place of
-    /// the action. Several occurrences have their number and the time of the first. Missing frames have the error of
+    /// Writes finding, consequence and action as text, without the code; a corrected defect has the correction in place
+    /// of the action. Several occurrences have their number and the time of the first. Missing frames have the error of
     /// interpolation, m, if it is known; jumps the largest distance, m.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

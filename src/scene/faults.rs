@@ -7,9 +7,9 @@
 //! of single markers are never corrected; the frames around them are unusable (`SPOILED`).
 //!
 //! Lost frames are detected by least squares. A cubic of time is fitted to the positions of the held markers in
-//! `BESIDE` frames on each side of a gap. Without the gap, the sum of squared residuals must be at least `BETTER`
-//! times that with it, and their RMS above `RESOLUTION` (m). Each marker is then fitted alone: more markers must jump
-//! there than move smoothly, and at least `FEWEST_JUMPING`.
+//! `BESIDE` frames on each side of a gap. Gaps have up to `LONGEST` steps of the clock. Without the gap, the sum of
+//! squared residuals must be at least `BETTER` times that with the best one, and their RMS above `RESOLUTION` (m). Each
+//! marker is then fitted alone: more markers must jump there than move smoothly, and at least `FEWEST_JUMPING`.
 //!
 //! Labels of two neighbors are exchanged where the inner one is farther from the marker before both than the outer
 //! one. The ratio of these median distances must exceed `FARTHER`. The first two are compared by their distances from
@@ -29,9 +29,11 @@ use serde::{Deserialize, Serialize};
 const BESIDE: usize = 3;
 /// Longest gap that is searched for, in steps from the frame before to the frame after.
 const LONGEST: usize = 12;
-/// Ratio of the sums of squares without and with a gap, from which on a gap is detected. Smaller values detect gaps in noise.
+/// Ratio of the sums of squares without and with a gap, from which on a gap is detected. Smaller values detect gaps in
+/// noise.
 const BETTER: f64 = 10.0;
-/// Ratio of the RMS residuals without and with a gap, or the inverse, from which on a single marker counts for or against it.
+/// Ratio of the RMS residuals without and with a gap, or the inverse, from which on a single marker counts for or
+/// against it.
 const DECISIVE: f64 = 2.0;
 /// Smallest number of markers that must jump at lost frames: a single one has slipped.
 const FEWEST_JUMPING: usize = 2;
@@ -42,7 +44,8 @@ const FARTHER: f64 = 1.15;
 /// Number of frames on each side of a jump that are unusable.
 const SPOILED: usize = 2;
 
-/// Largest second difference of the neighbors of a glitch, as a fraction of [`JUMP`]: neighbors that also jump are in a whip.
+/// Largest second difference of the neighbors of a glitch, as a fraction of [`JUMP`]: neighbors that also jump are in a
+/// whip.
 const QUIET_NEIGHBOR: f64 = 0.5;
 
 /// Treatment of lost frames, where the clock of a recording continued without a gap.
@@ -82,9 +85,9 @@ struct FrameGap {
 
 impl Track {
     /// A copy of the recording with its [defects](Self::faults), in the order labels, lost frames, glitches. With
-    /// `LostFrames::Stretch` later times are increased, with `SwappedLabels::Mend` positions are exchanged between names.
-    /// `held` are the indices, along the rod, of the markers whose motion determines gaps. Earlier defects, and a bandwidth,
-    /// are dropped.
+    /// `LostFrames::Stretch` later times are increased, with `SwappedLabels::Mend` positions are exchanged between
+    /// names. `held` are the indices, along the rod, of the markers whose motion determines gaps. Earlier defects, and
+    /// a bandwidth, are dropped.
     pub(crate) fn examined(
         &self,
         held: &[usize],
@@ -137,9 +140,9 @@ impl Track {
         mended.with_faults(faults)
     }
 
-    /// Index of the marker at each position along the rod. The labels of two neighbors are exchanged if the outer one has the
-    /// smaller median distance from the marker before them, by the factor [`FARTHER`]. The first two are compared by their
-    /// distances from the third. The identity for fewer than three markers.
+    /// Index of the marker at each position along the rod. The labels of two neighbors are exchanged if the outer one
+    /// has the smaller median distance from the marker before them, by the factor [`FARTHER`]. The first two are
+    /// compared by their distances from the third. The identity for fewer than three markers.
     fn order(&self) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.markers().len()).collect();
         // The outer marker is farther by the length of an edge.
@@ -159,15 +162,16 @@ impl Track {
         order
     }
 
-    /// Median (upper of two) distance between two markers over the frames that both have, m; none without common frames.
+    /// Median (upper of two) distance between two markers over the frames that both have, m; none without common
+    /// frames.
     fn distance(&self, a: usize, b: usize) -> Option<f64> {
         let pairs = self.markers()[a].seen.iter().zip(&self.markers()[b].seen);
         upper_median(pairs.filter_map(|(a, b)| Some(norm(sub((*a)?, (*b)?)))))
     }
 
     /// Gaps of lost frames, in the order of time. The RMS residual of a cubic through the `held` markers exceeds
-    /// [`RESOLUTION`], and is larger without the gap by at least the root of [`BETTER`]. Most markers must jump there. Of
-    /// gaps of adjacent frames that with the larger ratio remains. Windows with a missing held marker are left out.
+    /// [`RESOLUTION`], and is larger without the gap by at least the root of [`BETTER`]. Most markers must jump there.
+    /// Of gaps of adjacent frames that with the larger ratio remains. Windows with a missing held marker are left out.
     fn gaps(&self, held: &[&Marker]) -> Vec<FrameGap> {
         let frames = self.times().len();
         let mut gaps: Vec<FrameGap> = Vec::new();
@@ -207,8 +211,8 @@ impl Track {
         gaps
     }
 
-    /// Orthonormal basis of the cubics of time at the frames of a window, [`WINDOW`] from `first` on. Times behind the middle
-    /// are later by `steps - 1` usual intervals.
+    /// Orthonormal basis of the cubics of time at the frames of a window, [`WINDOW`] from `first` on. Times behind the
+    /// middle are later by `steps - 1` usual intervals.
     fn cubics(&self, first: usize, steps: usize) -> [FrameWindow; 4] {
         let (between, before) = (self.usual_step(), first + BESIDE - 1);
         let time = |k: usize| {
@@ -218,11 +222,11 @@ impl Track {
         cubics(&components(|k| time(first + k)))
     }
 
-    /// Whether the motion of most markers, the free ones included, shows a gap in the middle of the window of frames from
-    /// `first` on: of `steps` steps of the clock between the two frames there, where 1 is no gap. A marker jumps if the
-    /// RMS residual of a cubic of time, m, without the gap is at least [`DECISIVE`] times that with it, and is smooth in
-    /// the reverse case. At least [`FEWEST_JUMPING`] must jump, and more than are smooth. Residuals up to [`RESOLUTION`],
-    /// and markers with missing frames, do not count.
+    /// Whether the motion of most markers, the free ones included, shows a gap in the middle of the window of frames
+    /// from `first` on: of `steps` steps of the clock between the two frames there, where 1 is no gap. A marker jumps
+    /// if the RMS residual of a cubic of time, m, without the gap is at least [`DECISIVE`] times that with it, and is
+    /// smooth in the reverse case. At least [`FEWEST_JUMPING`] must jump, and more than are smooth. Residuals up to
+    /// [`RESOLUTION`], and markers with missing frames, do not count.
     fn most_markers_jump(&self, first: usize, steps: usize) -> bool {
         let [even, lost] = [1, steps].map(|steps| self.cubics(first, steps));
         let (mut jumping, mut smooth) = (0, 0);
@@ -238,8 +242,8 @@ impl Track {
         jumping >= FEWEST_JUMPING && jumping > smooth
     }
 
-    /// Indices of the frames at which `marker` jumps, but not its neighbors `beside` it on the rod, which also move in a
-    /// whip. Its second difference exceeds [`JUMP`], and theirs are below [`QUIET_NEIGHBOR`] of that. Frames within
+    /// Indices of the frames at which `marker` jumps, but not its neighbors `beside` it on the rod, which also move in
+    /// a whip. Its second difference exceeds [`JUMP`], and theirs are below [`QUIET_NEIGHBOR`] of that. Frames within
     /// [`SPOILED`] of gaps are left out.
     fn glitches(&self, marker: &Marker, beside: &[&Marker], gaps: &[FrameGap]) -> Vec<usize> {
         let near = |k: usize| gaps.iter().any(|gap| gap.before.abs_diff(k) <= SPOILED);
@@ -280,8 +284,8 @@ const WINDOW: usize = 2 * BESIDE;
 /// One number for each frame around a gap.
 type FrameWindow = [f64; WINDOW];
 
-/// Three lists, one for each axis, of the coordinates of a marker, m, in the first [`WINDOW`] frames of `seen`. None if one
-/// is missing.
+/// Three lists, one for each axis, of the coordinates of a marker, m, in the first [`WINDOW`] frames of `seen`. None if
+/// one is missing.
 fn coordinates(seen: &[Option<Vector<f64>>]) -> Option<[FrameWindow; 3]> {
     let mut axes = [[0.0; WINDOW]; 3];
     for (k, seen) in seen.iter().take(WINDOW).enumerate() {
@@ -328,8 +332,8 @@ fn cubics(times: &FrameWindow) -> [FrameWindow; 4] {
     basis
 }
 
-/// RMS over frames and paths of the residuals, m, after least-squares fits of the orthonormal `basis` to each path; 0 without
-/// paths.
+/// RMS over frames and paths of the residuals, m, after least-squares fits of the orthonormal `basis` to each path; 0
+/// without paths.
 fn rms_residual(basis: &[FrameWindow; 4], paths: &[FrameWindow]) -> f64 {
     let sum = paths.iter().map(|path| residual_squares(basis, path)).sum::<f64>();
     (sum / f64::max((WINDOW * paths.len()) as f64, 1.0)).sqrt()

@@ -1,10 +1,13 @@
-//! Reading and writing of scene files (TOML), and of the files of shapes and recordings that they name.
+//! Reading and writing of scene files (TOML), and reading of the files of shapes, recordings and signals that they
+//! name.
 //!
-//! [`Scene::load`] parses a file, validates the scene and reads polylines and recordings; paths are relative to the
-//! folder of the file. A `time.end` that is left out becomes the end of the recording. Errors have the path; for a
-//! text that cannot be parsed they list missing keys or a likely mistake. [`Scene::to_toml`] returns the scene as
-//! text. [`Scene::follow`] replaces the recording of driven ends (an error without one), and [`Scene::files`] lists
-//! the files of a scene.
+//! [`Scene::load`] parses a file, validates the scene and reads polylines, recordings and samples of signals; paths are
+//! relative to the folder of the file. A `time.end` that is left out becomes the end of the recording `supports.path`.
+//! Errors have the path; for a text that cannot be parsed they list missing keys or a likely mistake.
+//! [`Scene::load_with`] attaches user-defined energies before the validation. [`Scene::to_toml`] returns the scene as
+//! text. [`Scene::follow`] replaces the recording of driven ends (an error without one), and
+//! [`Scene::differs_in_recording_only`] compares two scenes without it. [`Scene::files`] lists the scene file and those
+//! of its polylines and recordings; [`Scene::make_paths_absolute`] replaces their paths.
 
 use crate::error::Error;
 use crate::input::hints::{SCENE, explained};
@@ -16,9 +19,10 @@ use crate::scene::time::Time;
 use std::path::{Path, PathBuf};
 
 impl Scene {
-    /// Reads the points of polylines and the recordings of motions, unless they have been read. Examines recordings for
-    /// defects, and replaces a missing `time.end` by the end of the recording. An error for a file that cannot be read, and
-    /// for a simulation beyond the end of a recording.
+    /// Reads the points of polylines, the recordings of motions and the samples of signals, unless they have been read.
+    /// Examines recordings for defects, and replaces a missing `time.end` by the end of the recording `supports.path`.
+    /// An error for a file that cannot be read, and for a simulation beyond the end of a recording or of the samples of
+    /// a signal in use.
     pub(crate) fn read_shapes(&mut self) -> Result<(), Error> {
         let folder = self.folder();
         self.rod.shape.read(&folder, false)?;
@@ -57,13 +61,14 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// A file that cannot be read or is not a scene, and values that are not allowed.
+    /// A file that cannot be read or is not a scene, values that are not allowed, and files named in it that cannot be
+    /// read.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         Self::load_file(path.as_ref())
     }
 
-    /// [`load`](Self::load) for a path as `&Path`: a function without type parameter, so that programs do not compile the
-    /// reading of scenes again.
+    /// [`load`](Self::load) for a path as `&Path`: a function without type parameter, so that programs do not compile
+    /// the reading of scenes again.
     fn load_file(path: &Path) -> Result<Self, Error> {
         Self::read(&marker_files::file::text(path)?, path)
     }
@@ -86,7 +91,8 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// Text that is not a scene, values that are not allowed, and files of shapes that cannot be read.
+    /// Text that is not a scene, values that are not allowed, and files of shapes, recordings and signals that cannot
+    /// be read.
     ///
     /// ```
     /// use rodfit::Scene;
@@ -101,13 +107,14 @@ impl Scene {
         Self::read(text, &path).map_err(|error| error.without_file(&path))
     }
 
-    /// Reads and validates the text of a scene file with this path, and reads the files that it names. Errors have the path.
+    /// Reads and validates the text of a scene file with this path, and reads the files that it names. Errors have the
+    /// path.
     pub(crate) fn read(text: &str, path: &Path) -> Result<Self, Error> {
         Self::parse_text(text, path)?.complete(path)
     }
 
-    /// Reads the text of a scene file with this path, applies `give` to the scene, validates it and reads the files that it
-    /// names. Errors have the path.
+    /// Reads the text of a scene file with this path, applies `give` to the scene, validates it and reads the files
+    /// that it names. Errors have the path.
     pub(crate) fn read_with(
         text: &str,
         path: &Path,
@@ -118,8 +125,8 @@ impl Scene {
         scene.complete(path)
     }
 
-    /// Parses the text of a scene file with this path, without validation. Sets the path, and whether the text has no key
-    /// `loads.gravity`. An error lists missing keys, a likely mistake, or line and token at fault.
+    /// Parses the text of a scene file with this path, without validation. Sets the path, and whether the text has no
+    /// key `loads.gravity`. An error lists missing keys, a likely mistake, or line and token at fault.
     fn parse_text(text: &str, path: &Path) -> Result<Self, Error> {
         let mut scene: Self = parse(text, &REQUIRED)
             .map_err(|error| explained(error, text, &SCENE).in_file(Some(path)))?;
@@ -139,18 +146,18 @@ impl Scene {
         Ok(self)
     }
 
-    /// Replaces the recording that drives the ends by another `file`, relative to the working directory; it is read when the
-    /// problem is built. A `time.end` that the scene file did not give is left to the new recording.
+    /// Replaces the recording that drives the ends by another `file`, relative to the working directory; it is read
+    /// when the problem is built. A `time.end` that the scene file did not give is left to the new recording.
     ///
     /// # Errors
     ///
-    /// A scene without recorded ends.
+    /// A scene without `[supports.path]`, or a relative path in an unknown working directory.
     pub fn follow(&mut self, file: impl AsRef<Path>) -> Result<(), Error> {
         self.follow_file(file.as_ref())
     }
 
-    /// [`follow`](Self::follow) for a path as `&Path`: sets the absolute path of the file, and removes the recording that has
-    /// been read.
+    /// [`follow`](Self::follow) for a path as `&Path`: sets the absolute path of the file, and removes the recording
+    /// that has been read.
     fn follow_file(&mut self, file: &Path) -> Result<(), Error> {
         // An end that was taken from the old recording is not that of the new one.
         self.leave_end_to_recording();
@@ -163,8 +170,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Sets a `time.end` that was taken from a recording back to missing, so that another recording sets its own end. No
-    /// effect on a given end.
+    /// Sets a `time.end` that was taken from a recording back to missing, so that another recording sets its own end.
+    /// No effect on a given end.
     fn leave_end_to_recording(&mut self) {
         if self.ends_with_recording() {
             self.time.iter_mut().for_each(|time| time.end = Time::TO_THE_END);
@@ -172,8 +179,8 @@ impl Scene {
         }
     }
 
-    /// Whether two scenes with recorded ends are equal except for the recording, an end taken from it, and mesh and step that
-    /// the program chose. False without recorded ends.
+    /// Whether two scenes with recorded ends are equal except for the recording, an end taken from it, and mesh and
+    /// step that the program chose. False without recorded ends.
     pub fn differs_in_recording_only(&self, other: &Self) -> bool {
         let without_recording = |scene: &Self| {
             let mut scene = scene.reopened();
@@ -186,8 +193,8 @@ impl Scene {
         self.supports.path.is_some() && without_recording(self) == without_recording(other)
     }
 
-    /// The scene as TOML text; without `time.end` if that was taken from a recording. Values equal to their defaults may be
-    /// left out.
+    /// The scene as TOML text; without `time.end` if that was taken from a recording. Values equal to their defaults
+    /// may be left out.
     ///
     /// ```
     /// use rodfit::Scene;
@@ -210,8 +217,8 @@ impl Scene {
         text.map_err(|error| Error::Parse { file: None, message: error.to_string() })
     }
 
-    /// Replaces the paths of polylines and recordings in the scene, relative to its folder, by absolute ones, so that it can
-    /// be saved anywhere. An error if the working directory is unknown.
+    /// Replaces the paths of polylines and recordings in the scene, relative to its folder, by absolute ones, so that
+    /// it can be saved anywhere. An error if the working directory is unknown.
     pub fn make_paths_absolute(&mut self) -> Result<(), Error> {
         let folder = self.folder();
         for file in self.named_files() {
@@ -231,8 +238,8 @@ impl Scene {
         files
     }
 
-    /// References to the paths of polylines without points, then of the recording and of motions, as the scene gives them.
-    /// Empty ones are left out.
+    /// References to the paths of polylines without points, then of the recording and of motions, as the scene gives
+    /// them. Empty ones are left out.
     fn named_files(&mut self) -> impl Iterator<Item = &mut PathBuf> {
         let rods = self.structure.iter_mut().flat_map(|structure| &mut structure.rods);
         let shapes = [Some(&mut self.rod.shape), self.initial.shape.as_mut()].into_iter().flatten();

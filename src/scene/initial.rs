@@ -69,8 +69,8 @@ pub enum InitialState {
 }
 
 impl<D: SceneNumber> Initial<D> {
-    /// Whether the rod starts at rest in its rest shape: state "rest", no velocities, no perturbation and no forces until t =
-    /// 0. Such a table is not written to files.
+    /// Whether the rod starts at rest in its rest shape: state "rest", no velocities, no perturbation and no forces of
+    /// `initial.point`. Such a table is not written to files.
     pub(super) fn is_rest(&self) -> bool {
         let is_unperturbed = self.perturbation == 0.0 && self.point.is_empty();
         self.state == InitialState::Rest && is_unperturbed && !self.moves()
@@ -83,9 +83,9 @@ impl<D: SceneNumber> Initial<D> {
 }
 
 impl Initial {
-    /// Rejects invalid numbers, a perturbation above [`MAX_PERTURBATION`] in size, and one of a recorded start. Forces until
-    /// t = 0 require the state "equilibrium". A shape is required by the state "shape", allowed with "equilibrium", and
-    /// rejected with others.
+    /// Rejects invalid numbers, a perturbation above [`MAX_PERTURBATION`] in size, and one of a recorded start. Forces
+    /// until t = 0 require the state "equilibrium". A shape is required by the state "shape", allowed with
+    /// "equilibrium", and rejected with others.
     pub(super) fn check(&self) -> Result<(), Error> {
         self.check_numbers("initial", TABLE)?;
         if self.perturbation.is_nan() || self.perturbation.abs() > MAX_PERTURBATION {

@@ -1,10 +1,11 @@
 //! `[loads]`: gravity, point and line loads, damping (mass-proportional, Kelvin-Voigt, Maxwell, friction) and drag.
 //!
-//! The tables declare units and search ranges of their numbers: gravity, m/s^2, forces, N, and moments, N m, at
-//! points, forces per length, N/m, between two arc lengths, and damping. The latter has a rate, 1/s, Kelvin-Voigt
-//! times, s, a Maxwell branch and friction springs (fractions of the rod's stiffness). Predicates for the choice of
-//! schemes and checks return whether there are forces, and whether damping dissipates energy, is viscous, or makes
-//! the stress depend on the history of the strains. Numbers are validated with the scene.
+//! The tables declare units and search ranges of their numbers: gravity, m/s^2, forces, N, and moments, N m, at points,
+//! forces per length, N/m, between two arc lengths, and damping. The latter has a rate, 1/s, Kelvin-Voigt times, s,
+//! Maxwell branches and friction springs (fractions of the rod's stiffness). Loads may have a signal over time, or turn
+//! with the rod (follower loads). Predicates for the choice of schemes and checks return whether there are forces or a
+//! flow of the fluid, and the first load without a potential. Others return whether damping dissipates energy, is
+//! viscous, or makes the stress depend on the history of the strains. Numbers are validated with the scene.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::scene::drag::Drag;
@@ -145,8 +146,9 @@ impl Loads {
 }
 
 impl<D: Nestable> Loads<D> {
-    /// Key of the first load without a potential, if there is one: a follower load, and of a `spatial` rod a moment, or one
-    /// with a derivative. A follower load that has only a moment counts, too.
+    /// Key of the first load without a potential, if there is one, point loads before line loads: a follower load, and
+    /// on a `spatial` rod a moment that is not zero or has a derivative. A follower load that has only a moment counts,
+    /// too.
     pub(crate) fn first_follower(&self, spatial: bool) -> Option<FollowerKey> {
         let points = self.point.iter().enumerate().filter_map(|(k, load)| {
             let turns = spatial && !load.moment.iter().all(Nestable::is_identically_zero);
@@ -165,20 +167,20 @@ impl<D: Nestable> Loads<D> {
 pub(crate) struct FollowerKey {
     /// Key of the load.
     pub load: String,
-    /// Key in the load that makes it so.
+    /// Key in the load that makes it one without a potential: `follower` or `moment`.
     pub name: &'static str,
 }
 
 impl FollowerKey {
-    /// The whole key.
+    /// The whole key, such as `loads.point[0].follower`.
     pub fn key(&self) -> String {
         format!("{}.{}", self.load, self.name)
     }
 }
 
 impl LineForce {
-    /// Absolute value, N, of the resultant force on a rod of a `length`, m: force per length times the loaded length. Parts
-    /// beyond the end of the rod are left out.
+    /// Absolute value, N, of the resultant force on a rod of a `length`, m: force per length times the loaded length.
+    /// Parts beyond the end of the rod are left out.
     pub(crate) fn size(&self, length: f64) -> f64 {
         let per_length = self.force.iter().map(|c| c * c).sum::<f64>().sqrt();
         per_length * (self.to.unwrap_or(length).min(length) - self.from).max(0.0)
@@ -186,13 +188,14 @@ impl LineForce {
 }
 
 impl Damping {
-    /// Whether any damping dissipates energy: a mass-proportional rate or Kelvin-Voigt time above zero, a Maxwell branch, or
-    /// friction.
+    /// Whether any damping dissipates energy: a mass-proportional rate or Kelvin-Voigt time above zero, a Maxwell
+    /// branch, or friction.
     pub(crate) fn is_dissipative(&self) -> bool {
         self.mass > 0.0 || self.is_viscous() || self.friction.is_some()
     }
 
-    /// Keys within `loads.damping` and values, s, of the four Kelvin-Voigt times: stiffness, bending, twisting, stretching.
+    /// Keys within `loads.damping` and values, s, of the four Kelvin-Voigt times: stiffness, bending, twisting,
+    /// stretching.
     pub(crate) fn times(&self) -> [(&'static str, f64); 4] {
         let Self { stiffness, bending, twisting, stretching, .. } = *self;
         [

@@ -1,8 +1,11 @@
-//! `[material]`: density, kg/m^3, elastic moduli, Pa, and the law of the stretch, with their allowed ranges, the
-//! search ranges of fits, and validation.
+//! `[material]`: density, kg/m^3, elastic moduli, Pa, and the laws of stretch and bending, with their allowed ranges,
+//! the search ranges of fits, and validation.
 //!
-//! Spatial scenes need Poisson's ratio, in (-1, 0.5], or the shear modulus; both together are rejected. A neo-Hookean
-//! or Mooney-Rivlin stretch is that of an incompressible material: ratios below 0.495 are rejected beside it.
+//! Laws are linear by default. The stretch may be neo-Hookean or Mooney-Rivlin, the latter with its ratio in [0, 1];
+//! the bending moment may be a cubic of the curvature with a coefficient, m^2. Spatial scenes need Poisson's ratio, in
+//! (-1, 0.5], or the shear modulus; both together are rejected. The two nonlinear stretches are those of an
+//! incompressible material: Poisson's ratios below 0.495 are rejected beside them. A Mooney-Rivlin ratio without its
+//! law is rejected, and so are numbers that are not finite or have a sign that is not allowed.
 
 use crate::error::Error;
 use crate::scene::number::{Candidates, Quantity};
@@ -94,9 +97,9 @@ impl Material {
         }
     }
 
-    /// Rejects constants that are not finite or not positive, Poisson's ratio outside (-1, 0.5], and Poisson's ratio beside
-    /// the shear modulus. A ratio below 0.495 is rejected beside a neo-Hookean or Mooney-Rivlin stretch, which is incompressible. A
-    /// Mooney-Rivlin stretch needs its ratio, in [0, 1], and others reject it.
+    /// Rejects constants that are not finite or not positive, Poisson's ratio outside (-1, 0.5], and Poisson's ratio
+    /// beside the shear modulus. A ratio below 0.495 is rejected beside a neo-Hookean or Mooney-Rivlin stretch, which
+    /// is incompressible. A Mooney-Rivlin stretch needs its ratio, in [0, 1], and others reject it.
     pub(super) fn check(&self) -> Result<(), Error> {
         if let Some(nu) = self.poisson_ratio {
             if !(nu > -1.0 && nu <= 0.5) {

@@ -1,6 +1,7 @@
 //! `loads.damping.maxwell`: Maxwell branches parallel to the elastic rod, one table or a list of any length.
 //!
-//! A [`Maxwell`] branch is a spring in series with a dashpot. With one branch the rod is a standard linear solid, with
+//! A [`Maxwell`] branch is a spring in series with a dashpot: its stiffness `g` is a fraction of that of the rod, zero
+//! or above, and its relaxation time `tau`, s, is above zero. With one branch the rod is a standard linear solid, with
 //! several its relaxation is a Prony series `E(t) = E (1 + sum_i g_i e^(-t/tau_i))`: the modulus E is that of slow
 //! loads. [`MaxwellBranches`] is read from a table or a list of tables; the numbers of a table are the parameters
 //! `loads.damping.maxwell.stiffness` and `.time`, those of a list `loads.damping.maxwell.0.stiffness` and so on. An

@@ -1,9 +1,11 @@
 //! Mesh of a rest shape: positions of the nodes, arc lengths from the wall and lengths along the edges, m, and
 //! turning angles of the joints, rad.
 //!
-//! Shapes build it (`shape`, `polyline`), and problems hold it. A clamp in the middle of an edge puts the first node
-//! behind the wall, at a negative arc length. At the other end the last node is beyond the length. With dual numbers
-//! it has derivatives by the parameters of the shape.
+//! Shapes build a [`Mesh`] (`shape`, `polyline`), and problems hold it. A clamp in the middle of an edge puts the first
+//! node behind the wall, at a negative arc length. At the other end the last node is beyond the length. With dual
+//! numbers it has derivatives by the parameters of the shape. Functions return whether an arc length is in the edge
+//! within such a clamp, and arc lengths as fractions of the rod length. Others return the absolute turning angles of
+//! the joints, their sum, whether all are zero, and a scaled mesh.
 
 use crate::numerics::scalar::Scalar;
 use nalgebra::Vector3;
@@ -30,14 +32,15 @@ const ROUNDING: f64 = 1e-9;
 const STRAIGHT: f64 = 1e-9;
 
 impl<D: Scalar> Mesh<D> {
-    /// Whether the last node is behind a wall, so that the rod ends between two nodes. Its arc length then exceeds that of
-    /// the rod by more than rounding.
+    /// Whether the last node is behind a wall, so that the rod ends between two nodes. Its arc length then exceeds that
+    /// of the rod by more than rounding.
     pub(crate) fn is_clamped_at_end(&self) -> bool {
         let last = self.arc_length.last().map_or(0.0, D::value);
         last > self.length.value() * (1.0 + ROUNDING)
     }
 
-    /// Whether an arc length `s` from the wall, m, is within the first or last edge, and this edge extends behind a wall.
+    /// Whether an arc length `s` from the wall, m, is within the first or last edge, and this edge extends behind a
+    /// wall.
     pub(crate) fn is_in_clamped_edge(&self, s: f64) -> bool {
         let place = |i: usize| self.arc_length[i].value();
         let (last, tolerance) = (self.arc_length.len() - 1, ROUNDING * self.length.value());

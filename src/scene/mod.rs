@@ -1,18 +1,21 @@
 //! Scene files: their keys, validation, physical numbers and parameter names. All quantities are SI.
 //!
-//! A [`Scene`] has tables for the rod, material, supports, loads, initial state, time, camera and user-defined
-//! energies. It is generic over the type of its physical numbers: `f64`, or dual numbers for derivatives by
-//! parameters ([`Scene::map_numbers`]). Each number is declared once with its unit and limits (`number`, `table`),
-//! and has a [`Parameter`] name, its path in the file. [`Scene::validate`] rejects invalid values and contradicting
-//! keys. [`Scene::load`] reads a file, and the module `problem` builds the rod. [`StructureScene`] is the scene of
-//! several rods.
+//! A [`Scene`] has tables for the rod, material, supports, loads, signals, actuators, contacts, initial state, time,
+//! camera and user-defined energies. It is generic over the type of its physical numbers: `f64`, or dual numbers for
+//! derivatives by parameters ([`Scene::map_numbers`]). Each number is declared once with its unit and limits (`number`,
+//! `table`), and has a [`Parameter`] name, its path in the file. [`Scene::validate`] rejects invalid values and
+//! contradicting keys; the error has file, key, and the found and the allowed value. [`Scene::load`] reads a file, and
+//! the module `problem` builds the rod. Functions here return quantities of a whole scene: its integration scheme and
+//! tolerance, its discretization, section and material at a place of a tapered rod, and whether the motion loses
+//! energy. [`StructureScene`] is the scene of several rods.
 //!
-//! Files: `contact`, `rod`, `material`, `section`, `taper`, `along`, `break_points`, `mass`, `loads`, `drag`, `initial`, `camera`, `time`,
-//! `scheme`, `tolerance` (tables); `shape`, `polyline`, `mesh`, `plane`, `point`, `marker` (geometry); `support`,
-//! `supports`, `prescribed_motion`, `motion_rate`, `path`, `track`, `recorded_point`, `recorded_motion`, `fault`,
-//! `faults` (ends and recordings); `own` (user-defined energies); `structure`, `structure_point`,
-//! `structure_catalog`, `per_axis` (several rods); `scene_catalog` (all parameters); `resolution`, `scheme_support`,
-//! `required`, `validate`, `nearest` (choice and checks); `file`, `scene_file`, `structure_file` (reading).
+//! Files: `rod`, `material`, `section`, `taper`, `along`, `break_points`, `mass`, `loads`, `drag`, `maxwell`,
+//! `contact`, `actuation`, `signal`, `initial`, `camera`, `time`, `scheme`, `tolerance` (tables); `shape`, `polyline`,
+//! `mesh`, `plane`, `point`, `marker` (geometry); `support`, `supports`, `prescribed_motion`, `motion_rate`,
+//! `signal_steps`, `path`, `track`, `recorded_point`, `recorded_motion`, `fault`, `faults` (ends and recordings); `own`
+//! (user-defined energies); `structure` and others of this name, `per_axis` (several rods); `parameter`,
+//! `scene_catalog` (all parameters); `resolution`, `scheme_support`, `required`, `validate`, `nearest` (choice and
+//! checks); `file`, `scene_file` (reading).
 
 pub mod actuation;
 pub mod along;
@@ -173,8 +176,8 @@ table! {
         /// The file the scene was read from; other paths are relative to it.
         #[serde(skip)]
         pub path: Option<PathBuf>,
-        /// Number of edges of another mesh than the scene's own. Points that the scene names by a node index keep their arc
-        /// length.
+        /// Number of edges of another mesh than the scene's own. Points that the scene names by a node index keep their
+        /// arc length.
         #[serde(skip)]
         pub(crate) remeshed: Option<usize>,
         /// Ends whose clamps have a rotational compliance, now or for varying parameters.
@@ -192,8 +195,8 @@ table! {
         /// End of the recording that replaced a missing `time.end`, s.
         #[serde(skip)]
         pub(crate) end_of_recording: Option<f64>,
-        /// The structure for which this scene stands in a fit: its parameters replace those of the rod, and the rod has its
-        /// total length and number of edges.
+        /// The structure for which this scene stands in a fit: its parameters replace those of the rod, and the rod has
+        /// its total length and number of edges.
         #[serde(skip)]
         pub(crate) structure: Option<Box<StructureScene<D>>> = TABLE => "",
     }
@@ -221,14 +224,14 @@ impl<D> Scene<D> {
 }
 
 impl<D: Scalar> Scene<D> {
-    /// Section and material at a place, a fraction of the rod length, with their numbers times the factors of `rod.taper`
-    /// there.
+    /// Section and material at a place, a fraction of the rod length, with their numbers times the factors of
+    /// `rod.taper` there; beyond an end those at the end.
     pub(crate) fn at(&self, place: f64) -> (Section<D>, Material<D>) {
         self.rod.taper.at(place, &self.rod.section, &self.material)
     }
 
-    /// Both second moments of area, m^4, at 1/4 and 3/4 of each piece between two breaks of the taper. Factors are linear
-    /// between breaks, so that second moments that are equal there are equal along the whole rod.
+    /// Both second moments of area, m^4, at 1/4 and 3/4 of each piece between two breaks of the taper. Factors are
+    /// linear between breaks, so that second moments that are equal there are equal along the whole rod.
     pub(crate) fn second_moments_along(&self) -> Vec<[D; 2]> {
         let of = |place: f64| self.at(place).0.moments().second_moments;
         // Inside of the pieces, since the factors of two pieces meet at a break.
@@ -283,11 +286,11 @@ impl Scene {
         }
     }
 
-    /// The same scene over another number type. `convert` returns the new number of the path, value and quantity of each
-    /// physical number, in the order of the tables. Numbers without effect are converted without derivatives, and `convert`
-    /// is not called for them: initial velocities without `[time]`, `beta` and `rho_inf` of another scheme. If the scene stands
-    /// for a structure, `convert` gets the numbers of the camera, then those of the structure; the numbers of the
-    /// representative rod have no effect either.
+    /// The same scene over another number type. `convert` returns the new number of the path, value and quantity of
+    /// each physical number, in the order of the tables. Numbers without effect are converted without derivatives, and
+    /// `convert` is not called for them: initial velocities without `[time]`, `beta` and `rho_inf` of another scheme.
+    /// If the scene stands for a structure, `convert` gets the numbers of the camera, then those of the structure; the
+    /// numbers of the representative rod have no effect either.
     pub fn map_numbers<D: From<f64>>(
         &self,
         mut convert: impl FnMut(&str, f64, Quantity) -> D,
@@ -326,16 +329,16 @@ impl Scene {
         mapped
     }
 
-    /// Whether `loads.point`, `initial.point` or `rod.mass` names a node by its index, so that another number of segments
-    /// would change the scene.
+    /// Whether `loads.point`, `initial.point` or `rod.mass` names a node by its index, so that another number of
+    /// segments would change the scene.
     pub(crate) fn mesh_is_given(&self) -> bool {
         let loads = self.loads.point.iter().chain(&self.initial.point).map(|load| load.node);
         let masses = self.rod.mass.iter().map(|mass| mass.node);
         loads.chain(masses).any(|node| matches!(node, Point::Node(_)))
     }
 
-    /// The discretization that the scene gives. The default is `corrected` with walls in the middle of an edge, and `paper`
-    /// with walls at nodes.
+    /// The discretization that the scene gives. The default is `corrected` with walls in the middle of an edge, and
+    /// `paper` with walls at nodes.
     pub fn discretization(&self) -> Discretization {
         self.rod.discretization.unwrap_or(match self.supports.clamp {
             Clamp::MidEdge => Discretization::Corrected,
@@ -343,14 +346,14 @@ impl Scene {
         })
     }
 
-    /// Rejects invalid values and contradicting keys of all tables; files are not read. The error has file, key, and the
-    /// found and the allowed value.
+    /// Rejects invalid values and contradicting keys of all tables; files are not read. The error has file, key, and
+    /// the found and the allowed value.
     pub fn validate(&self) -> Result<(), Error> {
         self.check().map_err(|error| error.in_file(self.path.as_deref()))
     }
 
-    /// Rejects `initial.state = "recorded"` without `[supports.path]`. With that table it rejects all states but "recorded"
-    /// and "equilibrium", an initial shape, and an initial velocity beside "recorded".
+    /// Rejects `initial.state = "recorded"` without `[supports.path]`. With that table it rejects all states but
+    /// "recorded" and "equilibrium", an initial shape, and an initial velocity beside "recorded".
     fn check_recorded_start(&self) -> Result<(), Error> {
         let Initial { state, shape, .. } = &self.initial;
         let recorded = *state == InitialState::Recorded;
@@ -375,8 +378,8 @@ impl Scene {
         Err(Error::invalid("initial.state", found, allowed))
     }
 
-    /// Rejects invalid signals, loads whose signal the scene does not have, and a signal of a force that holds the rod until
-    /// t = 0.
+    /// Rejects invalid signals, loads whose signal the scene does not have, and a time `loads.at_time` that is not
+    /// finite. Forces until t = 0 (`initial.point`) must have no signal and must not be follower loads.
     fn check_signals(&self) -> Result<(), Error> {
         self.signals.check_numbers("signals", TABLE)?;
         signal::check_signals(&self.signals)?;
@@ -419,10 +422,11 @@ impl Scene {
         }
     }
 
-    /// The checks of [`validate`](Self::validate), table by table, without the file in errors; the first error is returned.
-    /// Across tables, rejected are an axial compliance beside a stretch law that is not linear, a rotational compliance
-    /// beside a bending law, and `supports.angle` beside `initial.shape`. A recorded start that contradicts the supports, and a term that the scheme in `[time]` does not
-    /// support, are errors too.
+    /// The checks of [`validate`](Self::validate), table by table, without the file in errors; the first error is
+    /// returned. Across tables, rejected are an axial compliance beside a stretch law that is not linear, a rotational
+    /// compliance beside a bending law, and `supports.angle` beside `initial.shape`. Signals to which nothing refers, a
+    /// recorded start that contradicts the supports, and a term that the scheme in `[time]` does not support, are
+    /// errors too.
     fn check(&self) -> Result<(), Error> {
         self.rod.check()?;
         self.material.check()?;

@@ -1,19 +1,21 @@
-//! Time steps that resolve the prescribed motions of the supports: errors and warnings for larger ones.
+//! Time steps that resolve the prescribed motions of the supports and other time-dependent inputs: errors and warnings
+//! for larger ones.
 //!
-//! Each ramp, oscillation or recorded motion has a duration, s: the ramp, the period, or the inverse of the
-//! bandwidth. A step must make at least `FEWEST_STEPS` per period of an oscillation, else it is rejected; below
-//! `GOOD_STEPS` there is a warning for each motion. Ramps and recordings require half as many. `largest_good_step`
-//! returns the step, s, with at least `GOOD_STEPS` for all motions of walls and hinges, infinite without any;
-//! recorded ends are left out. The program chooses no larger one.
+//! Each ramp, oscillation or recorded motion has a duration, s: the ramp, the period, or the inverse of the bandwidth
+//! (`MotionRate`, also used for signals). A step must make at least `FEWEST_STEPS` per period of an oscillation, else
+//! it is rejected; below `GOOD_STEPS` there is a warning for each motion. Ramps and recordings require half as many.
+//! Motions of size zero and recordings at rest require none. `check_step` and `step_warnings` of the supports cover
+//! `supports.motion` and `supports.path`. `largest_good_step` returns the step, s, with at least `GOOD_STEPS` for all
+//! motions of `supports.motion`, infinite without any; `supports.path` is left out.
 
 use crate::code::Code;
 use crate::error::Error;
 use crate::scene::prescribed_motion::Motion;
 use crate::scene::supports::Supports;
 
-/// Smallest number of time steps per period of an oscillating support, and half as many per ramp. At two steps a period every
-/// step ends where the support is at rest. With four, the tip of a shaken cantilever was off by 40 to 80 % of its largest
-/// displacement; with two steps a ramp by 7 to 33 %.
+/// Smallest number of time steps per period of an oscillating support, and half as many per ramp. At two steps a period
+/// every step ends where the support is at rest. With four, the tip of a shaken cantilever was off by 40 to 80 % of its
+/// largest displacement; with two steps a ramp by 7 to 33 %.
 const FEWEST_STEPS: f64 = 4.0;
 /// Time steps per period below which a warning is given. With 20 a period the same tip was off by 8 to 19 %, most of it
 /// by the sudden start; with 10 a ramp by 2 to 9 %.
@@ -36,15 +38,15 @@ pub(super) struct MotionRate {
 }
 
 impl MotionRate {
-    /// Largest step size, s, of the motion, `time/(fraction per_period)`, where an oscillation requires `per_period` steps
-    /// per period.
+    /// Largest step size, s, of the motion, `time/(fraction per_period)`, where an oscillation requires `per_period`
+    /// steps per period.
     fn step(&self, per_period: f64) -> f64 {
         self.time / (self.fraction * per_period)
     }
 
-    /// Two texts for messages if a `step`, s, is larger than that for `per_period` steps per period by more than rounding.
-    /// The first has the value of the key, the step and its steps per interval, the second the required ones. None for a
-    /// smaller step.
+    /// Two texts for messages if a `step`, s, is larger than that for `per_period` steps per period by more than
+    /// rounding. The first has the value of the key, the step and its steps per interval, the second the required ones.
+    /// None for a smaller step.
     fn too_large(&self, step: f64, per_period: f64) -> Option<[String; 2]> {
         let Self { found, interval, fraction, .. } = self;
         let largest = self.step(per_period);
@@ -59,10 +61,9 @@ impl MotionRate {
         })
     }
 
-    /// Rate of a recorded motion of a bandwidth, Hz, whose period is `1/bandwidth`. Slower components make up 99 % of its
-    /// variance, so that half as many steps a period resolve it as those of a single frequency. Two steps a period are those
-    /// of the sampling theorem.
-    /// `name` is that of the motion in messages.
+    /// Rate of a recorded motion of a bandwidth, Hz, whose period is `1/bandwidth`. Slower components make up 99 % of
+    /// its variance, so that half as many steps a period resolve it as those of a single frequency. Two steps a period
+    /// are those of the sampling theorem. `name` is that of the motion in messages.
     pub(super) fn from_bandwidth(key: String, name: &str, bandwidth: f64) -> Self {
         let found = format!("{name} of up to {bandwidth:.3} Hz (99 % of its variance)");
         Self { key, found, time: bandwidth.recip(), interval: "period", fraction: 0.5 }
@@ -74,13 +75,13 @@ impl MotionRate {
         Self { key, found, time, interval: "period", fraction: 1.0 }
     }
 
-    /// Largest step size, s, that makes [`GOOD_STEPS`] per period.
+    /// Largest step size, s, that makes [`GOOD_STEPS`] per period, or half as many per ramp or recorded period.
     pub(super) fn good_step(&self) -> f64 {
         self.step(GOOD_STEPS)
     }
 
-    /// Rejects a time step, s, that makes fewer than [`FEWEST_STEPS`] per period. The error has the key of the motion, and a
-    /// step that resolves it well.
+    /// Rejects a time step, s, that makes fewer than [`FEWEST_STEPS`] per period, or half as many per ramp or recorded
+    /// period. The error has the key of the motion, and a step that resolves it well.
     pub(super) fn check(self, step: f64) -> Result<(), Error> {
         let Some([found, needed]) = self.too_large(step, FEWEST_STEPS) else { return Ok(()) };
         // The message advises a step without a warning, not the largest accepted one.
@@ -90,7 +91,8 @@ impl MotionRate {
         Err(Error::invalid(self.key, found, allowed))
     }
 
-    /// The warning, with its code, of a time step, s, that makes fewer than [`GOOD_STEPS`] per period; none for smaller ones.
+    /// The warning, with its code, of a time step, s, that makes fewer than [`GOOD_STEPS`] per period, or half as many
+    /// per ramp or recorded period; `None` for smaller steps.
     pub(super) fn warning(&self, step: f64) -> Option<(Code, String)> {
         let [found, needed] = self.too_large(step, GOOD_STEPS)?;
         let key = &self.key;
@@ -103,8 +105,8 @@ impl MotionRate {
 }
 
 impl Motion {
-    /// Rate of the ramp, or else the oscillation, of the motion with this key. None for a motion of size zero, or without
-    /// ramp and frequency.
+    /// Rate of the ramp, or else the oscillation, of the motion with this key. None for a motion of size zero, or
+    /// without ramp and frequency.
     fn rate(&self, key: &str) -> Option<MotionRate> {
         let moves = self.displacement != [0.0; 3] || self.rotation != [0.0; 3] || self.twist != 0.0;
         let (name, value, unit) = match (self.ramp, self.frequency) {
@@ -123,8 +125,9 @@ impl Motion {
 }
 
 impl Supports {
-    /// Rejects a time step, s, that makes fewer than [`FEWEST_STEPS`] per period of an oscillation of a support. Ramps and
-    /// periods of recordings require half as many. The error has the key of the motion, and a step that resolves it well.
+    /// Rejects a time step, s, that makes fewer than [`FEWEST_STEPS`] per period of an oscillation of a support. Ramps
+    /// and periods of recordings require half as many. The error has the key of the motion, and a step that resolves it
+    /// well.
     pub(crate) fn check_step(&self, step: f64) -> Result<(), Error> {
         self.rates().chain(self.path_rate()).try_for_each(|rate| rate.check(step))
     }
@@ -135,9 +138,9 @@ impl Supports {
         self.rates().chain(self.path_rate()).filter_map(|rate| rate.warning(step)).collect()
     }
 
-    /// Largest time step, s, that makes [`GOOD_STEPS`] per period (half as many per ramp or recorded period) of all motions
-    /// of walls and hinges. Infinite without any. Recorded ends are left out: their steps follow from the frames of the
-    /// recording.
+    /// Largest time step, s, that makes [`GOOD_STEPS`] per period (half as many per ramp or recorded period) of all
+    /// motions of walls and hinges. Infinite without any. Recorded ends are left out: their steps follow from the
+    /// frames of the recording.
     pub(crate) fn largest_good_step(&self) -> f64 {
         self.rates().map(|rate| rate.step(GOOD_STEPS)).fold(f64::INFINITY, f64::min)
     }
@@ -154,8 +157,8 @@ impl Supports {
         })
     }
 
-    /// Rate of the recording `supports.path`, by its bandwidth; none without a recording, before its examination, and at
-    /// rest.
+    /// Rate of the recording `supports.path`, by its bandwidth; none without a recording, before its examination, and
+    /// at rest.
     fn path_rate(&self) -> Option<MotionRate> {
         let bandwidth = self.path.as_ref()?.track.as_ref()?.bandwidth()?;
         Some(MotionRate::from_bandwidth("supports.path.file".into(), "recorded motion", bandwidth))

@@ -20,9 +20,9 @@ const SYMBOLS: [(&str, &str); 6] = [
 /// Longest name, in bytes, for which suggestions are searched.
 pub const LONGEST_NAME: usize = 200;
 
-/// The three names of `names` that are most similar to `name`, the most similar first, separated by commas. The similarity is
-/// the larger one of those to the whole name and to its part behind the last dot. For a symbol (`E`, `rho`) it is the
-/// parameter alone. `none` for a name longer than [`LONGEST_NAME`].
+/// The three names of `names` that are most similar to `name`, the most similar first, separated by commas. The
+/// similarity is the larger one of those to the whole name and to its part behind the last dot. For a symbol (`E`,
+/// `rho`) it is the parameter alone. `none` for a name longer than [`LONGEST_NAME`].
 pub fn nearest(name: &str, names: &[&str]) -> String {
     let likeness = |other: &str| {
         // Short names and last parts of paths are the most likely inputs.

@@ -3,9 +3,10 @@
 //!
 //! A number is declared once, in its table (`scene::table`): the field, whose name is the key in the file, and its
 //! [`Quantity`]. From the declaration follow the number's parameter name (its path in the file,
-//! `loads.point.0.force.y`), its validation, and its place in lists of all numbers. Validation rejects numbers that
-//! are not finite or have a sign that is not allowed; the limits bound fits only. `NumberVisitor` has the path of the
-//! present table, and converts a scene to another number type, such as dual numbers.
+//! `loads.point.0.force.y`), its validation, and its place in lists of all numbers. Validation rejects numbers that are
+//! not finite or have a sign that is not allowed; the limits bound fits, and the values of user-defined energies.
+//! `NumberVisitor` has the path of the present table, and converts a scene to another number type, such as dual
+//! numbers.
 
 use crate::error::Error;
 use serde::Serialize;
@@ -65,8 +66,8 @@ pub enum Candidates {
 }
 
 impl Quantity {
-    /// A number above zero in a unit, from the smallest to the largest positive normal `f64`, identified in its logarithm. A
-    /// search begins at the scene's value.
+    /// A number above zero in a unit, from the smallest to the largest positive normal `f64`, identified in its
+    /// logarithm. A search begins at the scene's value.
     pub const fn positive(unit: &'static str) -> Self {
         Self {
             unit,
@@ -106,8 +107,8 @@ impl Quantity {
         Self { is_of_the_camera: true, ..self }
     }
 
-    /// Rejects a value that is not finite or has a sign that the quantity does not allow; limits are not checked. `key` is
-    /// its path, for the error.
+    /// Rejects a value that is not finite or has a sign that the quantity does not allow; limits are not checked. `key`
+    /// is its path, for the error.
     pub(crate) fn check(&self, key: &str, value: f64) -> Result<(), Error> {
         // Limits bound fits only; a scene may have values beyond them.
         let (is_allowed, allowed) = match (self.is_positive, self.may_vanish) {
@@ -136,8 +137,8 @@ impl<'a, D> NumberVisitor<'a, D> {
         Self { path: String::new(), convert }
     }
 
-    /// The converted number of a key of the present table: `convert` of its path, value and quantity. The path of the table
-    /// is unchanged afterwards.
+    /// The converted number of a key of the present table: `convert` of its path, value and quantity. The path of the
+    /// table is unchanged afterwards.
     pub fn number(&mut self, key: &str, value: f64, quantity: Quantity) -> D {
         // One buffer for all paths: keys are appended and removed, not copied.
         let outer_length = self.enter(key);

@@ -39,8 +39,8 @@ pub enum At {
 }
 
 impl At {
-    /// Rejects arc lengths outside a rod of a `length`, m, and an interval that does not ascend. Other places are accepted.
-    /// `key` is that of the energy, for the error.
+    /// Rejects arc lengths outside a rod of a `length`, m, and an interval that does not ascend. Other places are
+    /// accepted. `key` is that of the energy, for the error.
     pub(crate) fn check(self, key: &str, length: f64) -> Result<(), Error> {
         let on_the_rod = |s: f64| (0.0..=length).contains(&s);
         let fine = match self {
@@ -78,17 +78,18 @@ impl<D> Attached<D> {
         &self.name
     }
 
-    /// Place on the rod where it acts.
+    /// Place on the rod where the energy acts.
     pub fn at(&self) -> At {
         self.at
     }
 
-    /// Names and values of its parameters; in the order of the code, or of the names after reading from a file.
+    /// Names and values of the parameters of the energy; in the order of the code, or of the names after reading from a
+    /// file.
     pub fn values(&self) -> impl Iterator<Item = (&str, &D)> {
         self.values.iter().map(|(name, value)| (&**name, value))
     }
 
-    /// Its code; none after reading from a file. Every energy of a validated scene has it.
+    /// Code of the energy; `None` after reading from a file. Every energy of a validated scene has it.
     pub(crate) fn code(&self) -> Option<&dyn Code> {
         self.code.as_deref()
     }
@@ -131,7 +132,8 @@ impl<D: PartialEq> PartialEq for Attached<D> {
 
 impl Attached {
     /// Energy of a name at a place, with the `values` of the parameters of its `code`, in their order. Excess values or
-    /// parameters are left out. Declares the quantities of the parameters `energy.<name>.<parameter>` for the whole program.
+    /// parameters are left out. Declares the quantities of the parameters `energy.<name>.<parameter>` for the whole
+    /// program.
     pub(crate) fn new(name: &str, at: At, code: Arc<dyn Code>, values: &[f64]) -> Self {
         let known = code.parameters().iter();
         // Names of parameters are resolved without a scene, so that their quantities are global.
@@ -142,9 +144,9 @@ impl Attached {
         Self { name: name.into(), at, values: values.collect(), code: Some(code) }
     }
 
-    /// Rejects an energy without code, names that are not a letter followed by letters, digits, - and _, and a parameter
-    /// named `at`. Rejects values outside the limits of their quantity, and a parameter that another energy declared with
-    /// another quantity.
+    /// Rejects an energy without code, names that are not a letter followed by letters, digits, - and _, and a
+    /// parameter named `at`. Rejects values outside the limits of their quantity, and a parameter that another energy
+    /// declared with another quantity.
     fn check(&self) -> Result<(), Error> {
         let key = self.key();
         let Some(code) = &self.code else {
@@ -190,8 +192,8 @@ impl NumberTree for Attached {
     type Kind = TableKind;
     type Over<D> = Attached<D>;
 
-    /// The energy over `D`, with every value converted by the visitor under `key.<parameter>`. Without code its quantity is a
-    /// signed number without a unit. Name, place and code are copied.
+    /// The energy over `D`, with every value converted by the visitor under `key.<parameter>`. Without code its
+    /// quantity is a signed number without a unit. Name, place and code are copied.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,

@@ -1,10 +1,11 @@
 //! Parameters: the physical [numbers](crate::scene::number) of a scene by their path in the file, or by a short name.
 //!
-//! Trajectories are differentiated by parameters, and fits identify them. [`Parameter`] is an interned path with
-//! methods for its unit and limits, its value in a scene, and a scene with other values. The quantities of all
-//! built-in parameters come from `catalog_scenes`, which contain every kind of table; those of user-defined energies
-//! from their declarations. Unknown names are errors with similar names ([`Parameter::named`] returns None), and so
-//! are parameters that a scene does not have when they are set; the value of these is None.
+//! Trajectories are differentiated by parameters, and fits identify them. [`Parameter`] is a path, of which the program
+//! keeps one copy. Its methods return unit and limits, its value in a scene, and a scene with other values. Numbers
+//! without effect in a scene are no parameters of it ([`Scene::map_numbers`]). The quantities of all built-in
+//! parameters come from `catalog_scenes`, which contain every kind of table; those of user-defined energies from their
+//! declarations. Unknown names are errors with similar names ([`Parameter::named`] returns `None`), and so are
+//! parameters that a scene does not have when they are set; the value of these is `None`.
 
 use crate::error::Error;
 use crate::scene::Scene;
@@ -31,7 +32,8 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 /// assert_eq!(modulus.path(), "material.youngs_modulus");
 /// # Ok::<(), rodfit::Error>(())
 /// ```
-/// It is displayed and written under the name by which it was constructed. Two names of one path are the same parameter.
+/// It is displayed and written under the name by which it was constructed. Two names of one path are the same
+/// parameter.
 #[derive(Clone, Copy)]
 pub struct Parameter {
     /// Path in the scene file.
@@ -130,7 +132,8 @@ short_names! {
 const LISTS: [&str; 2] = ["natural_curvature", "natural_twist"];
 
 impl Parameter {
-    /// The parameter at a path of a scene, which is interned and not checked; its name is the path.
+    /// The parameter at a path of a scene, which is not checked; its name is the path. The program keeps one copy of
+    /// each path.
     pub(crate) fn at(path: &str) -> Self {
         let path = intern(path);
         Self { path, name: path }
@@ -143,9 +146,9 @@ impl Parameter {
         own.entry(path.into()).or_insert(quantity);
     }
 
-    /// The parameter of a name: a short name, a numbered part of a list (`natural_curvature.1`), or a path in the scene file.
-    /// None for an unknown name, and for one longer than `LONGEST_NAME`. Paths of user-defined energies are accepted by their
-    /// form.
+    /// The parameter of a name: a short name, a numbered part of a list (`natural_curvature.1`, counted from 1), or a
+    /// path in the scene file. None for an unknown name, and for a path longer than `LONGEST_NAME`. List indices of any
+    /// size, and paths of user-defined energies by their form, are accepted without a scene.
     ///
     /// ```
     /// use rodfit::Parameter;
@@ -172,7 +175,7 @@ impl Parameter {
         (name.len() <= LONGEST_NAME && known(name)).then(|| Self::at(name))
     }
 
-    /// All parameters of a scene, in the order of its tables, under their paths.
+    /// All parameters of a scene that have an effect there, in the order of its tables, under their paths.
     ///
     /// ```
     /// use rodfit::{Parameter, Scene};
@@ -190,17 +193,18 @@ impl Parameter {
         all
     }
 
-    /// Its short name as a list; empty without one.
+    /// A list with the short name of the parameter; empty without one.
     pub fn aliases(self) -> Vec<&'static str> {
         Vec::from_iter(self.short_name())
     }
 
-    /// Name by which it was constructed: its path or a short name.
+    /// Name by which the parameter was constructed: its path or a short name.
     pub fn name(self) -> &'static str {
         self.name
     }
 
-    /// Short name; none without one. Entries of a list along the rod have one, numbered from 1, while paths count from 0.
+    /// Short name; none without one. Entries of a list along the rod have one, numbered from 1, while paths count from
+    /// 0.
     fn short_name(self) -> Option<&'static str> {
         if let Some((short, _)) = SHORT_NAMES.iter().find(|(_, parameter)| *parameter == self) {
             return Some(short);
@@ -212,13 +216,13 @@ impl Parameter {
         LISTS.iter().find_map(part)
     }
 
-    /// Path in the scene file.
+    /// Path of the parameter in the scene file.
     pub fn path(self) -> &'static str {
         self.path
     }
 
-    /// Unit, limits and search range of its path, of a built-in parameter or a declared one. For other paths it is a number
-    /// of either sign without a unit.
+    /// Unit, limits and search range of its path, of a built-in parameter or a declared one. For other paths it is a
+    /// number of either sign without a unit.
     pub fn quantity(self) -> Quantity {
         // The quantities of user-defined energies are known once a program has attached them.
         let own = || {
@@ -234,28 +238,28 @@ impl Parameter {
         self.quantity().unit
     }
 
-    /// Whether its quantity is positive or zero; fits identify it in its logarithm.
+    /// Whether the quantity of the parameter is positive, or also zero; fits identify it in its logarithm.
     pub fn is_positive(self) -> bool {
         self.quantity().is_positive
     }
 
-    /// Whether only the recording depends on it, and not the motion.
+    /// Whether only the recording depends on the parameter, and not the motion.
     pub fn is_of_the_camera(self) -> bool {
         self.quantity().is_of_the_camera
     }
 
-    /// Whether it is a number of a rod, material, body or joint of a structure.
+    /// Whether the parameter is a number of a rod, material, body or joint of a structure.
     pub(crate) fn is_of_structure(self) -> bool {
         let list = self.path.split('.').next().unwrap_or_default();
         (NAMED_LISTS.contains(&list) && list != "signals") || list == "joints"
     }
 
-    /// Whether it is a component of a moment, of `loads.point` or `initial.point`.
+    /// Whether the parameter is a component of a moment, of `loads.point` or `initial.point`.
     pub(crate) fn is_moment(self) -> bool {
         self.path.contains(".moment.")
     }
 
-    /// Whether it is a Kelvin-Voigt time, `loads.damping.stiffness`, `bending`, `twisting` or `stretching`.
+    /// Whether the parameter is a Kelvin-Voigt time, `loads.damping.stiffness`, `bending`, `twisting` or `stretching`.
     pub(crate) fn is_of_kelvin_voigt(self) -> bool {
         let own = self.path.strip_prefix("loads.damping.");
         own.is_some_and(|own| Damping::<f64>::default().times().iter().any(|(key, _)| *key == own))
@@ -266,7 +270,8 @@ impl Parameter {
         self.quantity().limits
     }
 
-    /// Value in a scene. None if the scene does not have the parameter, or it has no effect there ([`Scene::map_numbers`]).
+    /// Value in a scene. None if the scene does not have the parameter, or it has no effect there
+    /// ([`Scene::map_numbers`]).
     pub fn of(self, scene: &Scene) -> Option<f64> {
         let mut found = None;
         scene.map_numbers(|path, value, _| {
@@ -278,15 +283,15 @@ impl Parameter {
         found
     }
 
-    /// Replaces the value in a scene, without validation. An error, with the scene unchanged, if the scene does not have the
-    /// parameter.
+    /// Replaces the value in a scene, without validation. An error, with the scene unchanged, if the scene does not
+    /// have the parameter.
     pub fn set(self, scene: &mut Scene, value: f64) -> Result<(), Error> {
         *scene = Self::set_all(scene, [(self, value)])?;
         Ok(())
     }
 
-    /// The scene with other values of some parameters; of several values of one parameter the last. An error for a parameter
-    /// that the scene does not have.
+    /// The scene with other values of some parameters; of several values of one parameter the last. An error for a
+    /// parameter that the scene does not have.
     pub(crate) fn set_all(
         scene: &Scene,
         values: impl IntoIterator<Item = (Self, f64)>,
@@ -307,8 +312,8 @@ impl Parameter {
         }
     }
 
-    /// Parameters of a list of a scene along the rod, in order from its start. `name` is the path of the list or its short
-    /// name, `natural_curvature`; of pairs one component, `rod.natural_bending.d1`.
+    /// Parameters of a list of a scene along the rod, in order from its start. `name` is the path of the list or its
+    /// short name, `natural_curvature`; of pairs one component, `rod.natural_bending.d1`.
     ///
     /// # Errors
     /// [`Error::Invalid`] for names that are not lists of the scene.
@@ -339,8 +344,8 @@ impl Parameter {
         }
     }
 
-    /// The error for a parameter that a scene does not have. It has the condition under which a scene has the parameter, and
-    /// the three most similar names of the scene.
+    /// The error for a parameter that a scene does not have. It has the condition under which a scene has the
+    /// parameter, and the three most similar names of the scene.
     pub fn absent(self, scene: &Scene) -> Error {
         let short = |p: Self| p.short_name().unwrap_or(p.path);
         let names: Vec<&str> = Self::all(scene).into_iter().map(short).collect();
@@ -459,8 +464,8 @@ impl fmt::Debug for Parameter {
 }
 
 impl Scene {
-    /// The scene over another number type; `seed(parameter, value)` returns the new number of each parameter. Numbers without
-    /// effect in the scene are converted without a call of `seed`.
+    /// The scene over another number type; `seed(parameter, value)` returns the new number of each parameter. Numbers
+    /// without effect in the scene are converted without a call of `seed`.
     pub fn over_parameters<D: From<f64>>(&self, seed: impl Fn(Parameter, f64) -> D) -> Scene<D> {
         self.map_numbers(|path, value, _| seed(Parameter::at(path), value))
     }
@@ -483,7 +488,8 @@ fn intern(name: &str) -> &'static str {
 /// Lists of a scene or a structure whose entries have names.
 const NAMED_LISTS: [&str; 4] = ["rods", "materials", "bodies", "signals"];
 
-/// Path with `#` in place of parts that are digits only, the list indices: `loads.point.#.force.y`.
+/// Path with `#` in place of parts that are digits only, the list indices: `loads.point.#.force.y`. The name of an
+/// entry of a [named list](NAMED_LISTS), its second part, is replaced by [`ANY_NAME`].
 fn general_path(path: &str) -> String {
     let is_named = path.split('.').next().is_some_and(|list| NAMED_LISTS.contains(&list));
     let general = |(i, part): (usize, &'_ str)| match part.bytes().all(|b| b.is_ascii_digit()) {
@@ -494,8 +500,8 @@ fn general_path(path: &str) -> String {
     path.split('.').enumerate().map(general).collect::<Vec<_>>().join(".")
 }
 
-/// Whether a name has the form of a parameter of a user-defined energy, `energy.magnet.moment`: three parts, of which the
-/// last two begin with a letter.
+/// Whether a name has the form of a parameter of a user-defined energy, `energy.magnet.moment`: three parts, of which
+/// the last two begin with a letter.
 fn is_of_user_energy(name: &str) -> bool {
     let mut parts = name.split('.');
     parts.next() == Some("energy")
@@ -509,8 +515,8 @@ fn user_quantities() -> &'static Mutex<BTreeMap<String, Quantity>> {
     &QUANTITIES
 }
 
-/// Quantities (unit, limits, search range) of all built-in parameters by their general path, which has `#` for list indices.
-/// They are collected once from the catalog scenes.
+/// Quantities (unit, limits, search range) of all built-in parameters by their [general path](general_path). They are
+/// collected once from the catalog scenes.
 fn quantities() -> &'static BTreeMap<String, Quantity> {
     static QUANTITIES: OnceLock<BTreeMap<String, Quantity>> = OnceLock::new();
     // The scenes below have every kind of table, so that their numbers are all parameters.

@@ -1,9 +1,12 @@
 //! `[supports.path]`: recording of markers that drives ends of the rod, and nodes between them.
 //!
-//! [`Recorded`] reads the file, examines it for defects and assigns markers to nodes: markers divide the rod into
-//! equally many edges. A recorded end holds its outermost `held` markers, with the nodes between them on chords;
-//! `inner` markers are prescribed too. Settings that leave no free node or contradict the supports are rejected.
-//! [`RecordedNode`] has the markers of a node; other markers are observations.
+//! [`Recorded`] reads the file, examines it for defects, corrects these on request, and assigns markers to nodes:
+//! markers divide the rod into parts with equally many edges. A recorded end holds its outermost `held` markers, with
+//! the nodes between them on chords; `inner` markers are prescribed too. Other markers are observations. Rejected are
+//! settings that contradict the supports or leave no free node, and `inner` names that are no markers between the held
+//! nodes. The number of edges of a mesh must be a multiple of the number of parts. Output: the nodes that an end holds
+//! and those at inner markers, each with its two markers and the fraction of the chord between them ([`RecordedNode`]).
+//! Before the recording is read the lists are empty.
 
 use crate::error::Error;
 use crate::scene::faults::{LostFrames, SwappedLabels};
@@ -113,9 +116,9 @@ impl Recorded {
         Self { track: Some(track.into()), ..Self::new("") }
     }
 
-    /// Reads the recording from its file in `folder`, unless there is a track. Unless that is examined, finds its defects,
-    /// corrects them as the settings request, and computes the bandwidth. `ends` are the supports, which determine the
-    /// markers that drive the rod. An error for a file that cannot be read.
+    /// Reads the recording from its file in `folder`, unless there is a track. Unless that is examined, finds its
+    /// defects, corrects them as the settings request, and computes the bandwidth. `ends` are the supports, which
+    /// determine the markers that drive the rod. An error for a file that cannot be read.
     pub(crate) fn read(&mut self, folder: &Path, ends: [Support; 2]) -> Result<(), Error> {
         // A scene made in code has its track; a file is read once.
         let track = match self.track.take() {
@@ -179,7 +182,8 @@ impl Recorded {
     /// Index of the node at every marker, in order from the start, on a mesh with `segments` edges.
     ///
     /// # Errors
-    /// A number of edges that is not a multiple of the number of parts between markers, or a recording that has not been read.
+    /// A number of edges that is not a multiple of the number of parts between markers, fewer than two markers, or a
+    /// recording that has not been read.
     pub(crate) fn nodes(&self, segments: usize) -> Result<Vec<usize>, Error> {
         let markers = self.track()?.markers().len();
         let spans = markers.saturating_sub(1);
@@ -192,15 +196,15 @@ impl Recorded {
         Ok((0..markers).map(|j| j * (segments / spans)).collect())
     }
 
-    /// Indices of the markers that drive neither a recorded end nor an inner node with these supports: they are observations.
-    /// Empty before the recording is read.
+    /// Indices of the markers that drive neither a recorded end nor an inner node with these supports: they are
+    /// observations. Empty before the recording is read.
     pub(crate) fn free_markers(&self, supports: [Support; 2]) -> Vec<usize> {
         let inner = self.inner_markers();
         self.between_ends(supports).filter(|j| !inner.contains(j)).collect()
     }
 
-    /// Range of the indices of the markers that neither end holds: all but the outermost `held` ones at each recorded end.
-    /// Empty before the recording is read.
+    /// Range of the indices of the markers that neither end holds: all but the outermost `held` ones at each recorded
+    /// end. Empty before the recording is read.
     fn between_ends(&self, [start, end]: [Support; 2]) -> Range<usize> {
         let markers = self.track.as_ref().map_or(0, |track| track.markers().len());
         // Held markers are outermost at each recorded end.
@@ -208,8 +212,8 @@ impl Recorded {
         held(start)..markers.saturating_sub(held(end))
     }
 
-    /// Indices, ascending, of the markers named in `inner`, which drive the rod between the ends. Empty before the recording
-    /// is read.
+    /// Indices, ascending, of the markers named in `inner`, which drive the rod between the ends. Empty before the
+    /// recording is read.
     fn inner_markers(&self) -> Vec<usize> {
         let markers = self.track.as_ref().map_or(&[][..], |track| track.markers());
         let is_inner =
@@ -217,14 +221,14 @@ impl Recorded {
         (0..markers.len()).filter(is_inner).collect()
     }
 
-    /// Number of nodes that a recorded end holds, on a mesh with `segments` edges: those at its `held` markers and between
-    /// them, at least one.
+    /// Number of nodes that a recorded end holds, on a mesh with `segments` edges: those at its `held` markers and
+    /// between them, at least one.
     pub(crate) fn held_nodes(&self, segments: usize) -> usize {
         (self.held.max(1) - 1).saturating_mul(segments / self.spans()).saturating_add(1)
     }
 
-    /// Rejects settings that contradict these supports: no recorded end and no inner markers, or free twist of an end that is
-    /// not recorded. Also rejected is a number of held markers of zero.
+    /// Rejects settings that contradict these supports: no recorded end and no inner markers, or free twist of an end
+    /// that is not recorded. Also rejected is a number of held markers of zero.
     pub(super) fn check(&self, [start, end]: [Support; 2]) -> Result<(), Error> {
         let recorded = [start, end].into_iter().filter(|s| *s == Support::Recorded).count();
         if recorded == 0 && self.inner.is_empty() {
@@ -245,9 +249,9 @@ impl Recorded {
         Ok(())
     }
 
-    /// Rejects a mesh with `segments` edges on which markers are not at nodes, or on which recorded ends and inner markers
-    /// leave no node free. Rejects `inner` names that are no markers between the nodes that these supports hold: those at
-    /// held markers of a recorded end, two of a clamp, one of a hinge or roller.
+    /// Rejects a mesh with `segments` edges on which markers are not at nodes, or on which recorded ends and inner
+    /// markers leave no node free. Rejects `inner` names that are no markers between the nodes that these supports
+    /// hold: those at held markers of a recorded end, two of a clamp, one of a hinge or roller.
     pub(crate) fn check_nodes(&self, supports: [Support; 2], segments: usize) -> Result<(), Error> {
         let nodes = self.nodes(segments)?;
         let ends = supports.into_iter().filter(|support| *support == Support::Recorded).count();
@@ -291,8 +295,8 @@ impl Recorded {
         Ok(())
     }
 
-    /// Nodes at the inner markers, each with its marker, on a mesh with `segments` edges. Empty if the markers are not at
-    /// nodes, or before the recording is read.
+    /// Nodes at the inner markers, each with its marker, on a mesh with `segments` edges. Empty if the markers are not
+    /// at nodes, or before the recording is read.
     pub(crate) fn inner_nodes(&self, segments: usize) -> Vec<RecordedNode> {
         let nodes = self.nodes(segments).unwrap_or_default();
         let node =
@@ -300,8 +304,8 @@ impl Recorded {
         self.inner_markers().into_iter().filter_map(node).collect()
     }
 
-    /// Nodes that a recorded end holds, from the end inwards, on a mesh with `segments` edges. Each has two markers and the
-    /// fraction of the chord between them, 0 at a marker. Empty before the recording is read.
+    /// Nodes that a recorded end holds, from the end inwards, on a mesh with `segments` edges. Each has two markers and
+    /// the fraction of the chord between them, 0 at a marker. Empty before the recording is read.
     pub(crate) fn end_nodes(&self, end: End, segments: usize) -> Vec<RecordedNode> {
         let Some(track) = &self.track else { return Vec::new() };
         let last = track.markers().len() - 1;

@@ -48,8 +48,8 @@ impl NumberTree for PerAxis {
     type Kind = Quantity;
     type Over<D> = PerAxis<D>;
 
-    /// The same numbers over `D`, each converted by the visitor with the `quantity`. One number has the path `key`, three
-    /// have `key.0`, `key.1` and `key.2`.
+    /// The same numbers over `D`, each converted by the visitor with the `quantity`. One number has the path `key`,
+    /// three have `key.0`, `key.1` and `key.2`.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,

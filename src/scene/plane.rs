@@ -1,10 +1,10 @@
 //! The plane of a planar scene: its choice from the nodes and vectors of the scene, and its coordinates.
 //!
-//! [`Plane::through`] takes the plane of the first edge and the first edge or vector that is not parallel to it. If
-//! all are parallel, a hint or the world axis farthest from the line is the second direction. Edges and vectors may
-//! leave the plane by `TOLERANCE` of their length, else the error is the number of the edge or the key of the vector.
-//! The axes are world axes if the plane is parallel to two of them, else x is along the first edge. The other
-//! functions convert positions, m, and vectors between plane and world. The planar model uses the plane.
+//! [`Plane::through`] takes the plane of the first edge and the first edge or vector that is not parallel to it. If all
+//! are parallel, a hint that is not, or else the world axis farthest from the line, is the second direction. Edges and
+//! vectors may leave the plane by `TOLERANCE` of their length, else the error is the number of the edge or the key of
+//! the vector. The axes are world axes if the plane is parallel to two of them, else x is along the first edge. The
+//! other functions convert positions, m, and vectors between plane and world. The planar model uses the plane.
 
 use crate::numerics::scalar::Scalar;
 use nalgebra::{Vector2, Vector3};
@@ -15,8 +15,8 @@ const TOLERANCE: f64 = 1e-9;
 /// Difference of a component of the normal from 0 or 1 that is a rounding error.
 const SNAP: f64 = 1e-14;
 
-/// Plane with its own x and y axes. These are world axes if the plane is parallel to two of them, so that planar and world
-/// coordinates are equal.
+/// Plane with its own x and y axes. These are world axes if the plane is parallel to two of them, so that planar and
+/// world coordinates are equal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plane {
     /// Point of the plane nearest to the origin of the world, m.
@@ -37,10 +37,10 @@ pub struct KeyedVector<D = f64> {
 }
 
 impl Plane {
-    /// The plane through `nodes`, m, that contains all `vectors`. The error is the key of the first vector, or the number of
-    /// the first edge, that leaves it. If nodes and vectors are on one line, the plane contains `hint`, or without one the
-    /// world axis farthest from the line. Its axes are world axes if it is parallel to two of them, else x is along the first
-    /// edge.
+    /// The plane through `nodes`, m, that contains all `vectors`. The error is the key of the first vector, or the
+    /// number of the first edge, that leaves it. If nodes and vectors are on one line, the plane contains `hint`, or
+    /// without one that is across the line the world axis farthest from it. Its axes are world axes if it is parallel
+    /// to two of them, else x is along the first edge.
     pub fn through(
         nodes: &[[f64; 3]],
         vectors: &[KeyedVector],

@@ -102,8 +102,8 @@ impl NumberTree for Point {
     type Kind = TableKind;
     type Over<D> = Point<D>;
 
-    /// The point over `D`: an arc length is converted by the visitor as `key.arc_length`, a positive number in m. The tip and
-    /// node indices have no number.
+    /// The point over `D`: an arc length is converted by the visitor as `key.arc_length`, a positive number in m. The
+    /// tip and node indices have no number.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -139,9 +139,9 @@ impl Point {
 }
 
 impl<D: Scalar> Point<D> {
-    /// Nodes and weights whose weighted sum is the point, on a mesh with or without derivatives. An arc length has four nodes
-    /// with cubic weights, or two with linear ones on the straight edge in a clamp. A node has itself; a node index of a
-    /// refined mesh is treated as its arc length.
+    /// Nodes and weights whose weighted sum is the point, on a mesh with or without derivatives. An arc length has up
+    /// to four nodes with cubic weights ([`Stencil::between`]), or two with linear ones on the straight edge in a
+    /// clamp. A node index has its node; that of the scene's own mesh is treated as its arc length on a refined mesh.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for a node that the scene's mesh does not have, and for an arc length beyond the ends.
@@ -154,8 +154,8 @@ impl<D: Scalar> Point<D> {
         }
     }
 
-    /// The node at the point, or the two nodes next to it, with their shares of a mass there by the lever rule. The weights
-    /// of a cubic may be negative, which masses must not be. An error for a point outside the rod.
+    /// The node at the point, or the two nodes next to it, with their shares of a mass there by the lever rule. The
+    /// weights of a cubic may be negative, which masses must not be. An error for a point outside the rod.
     pub(crate) fn shares(self, mesh: &Mesh<D>) -> Result<Stencil<D>, Error> {
         match self.arc_length(mesh)? {
             Ok(node) => Ok(Stencil::node(node)),
@@ -163,8 +163,8 @@ impl<D: Scalar> Point<D> {
         }
     }
 
-    /// Range of the nodes whose weighted sum is the point, for this rod length and slightly different ones. It has one node,
-    /// or up to four around an arc length. An error for a point outside the rod.
+    /// Range of the nodes whose weighted sum is the point, for this rod length and slightly different ones. It has one
+    /// node, or up to four around an arc length. An error for a point outside the rod.
     pub(crate) fn nodes_around(self, mesh: &Mesh<D>) -> Result<Range<usize>, Error> {
         match self.arc_length(mesh)? {
             Ok(node) => Ok(node..node + 1),
@@ -177,9 +177,9 @@ impl<D: Scalar> Point<D> {
         Ok(self.arc_length(mesh)?.map_or_else(|s| s, |node| mesh.arc_length[node]))
     }
 
-    /// The node at the point (inner `Ok`), or the arc length, m, of a point between nodes (inner `Err`). The latter are all
-    /// given arc lengths, a tip within a clamped edge, and inner node indices of a refined mesh. The outer error is a point
-    /// outside the rod by more than [`ROUNDING`].
+    /// The node at the point (inner `Ok`), or the arc length, m, of a point between nodes (inner `Err`). The latter are
+    /// all given arc lengths, a tip within a clamped edge, and inner node indices of a refined mesh. The outer error is
+    /// a point outside the rod by more than [`ROUNDING`].
     fn arc_length(self, mesh: &Mesh<D>) -> Result<Result<usize, D>, Error> {
         let outside = |what, found, high| Err(Error::OutOfRange { what, found, low: 0.0, high });
         let last = mesh.nodes.len() - 1;
@@ -225,8 +225,9 @@ impl<D: Scalar> Stencil<D> {
         Self { nodes: vec![(i, D::from(1.0))] }
     }
 
-    /// Range of the four nodes (fewer on a short rod) around the arc length `s`, m, at the ends to one side. `arc_length` has
-    /// those of all nodes. A node at `s` within rounding errors counts as behind it, for any rounding of its own arc length.
+    /// Range of the four nodes (fewer on a short rod) around the arc length `s`, m, at the ends to one side.
+    /// `arc_length` has those of all nodes. A node at `s` within rounding errors counts as one after it, for any
+    /// rounding of its own arc length.
     pub(crate) fn around(arc_length: &[D], s: f64) -> Range<usize> {
         let n = arc_length.len();
         let [first, last] =
@@ -238,8 +239,8 @@ impl<D: Scalar> Stencil<D> {
         first..(first + 4).min(n)
     }
 
-    /// The two nodes next to the arc length `s`, m, with linear weights (lever rule). Beyond an end they extrapolate from the
-    /// outermost two.
+    /// The two nodes next to the arc length `s`, m, with linear weights (lever rule). Beyond an end they extrapolate
+    /// from the outermost two.
     pub(crate) fn lever(arc_length: &[D], s: D) -> Self {
         let right = arc_length.partition_point(|a| a.value() < s.value());
         let right = right.clamp(1, arc_length.len() - 1);
@@ -248,9 +249,9 @@ impl<D: Scalar> Stencil<D> {
         Self { nodes: vec![(right - 1, -part + 1.0), (right, part)] }
     }
 
-    /// Cubic (Lagrange) interpolation at the arc length `s`, m, through the four nearest of the nodes at `arc_length`, m. Its
-    /// error is of a higher order than that of the mesh. A point within `AT_NODE` of a node is that node, unless `D` carries
-    /// derivatives. Fewer than two nodes have the weight 1.
+    /// Cubic (Lagrange) interpolation at the arc length `s`, m, through the four nearest of the nodes at `arc_length`,
+    /// m. Its error is of a higher order than that of the mesh. A point within `AT_NODE` of a node is that node, unless
+    /// `D` carries derivatives. Fewer than two nodes have the weight 1.
     pub fn between(arc_length: &[D], s: D) -> Self {
         let n = arc_length.len();
         if n < 2 {

@@ -1,11 +1,14 @@
 //! Shapes of the rod as smooth curves through points of a file or of the scene.
 //!
-//! [`Polyline`] reads columns x, y, z (m, or the unit of their header). The file of an initial shape may also have s,
-//! the arc length of each point on the rod at rest. Without s the arc lengths are those of circles through
-//! neighboring points. Positions between the points are cubics through the four nearest ones. [`Polyline::mesh`]
-//! returns the mesh of a rest shape, [`Polyline::nodes_of`] the nodes of a rod in an initial shape, m. Rejected are
-//! fewer than three points, a point that equals the one before, and arc lengths that do not increase or do not cover
-//! the rod. Corners above `SHARPEST` degrees are rejected if nodes are between the points. `shape` uses them.
+//! [`Polyline::read`] reads the points from columns x, y, z of a file (m, or the unit of their header),
+//! [`Polyline::through`] takes those of the scene, m. The file of an initial shape may also have s, the arc length of
+//! each point on the rod at rest. Without s the arc lengths start at 0, and are those of circles through neighboring
+//! points. [`Polyline::with_lengths`] replaces the distances of the points by given ones, m. Positions between the
+//! points are cubics through two points on either side, at the ends through the outermost four; through three points
+//! they are parabolas. [`Polyline::mesh`] returns the mesh of a rest shape, [`Polyline::nodes_of`] the positions, m, of
+//! the nodes of a rod in an initial shape. Rejected are fewer than three points, a point that equals the one before,
+//! and arc lengths that do not increase or do not cover the rod. Corners above `SHARPEST` degrees are rejected if a
+//! node is not at a point.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -39,8 +42,8 @@ enum PointSource {
 }
 
 impl PointSource {
-    /// The error at point `i` with the found and the allowed value. It has the file and the line of the point (line 1 if the
-    /// point has none), or the key of the scene with the index in brackets.
+    /// The error at point `i` with the found and the allowed value. It has the file and the line of the point (line 1
+    /// if the point has none), or the key of the scene with the index in brackets.
     fn error(&self, i: usize, found: &str, allowed: &str) -> Error {
         match self {
             Self::File(path, lines) => Error::Data {
@@ -66,10 +69,11 @@ const UNCOVERED: f64 = 1e-6;
 const STRAIGHT: f64 = 1e-9;
 
 impl Polyline {
-    /// Reads the columns x, y, z of a file, in m or in the unit of their header. For an initial shape (`on_a_rod`) it also
-    /// reads a column s, the arc length of each point on the rod at rest. Errors are a missing column, another unit, blanks,
-    /// a column s of a rest shape, and arc lengths that do not increase. Fewer than three points, and a point that equals the
-    /// one before, are errors too.
+    /// Reads the columns x, y, z of a file, in m or in the unit of their header. For an initial shape (`on_a_rod`) it
+    /// also reads a column s, if there is one: the arc length of each point on the rod at rest, m or in its unit.
+    /// Errors are a file that cannot be read, a missing column x, y or z, an unknown unit, and blanks. So are a column
+    /// s of a rest shape, arc lengths that do not increase, fewer than three points, and a point that equals the one
+    /// before.
     pub fn read(path: &Path, on_a_rod: bool) -> Result<Self, Error> {
         let table = Table::read(path)?;
         let column = |name: &str| {
@@ -113,8 +117,8 @@ impl Polyline {
         Self::new(points, arc_length, PointSource::File(path.into(), lines))
     }
 
-    /// The curve through points of the scene, m; `on_a_rod` for an initial shape. Errors are numbers that are not finite, fewer
-    /// than three points and repeated points.
+    /// The curve through points of the scene, m. `on_a_rod` is true for an initial shape, and only selects the key in
+    /// errors. Errors are numbers that are not finite, fewer than three points, and a point that equals the one before.
     pub fn through(points: &[[f64; 3]], on_a_rod: bool) -> Result<Self, Error> {
         let source =
             PointSource::Scene(if on_a_rod { "initial.shape.points" } else { "rod.shape.points" });
@@ -125,8 +129,9 @@ impl Polyline {
         Self::new(points.iter().map(|point| (*point).into()).collect(), Vec::new(), source)
     }
 
-    /// The curve through `points`, m, at the given arc lengths, m. Without these they start at 0, and increase by the arcs of
-    /// circles through neighbors. Rejects fewer than three points, and a point that equals the one before.
+    /// The curve through `points`, m, at the given arc lengths, m, one for each point. For an empty list they start at
+    /// 0, and increase by the arcs of circles through neighbors. Rejects fewer than three points, and a point that
+    /// equals the one before.
     fn new(
         points: Vec<Vector3<f64>>,
         mut arc_length: Vec<f64>,
@@ -161,9 +166,9 @@ impl Polyline {
         Ok(Self { points, arc_length, given, lengths: Vec::new(), source })
     }
 
-    /// The curve whose edges have these lengths, m, in the directions of its own, laid end to end from its first point.
-    /// Unchanged for an empty list. Rejects a list of another number of lengths, lengths that are not positive, and a curve
-    /// with given arc lengths.
+    /// The curve with new points: from the first point on, each edge between neighboring points keeps its direction and
+    /// gets its entry of `lengths`, m, as its length. Unchanged for an empty list. Rejects a list of another number
+    /// than that of the edges, lengths that are not positive, and a curve with given arc lengths.
     pub fn with_lengths(self, lengths: &[f64]) -> Result<Self, Error> {
         let edges = self.points.len() - 1;
         if lengths.is_empty() {
@@ -203,13 +208,14 @@ impl Polyline {
         self.path().is_none() && own.eq(points.iter().copied())
     }
 
-    /// Arc length of the last point, m: that of the whole curve unless arc lengths are given.
+    /// Arc length of the last point, m. It is that of the whole curve, unless a file gives arc lengths that begin at
+    /// another value than 0.
     fn length(&self) -> f64 {
         self.arc_length[self.points.len() - 1]
     }
 
-    /// Position, m, at arc length `s`, m, by Lagrange interpolation through the four nearest points, or three of three;
-    /// extrapolated beyond the ends.
+    /// Position, m, at arc length `s`, m, by Lagrange interpolation through two points on either side: at the ends
+    /// through the outermost four, or through all three of three. It is extrapolated beyond the ends.
     fn at<D: Scalar>(&self, s: D) -> Vector<D> {
         let own = &self.arc_length;
         let count = own.len().min(4);
@@ -227,8 +233,8 @@ impl Polyline {
         })
     }
 
-    /// Positions, m, at the arc lengths `places`, m. Rejects a curve with a corner above [`SHARPEST`] degrees if a place is
-    /// not at one of its points ([`AT_POINT`]).
+    /// Positions, m, at the arc lengths `places`, m. If a place is not at one of its points (within [`AT_POINT`] of the
+    /// length), a curve with a corner above [`SHARPEST`] degrees is rejected.
     fn positions<D: Scalar>(&self, places: &[D]) -> Result<Vec<Vector<D>>, Error> {
         let between = |s: &&D| {
             let s = s.value();
@@ -252,9 +258,11 @@ impl Polyline {
         Ok(places.iter().map(|s| self.at(*s)).collect())
     }
 
-    /// Mesh of `segments` edges, by default as many as between the points. Lengths of edges are proportional to the distances
-    /// of the points in arc length. `before` and `after` are the fractions of the first and last edge behind a wall. Without
-    /// walls and with the default number the nodes are the points. Beyond an end the lengths mirror those before it.
+    /// Mesh of `segments` edges, by default as many as between the points. Nodes are evenly spaced in the index of the
+    /// points, linear in arc length between two of them. Without walls and with the default number they are the points.
+    /// `before` and `after` are the fractions of the first and last edge behind a wall. A node behind it is beyond the
+    /// end of the curve, where the spacing mirrors that before the end. Rejects a corner above 90 degrees (`SHARPEST`)
+    /// if a node is not at a point.
     pub fn mesh(&self, segments: Option<usize>, [before, after]: [f64; 2]) -> Result<Mesh, Error> {
         let (spans, length) = (self.points.len() - 1, self.length());
         let segments = segments.unwrap_or(spans);
@@ -277,18 +285,18 @@ impl Polyline {
         Ok(Mesh { nodes, arc_length, length, arcs: arcs(&points), named: None })
     }
 
-    /// Arc length, m, at place `u`, linear between points. Places count points from 0: 1.5 is halfway from the second point
-    /// to the third.
+    /// Arc length, m, at place `u`, linear between points. Places count points from 0: 1.5 is halfway from the second
+    /// point to the third.
     fn arc_length_at(&self, u: f64) -> f64 {
         let i = (u as usize).min(self.points.len() - 2);
         let [a, b] = [self.arc_length[i], self.arc_length[i + 1]];
         a + (u - i as f64) * (b - a)
     }
 
-    /// Positions, m, of the nodes of a rod with the rest mesh `rest` in this shape. They are at their arc lengths, if the
-    /// file gives those of the points, or at the same fractions of the length as at rest. Rejects given arc lengths that
-    /// leave more than 1e-6 of the rod (`UNCOVERED`) uncovered at an end, and a corner above 90 degrees if a node is not at a
-    /// point.
+    /// Positions, m, of the nodes of a rod with the rest mesh `rest` in this shape. They are at their arc lengths, if
+    /// the file gives those of the points, or at the same fractions of the length as at rest. Rejects given arc lengths
+    /// that leave more than 1e-6 of the rod (`UNCOVERED`) uncovered at an end. Rejects a corner above 90 degrees
+    /// (`SHARPEST`) if a node is not at a point.
     pub fn nodes_of<D: Scalar>(&self, rest: &Mesh<D>) -> Result<Vec<Vector<D>>, Error> {
         // A shape without arc lengths is stretched to the rod: the same fractions of the length.
         if !self.given {
@@ -308,8 +316,9 @@ impl Polyline {
     }
 }
 
-/// Arc length over every edge of a polygon inscribed in a smooth curve, m: `l h/sin(h)` for the chord l. The half angle h is
-/// half the mean of the turning angles at both ends of the edge; below [`STRAIGHT`] it is the chord.
+/// Arc length over every edge of a polygon inscribed in a smooth curve, m: `l h/sin(h)` for the chord l. The half angle
+/// h is half the mean of the turning angles at both ends of the edge, or half that at the inner end of an outermost
+/// edge. With h below [`STRAIGHT`] it is the chord.
 fn arcs(points: &[Vector3<f64>]) -> Vec<f64> {
     let edges: Vec<Vector3<f64>> = points.windows(2).map(|p| p[1] - p[0]).collect();
     let turns: Vec<f64> = edges.windows(2).map(|e| angle(&e[0], &e[1])).collect();

@@ -1,10 +1,13 @@
 //! `[[supports.motion]]`: prescribed motion of an end of the rod, by a ramp, a frequency or a recording.
 //!
-//! Displacement, rotation vector and twist are multiplied by a factor of time: a quintic from 0 to 1 over the ramp,
-//! or `sin(2 pi f t)`, or 1. A recording adds the displacement of its point since t = 0. In the search for an
-//! equilibrium the factor is the progress of the approach or zero ([`MotionTime`]). `problem::boundary` moves the
-//! ends by them. Clamped ends may have any motion, pinned ones no rotation, recorded ones a constant twist only;
-//! other ends, and ramp beside frequency, are errors.
+//! Input of a [`Motion`]: displacement (m), rotation vector and twist (rad) of an end of the rod. It has a ramp (s), a
+//! frequency f (Hz), or the recording of a point. The first three quantities are multiplied by a factor of time: a
+//! quintic from 0 to 1 over the ramp, `sin(2 pi f t)`, or 1 without both. A recording adds the displacement of its
+//! point since t = 0, m. In the search for an equilibrium ([`MotionTime`]) there is no recorded displacement. There the
+//! factor is the progress of the search, or 0 for a frequency and for a ramp that has not ended. `Motion::read` reads
+//! the recording, `Motion::check` rejects invalid motions. Clamped ends may have any motion, pinned ones no rotation,
+//! recorded ones a constant twist only; free ends and rollers have none. Errors are also a ramp beside a frequency, and
+//! a start time or columns without a file.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -103,8 +106,8 @@ impl<D: Scalar> Motion<D> {
         }
     }
 
-    /// Displacement of the first marker of the recording since t = 0, m, in the world. None without a recording that has been
-    /// read, and in the search for an equilibrium.
+    /// Displacement of the first marker of the recording since t = 0, m, in world axes. `None` without a recording that
+    /// has been read, and in the search for an equilibrium.
     pub(crate) fn recorded_displacement(&self, at: MotionTime<D>) -> Option<[D; 3]> {
         let [marker, ..] = self.track.as_ref()?.markers() else { return None };
         let MotionTime::Time(time) = at else { return None };
@@ -113,10 +116,10 @@ impl<D: Scalar> Motion<D> {
         Some(std::array::from_fn(|c| now[c] - start[c]))
     }
 
-    /// Factor on displacement, rotation and twist at a time. With a ramp it is the quintic `u^3 (10 - 15 u + 6 u^2)` of `u =
-    /// t/ramp`, clamped to 0 .. 1. With a frequency it is `sin(2 pi f t)`, without both 1. In the search for an equilibrium
-    /// it is the progress without both, and with a ramp that has ended (`settled`); otherwise 0. It has derivatives by time,
-    /// ramp and frequency.
+    /// Factor on displacement, rotation and twist at a time. With a ramp it is the quintic `u^3 (10 - 15 u + 6 u^2)` of
+    /// `u = t/ramp`, 0 before and 1 after it. With a frequency it is `sin(2 pi f t)`, without both 1. In the search for
+    /// an equilibrium it is the progress without both, and with a ramp that has ended (`settled`); otherwise 0. It has
+    /// derivatives by time, ramp and frequency.
     pub(crate) fn factor(&self, at: MotionTime<D>) -> D {
         let (zero, one) = (D::from(0.0), D::from(1.0));
         match (at, self.ramp, self.frequency) {
@@ -139,8 +142,9 @@ impl<D: Scalar> Motion<D> {
 }
 
 impl Motion {
-    /// Reads the recording from its file in `folder`, unless there is a track. Unless that is examined, finds its missing
-    /// frames and jumps, and its bandwidth. No effect without file and track. An error for a file that cannot be read.
+    /// Reads the recording of one point from its file in `folder`, unless there is a track already. A track that has
+    /// not been examined is replaced by a copy with its missing frames, jumps and bandwidth. No effect without file and
+    /// track. An error for a file that cannot be read.
     pub(super) fn read(&mut self, folder: &Path) -> Result<(), Error> {
         let track = match self.track.take() {
             Some(track) => track,
@@ -156,15 +160,16 @@ impl Motion {
         Ok(())
     }
 
-    /// Whether the motion has neither ramp, frequency nor a recording that has been read, so that it displaces its end from
-    /// the beginning.
+    /// Whether the motion has neither ramp, frequency nor a recording that has been read, so that it displaces its end
+    /// from the beginning.
     pub(crate) fn is_offset(&self) -> bool {
         self.ramp.is_none() && self.frequency.is_none() && self.track.is_none()
     }
 
-    /// Rejects ramp beside frequency, a start time that is not finite, one or columns without a file, and motions that the `support` does
-    /// not allow. Clamped ends may have any motion, pinned ones no rotation, recorded ones a constant twist only, free ones
-    /// and rollers none. `key` is that of the motion, for the error.
+    /// Rejects ramp beside frequency, a start time that is not finite, and a start time or columns without a file. Also
+    /// rejects motions that the `support` of the end does not allow. Clamped ends may have any motion, pinned ones no
+    /// rotation and twist, recorded ones a constant twist only; free ones and rollers have none. `key` is that of the
+    /// motion, for the error. The numbers are not checked.
     pub(super) fn check(&self, key: &str, support: Support) -> Result<(), Error> {
         let invalid = |name: &str, found: &dyn ToString, allowed: &str| {
             Err(Error::invalid(format!("{key}.{name}"), found.to_string(), allowed))

@@ -1,10 +1,14 @@
 //! Defects of a recorded motion that drives a support, and the bandwidth of the motion, for the choice of time steps.
 //!
-//! Missing frames are reported if the error of interpolation over equally many complete frames exceeds `GAP_ERROR` of
-//! the extent and `GAP_TO_NOISE` times the noise. A jump is a displacement of more than `JUMP_TO_STEPS` times those
-//! around it, above noise, resolution and a fraction of the extent. The bandwidth is the frequency below which 99 %
-//! of the variance lie, without the white noise (`noise_scale`, `spectrum`). `detrended` subtracts a quadratic trend.
-//! `Track::with_motion_defects` stores the results in the recording; supports check time steps by the bandwidth.
+//! Input: a [`Track`] and the indices of the markers that drive a support. Those with an extent below `MOVING` of the
+//! largest in the recording count as held, and are left out. `motion_faults` returns missing frames and jumps. Frames
+//! missing before the first or after the last position of a marker are always a defect. Those between are one if the
+//! error of interpolation over equally many frames exceeds `GAP_ERROR` of the extent and `GAP_TO_NOISE` times that over
+//! one frame, or cannot be estimated. A jump is a displacement between two frames of more than `JUMP_TO_STEPS` times
+//! the largest of those around it. It also exceeds multiples of noise and resolution, and a fraction of the extent.
+//! `bandwidth_of` returns the frequency, Hz, below which 99 % of the variance of the motion lie, without white noise;
+//! none for a motion that does not exceed its noise. `detrended` returns the recording without the quadratic trend of
+//! each coordinate, for motions integrated from accelerations.
 
 use crate::numerics::noise_scale::{NoEstimate, NoisySeries, quantization_step};
 use crate::numerics::spectrum::{harmonic_variances, intervals};
@@ -12,7 +16,8 @@ use crate::numerics::upper_median;
 use crate::scene::fault::Fault;
 use crate::scene::track::{Marker, TimedPosition, Track, known_positions, with_velocities};
 
-/// Extent of a marker, as a fraction of the largest in the recording, from which on it counts as moving; others are held.
+/// Extent of a marker, as a fraction of the largest in the recording, from which on it counts as moving; others are
+/// held.
 const MOVING: f64 = 0.01;
 /// Length of an interval between two frames, in usual intervals, above which a frame is missing.
 const LONG_INTERVAL: f64 = 1.5;
@@ -25,10 +30,11 @@ const GAP_TO_NOISE: f64 = 3.0;
 const FEWEST_SECTIONS: usize = 5;
 /// Largest number of sections from which it is estimated, for run time.
 const MOST_SECTIONS: usize = 200;
-/// Displacement from one frame to the next, in units of the largest one of the frames around it, above which it is a jump.
+/// Displacement from one frame to the next, in units of the largest one of the frames around it, above which it is a
+/// jump.
 const JUMP_TO_STEPS: f64 = 5.0;
-/// Number of displacements on each side with which a jump is compared. The adjacent one is left out, since a jump may
-/// take two frames.
+/// Number of displacements on each side of a jump, the adjacent ones included. Adjacent ones are not compared, since a
+/// jump may take two frames.
 const FRAMES_AROUND: usize = 4;
 /// Smallest jump, in standard deviations of the noise, ..
 const JUMP_TO_NOISE: f64 = 10.0;
@@ -38,8 +44,8 @@ const JUMP_TO_EXTENT: f64 = 0.05;
 const JUMP_TO_RESOLUTION: f64 = 3.0;
 /// Fraction of the variance of a motion above its bandwidth: 1 %, an amplitude of a tenth.
 const VARIANCE_ABOVE: f64 = 0.01;
-/// Relative uncertainty of the noise variance that is subtracted. Larger values ignore more fast motion, smaller ones count
-/// noise as motion.
+/// Relative uncertainty of the noise variance that is subtracted. Larger values ignore more fast motion, smaller ones
+/// count noise as motion.
 const NOISE_UNCERTAINTY: f64 = 0.3;
 /// Amplitude, relative to the coordinates, below which a marker is at rest: rounding errors of files with nine digits.
 const STILL: f64 = 1e-9;
@@ -47,8 +53,9 @@ const STILL: f64 = 1e-9;
 const LEAST_VARIANCE: f64 = 4.0;
 
 impl Track {
-    /// A copy of the recording minus the least-squares quadratic function of time of each coordinate, without defects.
-    /// Constant errors of an accelerometer, and a velocity at the start, cause such a trend, which exceeds the motion itself.
+    /// A copy of the recording minus the least-squares quadratic function of time of each coordinate, without defects,
+    /// and not marked as integrated. Constant errors of an accelerometer, and a velocity at the start, cause such a
+    /// trend, which exceeds the motion itself.
     pub(super) fn detrended(&self) -> Self {
         let of = |marker: &Marker| {
             let known = known_positions(self.times(), &marker.seen);
@@ -65,8 +72,8 @@ impl Track {
         Self::new(self.times().to_vec(), markers).unwrap_or_else(|_| self.clone())
     }
 
-    /// Missing frames and jumps of those of the markers `driven` (indices) that [move](Self::moving), marker by marker. The
-    /// recording is not changed.
+    /// Missing frames and jumps of those of the markers `driven` (indices) that [move](Self::moving), marker by marker.
+    /// The recording is not changed.
     pub(super) fn motion_faults(&self, driven: &[usize]) -> Vec<Fault> {
         let step = self.usual_step();
         let faults = self.moving(driven).flat_map(|(marker, least)| {
@@ -77,14 +84,14 @@ impl Track {
         faults.collect()
     }
 
-    /// Largest bandwidth of the moving ones of the markers `driven` (indices), Hz: the frequency below which 99 % of the
-    /// variance of a motion lie. None if no motion exceeds the noise.
+    /// Largest bandwidth of those of the markers `driven` (indices) that [move](Self::moving), Hz: the frequency below
+    /// which 99 % of the variance of a motion lie, without white noise. None if no motion exceeds its noise.
     pub(super) fn bandwidth_of(&self, driven: &[usize]) -> Option<f64> {
         self.moving(driven).filter_map(|(m, _)| bandwidth(self.times(), m)).reduce(f64::max)
     }
 
-    /// Those of the markers `driven` (indices) whose extent is at least [`MOVING`] of the largest in the recording, each with
-    /// this smallest extent, m. Others are held and show noise only.
+    /// Those of the markers `driven` (indices) whose extent is at least [`MOVING`] of the largest in the recording,
+    /// each with this smallest extent, m. Others are held and show noise only.
     fn moving(&self, driven: &[usize]) -> impl Iterator<Item = (&Marker, f64)> {
         let largest = self.markers().iter().map(|m| extent(&m.seen)).fold(0.0, f64::max);
         let least = MOVING * largest;
@@ -110,8 +117,8 @@ fn extent(seen: &[Option<[f64; 3]>]) -> f64 {
     (0..3).map(|c| along(c).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Least-squares quadratic function of time of coordinate `axis` of the known positions. It is computed by normal equations
-/// of Legendre polynomials on the range of the times. It is zero if these are singular.
+/// Least-squares quadratic function of time of coordinate `axis` of the known positions. It is computed by normal
+/// equations of Legendre polynomials on the range of the times. It is zero if these are singular.
 fn quadratic(known: &[TimedPosition], axis: usize) -> impl Fn(f64) -> f64 + use<> {
     let start = known.first().map_or(0.0, |first| first.time);
     let length = known.last().map_or(1.0, |last| last.time - start).max(f64::MIN_POSITIVE);
@@ -130,9 +137,10 @@ fn quadratic(known: &[TimedPosition], axis: usize) -> impl Fn(f64) -> f64 + use<
     move |time| nalgebra::Vector3::from(basis(time)).dot(&found)
 }
 
-/// Defects of missing frames of a marker, in the order: at the start, at the end, between known positions. The outer ones are
-/// reported always, the inner ones if the error of interpolation is unknown or too large ([`GAP_ERROR`], [`GAP_TO_NOISE`]).
-/// `step` is the usual interval, s.
+/// Defects of missing frames of a marker, in the order: at the start, at the end, between known positions. The outer
+/// ones are reported always. The inner ones are reported if the error of interpolation over equally many frames cannot
+/// be estimated. They are also reported if it exceeds both [`GAP_ERROR`] of the extent and [`GAP_TO_NOISE`] times the
+/// error over one frame. `step` is the usual interval, s. Empty for a marker without positions.
 fn missing_frames(times: &[f64], marker: &Marker, step: f64) -> Vec<Fault> {
     let known = known_positions(times, &marker.seen);
     let ([Some(first), Some(last)], [Some(start), Some(end)]) =
@@ -175,9 +183,9 @@ fn missing_frames(times: &[f64], marker: &Marker, step: f64) -> Vec<Fault> {
     faults
 }
 
-/// Error, RMS, m, of the cubic interpolation over `frames` missing frames, estimated from complete sections of the recording
-/// with the usual interval `step`, s. Inner frames of a section are compared with the interpolant through two frames on each
-/// side. At most about [`MOST_SECTIONS`] sections are used. None if there are fewer than [`FEWEST_SECTIONS`].
+/// Error, RMS, m, of the cubic interpolation over `frames` missing frames, estimated from complete sections of the
+/// recording with the usual interval `step`, s. Inner frames of a section are compared with the interpolant through two
+/// frames on each side. At most [`MOST_SECTIONS`] sections are used. None if there are fewer than [`FEWEST_SECTIONS`].
 fn interpolation_error(known: &[TimedPosition], frames: usize, step: f64) -> Option<f64> {
     // Two frames on each side determine the slopes.
     let length = frames + 4;
@@ -204,11 +212,11 @@ fn interpolation_error(known: &[TimedPosition], frames: usize, step: f64) -> Opt
     Some((sum / f64::from(count)).sqrt())
 }
 
-/// Jumps of a marker from one frame to the next that exceed `least`, m, and [`JUMP_TO_STEPS`] times its largest displacement
-/// in the frames around. They also exceed [`JUMP_TO_NOISE`] times the noise, [`JUMP_TO_EXTENT`] of the extent, and
-/// [`JUMP_TO_RESOLUTION`] times the resolution. The noise is the median second difference over `sqrt(6)`. Next to the first
-/// and last frame, and over missing frames, there are none. `step` is the usual interval, s. All jumps are one defect; none
-/// without jumps.
+/// Jumps of a marker from one frame to the next, as one defect; none without jumps. They exceed `least`, m, and
+/// [`JUMP_TO_STEPS`] times the largest displacement among the three before and the three after them, without the
+/// adjacent ones. At least three of these six must be known. Jumps also exceed [`JUMP_TO_NOISE`] times the noise (the
+/// median second difference over `sqrt(6)`), [`JUMP_TO_EXTENT`] of the extent, and [`JUMP_TO_RESOLUTION`] times the
+/// resolution of the recording. Displacements over missing frames are left out. `step` is the usual interval, s.
 fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault> {
     let frames = marker.seen.len();
     let steps: Vec<Option<f64>> = (1..frames)
@@ -240,7 +248,7 @@ fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault>
     };
     let is_jump = |k: &usize| {
         let (most, count) = around(*k);
-        // Next to the first and the last frame there are too few frames to compare with.
+        // With fewer displacements around there is nothing to compare with.
         steps[*k].is_some_and(|own| {
             own > least && own > JUMP_TO_STEPS * most && count >= FRAMES_AROUND - 1
         })
@@ -251,11 +259,11 @@ fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault>
     (!found.is_empty()).then(|| Fault::Jumps { marker: marker.name.clone(), times, distance })
 }
 
-/// Frequency, Hz, above which only [`VARIANCE_ABOVE`] of the variance of a motion lie, all axes together, without that of
-/// white noise. It is found by harmonics of the positions on a uniform grid. The variance above it, less its share of the
-/// noise, is at most [`VARIANCE_ABOVE`] of that of the motion plus [`NOISE_UNCERTAINTY`] of that of the noise. Without such a
-/// frequency it is that of Nyquist. None for a variance up to [`LEAST_VARIANCE`] times that of the noise or to rounding
-/// ([`STILL`]), and for a duration of zero.
+/// Frequency, Hz, above which only [`VARIANCE_ABOVE`] of the variance of a motion lie, all axes together, without that
+/// of white noise. It is found from harmonics of the positions on a uniform grid over all frames. The variance above
+/// it, less its share of the noise, is at most [`VARIANCE_ABOVE`] of that of the motion plus [`NOISE_UNCERTAINTY`] of
+/// that of the noise. Without such a frequency it is that of Nyquist. None for a variance up to [`LEAST_VARIANCE`]
+/// times that of the noise or to rounding ([`STILL`]), and for a duration of zero.
 fn bandwidth(times: &[f64], marker: &Marker) -> Option<f64> {
     let (start, end) = (*times.first()?, *times.last()?);
     let intervals = intervals(times.len());
@@ -292,8 +300,8 @@ fn bandwidth(times: &[f64], marker: &Marker) -> Option<f64> {
     Some(nyquist)
 }
 
-/// Variance of the white noise of a coordinate (`axis`), m^2, from its known positions. For oversampled, autocorrelated noise
-/// it is its lower bound, and 0 if it cannot be estimated.
+/// Variance of the white noise of a coordinate (`axis`), m^2, from its known positions. For oversampled, autocorrelated
+/// noise it is its lower bound, and 0 if it cannot be estimated.
 fn noise_variance(times: &[f64], marker: &Marker, axis: usize) -> f64 {
     let seen = times.iter().zip(&marker.seen).filter_map(|(t, place)| Some((*t, (*place)?[axis])));
     let (times, values): (Vec<f64>, Vec<f64>) = seen.unzip();

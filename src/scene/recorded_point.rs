@@ -1,11 +1,12 @@
 //! Recordings of one point: its positions, or its accelerations from rest, which are integrated twice.
 //!
-//! [`Track::read_one`] serves `[[supports.motion]]`. Columns x, y, z (z may be absent) are positions; columns ax, ay,
-//! az of a CSV file are accelerations, of which absent ones are zero. Accelerations are linear between rows; units of
-//! the header are converted to m/s^2. Rows before the start time, in the unit of the file's clock, are skipped. A
-//! mean acceleration within `NEAR_GRAVITY` of standard gravity is reported as a defect: gravity was not subtracted.
-//! The result is a track with one marker, m and s; an integrated one begins at the origin. Files with several points
-//! are errors.
+//! [`Track::read_one`] reads a file, [`Track::read_point`] also with stated columns of a CSV file, as
+//! `[[supports.motion]]` may give them. Columns x, y, z (z may be absent) are positions. Columns ax, ay, az of a CSV
+//! file are accelerations, of which absent ones are zero. They are linear between rows, and units of the header are
+//! converted to m/s^2. Rows before a given start time, in the unit of the file's clock, are skipped; the clock must
+//! then start at 0. The result is a track with one marker, m and s. An integrated one begins at rest at the origin. If
+//! the size of its mean acceleration is within `NEAR_GRAVITY` of standard gravity, it has a defect: gravity was not
+//! subtracted. Errors are files that cannot be read, several points, and other columns beside accelerations.
 
 use crate::error::Error;
 use crate::scene::fault::Fault;
@@ -19,14 +20,14 @@ const STANDARD_GRAVITY: f64 = 9.806_65;
 /// Units of accelerations and their factors to m/s^2.
 const ACCELERATIONS: [(&str, f64); 4] =
     [("m/s^2", 1.0), ("cm/s^2", 1e-2), ("mm/s^2", 1e-3), ("g", STANDARD_GRAVITY)];
-/// Relative difference from standard gravity below which a mean acceleration is that of an accelerometer at rest; errors
-/// of calibration are smaller.
+/// Relative difference from standard gravity below which a mean acceleration is that of an accelerometer at rest;
+/// errors of calibration are smaller.
 const NEAR_GRAVITY: f64 = 0.05;
 
 impl Track {
-    /// Reads the motion of one point by its columns x, y and z, of which z may be absent. The columns `ax, ay, az` of a CSV
-    /// file are its accelerations from rest, in m/s^2 or the unit of the header. Rows before `time_zero`, on the file's clock
-    /// and in its unit, are skipped.
+    /// Reads the motion of one point by its columns x, y and z, of which z may be absent. The columns `ax, ay, az` of a
+    /// CSV file are its accelerations from rest, in m/s^2 or the unit of the header. Rows before `time_zero`, on the
+    /// file's clock and in its unit, are skipped.
     ///
     /// # Errors
     /// Those of [`read`](Self::read), and files with more than one point.
@@ -64,9 +65,10 @@ impl Track {
     }
 }
 
-/// Motion of a point from rest at the origin by its columns `ax`, `ay` and `az`, of which absent ones are zero. The
-/// accelerations are linear between rows and integrated twice. Rows before `time_zero`, in the unit of the file, are skipped.
-/// A mean acceleration of the size of gravity is added to the defects of the track.
+/// Motion of a point from rest at the origin by its columns `ax`, `ay` and `az`, m/s^2 or the unit of the header;
+/// absent ones are zero. The accelerations are linear between rows and integrated twice. Rows before `time_zero`, on
+/// the file's clock and in its unit, are skipped. A mean acceleration of the size of gravity is added to the defects of
+/// the track.
 ///
 /// # Errors
 /// Other columns and units, blanks, fewer than two rows, and a clock that does not start at 0 or does not increase.
@@ -144,8 +146,8 @@ fn integrated(table: &Table, time_zero: Option<f64>) -> Result<Track, marker_fil
     })
 }
 
-/// Factor from the unit in the header of a column to m/s^2, in one of several spellings; 1 without a unit. An error for a
-/// unit other than those of [`ACCELERATIONS`].
+/// Factor from the unit in the header of a column to m/s^2, in one of several spellings; 1 without a unit. An error for
+/// a unit other than those of [`ACCELERATIONS`].
 fn acceleration_unit(table: &Table, column: usize) -> Result<f64, marker_files::Error> {
     let (name, unit) = &table.columns[column];
     let Some(unit) = unit else { return Ok(1.0) };
@@ -163,8 +165,8 @@ fn acceleration_unit(table: &Table, column: usize) -> Result<f64, marker_files::
     })
 }
 
-/// The defect [`Fault::Gravity`] if the mean acceleration, the last velocity over the last time, has the size of standard
-/// gravity within [`NEAR_GRAVITY`]. None otherwise.
+/// The defect [`Fault::Gravity`] if the mean acceleration, the last velocity over the last time, has the size of
+/// standard gravity within [`NEAR_GRAVITY`]. None otherwise.
 fn gravity_fault(path: &[PathPoint]) -> Option<Fault> {
     let last = path.last()?;
     let mean = last.velocity.map(|v| v / last.time);

@@ -1,10 +1,11 @@
-//! Rules for the required keys of a scene file, table by table (`[rod]`, `[material]`, shapes, sections, points,
-//! motions, times).
+//! Required keys of the tables of a scene file.
 //!
-//! [`REQUIRED`] has a rule for each table that is required, or is checked if it is given. A rule returns the keys
-//! that a table must have; those of a shape and a section depend on their `kind`. Only `kind` is required if it is
-//! missing or unknown. A polyline needs `file` unless it has `points`. The rules do not decide whether a file is
-//! valid: if it cannot be parsed, `input::missing_keys` lists with them all keys that it does not have.
+//! [`REQUIRED`] has a rule for each table: `[rod]` and `[material]` are always required, the others (shapes, sections,
+//! masses, times, loads, signals, actuators, contacts, motions, recordings) are checked if they are given. A rule
+//! returns the keys that a table must have; those of a shape, section, actuator or contact depend on its `kind`. Only
+//! `kind` is required if it is missing or unknown. A polyline needs `file` unless it has `points`. The rules do not
+//! decide whether a file is valid. If it cannot be parsed, `input::missing_keys` lists by them all keys that it does
+//! not have.
 
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 
@@ -27,8 +28,8 @@ pub(crate) const REQUIRED: [Rule; 15] = [
     if_there("supports.path", |_| &["file"]),
 ];
 
-/// Required keys of a shape by its `kind`; a polyline requires `file` unless it has `points`. Only `kind` if that is missing
-/// or unknown.
+/// Required keys of a shape by its `kind`; a polyline requires `file` unless it has `points`. Only `kind` if that is
+/// missing or unknown.
 pub(super) fn shape_keys(shape: &toml::Table) -> Keys {
     match shape.get("kind").and_then(toml::Value::as_str) {
         Some("straight") => &["length", "direction"],

@@ -1,10 +1,12 @@
 //! Mesh, step and scheme that a scene leaves to the program, and the accuracy of the choice.
 //!
-//! `left_open` returns the settings to be chosen: the mesh without `rod.segments` (except of a polyline), the step
-//! without `time.step`, the scheme only with the step. `resolved` returns the scene with chosen settings and a
-//! [`Resolution`], `reopened` the scene without them. The resolution has requested (by default `ACCURACY`) and
-//! estimated error, fractions of the rod length; the estimate is none where the error was not estimated. It is
-//! displayed as text, with a warning if the request is not met. Module `accuracy` makes the choice.
+//! `left_open` returns the settings to be chosen: the mesh without `rod.segments` (except of a polyline) and the step
+//! without `time.step`. The scheme is one of them if step, scheme and numbers of the scheme are all left out.
+//! `resolved` returns the scene with chosen settings and a [`Resolution`], `by` that with another scheme, `reopened`
+//! the scene with them left open again. `check_accuracy` rejects an accuracy that is not allowed, and an open mesh
+//! beside node indices. The resolution has the requested error (by default `ACCURACY`) and the estimated one, fractions
+//! of the rod length (of a frequency for modes). The latter is none where it was not estimated. `words` returns both as
+//! text, `warning` a warning with its code if the request is not met. Module `accuracy` makes the choice.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -15,9 +17,10 @@ use serde::{Deserialize, Serialize};
 const ACCURACY: f64 = 1e-3;
 /// Allowed accuracies, fractions of the rod length.
 const ALLOWED: std::ops::RangeInclusive<f64> = 1e-8..=0.1;
-/// Spectral radius of generalised-alpha if the program chooses the scheme. Of the values compared (`cargo run --release
-/// --example chosen_numerics -- schemes`) 0.8 is as accurate as newmark-beta at beta = 0.5 for any damping. It takes steps at
-/// which that one fails or, with stiff damping, has errors of the order of the length; 0 does not allow large first steps.
+/// Spectral radius of generalised-alpha if the program chooses the scheme. Of the values compared
+/// (`cargo run --release --example chosen_numerics -- schemes`) 0.8 is as accurate as newmark-beta at beta = 0.5 for
+/// any damping. It takes steps at which that one fails or, with stiff damping, has errors of the order of the length; 0
+/// does not allow large first steps.
 const RHO_INF: f64 = 0.8;
 
 /// Numerical settings that the program chose.
@@ -81,14 +84,15 @@ pub enum Bound {
 }
 
 impl Resolution {
-    /// Text with the chosen settings, or that mesh and step are given, then estimated and requested error. Without an error
-    /// it has only the settings, or with a bound that the error was not estimated.
+    /// Text with the settings that the program chose (else that mesh and step are as given), then estimated and
+    /// requested error, fractions of the length. Without an estimated error it ends after the settings, or with a
+    /// [`Bound`] states that the error was not estimated.
     pub fn words(&self) -> String {
         self.words_over("the length")
     }
 
-    /// [`words`](Self::words) with the error as a fraction of `whole`, such as `a frequency`, in place of the length. The
-    /// number of edges, step, s, and scheme are listed only if the program chose them.
+    /// [`words`](Self::words) with the error as a fraction of `whole`, such as `a frequency`, in place of the length.
+    /// The number of edges, step, s, and scheme are listed only if the program chose them.
     pub(crate) fn words_over(&self, whole: &str) -> String {
         let Self { segments, step, scheme, chosen, .. } = self;
         // Only the settings that the program chose are listed.
@@ -118,15 +122,15 @@ impl Resolution {
         }
     }
 
-    /// Warning, with its code, of an accuracy that was not reached: estimated error, reason ([`Bound`]) and remedy. None
-    /// without a bound.
+    /// Warning, with its code, of an accuracy that was not reached: estimated error, reason ([`Bound`]) and remedy.
+    /// None if `bound` is none.
     pub fn warning(&self) -> Option<(Code, String)> {
         self.warning_over("the length")
     }
 
-    /// [`warning`](Self::warning) with the error as a fraction of `whole`, such as `a frequency`, in place of the length. A
-    /// limit of work advises a shorter or damped motion (with a step) or a larger accuracy. A given mesh or step that is too
-    /// coarse has another code, and advises to leave it out.
+    /// [`warning`](Self::warning) with the error as a fraction of `whole`, such as `a frequency`, in place of the
+    /// length. A limit of work advises a shorter or damped motion (with a step) or a larger accuracy. A given mesh or
+    /// step that is too coarse has another code, and advises to leave it out.
     pub(crate) fn warning_over(&self, whole: &str) -> Option<(Code, String)> {
         let Self { accuracy, error, bound: Some(bound), .. } = self else { return None };
         // The consequence for the user depends on the reason: work or a given mesh.
@@ -161,8 +165,9 @@ impl Resolution {
 }
 
 impl<D> Scene<D> {
-    /// Settings that the scene leaves to the program. The mesh is open without `rod.segments`, except for a polyline, whose
-    /// points give it. The step is open without `time.step`, and the scheme only with the step.
+    /// Settings that the scene leaves to the program. The mesh is open without `rod.segments`, except for a polyline,
+    /// whose points give it. The step is open if there is a `[time]` without a step. The scheme is open with the step,
+    /// if `[time]` has neither a scheme nor numbers of one.
     pub(crate) fn left_open(&self) -> Chosen {
         let given = matches!(self.rod.shape, Shape::Polyline { .. });
         let step = self.time.as_ref().is_some_and(|time| time.step.is_none());
@@ -173,21 +178,22 @@ impl<D> Scene<D> {
         }
     }
 
-    /// Settings that the program chose before; none of them without a resolution.
+    /// Settings that the program chose before, by the resolution of the scene; none of them without a resolution.
     pub(crate) fn chosen(&self) -> Chosen {
         self.resolution.map(|resolution| resolution.chosen).unwrap_or_default()
     }
 }
 
 impl Scene {
-    /// Requested accuracy, a fraction of the rod length; the default is [`ACCURACY`].
+    /// Requested accuracy: largest error of the motion, a fraction of the rod length; the default is [`ACCURACY`].
     pub(crate) fn asked(&self) -> f64 {
         self.accuracy.unwrap_or(ACCURACY)
     }
 
-    /// The scene with this number of edges and this step, s, for settings that are open or that the program chose before. An
-    /// open scheme becomes generalised-alpha with [`RHO_INF`] and the default tolerance. An earlier mesh is changed by
-    /// `remeshed`, so that node indices keep their arc length. The resolution has no estimated error yet.
+    /// The scene with this number of edges and this step, s, for settings that are open or that the program chose
+    /// before. A scheme that is open, or was chosen before, becomes generalised-alpha with [`RHO_INF`] and the default
+    /// tolerance. An earlier chosen mesh is changed by `remeshed`, so that node indices keep their arc length. The
+    /// resolution of the result has no estimated error yet.
     pub(crate) fn resolved(&self, segments: usize, step: f64) -> Scene {
         let (open, before) = (self.left_open(), self.chosen());
         // A setting that the program chose before may be chosen anew.
@@ -238,8 +244,9 @@ impl Scene {
         self
     }
 
-    /// The scene in which mesh, step and scheme that the program chose are left open again, without a resolution. With the
-    /// scheme the tolerance returns to its default. Given settings stay.
+    /// The scene in which mesh, step and scheme that the program chose are left open again, without a resolution. With
+    /// the scheme the tolerance returns to its default. Given settings stay, and so do scheme and number of an open
+    /// scheme until a new choice.
     pub fn reopened(&self) -> Scene {
         let chosen = self.chosen();
         let mut scene = Scene { resolution: None, ..self.clone() };

@@ -1,11 +1,12 @@
 //! `[rod]`: shape, section, taper, masses, natural curvature, bending and twist, and mesh of the rod, with the
 //! validation of these keys.
 //!
-//! Numbers of edges are 2 to 1e7; without one it is that of a polyline, or the program chooses it. A mesh of a
-//! formula (arc, helix) must have so many edges that they turn by less than half a turn on average. Natural curvature
-//! is a factor on the curvature of the rest shape, natural twist is in rad/m. Natural bending, 1/m, is given as pairs
-//! (one number for each director) at equally spaced nodes, for spatial rods only. It is interpolated linearly at the
-//! nodes of a mesh.
+//! [`RodSpec`] is the table. Numbers of edges are 2 to 1e7; without one it is that of a polyline, or the program
+//! chooses it. A mesh of an arc or helix must have so many edges that they turn by less than half a turn on average.
+//! Natural curvature is a factor on the curvature of the rest shape, natural twist is in rad/m. Natural bending, 1/m,
+//! is a list of pairs (one number for each director) at equally spaced places from the first node to the last, for
+//! spatial rods only. `bending_at` interpolates it linearly at a node of any mesh. `check` rejects invalid shapes,
+//! sections, numbers and meshes. Tapers and the places of masses are checked with the scene.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -118,8 +119,8 @@ pub enum Discretization {
 }
 
 impl<D: Scalar> RodSpec<D> {
-    /// Additional natural curvature along both directors at node `i` of a mesh of `segments` edges, 1/m, linear between the
-    /// given pairs. Zero without pairs.
+    /// Additional natural curvature along both directors at node `i`, from 0, of a mesh of `segments` edges, 1/m. It is
+    /// linear between the given pairs, and zero without pairs.
     pub(crate) fn bending_at(&self, i: usize, segments: usize) -> [D; 2] {
         let Some([(before, a), (after, b)]) = self.bending_shares(i, segments) else {
             return [D::from(0.0); 2];
@@ -128,8 +129,8 @@ impl<D: Scalar> RodSpec<D> {
         [0, 1].map(|c| both[0][c] * a + both[1][c] * b)
     }
 
-    /// Indices and weights of the two pairs of `natural_bending` around node `i` of a mesh of `segments` edges. Pairs are
-    /// equally spaced in node numbers from the first node to the last. None without pairs.
+    /// Indices and weights of the two pairs of `natural_bending` around node `i` of a mesh of `segments` edges. Pairs
+    /// are equally spaced in node numbers from the first node to the last. None without pairs.
     pub(crate) fn bending_shares(&self, i: usize, segments: usize) -> Option<[(usize, f64); 2]> {
         let last = self.natural_bending.len().checked_sub(1)?;
         // Pairs are equally spaced along the mesh, for any number of edges.
@@ -141,8 +142,8 @@ impl<D: Scalar> RodSpec<D> {
 }
 
 impl RodSpec {
-    /// Whether the rest shape is free of stress. There is then no natural bending, and curvature factor and natural twist are
-    /// the single numbers 1 and 0.
+    /// Whether curvature factor and natural twist are the single numbers 1 and 0 and there is no natural bending, so
+    /// that the rest shape is free of stress. False for lists and linear functions, also with these values.
     pub(crate) fn is_unstressed(&self) -> bool {
         self.natural_curvature == one()
             && is_zero(&self.natural_twist)
@@ -165,8 +166,8 @@ impl RodSpec {
         }
     }
 
-    /// Rejects invalid numbers, shapes and sections, and numbers of edges outside [`SEGMENTS`]. Also rejected is a mesh of a
-    /// formula whose edges turn by half a turn or more on average.
+    /// Rejects invalid numbers, shapes and sections, and numbers of edges outside [`SEGMENTS`]. Also rejected is a mesh
+    /// of an arc or helix whose edges turn by half a turn or more on average.
     pub(super) fn check(&self) -> Result<(), Error> {
         self.shape.check("rod.shape")?;
         self.section.check()?;

@@ -1,6 +1,8 @@
-//! Scenes for the catalog of parameters, which together contain every built-in number of a scene.
+//! Scenes for the catalog of parameters, which together contain every built-in number of a scene of one rod.
 //!
-//! The module `parameter` visits their numbers for units, limits and search ranges. They are neither validated nor simulated.
+//! [`catalog_scenes`] returns them: they have all kinds of shapes, sections, loads, actuators and contacts, all forms
+//! of values along the rod, and both schemes with a parameter. The module `parameter` visits their numbers for units,
+//! limits and search ranges. They are neither validated nor simulated.
 
 use crate::scene::Scene;
 use crate::scene::actuation::{ActuatedStrain, Actuation, RoutePoint, Tension};
@@ -25,9 +27,9 @@ use crate::scene::supports::Supports;
 use crate::scene::taper::Taper;
 use crate::scene::time::Time;
 
-/// Ten scenes that together contain every built-in parameter: all kinds of shapes, sections, loads, damping and schemes, and
-/// all forms of values along the rod. Shapes, sections, values along the rod and schemes differ; everything else is in each
-/// of them. They need not be valid.
+/// Ten scenes that together contain every built-in parameter: all kinds of shapes and sections, all forms of values
+/// along the rod, and both schemes with a parameter (Newmark-beta, generalized-alpha). Loads, damping, drag, signals,
+/// actuators, contacts, masses and motions are in each of them. They need not be valid.
 pub(crate) fn catalog_scenes() -> [Scene; 10] {
     let up = [0.0, 1.0, 0.0];
     let circle = Section::Circle { radius: 1.0 };

@@ -1,8 +1,8 @@
 //! A scene file of either kind: one rod, or a structure.
 //!
 //! Input of [`SceneFile::load`] is the path of a TOML file. Valid TOML with a key `rods` at its root is read as a
-//! structure, any other text as the scene of one rod. Output is the validated scene, with the polylines and
-//! recordings that it names; unreadable files and invalid values are errors. Commands that accept both kinds use it.
+//! structure, any other text as the scene of one rod. Output is the validated scene, with the files that it names
+//! (polylines, recordings, signals) read; unreadable files and invalid values are errors.
 
 use crate::error::Error;
 use crate::scene::{Scene, StructureScene};
@@ -18,8 +18,8 @@ pub enum SceneFile {
 }
 
 impl SceneFile {
-    /// Reads and validates a scene file, and the files that it names. One with a key `rods` is a structure, any other the
-    /// scene of one rod.
+    /// Reads and validates a scene file, and the files that it names. One with a key `rods` is a structure, any other
+    /// the scene of one rod.
     ///
     /// # Errors
     /// A file that cannot be read or is not a scene, and values that are not allowed.

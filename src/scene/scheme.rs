@@ -178,8 +178,8 @@ impl Scheme {
         self.traits().name
     }
 
-    /// Names of the schemes for which `has_property` returns true, for messages, in the order of the variants: `a, b and c`.
-    /// Empty for none.
+    /// Names of the schemes for which `has_property` returns true, for messages, in the order of the variants:
+    /// `a, b and c`. Empty for none.
     pub(crate) fn names(has_property: impl Fn(&Traits) -> bool) -> String {
         let names: Vec<_> =
             TRAITS.iter().filter(|traits| has_property(traits)).map(|t| t.name).collect();

@@ -1,23 +1,25 @@
-//! Terms of the equation of motion (damping, friction, drag, contacts and their losses, moving supports) that an integration scheme does not
-//! support.
+//! Terms of a scene that an integration scheme does not support.
 //!
-//! `unsupported_by` compares a scene with the [`Traits`] of a scheme. Output is a list of terms, each with its key,
-//! found value and the schemes that support it. Their order is Kelvin-Voigt time above zero, friction, Maxwell
-//! branch, drag, contacts, losses of contacts, moving supports. Only the first of several Kelvin-Voigt times is listed. The list is empty if the
-//! scheme supports all. The validation of a scene reports the first term, and studies try the schemes without such
-//! terms.
+//! `unsupported_by` compares a scene with the [`Traits`] of a scheme. Output is a list of terms, each with its key, its
+//! found value, and text with the schemes that support it. Their order is: one Kelvin-Voigt time above zero, friction,
+//! Maxwell branches, drag, contacts, losses of contacts, moving supports. Then follow at most one signal with kinks or
+//! jumps, one actuator with a signal, and one follower load with a signal. The list is empty if the scheme supports
+//! all; `is_supported_by` returns whether it is.
 
 use crate::scene::Scene;
 use crate::scene::scheme::{Scheme, Traits};
 
 impl Scene {
-    /// Whether a scheme supports all terms of the scene: damping, friction, drag, contacts and moving supports.
+    /// Whether a scheme supports all terms of the scene: damping, friction, drag, contacts, moving supports and
+    /// signals.
     pub(crate) fn is_supported_by(&self, scheme: Scheme) -> bool {
         self.unsupported_by(scheme).is_empty()
     }
 
-    /// Terms of the scene that a scheme does not support, each with key, found value and the schemes that support it. Order:
-    /// one Kelvin-Voigt time above zero, friction, Maxwell branch, drag, contacts, their losses, moving supports. Empty if it supports all.
+    /// Terms of the scene that a scheme does not support, each with key, found value and the schemes that support it.
+    /// Order: one Kelvin-Voigt time above zero, friction, Maxwell branches, drag, contacts, their losses, moving
+    /// supports. Then follow the first used signal that is not smooth, the first actuator with a signal, and the first
+    /// follower load with a signal. Empty if it supports all.
     pub(super) fn unsupported_by(&self, scheme: Scheme) -> Vec<UnsupportedTerm> {
         let (damping, traits) = (&self.loads.damping, scheme.traits());
         let mut unsupported = Vec::new();

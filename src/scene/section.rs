@@ -1,11 +1,13 @@
 //! Cross-sections of the rod, with their areas, second moments, torsion constants and shear coefficients.
 //!
 //! Kinds are circle, tube (outer radius, wall thickness), rectangle (width, height) and custom sections; sizes in m.
-//! `up` orients rectangles and custom sections by its component across the first edge. [`Section::moments`] returns
-//! area, m^2, second moments in the plane of `up` and across it, m^4, and torsion constant, m^4, over any number
-//! type. That of a rectangle is Saint-Venant's series; a custom section gives all of them. The shear coefficients are
-//! those of Cowper (1966), for custom sections that of a rectangle. Rejected are sizes that are not positive, a wall
-//! thicker than the radius, and `up` along the first edge.
+//! `up` orients rectangles and custom sections by its component across the first edge (`up_across`).
+//! [`Section::moments`] returns area, m^2, second moments in the plane of `up` and across it, m^4, and torsion
+//! constant, m^4, over any number type. The torsion constant of a rectangle is Saint-Venant's series; a custom section
+//! gives all of these numbers. `shear_coefficient` is that of Cowper (1966), for custom sections that of a rectangle;
+//! `shear_flexibility` is the ratio `E/(kappa G)` of vibrating rods. `radius_of_gyration` is the larger one, m. `check`
+//! rejects sizes that are not positive and a wall thicker than the radius, `check_up` a direction `up` along the first
+//! edge.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -69,7 +71,8 @@ table! {
 }
 
 impl Section {
-    /// Rejects sizes that are not positive and finite, a wall thicker than the radius, and a direction `up` of no length.
+    /// Rejects sizes that are not positive and finite, a wall thicker than the radius, and a direction `up` of no
+    /// length.
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.check_numbers("rod.section", TABLE)?;
         match self {
@@ -81,8 +84,8 @@ impl Section {
         }
     }
 
-    /// Rejects a direction `up` along the first edge of the `nodes`, which does not determine the orientation of the section.
-    /// `Ok` for a circle or a tube.
+    /// Rejects a direction `up` along the first edge of the `nodes`, which does not determine the orientation of the
+    /// section. `Ok` for a circle or a tube.
     pub(crate) fn check_up(&self, nodes: &[Vector<f64>]) -> Result<(), Error> {
         let Some(up) = self.up() else { return Ok(()) };
         let first_edge = unit(sub(nodes[1], nodes[0]));
@@ -107,9 +110,9 @@ impl Section {
 }
 
 impl<D: Scalar> Section<D> {
-    /// Shear coefficient kappa of Timoshenko's beam at Poisson's ratio `nu` (G. R. Cowper, J. Appl. Mech. 33 (1966) 335). It
-    /// is `6 (1 + nu)/(7 + 6 nu)` for a circle, `10 (1 + nu)/(12 + 11 nu)` for rectangles and custom sections, and Cowper's
-    /// formula for a tube.
+    /// Shear coefficient kappa of Timoshenko's beam at Poisson's ratio `nu` (G. R. Cowper, J. Appl. Mech. 33 (1966)
+    /// 335). It is `6 (1 + nu)/(7 + 6 nu)` for a circle, `10 (1 + nu)/(12 + 11 nu)` for rectangles and custom sections,
+    /// and Cowper's formula for a tube.
     pub(crate) fn shear_coefficient(&self, nu: D) -> D {
         match self {
             Self::Circle { .. } => (nu + 1.0) * 6.0 / (nu * 6.0 + 7.0),
@@ -126,9 +129,9 @@ impl<D: Scalar> Section<D> {
         }
     }
 
-    /// Ratio `E/(kappa G)` of a vibrating rod of an isotropic material with Poisson's ratio `nu`. For solid sections it is
-    /// `2.4 + 0.483 nu + 5.208 nu^2`: the terms of `T1` in ASTM E1876 of first order in the squared thickness, of round and
-    /// rectangular bars alike. That of a tube follows from Cowper's coefficient.
+    /// Ratio `E/(kappa G)` of a vibrating rod of an isotropic material with Poisson's ratio `nu`. For solid sections it
+    /// is `2.4 + 0.483 nu + 5.208 nu^2`: the terms of `T1` in ASTM E1876 of first order in the squared thickness, of
+    /// round and rectangular bars alike. That of a tube follows from Cowper's coefficient.
     pub(crate) fn shear_flexibility(&self, nu: D) -> D {
         match self {
             Self::Tube { .. } => (nu + 1.0) * 2.0 / self.shear_coefficient(nu),
@@ -138,7 +141,7 @@ impl<D: Scalar> Section<D> {
 }
 
 impl<D: Scalar> Section<D> {
-    /// The direction that orients the section; none for a circle or a tube.
+    /// The direction `up` that orients the section, as given, of any length; none for a circle or a tube.
     pub fn up(&self) -> Option<Vector<D>> {
         match self {
             Self::Circle { .. } | Self::Tube { .. } => None,
@@ -146,15 +149,15 @@ impl<D: Scalar> Section<D> {
         }
     }
 
-    /// The unit vector along the component of `up` across the first edge of the `nodes`, in the world; none for a circle or a
-    /// tube.
+    /// The unit vector along the component of `up` across the first edge of the `nodes`, in the world; none for a
+    /// circle or a tube.
     pub(crate) fn up_across(&self, nodes: &[Vector<D>]) -> Option<Vector<D>> {
         let first_edge = unit(sub(nodes[1], nodes[0]));
         self.up().map(|up| unit(sub(up, scale(first_edge, dot(first_edge, up)))))
     }
 
-    /// Area, second moments (in the plane of `up`, then across it) and torsion constant. They follow from the formulas of the
-    /// section's kind, or are given for a custom section.
+    /// Area, second moments (in the plane of `up`, then across it) and torsion constant. They follow from the formulas
+    /// of the section's kind, or are given for a custom section.
     pub fn moments(&self) -> SectionProperties<D> {
         match *self {
             Self::Circle { radius } => circle(radius),
@@ -189,9 +192,9 @@ pub fn circle<D: Scalar>(radius: D) -> SectionProperties<D> {
     }
 }
 
-/// Area `pi t (R + r)`, second moments `A (R^2 + r^2)/4` and torsion constant (twice these) of a tube with this outer radius
-/// R and wall thickness t, m; `r = R - t`. No difference of two circles is formed, in which a thin wall would lose its
-/// digits.
+/// Area `pi t (R + r)`, second moments `A (R^2 + r^2)/4` and torsion constant (twice these) of a tube with this outer
+/// radius R and wall thickness t, m; `r = R - t`. No difference of two circles is formed, in which a thin wall would
+/// lose its digits.
 pub fn tube<D: Scalar>(radius: D, thickness: D) -> SectionProperties<D> {
     let inner = radius - thickness;
     let area = thickness * (radius + inner) * PI;
@@ -203,8 +206,8 @@ pub fn tube<D: Scalar>(radius: D, thickness: D) -> SectionProperties<D> {
     }
 }
 
-/// Area, second moments (`A height^2/12` in the plane of `up`, `A width^2/12` across it) and torsion constant of a rectangle
-/// with this width and height, m. The torsion constant is Saint-Venant's series with `SERIES_TERMS` terms.
+/// Area, second moments (`A height^2/12` in the plane of `up`, `A width^2/12` across it) and torsion constant of a
+/// rectangle with this width and height, m. The torsion constant is Saint-Venant's series with `SERIES_TERMS` terms.
 pub fn rectangle<D: Scalar>(width: D, height: D) -> SectionProperties<D> {
     let area = width * height;
     let (long, short) =

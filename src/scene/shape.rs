@@ -1,11 +1,12 @@
 //! Rest shapes: straight, helix, arc, or a polyline; their nodes by arc length.
 //!
-//! [`Shape::mesh`] places nodes along the curve, with parts of the outermost edges behind walls. Edges are equal;
-//! those of a polyline are proportional to the distances of its points, and by default as many. Other shapes without
-//! a number of edges are errors. `Shape::nodes_of` places the nodes of a rod in this shape as an initial one, at the
-//! same fractions of the length, or at the arc lengths that a polyline's file gives. Formulas are evaluated over any
-//! number type, so that meshes have derivatives by length, radius, pitch and angle. Polylines are read from files
-//! (module `polyline`); one that has not been read is an error.
+//! [`Shape::mesh`] places nodes along the curve, m, with parts of the outermost edges behind walls. Edges are equal;
+//! those of a polyline are proportional to the distances of its points, and by default as many. Other shapes without a
+//! number of edges are errors. `Shape::nodes_of` places the nodes of a rod in this shape as an initial one: at the same
+//! fractions of the length, or at arc lengths of a polyline's file. Both are evaluated over any number type, with
+//! derivatives by the numbers of the shape. `Shape::read` reads the points of a polyline from a file or from the scene
+//! (module `polyline`); one that has not been read is an error. `Shape::length` (m) and `Shape::turning` (rad) are
+//! those of a formula, `Shape::check` rejects invalid numbers.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -129,8 +130,8 @@ impl Shape {
         }
     }
 
-    /// A smooth curve through points, m, from the wall or the first end of the rod to the last. A saved scene contains these
-    /// points.
+    /// A smooth curve through points, m, from the wall or the first end of the rod to the last. A saved scene contains
+    /// these points.
     pub fn points(points: impl IntoIterator<Item = [f64; 3]>) -> Self {
         let mut shape = Self::polyline("");
         if let Self::Polyline { points: own, .. } = &mut shape {
@@ -139,9 +140,9 @@ impl Shape {
         shape
     }
 
-    /// Reads the points of a polyline from its file in `folder` or from the scene, and applies given lengths of the edges. No
-    /// effect if the same points and lengths have been read, and for other shapes. `on_a_rod` allows a column of arc lengths,
-    /// of an initial shape. An error for a file or points that are no curve.
+    /// Reads the points of a polyline from its file in `folder` or from the scene, and applies given lengths of the
+    /// edges. No effect if the same points and lengths have been read, and for other shapes. `on_a_rod` is true for an
+    /// initial shape: its file may have a column of arc lengths. An error for a file or points that are no curve.
     pub(crate) fn read(&mut self, folder: &Path, on_a_rod: bool) -> Result<(), Error> {
         if let Self::Polyline { file, points, line, lengths, .. } = self {
             let path = marker_files::file::at(folder, file);
@@ -162,8 +163,8 @@ impl Shape {
         Ok(())
     }
 
-    /// Rejects invalid numbers, directions of no length, and a polyline with neither or both of file and points; `table` is the
-    /// key of the shape.
+    /// Rejects invalid numbers, directions of no length, and a polyline with neither or both of file and points;
+    /// `table` is the key of the shape, for the error.
     pub(crate) fn check(&self, table: &str) -> Result<(), Error> {
         self.check_numbers(table, TABLE)?;
         match self {
@@ -187,8 +188,8 @@ impl Shape {
         }
     }
 
-    /// Turning angle of the tangent from end to end, rad, positive: `|angle|` of an arc, 0 of a straight line, `L R/(R^2 +
-    /// (pitch/(2 pi))^2)` of a helix. None for a polyline, whose points determine it.
+    /// Turning angle of the tangent from end to end, rad, positive: `|angle|` of an arc, 0 of a straight line,
+    /// `L R/(R^2 + (pitch/(2 pi))^2)` of a helix. None for a polyline, whose points determine it.
     pub(crate) fn turning(&self) -> Option<f64> {
         match self {
             Self::Straight { .. } => Some(0.0),
@@ -202,10 +203,11 @@ impl Shape {
 }
 
 impl<D: Scalar> Shape<D> {
-    /// Mesh of `segments` equal edges. `behind` are the fractions of the first and of the last edge behind a wall; the rest
-    /// of the edges adds up to the length. The edges of a polyline are proportional to the distances of its points, and by
-    /// default as many. Its points must have been read, by [`Scene::load`](super::Scene::load) or
-    /// [`Scene::problem`](super::Scene::problem), else there is an error. For other shapes a missing number of edges is one.
+    /// Mesh of `segments` equal edges. `behind` are the fractions of the first and of the last edge behind a wall; the
+    /// rest of the edges adds up to the length. The edges of a polyline are proportional to the distances of its
+    /// points, and by default as many. Its points must have been read, by [`Scene::load`](super::Scene::load) or
+    /// [`Scene::problem`](super::Scene::problem), else there is an error. For other shapes a missing number of edges is
+    /// an error.
     pub fn mesh(&self, segments: Option<usize>, behind: [f64; 2]) -> Result<Mesh<D>, Error> {
         let (length, point) = match self.curve()? {
             ShapeCurve::Formula(length, point) => (length, point),
@@ -221,9 +223,9 @@ impl<D: Scalar> Shape<D> {
         Ok(Mesh { nodes, arc_length, length, arcs: vec![edge; segments], named: None })
     }
 
-    /// Positions, m, of the nodes of a rod in this shape. They are at the same fractions of the length as in `rest`, the mesh
-    /// of its rest shape. A polyline with a column of arc lengths has the nodes at these. An error for a polyline that is not
-    /// read or does not cover the rod.
+    /// Positions, m, of the nodes of a rod in this shape. They are at the same fractions of the length as in `rest`,
+    /// the mesh of its rest shape. A polyline with a column of arc lengths has the nodes at these. An error for a
+    /// polyline that is not read or does not cover the rod.
     pub(crate) fn nodes_of(&self, rest: &Mesh<D>) -> Result<Vec<Vector<D>>, Error> {
         let (length, point) = match self.curve()? {
             ShapeCurve::Formula(length, point) => (length, point),
@@ -237,9 +239,9 @@ impl<D: Scalar> Shape<D> {
         Ok(rest.arc_length.iter().map(|s| point(*s * stretch)).collect())
     }
 
-    /// The shape as its length, m, and the position as a function of arc length, m, in closed form; or as a polyline that has
-    /// been read with the factor on its coordinates. Arc length 0 is at the origin, for a helix at the radius along x,
-    /// rotated with its axis. An error for a polyline that has not been read.
+    /// The shape as its length, m, and the position as a function of arc length, m, in closed form; or as a polyline
+    /// that has been read with the factor on its coordinates. Arc length 0 is at the origin, for a helix at the radius
+    /// along x, rotated with its axis. An error for a polyline that has not been read.
     fn curve(&self) -> Result<ShapeCurve<'_, D>, Error> {
         Ok(match *self {
             Self::Straight { length, direction } => {
@@ -291,8 +293,8 @@ enum ShapeCurve<'a, D> {
     Points(&'a Polyline, D),
 }
 
-/// The vector `v` rotated by the smallest rotation from -z to the unit vector `axis`. If `axis` is +z within 1e-14, it is by
-/// half a turn about x.
+/// The vector `v` rotated by the smallest rotation from -z to the unit vector `axis`. If `axis` is +z within 1e-14, it
+/// is by half a turn about x.
 fn to_axis<D: Scalar>(axis: Vector<D>, v: Vector<D>) -> Vector<D> {
     // The smallest rotation to the opposite direction is not unique, and its formula divides by zero.
     let (from, v) = match axis[2].value() > 1.0 - 1e-14 {

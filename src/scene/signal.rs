@@ -1,10 +1,11 @@
 //! `[[signals]]`: factors of loads as functions of time, from a formula or from samples in a file.
 //!
-//! A signal is `gain * s(t - delay)`. `s` is a sine, a ramp from 0 to 1, a pulse, values in steps, or the samples of a file.
-//! [`Signal::curve`] returns it over any scalar; gain, delay and the numbers of the formula can be identified. A file is
-//! read with the scene. Rejected are missing keys, keys of another kind, names that are used twice or unknown, and files
-//! that end before the scene. Time steps are compared with the period of a sine and the bandwidth of samples, as those of
-//! moving supports are.
+//! A [`Signal`] is `gain * s(t - delay)`, without a unit. `s` is a sine, a ramp from 0 to 1, a pulse, values in steps,
+//! or the samples of a file. [`Signal::curve`] returns it over any scalar; gain, delay and the numbers of the formula
+//! can be identified. `read` reads the file, with the scene. `check_signals` rejects missing keys, keys of another
+//! kind, and names that are used twice; `check_reference` a load whose signal does not exist; `check_end` a simulation
+//! beyond the samples. `motion_rate` is the period of a sine, or that of the bandwidth of samples, with which time
+//! steps are compared. `warnings` are those of missing samples.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -114,7 +115,9 @@ impl<D: From<f64>> Signal<D> {
 }
 
 impl<D: Scalar> Signal<D> {
-    /// The signal as a function of time. Zero for a file that is not read, and without the numbers of its kind.
+    /// The signal as a function of time, with gain and delay. Zero for a file that is not read, and without a kind.
+    /// Numbers that are missing, which validation rejects or allows, count as amplitude 1, duration 1 s, and otherwise
+    /// 0.
     pub fn curve(&self) -> SignalCurve<D> {
         let (zero, one) = (D::from(0.0), D::from(1.0));
         let constant = |value: D| [value, zero, zero, zero];
@@ -171,14 +174,17 @@ impl Signal {
         Ok(())
     }
 
-    /// Whether the signal has continuous second derivatives: a sine, and samples with cubic interpolation.
+    /// Whether schemes that require smooth signals accept this one: a sine, and samples with cubic interpolation.
+    /// Between the first and the last sample both have continuous second derivatives.
     pub fn is_smooth(&self) -> bool {
         let is_cubic = self.kind.is_none() && self.interpolation == Interpolation::Cubic;
         self.kind == Some(SignalKind::Sine) || is_cubic
     }
 
-    /// Rejects an invalid name, a signal with neither or both of kind and file, missing keys, keys that its kind does not
-    /// have, a pulse shorter than its slopes, and times of steps that do not increase. `key` is that of the signal.
+    /// Rejects an invalid name (allowed: a letter, then letters, digits, - and _), and a signal with neither or both of
+    /// kind and file. Missing keys, and keys that its kind does not have, are errors. Also rejected are a pulse shorter
+    /// than its two slopes, an empty list of times of steps or one that does not increase, and another number of values
+    /// than of times. `key` is that of the signal, for the error.
     pub(super) fn check(&self, key: &str) -> Result<(), Error> {
         let invalid = |name: &str, found: &dyn ToString, allowed: &str| {
             Err(Error::invalid(format!("{key}.{name}"), found.to_string(), allowed))
@@ -252,8 +258,9 @@ impl Signal {
         Ok(())
     }
 
-    /// Rejects a simulation that ends more than a step after the last sample, without regard to the delay. A missing end is
-    /// accepted.
+    /// Rejects a simulation that ends more than a step after the last sample, without regard to the delay. If the step
+    /// is left to the program, it is the median interval of the samples. A missing end, and a signal without samples,
+    /// are accepted.
     pub(super) fn check_end(&self, time: &Time) -> Result<(), Error> {
         let Some(samples) = &self.samples else { return Ok(()) };
         let (last, step) = (samples.end(), time.step.unwrap_or_else(|| samples.usual_step()));
@@ -264,8 +271,8 @@ impl Signal {
         Ok(())
     }
 
-    /// Rate of the signal for the choice of time steps: the period of a sine, or the bandwidth of samples. None for other
-    /// kinds, whose means over a step are exact.
+    /// Rate of the signal for the choice of time steps: the period of a sine, or the bandwidth of samples. None for
+    /// other kinds, whose means over a step are exact, and for samples that do not exceed their noise.
     pub(super) fn motion_rate(&self) -> Option<MotionRate> {
         let key = format!("signals.{}", self.name);
         match (&self.samples, self.frequency) {
@@ -281,7 +288,7 @@ impl Signal {
         }
     }
 
-    /// Warnings, with codes, of missing samples.
+    /// Warnings, with codes, of missing samples, with the name of the file; empty without samples.
     pub(super) fn warnings(&self) -> Vec<(Code, String)> {
         self.samples.as_ref().map_or(Vec::new(), |samples| samples.warnings(&self.file))
     }
@@ -304,7 +311,8 @@ pub(super) fn check_signals(signals: &[Signal]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Rejects a `signal` of a load with the path `key` that is none of `signals`.
+/// Rejects a `signal` of the load with the path `key` if none of the `signals` has this name. `Ok` for a load without
+/// one.
 pub(super) fn check_reference(
     signals: &[Signal],
     signal: Option<&str>,

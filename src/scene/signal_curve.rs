@@ -1,9 +1,11 @@
 //! Values, rates and means of a signal over any scalar.
 //!
-//! A signal is `gain * s(t - delay)`, with `s` a sine or polynomials between knots (ramp, pulse, steps, samples). The mean
-//! over an interval is the exact integral over its length, so that a jump within a time step enters by its exact impulse.
-//! The mean has derivatives by gain, delay, the numbers of the signal and the ends of the interval. Where an end meets a
-//! jump or a kink they are one-sided, with the value after it.
+//! A [`SignalCurve`] is `gain * s(t - delay)`, with `s` a sine or polynomials between knots (ramp, pulse, steps,
+//! samples). Before the first knot `s` is 0, or that of the first sample. [`SignalCurve::value`] is taken at a time, s,
+//! [`SignalCurve::rate`] is its derivative, 1/s, and [`SignalCurve::mean`] that over an interval. The mean is the exact
+//! integral over the length, so that a jump within a time step enters by its exact impulse. It has derivatives by gain,
+//! delay, the numbers of the signal and the ends of the interval. Where a time or an end meets a jump or a kink, they
+//! are one-sided, with the value after it.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::signal_samples::SignalSamples;
@@ -41,13 +43,13 @@ fn sinc<D: Scalar>(x: D) -> D {
     }
 }
 
-/// The polynomial with the coefficients `c`, from the constant on, at `u`.
+/// The cubic polynomial with the coefficients `c`, in ascending order from the constant, at `u`.
 fn polynomial<D: Scalar>(c: &[D; 4], u: D) -> D {
     ((c[3] * u + c[2]) * u + c[1]) * u + c[0]
 }
 
 impl<D: Scalar> CurveShape<D> {
-    /// The knot `k`, s; none beyond the last one.
+    /// The time of the knot `k`, s; none beyond the last one, and for a sine.
     fn knot(&self, k: usize) -> Option<D> {
         match self {
             Self::Sine { .. } => None,
@@ -56,7 +58,8 @@ impl<D: Scalar> CurveShape<D> {
         }
     }
 
-    /// The polynomial after the knot `k`; before the first knot, `None`, a constant.
+    /// Coefficients of the polynomial in the time since the knot `k`, ascending. `None` is the part before the first
+    /// knot: zero, or the constant first sample. It panics for a knot that does not exist.
     fn piece(&self, k: Option<usize>) -> [D; 4] {
         let zero = D::from(0.0);
         match (self, k) {
@@ -77,14 +80,16 @@ impl<D: Scalar> CurveShape<D> {
         count.checked_sub(1)
     }
 
-    /// The polynomial at the time `t`, s, and the time since its knot, s.
+    /// Coefficients of the polynomial that holds at the time `t`, s, ascending, and the time since its knot, s (0
+    /// before the first knot).
     fn local(&self, t: D) -> ([D; 4], D) {
         let k = self.last_knot(t.value());
         let since = k.and_then(|k| self.knot(k)).map_or(D::from(0.0), |knot| t - knot);
         (self.piece(k), since)
     }
 
-    /// The integral from the time `a` to `b >= a`, s, over all pieces between.
+    /// The integral of a signal that is not a sine, without gain and delay, from the time `a` to `b >= a`, s, over all
+    /// pieces between; in s.
     fn integral(&self, a: D, b: D) -> D {
         let (mut from, mut k) = (a, self.last_knot(a.value()));
         let mut sum = D::from(0.0);
@@ -109,7 +114,7 @@ impl<D: Scalar> CurveShape<D> {
 }
 
 impl<D: Scalar> SignalCurve<D> {
-    /// The value at the time `t`, s; after a jump at that time.
+    /// The value at the time `t`, s, with gain and delay; at a jump that after it.
     pub fn value(&self, t: D) -> D {
         let t = t - self.delay;
         let value = match &self.shape {
@@ -124,7 +129,8 @@ impl<D: Scalar> SignalCurve<D> {
         self.gain * value
     }
 
-    /// The derivative by time at `t`, s, in 1/s; after a kink at that time, and without jumps.
+    /// The derivative by time at `t`, s, in 1/s: at a kink or jump that of the part after it. Jumps themselves do not
+    /// contribute.
     pub fn rate(&self, t: D) -> D {
         let t = t - self.delay;
         let rate = match &self.shape {
@@ -139,7 +145,8 @@ impl<D: Scalar> SignalCurve<D> {
         self.gain * rate
     }
 
-    /// The mean from the time `from` to `to > from`, s: the exact integral over the length.
+    /// The mean from the time `from` to `to > from`, s: the exact integral over the length of the interval, with gain
+    /// and delay.
     pub fn mean(&self, from: D, to: D) -> D {
         let (from, to) = (from - self.delay, to - self.delay);
         let mean = match &self.shape {

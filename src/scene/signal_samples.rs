@@ -1,10 +1,12 @@
 //! Samples of a signal from a file, as a piecewise polynomial of time, and their defects.
 //!
-//! Input: a table with the columns `t` and `value`, and the interpolation. Linear pieces connect the samples. Cubic pieces
-//! are the spline with continuous second derivatives, whose end slopes are those of the polynomials through the four
-//! outermost samples. Before the first sample and after the last one the signal is constant. Missing samples and the
-//! bandwidth are found as those of a recorded motion ([`Track`]). Rejected are missing columns, times that do not
-//! increase, fewer than two samples, and a first time after 0.
+//! Input: a table with the columns `t` and `value`, or lists of them, and the interpolation. Linear pieces connect the
+//! samples. Cubic pieces are the spline with continuous second derivatives, whose end slopes are those of the
+//! polynomials through the (at most) four outermost samples. Before the first sample and after the last one the signal
+//! is constant. Output is [`SignalSamples`] with these pieces, the time of the last sample (`end`) and the median
+//! interval (`usual_step`), s, the `bandwidth`, Hz, and `warnings` of missing samples. Both of the latter are found as
+//! those of a recorded motion ([`Track`]). Rejected are missing columns, times that do not increase, fewer than two
+//! samples, and a first time after 0.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -41,11 +43,12 @@ pub struct SignalSamples {
 }
 
 impl SignalSamples {
-    /// Reads a table with the columns `t` (unit in brackets, otherwise s) and `value`. Blank values are missing samples.
+    /// Reads a table with the columns `t` (unit in brackets, otherwise s) and `value`. Blank values are missing
+    /// samples.
     ///
     /// # Errors
-    /// A file that cannot be read, missing columns, times that do not increase, fewer than two samples, and a first time
-    /// after 0. The error has the line.
+    /// A file that cannot be read, missing columns, times that do not increase, fewer than two samples, and a first
+    /// time after 0. The error has the line.
     pub(super) fn read(path: &Path, interpolation: Interpolation) -> Result<Self, Error> {
         let table = Table::read(path)?;
         let (time, value) = (table.require("t")?, table.require("value")?);
@@ -108,7 +111,7 @@ impl SignalSamples {
         self.times[self.times.len() - 1]
     }
 
-    /// Median time between two samples, s.
+    /// Median (upper of two) time between two samples, s.
     pub(super) fn usual_step(&self) -> f64 {
         median_step(&self.times)
     }
@@ -142,7 +145,8 @@ fn linear_pieces(samples: &[[f64; 2]]) -> Vec<[f64; 4]> {
     pieces
 }
 
-/// The derivative at the first of `samples`, `[time, value]`, of the polynomial through all of them, by Lagrange's formula.
+/// The derivative at the first of `samples`, `[time, value]`, of the polynomial through all of them, by Lagrange's
+/// formula.
 fn end_slope(samples: &[[f64; 2]]) -> f64 {
     let [t0, x0] = samples[0];
     let mut slope = 0.0;

@@ -1,8 +1,10 @@
 //! Time steps and warnings of a scene by the motion of its supports and the signals of its loads and actuators.
 //!
-//! A step is compared with ramps, periods and recordings of supports, periods of sine signals and the bandwidth of samples.
-//! Only signals that a load or an actuator has count. Output: errors and warnings of a step, s, the largest step that resolves all
-//! motions, and warnings of defects in recordings and samples.
+//! A step is compared with ramps, periods and recordings of supports, periods of sine signals and the bandwidth of
+//! samples. Only signals that a load or an actuator names count (`used_signals`). `check_step` rejects a step, s, that
+//! does not resolve these motions, `motion_step_warnings` returns warnings of poor resolution, `largest_good_step` the
+//! largest one, s, that resolves them well, recorded ends left out. `recording_warnings` are those of defects in
+//! recordings and samples.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -10,7 +12,7 @@ use crate::scene::signal::Signal;
 use crate::scene::{Actuation, Scene};
 
 impl Scene {
-    /// The signals that a load or an actuator has.
+    /// The signals that at least one load or actuator names, in the order of the scene.
     pub(crate) fn used_signals(&self) -> impl Iterator<Item = &Signal> {
         let point = self.loads.point.iter().map(|load| &load.signal);
         let names: Vec<&str> = point
@@ -36,7 +38,8 @@ impl Scene {
         warnings
     }
 
-    /// Largest time step, s, that resolves the motions of walls and hinges and all signals well; infinity without any.
+    /// Largest time step, s, that resolves the motions of walls and hinges and all used signals well; infinity without
+    /// any. Recorded ends are left out.
     pub(crate) fn largest_good_step(&self) -> f64 {
         let rates = self.used_signals().filter_map(Signal::motion_rate);
         rates.map(|rate| rate.good_step()).fold(self.supports.largest_good_step(), f64::min)

@@ -2,9 +2,10 @@
 //! validation.
 //!
 //! [`StructureScene`] is generic over the type of its numbers, as [`Scene`]: `map_numbers` converts each by its path,
-//! in which rods, materials and bodies have their names. Rods name materials, joints and loads name rods and bodies.
-//! [`StructureScene::validate`] rejects invalid numbers and names, and keys that structures do not have (friction, a
-//! missing time step). `part` returns the scene of one rod alone, from which the module `structure` builds models.
+//! in which rods, materials and bodies have their names. Rods name materials; joints, supports and loads name rods and
+//! bodies, whose indices `rod` and `body` return. [`StructureScene::validate`] rejects invalid numbers, names and
+//! supports, friction, and a `[time]` without a step or with an unsupported scheme; files are not read. `part` returns
+//! the scene of one rod alone, `fill_part` replaces the numbers in one.
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::Scalar;
@@ -173,8 +174,8 @@ impl NumberTree for RodMaterial {
     type Kind = TableKind;
     type Over<D> = RodMaterial<D>;
 
-    /// The material over `D`: a name is copied, the numbers of own constants are converted by the visitor below the path
-    /// `key`.
+    /// The material over `D`: a name is copied, the numbers of own constants are converted by the visitor below the
+    /// path `key`.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -341,9 +342,11 @@ table! {
 const SEGMENTS: usize = 6;
 
 impl StructureScene {
-    /// Rejects numbers and names that are not allowed; files are not read. Checked are names (letters, digits, _ and -, not
-    /// twice), rods of at least `SEGMENTS` edges, materials, loads on one rod or one body, and possible moments of inertia.
-    /// The state must be rest or equilibrium. Friction is rejected, and a `[time]` needs a step up to its end.
+    /// Rejects numbers and names that are not allowed; files are not read. Checked are names (a letter or _, then
+    /// letters, digits, _ and -; not twice in a list), and rods of at least `SEGMENTS` edges. Materials, loads on one
+    /// rod or one body, and possible moments of inertia follow. The initial state must be rest, equilibrium, or with a
+    /// `[recording]` recorded. Supports are checked too, friction is rejected, and a `[time]` needs a step up to its
+    /// end and a scheme that supports the joints and supports. Connections of joints are checked when a model is built.
     ///
     /// # Errors
     /// [`Error::Invalid`] with file, key, and the found and the allowed value.
@@ -351,9 +354,10 @@ impl StructureScene {
         self.check().map_err(|error| error.in_file(self.path.as_deref()))
     }
 
-    /// The checks of [`validate`](Self::validate), without the file in the error; the first error is returned. In this order:
-    /// signs of numbers, at least one rod, names, numbers of edges and materials of rods, targets of loads. Then each of
-    /// three moments of inertia of a body is at most the sum of the others, and state, friction and `[time]` follow.
+    /// The checks of [`validate`](Self::validate), without the file in the error; the first error is returned. In this
+    /// order: signs of numbers, at least one rod, names, numbers of edges and materials of rods, targets of loads. Then
+    /// each of three moments of inertia of a body is at most the sum of the others. Initial state, supports, friction
+    /// and `[time]` with its scheme follow.
     fn check(&self) -> Result<(), Error> {
         self.check_numbers("", TABLE)?;
         ensure(!self.rods.is_empty(), "rods", "an empty list", "at least one rod")?;
@@ -434,7 +438,7 @@ impl StructureScene {
 }
 
 impl StructureScene {
-    /// Rejects joints with damping and recorded supports for schemes other than Newmark-beta and generalized-alpha.
+    /// Rejects springs with damping, and recorded supports, for schemes other than Newmark-beta and generalized-alpha.
     fn check_scheme(&self, time: &Time) -> Result<(), Error> {
         if matches!(time.scheme, Scheme::NewmarkBeta | Scheme::GeneralisedAlpha) {
             return Ok(());
@@ -468,8 +472,8 @@ impl<D: Copy> StructureScene<D> {
         index(self.bodies.iter().map(|body| &body.name), key, name, "bodies")
     }
 
-    /// The material of a rod: its own constants, or those of the entry of `[[materials]]` that it names. An error, with the
-    /// key of the rod, for an unknown name.
+    /// The material of a rod: its own constants, or those of the entry of `[[materials]]` that it names. An error, with
+    /// the key of the rod, for an unknown name.
     pub fn material_of(&self, rod: &StructureRod<D>) -> Result<Material<D>, Error> {
         match &rod.material {
             RodMaterial::Own(material) => Ok(material.clone()),
@@ -483,8 +487,8 @@ impl<D: Copy> StructureScene<D> {
     }
 }
 
-/// Index of `name` among the `names` of the list `list` of the scene. The error has `key` and the known names, or that the
-/// list is empty.
+/// Index of `name` among the `names` of the list `list` of the scene. The error has `key` and the known names, or that
+/// the list is empty.
 fn index<'a>(
     names: impl Iterator<Item = &'a String> + Clone,
     key: &str,
@@ -502,8 +506,8 @@ fn index<'a>(
 }
 
 impl StructureScene {
-    /// The scene over another number type. `convert` returns the new number of the path, value and quantity (unit, limits) of
-    /// each physical number, in the order of the tables. It is not called for `time.beta` and `time.rho_inf`
+    /// The scene over another number type. `convert` returns the new number of the path, value and quantity (unit,
+    /// limits) of each physical number, in the order of the tables. It is not called for `time.beta` and `time.rho_inf`
     /// unless the scheme uses them: without effect they are no parameters, and become constants.
     pub fn map_numbers<D: From<f64>>(
         &self,
@@ -523,9 +527,9 @@ impl StructureScene {
         NumberTree::map_numbers(self, "", TABLE, &mut NumberVisitor::new(&mut convert))
     }
 
-    /// The scene of the rod of this index alone, in plain numbers, with these supports of its start and end. Its model is
-    /// that of `dimension`. It has the numbers of [`fill_part`](Self::fill_part), the path of the file, and no point loads.
-    /// An error for an unknown material.
+    /// The scene of the rod with this index alone, in plain numbers, with these supports of its start and end and the
+    /// model of `dimension`. It has the numbers that [`fill_part`](Self::fill_part) sets, the path of the file, and no
+    /// point loads. An error for an unknown material.
     pub(crate) fn part(
         &self,
         rod: usize,
@@ -545,9 +549,9 @@ impl StructureScene {
 }
 
 impl<D: Scalar> StructureScene<D> {
-    /// Replaces shape, section, taper, natural curvature, masses and material in `scene` by those of the rod of this index.
-    /// Gravity, damping and `[time]` become those of the structure. Other keys are unchanged. An error for an unknown
-    /// material.
+    /// Replaces shape, section, taper, natural curvature, masses and material in `scene` by those of the rod of this
+    /// index. Gravity, damping and `[time]` become those of the structure. Other keys are unchanged. An error for an
+    /// unknown material.
     pub(crate) fn fill_part(&self, rod: usize, scene: &mut Scene<D>) -> Result<(), Error> {
         let own = &self.rods[rod];
         scene.rod.shape = own.shape.clone();

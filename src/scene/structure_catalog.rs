@@ -1,9 +1,10 @@
-//! A structure for the catalog of parameters, which contains every kind of number of a structure.
+//! A structure for the catalog of parameters, which contains the numbers of a structure that can be parameters.
 //!
-//! Input is a scene of one rod, whose shape, section, material, taper, curvature, damping and time are taken over. Output
-//! is a [`StructureScene`] with one rod, material and point force, and two bodies and spring joints, with one number and three. All have the name `ANY_NAME`
-//! (`*`), so that paths are general: `rods.*.section.radius`. The module `parameter` visits the numbers of these
-//! structures for their units and limits; they are neither validated nor simulated.
+//! Input is a scene of one rod, whose shape, section, material, taper, curvature, damping and time are taken over.
+//! Output of [`catalog_structure`] is a [`StructureScene`] with one rod, one material and one point force. It has two
+//! bodies and two spring joints: one with a single number, one with three, for inertia and compliance. All names are
+//! `ANY_NAME` (`*`), so that paths are general: `rods.*.section.radius`. The module `parameter` visits the numbers for
+//! their units and limits; the structure is neither validated nor simulated.
 
 use crate::scene::mass::PointMass;
 use crate::scene::per_axis::PerAxis;
@@ -18,7 +19,8 @@ use crate::scene::{Camera, Scene};
 /// Name of rods, materials and bodies in general paths: `rods.*.section.radius`.
 pub(crate) const ANY_NAME: &str = "*";
 
-/// A structure with the rod, loads and time of a scene of one rod, and with every kind of body and joint.
+/// A structure with the rod, damping and time of a scene of one rod, a point force, and bodies and spring joints with
+/// one number and with three.
 pub(crate) fn catalog_structure(scene: &Scene) -> StructureScene {
     let name = || ANY_NAME.to_string();
     let rod = StructureRod {

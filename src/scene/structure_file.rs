@@ -1,9 +1,10 @@
-//! Reading of the files of structures (TOML), and of the polylines that they name.
+//! Reading of the files of structures (TOML), and of the polylines and the recording that they name.
 //!
-//! [`StructureScene::load`] and [`StructureScene::from_toml`] parse a text, validate the scene and read the points of
-//! shapes; paths are relative to the folder of the file. Errors have the path. For a text that cannot be parsed they
-//! list all required keys that are missing, or a likely mistake. [`StructureScene::files`] lists the files of a
-//! structure.
+//! [`StructureScene::load`] and [`StructureScene::from_toml`] parse a text, validate the scene, and read the points of
+//! shapes and the recorded markers; paths are relative to the folder of the file. Errors have the path. For a text that
+//! cannot be parsed they list all required keys that are missing, or a likely mistake. `is_text_of` returns whether a
+//! text is that of a structure, [`StructureScene::files`] lists the files of a structure, and
+//! [`StructureScene::follow`] replaces and reads its recording.
 
 use crate::error::Error;
 use crate::input::hints::{STRUCTURE, explained};
@@ -30,13 +31,13 @@ const REQUIRED: [Rule; 10] = [
 ];
 
 impl StructureScene {
-    /// Whether the text of a scene file is valid TOML with a key `rods` at its root, that of a structure. False for other
-    /// texts.
+    /// Whether the text of a scene file is valid TOML with a key `rods` at its root, that of a structure. False for
+    /// other texts.
     pub(crate) fn is_text_of(text: &str) -> bool {
         toml::from_str::<toml::Table>(text).is_ok_and(|table| table.contains_key("rods"))
     }
 
-    /// Reads and validates the file of a structure.
+    /// Reads and validates the file of a structure, and reads the polylines and the recording that it names.
     ///
     /// # Errors
     /// A file that cannot be read or is not a structure, and values that are not allowed.
@@ -45,8 +46,8 @@ impl StructureScene {
         Self::read(&marker_files::file::text(path)?, path)
     }
 
-    /// Reads and validates the text of a structure. Paths in it are relative to `folder`; messages name the text as if it
-    /// were a file `scene` there.
+    /// Reads and validates the text of a structure, as [`load`](Self::load). Paths in it are relative to `folder`.
+    /// Errors in the text itself name no file.
     ///
     /// # Errors
     /// As [`load`](Self::load).
@@ -60,8 +61,8 @@ impl StructureScene {
         Self::read(text, &path).map_err(|error| error.without_file(&path))
     }
 
-    /// Paths of the files of the structure: first its own, if it has one, then those of polylines and of the recording, below its
-    /// folder. They need not exist.
+    /// Paths of the files of the structure: first its own, if it has one, then those of polylines and of the recording.
+    /// Relative paths are below the folder of the structure. The files need not exist.
     pub fn files(&self) -> Vec<PathBuf> {
         let folder = self.path.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
         let shapes = self.rods.iter().filter_map(|rod| match &rod.shape {
@@ -75,8 +76,9 @@ impl StructureScene {
         self.path.iter().cloned().chain(shapes).chain(recordings).collect()
     }
 
-    /// Reads and validates the text of the file of a structure with this path, and reads the polylines that it names. Errors
-    /// have the path; a text that cannot be parsed lists missing keys, a likely mistake, or line and token.
+    /// Reads and validates the text of the file of a structure with this path, and reads the polylines and the
+    /// recording that it names. Errors have the path; a text that cannot be parsed lists missing keys, a likely
+    /// mistake, or line and token.
     pub(crate) fn read(text: &str, path: &Path) -> Result<Self, Error> {
         let mut scene = Self::read_without_recording(text, path)?;
         let folder = path.parent().map(PathBuf::from).unwrap_or_default();
@@ -99,7 +101,8 @@ impl StructureScene {
         Ok(scene)
     }
 
-    /// Replaces the file of `[recording]`, and reads it if the scene comes from a file.
+    /// Replaces the file of `[recording]` by `file`, relative to the working directory, and reads it. The former track
+    /// is dropped, also where the new file is an error.
     ///
     /// # Errors
     /// A structure without `[recording]`, a file that cannot be read, and markers that it does not have.

@@ -1,10 +1,10 @@
 //! Points of a structure: on one of its rods, or fixed to one of its bodies.
 //!
 //! [`StructurePoint`] is read from `{ rod = "arm", at = "tip" }` or `{ body = "gripper", offset = [0, 0.1, 0] }`. A
-//! place on a rod is `"start"`, `"tip"` (or `"end"`), a node index, or an arc length from the start, m. The offset
-//! from the center of mass at rest, m, is zero by default. Other keys are errors; names, indices and arc lengths are
-//! checked by the users. `RodPoint::point` converts a place to the [`Point`] of the rod alone, and `Display` writes
-//! text such as `the tip of arm`. Observations of fits and positions of simulated structures use these points.
+//! place on a rod is `"start"`, `"tip"` (or `"end"`), a node index, or an arc length from the start, m. The offset from
+//! the center of mass at rest, m, is zero by default. Other keys are errors; names, indices and arc lengths are not
+//! checked here. `on_rod`, `tip` and `on_body` build such points, `RodPoint::point` converts a place to the [`Point`]
+//! of the rod alone, and `Display` writes text such as `the tip of arm`.
 
 use crate::scene::point::Point;
 use serde::{Deserialize, Serialize};
@@ -86,7 +86,8 @@ pub struct ArcLengthOfRod {
 }
 
 impl RodPoint {
-    /// The point on the rod alone.
+    /// The place as a [`Point`] of the scene of this rod alone. The start is arc length 0, not node 0, which may be
+    /// behind a wall.
     pub fn point(self) -> Point {
         match self {
             // Not node 0, which is behind the wall of a clamp in the middle of an edge.
@@ -99,17 +100,17 @@ impl RodPoint {
 }
 
 impl StructurePoint {
-    /// A point of a rod.
+    /// The point at the place `at` of the rod with this name.
     pub fn on_rod(rod: impl Into<String>, at: RodPoint) -> Self {
         Self::Rod(PointOfRod { rod: rod.into(), at })
     }
 
-    /// The end of a rod.
+    /// The end of a rod at its largest arc length.
     pub fn tip(rod: impl Into<String>) -> Self {
         Self::on_rod(rod, RodPoint::End(RodEndName::Tip))
     }
 
-    /// A point of a body at an offset from its center of mass, m.
+    /// The point of the body with this name at an offset from its center of mass at rest, m, in world axes.
     pub fn on_body(body: impl Into<String>, offset: [f64; 3]) -> Self {
         Self::Body(PointOfBody { body: body.into(), offset })
     }

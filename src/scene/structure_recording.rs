@@ -1,8 +1,11 @@
 //! `[recording]` of a structure: the recorded markers that drive recorded supports and that fits observe.
 //!
-//! The table names a file, its format, and the points of observed markers. The markers of recorded supports are named by the
-//! supports. `StructureRecording::read` reads the positions of both as one [`Track`]: markers of supports first, then
-//! observed ones. Defects of the markers that drive supports are found, and corrected as the settings request.
+//! The table names a file, its format, and the points of observed markers; the markers of recorded supports are named
+//! by the supports. `StructureRecording::read` reads the positions of both as one [`Track`]: markers of supports first,
+//! then observed ones. A given track is used instead of the file. One that has not been examined gets its defects. Lost
+//! frames and exchanged labels are corrected as the settings request; missing frames and jumps are those of the markers
+//! that drive supports. `track` returns it, `marker` the index of a marker by name; both are errors before the
+//! recording is read.
 
 use crate::error::Error;
 use crate::scene::faults::{LostFrames, SwappedLabels};
@@ -83,8 +86,9 @@ impl StructureRecording {
         Self { track: Some(track.into()), ..Self::new("") }
     }
 
-    /// Reads the markers of recorded `supports` and the observed ones from the file in `folder`, unless there is a track.
-    /// Defects of the markers of supports are found and treated as the settings request.
+    /// Reads the markers of recorded `supports` and the observed ones from the file in `folder`, unless there is a
+    /// track. If the track has not been examined, its defects are found, and lost frames and exchanged labels corrected
+    /// as the settings request.
     ///
     /// # Errors
     /// A file that cannot be read, and markers that it does not have.
@@ -122,7 +126,8 @@ impl StructureRecording {
         Ok(())
     }
 
-    /// Settings of the file for the reader `marker_files`.
+    /// The settings of the table (format, confidence, axes, rate, scale, direction of y, start time) for the reader
+    /// `marker_files`.
     fn settings(&self) -> Recording {
         let Self { format, likelihood, axes, fps, scale, y, time_zero, .. } = *self;
         Recording { format, likelihood, axes, fps, scale, y, time_zero, ..Recording::default() }
@@ -139,7 +144,8 @@ impl StructureRecording {
         })
     }
 
-    /// Index of the marker `name` in the track. An error with `key` for a name that the track does not have.
+    /// Index of the marker `name` in the track. An error with `key` for a name that the track does not have, and for a
+    /// recording that has not been read.
     pub(crate) fn marker(&self, key: &str, name: &str) -> Result<usize, Error> {
         let markers = self.track()?.markers();
         markers.iter().position(|marker| is_same_name(&marker.name, name)).ok_or_else(|| {

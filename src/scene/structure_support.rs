@@ -1,8 +1,9 @@
 //! `[[supports]]` of a structure: supports of the ends of its rods, and their validation.
 //!
-//! A support names an end of a rod and its kind. A recorded one also names the two markers that it follows, the number of edges
-//! between them, and whether the end rotates freely about the rod. [`check_supports`] rejects recorded supports without a
-//! recording or without two markers, and these keys of other supports.
+//! A [`StructureSupport`] names an end of a rod and its kind. A recorded one also names the two markers that it
+//! follows, the number of edges between them, and whether the end rotates freely about the rod. [`check_supports`]
+//! rejects recorded supports without a recording, without two markers, or with a number of edges between them that the
+//! rod does not have, and these keys of other supports.
 
 use crate::error::{Error, ensure};
 use crate::scene::number::is_default;
@@ -69,8 +70,9 @@ pub struct SupportedEnd {
     pub at: RodEnd,
 }
 
-/// Rejects recorded supports without a recording or without two markers, and markers of other supports. `segments` returns
-/// the number of edges of a rod by its name, of which the markers must leave at least two.
+/// Rejects recorded supports without a recording or without two markers, and markers, edges and free twist of other
+/// supports. `segments` returns the number of edges of a rod by its name; all but three of them, and at least one, may
+/// be between the markers.
 pub(super) fn check_supports(
     has_recording: bool,
     supports: &[StructureSupport],

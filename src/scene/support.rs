@@ -1,7 +1,8 @@
 //! Kinds of supports of the ends of a rod ([`Support`]: free, pinned, roller, clamped, recorded), as in `[supports]`.
 //!
-//! [`Clamp`] has the positions of the wall of a clamp (middle of the outermost edge or outermost node), [`End`] the
-//! names of the two ends. The enums have no functions; models and boundary motions decide which nodes an end holds.
+//! [`Clamp`] has the positions of the wall of a clamp: the middle of the outermost edge, or the outermost node. [`End`]
+//! has the names of the two ends of a rod (at arc length zero, and at the largest). The enums have no functions; models
+//! and boundary motions decide which nodes an end holds.
 
 use serde::{Deserialize, Serialize};
 

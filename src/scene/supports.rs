@@ -1,9 +1,11 @@
 //! `[supports]`: supports of both ends of the rod, their compliance and their motion, with the validation of these
 //! keys.
 //!
-//! An end is free, pinned, on a roller, clamped or recorded. Methods return the support, compliance and rotation of
-//! an end, and the warnings of recordings. Rejected are two rollers, a compliance without a clamp, recorded ends
-//! without a recording, contradicting motions, and simulations beyond the end of a recording.
+//! An end is free, pinned, on a roller, clamped or recorded. Methods of [`Supports`] return the kind of support of an
+//! end, the compliance of its clamp (rad/(N m), m/N), and the twists of recorded ends (rad). Others return the end on a
+//! roller, whether ends move, and warnings of recordings. `check` rejects two rollers, a compliance without a clamp,
+//! recorded ends without a recording, and motions that an end cannot have. `check_start` rejects an end that starts
+//! displaced, `check_end` a simulation beyond the end of a recording.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -78,8 +80,8 @@ impl<D: Default> Default for Supports<D> {
     }
 }
 
-/// Quantity of the compliance of a clamp in `unit`, zero or positive. A search covers `low` to `high` with one value per
-/// decade.
+/// Quantity of the compliance of a clamp in `unit`, zero or positive. A search covers `low` to `high` with one value
+/// per decade.
 const fn compliance(unit: &'static str, low: f64, high: f64) -> Quantity {
     Quantity::positive(unit).searched(Candidates::Decades(low, high, 1.0)).vanishing()
 }
@@ -103,8 +105,8 @@ impl<D> Supports<D> {
         !self.motion.is_empty() || self.path.is_some()
     }
 
-    /// Whether a clamp at nodes, or a recorded end that holds several markers, suppresses the bending of half an edge behind
-    /// it.
+    /// Whether half an edge beside a held end does not bend, so that mesh errors are of first order. This is so at a
+    /// clamp with its wall at a node, and at a recorded end with several held markers.
     pub(crate) fn cut_edges(&self) -> bool {
         let hold = self.path.as_ref().is_some_and(|path| path.held > 1);
         [self.start, self.end].into_iter().any(|support| match support {
@@ -114,7 +116,8 @@ impl<D> Supports<D> {
         })
     }
 
-    /// Recorded ends with the rotation about the rod, rad, that a motion adds: one pair for each motion of such an end.
+    /// The recorded ends with the twist about the rod, rad, that a motion adds: one pair for each motion of such an
+    /// end.
     pub(crate) fn recorded_turns(&self) -> impl Iterator<Item = (End, &D)> {
         let turns = self.motion.iter().filter(|motion| self.at(motion.end) == Support::Recorded);
         turns.map(|motion| (motion.end, &motion.twist))
@@ -149,8 +152,8 @@ impl Supports {
         [End::Start, End::End].into_iter().find(|end| self.at(*end) == Support::Roller)
     }
 
-    /// Rejects a motion without ramp, frequency and recording of an end that is not recorded. It displaces the end from the
-    /// beginning, and only an equilibrium can start so.
+    /// Rejects a motion, also of size zero, without ramp, frequency and recording, of an end that is not recorded. It
+    /// displaces the end from the beginning, and only an equilibrium can start so.
     pub(crate) fn check_start(&self) -> Result<(), Error> {
         // A recorded end begins where the recording does.
         let away = |motion: &Motion| motion.is_offset() && self.at(motion.end) != Support::Recorded;
@@ -164,8 +167,8 @@ impl Supports {
         }
     }
 
-    /// Files and tracks of all recordings that move the supports and have been read: `supports.path` first, then those of
-    /// motions.
+    /// Files and tracks of all recordings that move the supports and have been read: `supports.path` first, then those
+    /// of motions.
     fn recordings(&self) -> impl Iterator<Item = (&Path, &Track)> {
         let path = self.path.iter().map(|path| (&*path.file, &path.track));
         let walls = self.motion.iter().map(|motion| (&*motion.file, &motion.track));
@@ -178,8 +181,9 @@ impl Supports {
         self.recordings().flat_map(|(file, track)| track.warnings(file)).collect()
     }
 
-    /// Rejects a simulation that ends more than a step after the end of a recording, whose motion would be extrapolated.
-    /// Without a given step it is the usual interval of the frames. A missing end is accepted.
+    /// Rejects a simulation that ends more than a step after the end of a recording, whose motion would be
+    /// extrapolated. If the step is left to the program, it is the median interval of the frames. A missing end is
+    /// accepted.
     pub(super) fn check_end(&self, time: &Time) -> Result<(), Error> {
         for (file, track) in self.recordings() {
             let last = track.end();
@@ -198,9 +202,10 @@ impl Supports {
         Ok(())
     }
 
-    /// Rejects invalid numbers, two rollers, a roller direction of no length or without a roller, and a compliance without a
-    /// clamp. Rejects recorded ends without a recording, and the reverse. Motions that their ends cannot have are errors,
-    /// also of an end with free twist, or of a recorded one with a single held marker.
+    /// Rejects invalid numbers, two rollers, a roller direction of no length or without a roller, and a compliance
+    /// without a clamp. Rejects recorded ends without a recording, and the reverse. Motions that their ends cannot have
+    /// are errors. So are all motions of an end with free twist, and of a recorded end with fewer than two held
+    /// markers.
     pub(crate) fn check(&self) -> Result<(), Error> {
         // Two rollers do not determine the position along their lines.
         if (self.start, self.end) == (Support::Roller, Support::Roller) {

@@ -17,8 +17,8 @@ pub(crate) trait NumberTree {
     /// The same part over the number type `D`.
     type Over<D>;
 
-    /// The part over the number type `D`: every number converted by the visitor, with its path below `key` and its quantity.
-    /// `kind` is the quantity of numbers, or [`TABLE`].
+    /// The part over the number type `D`: every number converted by the visitor, with its path below `key` and its
+    /// quantity. `kind` is the quantity of numbers, or [`TABLE`].
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -26,8 +26,8 @@ pub(crate) trait NumberTree {
         visitor: &mut NumberVisitor<'_, D>,
     ) -> Self::Over<D>;
 
-    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is the path of the part, for
-    /// the error.
+    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is the path of the
+    /// part, for the error.
     fn check_numbers(&self, key: &str, kind: Self::Kind) -> Result<(), Error>;
 
     /// Key of the part as entry `index` of a list: the index, unless the part has a name.
@@ -68,8 +68,8 @@ impl<const N: usize> NumberTree for [f64; N] {
     type Kind = Quantity;
     type Over<D> = [D; N];
 
-    /// The three components converted by the visitor under `key.x`, `key.y`, `key.z`, or the two of a pair under `key.d1`,
-    /// `key.d2`.
+    /// The three components converted by the visitor under `key.x`, `key.y`, `key.z`, or the two of a pair under
+    /// `key.d1`, `key.d2`.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -97,8 +97,8 @@ impl<T: NumberTree> NumberTree for Option<T> {
     type Kind = T::Kind;
     type Over<D> = Option<T::Over<D>>;
 
-    /// The part over `D`, if there is one, with every number converted by the visitor below the path `key`; none without a
-    /// part.
+    /// The part over `D`, if there is one, with every number converted by the visitor below the path `key`; none
+    /// without a part.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -118,7 +118,7 @@ impl<T: NumberTree> NumberTree for Box<T> {
     type Kind = T::Kind;
     type Over<D> = Box<T::Over<D>>;
 
-    /// Returns the part under `key` with every number converted by the visitor.
+    /// The part in the box with every number converted by the visitor below the path `key`.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -128,7 +128,8 @@ impl<T: NumberTree> NumberTree for Box<T> {
         Box::new((**self).map_numbers(key, kind, visitor))
     }
 
-    /// Rejects numbers that are not finite or have a sign that their quantity does not allow; `key` is that of the part.
+    /// Rejects numbers of the part in the box that are not finite or have a sign that their quantity does not allow;
+    /// `key` is its path, for the error.
     fn check_numbers(&self, key: &str, kind: T::Kind) -> Result<(), Error> {
         (**self).check_numbers(key, kind)
     }
@@ -138,8 +139,8 @@ impl<T: NumberTree> NumberTree for Vec<T> {
     type Kind = T::Kind;
     type Over<D> = Vec<T::Over<D>>;
 
-    /// The entries over `D`, in the same order, with every number converted by the visitor below `key.0`, `key.1`, ... Named
-    /// entries have their name in place of the index.
+    /// The entries over `D`, in the same order, with every number converted by the visitor below `key.0`, `key.1`, ...
+    /// Named entries have their name in place of the index.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -155,7 +156,8 @@ impl<T: NumberTree> NumberTree for Vec<T> {
         mapped
     }
 
-    /// Rejects the first entry with an invalid number; its path is `key[i]` with the index from 0, also of a named entry.
+    /// Rejects the first entry with an invalid number; its path is `key[i]` with the index from 0, also of a named
+    /// entry.
     fn check_numbers(&self, key: &str, kind: T::Kind) -> Result<(), Error> {
         let mut entries = self.iter().enumerate();
         entries.try_for_each(|(i, entry)| entry.check_numbers(&format!("{key}[{i}]"), kind))

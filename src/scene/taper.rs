@@ -1,11 +1,11 @@
 //! `[rod.taper]`: factors along the rod on the numbers of section and material, for sections and materials that vary.
 //!
-//! Each factor is a list with one number for each of equally many equal parts of the length, or linear between break
-//! points. `Taper::at`
-//! returns section and material at a place, a fraction of the rod length; Poisson's ratio and `up` are unchanged.
-//! `Taper::breaks` returns the places at which lists have boundaries, break points, and both ends, ascending. Factors of numbers
-//! that the section or material does not have, factors of 0 or below, and invalid tapered sections are rejected. The
-//! section profile of a problem averages over the pieces between breaks.
+//! Each factor is one number, a list with one number for each of equally many equal parts of the length, linear, or
+//! linear between break points. `Taper::at` returns section and material at a place, a fraction of the rod length;
+//! constants without a factor are unchanged. `Taper::breaks` returns the boundaries of lists, the break points and both
+//! ends, ascending, as fractions of the length. `Taper::check` rejects factors of numbers that the section or material
+//! does not have, factors of 0 or below, and invalid tapered sections. `Taper::is_none` returns whether there is no
+//! factor.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -47,8 +47,8 @@ macro_rules! factors {
         }
 
         impl<D: Clone> Taper<D> {
-            /// A taper with the same factor on every number of section and material, of all kinds of sections, for a list of
-            /// all parameters.
+            /// A taper with the same factor on every number of section and material, of all kinds of sections, for a
+            /// list of all parameters.
             pub(super) fn uniform(factor: &Along<D>) -> Self {
                 Self { $($key: Some(factor.clone()),)* }
             }
@@ -95,8 +95,8 @@ impl<D> Taper<D> {
         self.factors().next().is_none()
     }
 
-    /// Places at which factors may jump, and both ends 0 and 1, ascending, as fractions of the rod length. Places within
-    /// [`SAME_BREAK`] are one.
+    /// Places at which factors may jump or change their slope, and both ends 0 and 1, ascending, as fractions of the
+    /// rod length. Places within [`SAME_BREAK`] are one.
     pub(crate) fn breaks(&self) -> Vec<f64> {
         let mut breaks = vec![0.0, 1.0];
         breaks.extend(self.factors().flat_map(|(_, factor)| factor.breaks()));
@@ -108,9 +108,9 @@ impl<D> Taper<D> {
 }
 
 impl<D: Scalar> Taper<D> {
-    /// Section and material at a place, a fraction of the rod length: their numbers times the factors there, 1 for those not
-    /// given. Factors of numbers of another kind of section have no effect. Poisson's ratio, the law of the stretch and `up`
-    /// are unchanged.
+    /// Section and material at a place, a fraction of the rod length: their numbers times the factors there, 1 for
+    /// those not given. Factors of numbers of another kind of section have no effect. Poisson's ratio, the laws of
+    /// stretch and bending, and `up` are unchanged.
     pub(crate) fn at(
         &self,
         place: f64,
@@ -154,8 +154,8 @@ impl<D: Scalar> Taper<D> {
 }
 
 impl Taper {
-    /// Rejects factors on numbers that section and material do not have, and factors of 0 or below. Tapered sections that are
-    /// invalid next to the ends of a piece are rejected too, such as a wall thicker than the radius.
+    /// Rejects factors on numbers that section and material do not have, and factors of 0 or below. Tapered sections
+    /// that are invalid next to the ends of a piece are rejected too, such as a wall thicker than the radius.
     pub(super) fn check(&self, section: &Section, material: &Material) -> Result<(), Error> {
         let mut keys = match section {
             Section::Circle { .. } => vec!["radius"],

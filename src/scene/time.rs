@@ -1,10 +1,11 @@
 //! `[time]`: duration, time step and integration scheme, with the validation of these keys.
 //!
-//! A file may leave out the end (that of the recording), the step, or step and scheme (chosen by the program); beside
-//! a step the default is Newmark-beta. Numbers of a scheme (`beta`, `rho_inf`, `tolerance`) are accepted with the
-//! schemes that have them only. Rejected are an end or step that is not positive and finite, and more than
-//! `MOST_STEPS` steps. [`Time`] also returns the step size, s (the duration if no step is chosen yet), the number of
-//! steps (the last may be shorter), and the time after each, s.
+//! A file may leave out the end (that of the recording), the step, or step and scheme (chosen by the program). Beside a
+//! step, or a number of the scheme, the default is Newmark-beta. Numbers of a scheme (`beta`, `rho_inf`, `tolerance`)
+//! are accepted with the schemes that have them only. `check` rejects an end or step that is not positive and finite, a
+//! missing end without a recording, numbers out of range, and more than `MOST_STEPS` steps. [`Time`] also returns the
+//! number of its scheme (`parameter`) and the step size, s (the duration if no step is chosen yet). `steps` is the
+//! number of steps, of which the last may be shorter, and `at` the time after `k` of them, s.
 
 use crate::error::Error;
 use crate::scene::number::{Candidates, Quantity, SceneNumber};
@@ -75,9 +76,9 @@ struct TimeForm<D> {
 impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
     type Error = &'static str;
 
-    /// The times of a form in a file, with defaults: Newmark-beta, beta 0.5, `rho_inf` 0.5, tolerance 3e-14. The scheme is
-    /// left open if neither step nor scheme nor its numbers are given. An error for an infinite step or end, and for numbers
-    /// of another scheme.
+    /// The times of a form in a file, with defaults: Newmark-beta, beta 0.5, `rho_inf` 0.5, tolerance 3e-14. The scheme
+    /// is left open if neither step nor scheme nor its numbers are given. An error for an infinite step or end, and for
+    /// numbers of another scheme.
     fn try_from(form: TimeForm<D>) -> Result<Self, Self::Error> {
         let TimeForm { end, step, scheme, beta, rho_inf, tolerance } = form;
         // Infinity is the internal mark of a missing number, and must not be in a file.
@@ -118,8 +119,8 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
 }
 
 impl<D> From<Time<D>> for TimeForm<D> {
-    /// The form in a file. A missing end is left out; with an open scheme, step, scheme and its numbers are too. Numbers of
-    /// other schemes, and the default tolerance, are always left out.
+    /// The form in a file. A missing end is left out; with an open scheme, step, scheme and its numbers are left out
+    /// too. Numbers of other schemes, and the default tolerance, are always left out.
     fn from(time: Time<D>) -> Self {
         let Time { end, step, scheme, scheme_left_open, beta, rho_inf, tolerance } = time;
         let parameter = scheme.traits().parameter;
@@ -143,7 +144,8 @@ impl Time {
 }
 
 impl<D: Copy> Time<D> {
-    /// Number of the scheme: `rho_inf` of generalised-alpha, `beta` of all others, which is unused except by Newmark-beta.
+    /// Number of the scheme: `rho_inf` of generalised-alpha, `beta` of all others, which is unused except by
+    /// Newmark-beta.
     pub fn parameter(&self) -> D {
         match self.scheme.traits().parameter {
             Some(SchemeParameter::RhoInf) => self.rho_inf,
@@ -215,8 +217,8 @@ impl Time {
     }
 
     /// Rejects an end or step that is not positive and finite, beta outside 0.5 to 1, `rho_inf` outside 0 to 1, and an
-    /// invalid tolerance. Also rejected are more than [`MOST_STEPS`] steps, and a missing end unless recorded ends give it
-    /// (`has_recording`).
+    /// invalid tolerance. Also rejected are more than [`MOST_STEPS`] steps, and a missing end unless recorded ends give
+    /// it (`has_recording`).
     pub(super) fn check(&self, has_recording: bool) -> Result<(), Error> {
         match self.end == Self::TO_THE_END {
             true if has_recording => {}

@@ -1,10 +1,9 @@
 //! `time.tolerance`: largest Newton error of the solution of a time step, a fraction of the rod length or
 //! `"rounding"`.
 //!
-//! [`StepTolerance`] is read from and written to files as a number or that word; the default is 3e-14. Fractions
-//! outside (0, 1e-6] are rejected by the validation of the scene, not when they are read. `part` returns the
-//! fraction, or 0 for `"rounding"`. The steppers of Newmark-beta and generalised-alpha stop their iterations when the
-//! predicted error is below it; the average vector field always solves to rounding.
+//! [`StepTolerance`] is read from and written to files as a number or that word; the default is 3e-14. `check` rejects
+//! fractions outside (0, 1e-6], which are accepted when they are read. `part` returns the fraction, or 0 for
+//! `"rounding"`. Newmark-beta and generalized-alpha use it; the average vector field always solves to rounding.
 
 use crate::error::Error;
 use serde::de::{self, Visitor};
@@ -52,8 +51,8 @@ const LARGEST: f64 = 1e-6;
 /// Word of files for [`StepTolerance::Rounding`].
 const ROUNDING: &str = "rounding";
 
-/// Default fraction. Trajectories stay within 1e-10 of the rod length a second of those solved to rounding, far below the
-/// errors of step and mesh.
+/// Default fraction. Trajectories stay within 1e-10 of the rod length a second of those solved to rounding, far below
+/// the errors of step and mesh.
 const DEFAULT: f64 = 3e-14;
 
 impl Default for StepTolerance {
@@ -74,8 +73,8 @@ impl Serialize for StepTolerance {
 }
 
 impl<'de> Deserialize<'de> for StepTolerance {
-    /// Reads a number, also an integer, without a check of its range, or the word `rounding`. An error for other words and
-    /// types.
+    /// Reads a number, also an integer, without a check of its range, or the word `rounding`. An error for other words
+    /// and types.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         /// Reader of a number or the word `rounding`.
         struct ToleranceVisitor;
@@ -90,8 +89,8 @@ impl<'de> Deserialize<'de> for StepTolerance {
             fn visit_f64<E: de::Error>(self, part: f64) -> Result<StepTolerance, E> {
                 Ok(StepTolerance::Predicted(part))
             }
-            /// An integer becomes [`StepTolerance::Predicted`], without a check of its range; the check of the scene rejects
-            /// all of them.
+            /// An integer becomes [`StepTolerance::Predicted`], without a check of its range; the check of the scene
+            /// rejects all of them.
             fn visit_i64<E: de::Error>(self, part: i64) -> Result<StepTolerance, E> {
                 Ok(StepTolerance::Predicted(part as f64))
             }

@@ -70,23 +70,24 @@ pub(super) fn median_step(times: &[f64]) -> f64 {
 }
 
 impl Track {
-    /// Reads a CSV file with a clock `t` and columns `xA, yA, zA` for every marker `A`, with units in brackets, otherwise
-    /// SI; or a file of another program, which is recognized by its first bytes. Without columns z, all z are 0.
+    /// Reads a CSV file with a clock `t` and columns `xA, yA, zA` for every marker `A`, with units in brackets,
+    /// otherwise SI; or a file of another program, which is recognized by its first bytes. Without columns z, all z are
+    /// 0.
     ///
     /// # Errors
-    /// Those of [`read_as`](Self::read_as): a file that cannot be read, the number of an invalid line, a first time other
-    /// than 0.
+    /// Those of [`read_as`](Self::read_as): a file that cannot be read, the number of an invalid line, a first time
+    /// other than 0.
     pub fn read(path: &Path) -> Result<Self, Error> {
         Self::read_as(path, &Recording::default(), &[])
     }
 
-    /// Reads the markers of these `names`, in this order, or all in the order of the file. `recording` has the units, axes
-    /// and start time of the file; frames before a given start time are left out. A position without one of the coordinates
-    /// of the file is missing.
+    /// Reads the markers of these `names`, in this order, or all in the order of the file. `recording` has the units,
+    /// axes and start time of the file; frames before a given start time are left out. A position without one of the
+    /// coordinates of the file is missing.
     ///
     /// # Errors
-    /// A file that cannot be read or has an invalid line, an unknown marker, one without a column x or y or with fewer than
-    /// two positions. Also settings that contradict the file, and a first time other than 0.
+    /// A file that cannot be read or has an invalid line, an unknown marker, one without a column x or y or with fewer
+    /// than two positions. Also settings that contradict the file, and a first time other than 0.
     pub fn read_as(path: &Path, recording: &Recording, names: &[String]) -> Result<Self, Error> {
         // The format is given or recognized by the first bytes of the file.
         let file = marker_files::load(path, recording)?;
@@ -129,8 +130,8 @@ impl Track {
         track.map_err(|message| file.error(1, format!("{message}; {found} markers")).into())
     }
 
-    /// Motion of one point, without a name, from positions and velocities at increasing times, marked as integrated from
-    /// accelerations. Interpolation uses these velocities. A message if there are fewer than two points.
+    /// Motion of one point, without a name, from positions and velocities at increasing times, marked as integrated
+    /// from accelerations. Interpolation uses these velocities. A message if there are fewer than two points.
     pub(super) fn from_integrated(path: Vec<PathPoint>) -> Result<Self, String> {
         let seen = path.iter().map(|point| Some(point.position)).collect();
         let times = path.iter().map(|point| point.time).collect();
@@ -140,8 +141,8 @@ impl Track {
         Ok(track)
     }
 
-    /// Recording of markers by name, each with its position, m, at every one of these increasing times, s, or none where it
-    /// is missing. Velocities are central differences. It is not examined.
+    /// Recording of markers by name, each with its position, m, at every one of these increasing times, s, or none
+    /// where it is missing. Velocities are central differences. It is not examined.
     ///
     /// # Errors
     /// A message about the first marker with fewer than two positions, or that there is no marker.
@@ -186,9 +187,9 @@ impl Track {
         self
     }
 
-    /// The recording marked as examined, with the bandwidth of the markers `driven` (indices), which drive a support. To its
-    /// earlier defects their missing frames and jumps are added. Jumps within two frame intervals of lost frames, and those
-    /// of a marker with glitches, are left out. Integrated motions are detrended for both.
+    /// The recording marked as examined, with the bandwidth of the markers `driven` (indices), which drive a support.
+    /// To its earlier defects their missing frames and jumps are added. Jumps within two frame intervals of lost
+    /// frames, and those of a marker with glitches, are left out. Integrated motions are detrended for both.
     pub(super) fn with_motion_defects(self, driven: &[usize]) -> Self {
         // The drift of an integrated motion is no motion of the marker.
         let detrended = self.is_integrated.then(|| self.detrended());
@@ -230,8 +231,8 @@ impl Track {
         self.faults().iter().map(|fault| (fault.code(), format!("{place}{fault}"))).collect()
     }
 
-    /// Frequency, Hz, below which 99 % of the variance of the driving motion lie. None before the examination, and for a
-    /// motion that does not exceed the noise.
+    /// Frequency, Hz, below which 99 % of the variance of the driving motion lie. None before the examination, and for
+    /// a motion that does not exceed the noise.
     pub(super) fn bandwidth(&self) -> Option<f64> {
         self.bandwidth
     }
@@ -258,8 +259,8 @@ impl Track {
 }
 
 impl Marker {
-    /// Position at a time, m: the cubic Hermite interpolant of the known positions and velocities. Before the first known
-    /// position and after the last the motion continues with constant velocity. It has derivatives by `time`.
+    /// Position at a time, m: the cubic Hermite interpolant of the known positions and velocities. Before the first
+    /// known position and after the last the motion continues with constant velocity. It has derivatives by `time`.
     pub fn at<D: Scalar>(&self, time: D) -> Vector<D> {
         let next = self.path.partition_point(|point| point.time <= time.value());
         // Outside of the frames the velocity at the end continues.
@@ -284,8 +285,8 @@ pub(super) const CLOCK_TOLERANCE: f64 = 1e-9;
 pub(super) const TIME_ZERO_REMEDY: &str = ". Set time_zero to the time in the file at which the \
                                            motion starts";
 
-/// Rejects a first time, s, that differs from 0, the start of the simulation, by more than [`CLOCK_TOLERANCE`]: the motion
-/// before it would be extrapolated. The error is a message that ends with `remedy`.
+/// Rejects a first time, s, that differs from 0, the start of the simulation, by more than [`CLOCK_TOLERANCE`]: the
+/// motion before it would be extrapolated. The error is a message that ends with `remedy`.
 pub(super) fn check_clock(first: f64, remedy: &str) -> Result<(), String> {
     match first.abs() > CLOCK_TOLERANCE {
         true => Err(format!("found {first} s as the first time, allowed: 0 s{remedy}")),
@@ -299,8 +300,8 @@ pub(super) fn known_positions(times: &[f64], seen: &[Option<[f64; 3]>]) -> Vec<T
     frames.filter_map(|(t, x)| Some(TimedPosition { time: *t, position: (*x)? })).collect()
 }
 
-/// The positions with velocities, m/s. At inner points these are the slopes of the parabola through three neighbors, at the
-/// ends those of the outermost interval. It panics for fewer than two positions.
+/// The positions with velocities, m/s. At inner points these are the slopes of the parabola through three neighbors, at
+/// the ends those of the outermost interval. It panics for fewer than two positions.
 pub(super) fn with_velocities(known: &[TimedPosition]) -> Vec<PathPoint> {
     let slope = |i: usize| {
         let (a, b) = (known[i], known[i + 1]);

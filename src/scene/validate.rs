@@ -1,7 +1,7 @@
 //! Rejection of invalid numbers and vectors in a scene: not positive, not finite, or a direction of no length.
 //!
-//! Each function takes the key and the value, and returns an error with key, found value and allowed values. The
-//! checks of the tables of a scene or structure use them.
+//! Each function takes the key and the value, and returns an error with key, found value and allowed values:
+//! [`positive`] for a number, [`finite`] for a vector, [`direction`] for a vector whose length must not be zero.
 
 use crate::error::Error;
 

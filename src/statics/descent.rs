@@ -7,22 +7,22 @@
 //! lambda M (q1 - q0) + dE/dq(q1) = 0,
 //! ```
 //!
-//! an implicit step of gradient descent in the metric `M` (the masses), by Newton's method with the exact tangent
-//! `K`. `lambda` is multiplied by [`DECREASE`] after each step (`CAREFUL_DECREASE` after a repeated one), and is zero
-//! below [`SMALLEST`] of its first value. The last steps are Newton iterations on the equilibrium itself, until
+//! an implicit step of gradient descent in the metric `M` (the masses), by Newton's method with the exact tangent `K`.
+//! `lambda`, 1/s^2, is multiplied by [`DECREASE`] after each step (`CAREFUL_DECREASE` after a repeated one), and is
+//! zero below [`SMALLEST`] of its first value. The last steps are Newton iterations on the equilibrium itself, until
 //! corrections or forces are rounding errors. A step that moves nothing, directly after a repeated one, ends the
 //! descent too. A step is repeated with [`INCREASE`] times `lambda` where Newton's method fails or a joint passes
 //! through a fold. So is one where `K + lambda M` is not positive definite at its start or end, apart from negligible
 //! stiffnesses.
 //!
-//! A rod in an exactly symmetric unstable equilibrium stays there. After [`SADDLES`] steps that begin at an
-//! indefinite matrix, the rod is displaced slightly along the softest motion, once. Long rods use
+//! A rod in an exactly symmetric unstable equilibrium stays there. After [`SADDLES`] steps that begin at an indefinite
+//! matrix, the rod is displaced slightly along the softest motion, once. Long rods may use
 //! [edge coordinates](crate::statics::edge_coordinates) with another metric.
 //!
-//! Input: a rod, boundary conditions ([`DescentSettings`]), initial unknowns and frames. Output:
-//! [`EquilibriumState`], with unknowns, frames, number of Newton iterations and largest unbalanced force (N), or an
-//! error after [`STEPS`] steps, failed ones included. Equilibria under loads and the shapes of recorded motions are
-//! found by it.
+//! Input: a rod, or the assembly of a structure, with boundary conditions ([`DescentSettings`]), initial unknowns and
+//! frames. Output: [`EquilibriumState`], with unknowns (m, rad), frames, number of Newton iterations and largest
+//! unbalanced force (N), or an error after [`STEPS`] steps, failed ones included. Whether the equilibrium is stable is
+//! not examined.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -262,11 +262,11 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
     }
 
     /// Solves one step of the descent with this `lambda`, 1/s^2, from the current state by Newton's method, at most
-    /// [`ITERATIONS`] iterations; overwrites the unknowns. `Stationary`: the first correction is below [`STEP_TOLERANCE`],
-    /// or without `lambda` corrections or forces are rounding errors. `Moved`: with `lambda`, a correction below
-    /// [`INTERMEDIATE_TOLERANCE`], or a stalled one below [`STALLED`], at a minimum of the step. `Saddle`: the matrix
-    /// is indefinite at the start. `Failed`: a singular matrix, a correction above [`LARGEST_CORRECTION`], no
-    /// convergence, or an indefinite matrix at the end.
+    /// [`ITERATIONS`] iterations; overwrites the unknowns. `Stationary`: the first correction is below
+    /// [`STEP_TOLERANCE`], or without `lambda` corrections or forces are rounding errors. `Moved`: with `lambda`, a
+    /// correction below [`INTERMEDIATE_TOLERANCE`], or a stalled one below [`STALLED`], at a minimum of the step.
+    /// `Saddle`: the matrix is indefinite at the start. `Failed`: a singular matrix, a correction above
+    /// [`LARGEST_CORRECTION`], no convergence, or an indefinite matrix at the end.
     fn step(&mut self, frames: &R::Frames, lambda: f64) -> DescentStep {
         let (edges, length) = (self.settings.edges, self.settings.length);
         let mut previous = f64::INFINITY;

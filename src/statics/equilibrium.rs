@@ -1,14 +1,14 @@
 //! The equilibrium of a problem: shape, energies, reactions and stability, and their summary as text.
 //!
-//! [`Problem::equilibrium`] finds it by a [descent](crate::statics::descent) from the initial shape. It is stable if
-//! no motion decreases the energy to second order and none that deforms the rod is without stiffness (`marginal`).
-//! Motions are counted by the negative pivots of the factored tangent (Sylvester's law of inertia), near zero by the
-//! second variation. Rigid motions and spins without resistance do not count. A planar rod is also examined out of
-//! its plane, in the spatial model, if a shear modulus or Poisson's ratio is given and no moment acts; else `stable`
-//! is absent. Under loads without a potential stability is not examined. Output: [`Equilibrium`] with nodes and tip
-//! (m), energies (J), residual (N), reactions (N, N m), and counts of unstable and marginal motions. Warnings with
-//! codes are about implausible values, large strains and deep contacts. An unstable equilibrium is no error; a failed
-//! search, an interruption and a singular tangent are.
+//! [`Problem::equilibrium`] finds it by a [descent](crate::statics::descent) from the initial shape. It is stable if no
+//! motion decreases the energy to second order and none that deforms the rod is without stiffness (`marginal`). Motions
+//! are counted by the negative pivots of the factored tangent (Sylvester's law of inertia), near zero by the second
+//! variation. Rigid motions and spins without resistance do not count. A planar rod is also examined out of its plane,
+//! in the spatial model. This requires a shear modulus or Poisson's ratio, and no moments; else `stable` is absent.
+//! Under loads without a potential stability is not examined. Output: [`Equilibrium`] with nodes and tip (m), energies
+//! (J), residual (N), reactions (N, N m), and counts of unstable and marginal motions; [`Equilibrium::summary`] is its
+//! text. Warnings with codes are about implausible values, large strains and deep contacts. An unstable equilibrium is
+//! no error; a failed search, an interruption and a singular tangent are.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -91,10 +91,10 @@ impl std::fmt::Display for Equilibrium {
 }
 
 impl Equilibrium {
-    /// The result as text for a terminal. Headline: stable, stable in its plane only, marginal, or unstable with the
-    /// number of directions; marginal and unstable ones have a code. Below it tip (m), energy (J), warnings (that of a
-    /// coarse mesh first) and model. Then numerics if the command chose or checked them, and a line with Newton
-    /// iterations and residual (N).
+    /// The result as text for a terminal. Headline: stable, stable in its plane only, not examined (loads without a
+    /// potential), marginal, or unstable with the number of directions; marginal and unstable ones have a code. Below
+    /// it tip (m), energy (J), warnings (that of a coarse mesh first) and model. Then numerics if the command chose or
+    /// checked them, and a line with Newton iterations and residual (N).
     pub fn summary(&self) -> Summary {
         let directions = |n: usize| match n {
             1 => "1 unstable direction".to_string(),
@@ -152,8 +152,9 @@ impl Equilibrium {
 
 impl Problem {
     /// The equilibrium under the loads that the rod reaches from its initial shape, with energies, reactions and
-    /// warnings. Its stability is examined in the model. That of a planar scene is examined out of the plane too, if
-    /// a shear modulus is given and no moment acts; otherwise `stable` is absent.
+    /// warnings. Its stability is examined in the model, unless a load has no potential. That of a planar scene is
+    /// examined out of the plane too, if a shear modulus or Poisson's ratio is given and no moment acts; otherwise
+    /// `stable` is absent.
     ///
     /// ```
     /// let problem = rodfit::Scene::load("data/cantilever.toml")?.problem()?;
@@ -202,8 +203,9 @@ impl Problem {
 }
 
 /// The equilibrium of a model with energies, reactions, positions of all nodes and the tip. Warnings, in this order:
-/// implausible values, then a large strain. The counts of unstable and marginal directions are those in the model. The
-/// caller sets `stable` and `stable_in_plane`, which are absent, as `resolution` is.
+/// implausible values, a large strain, deep contacts. The counts of unstable and marginal directions are those in the
+/// model, zero under loads without a potential. The caller sets `stable` and `stable_in_plane`, which are absent, as
+/// `resolution` is.
 fn model_equilibrium<M: Model>(
     problem: &Problem,
     discretized: &Discretized<'_, M>,

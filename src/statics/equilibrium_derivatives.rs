@@ -1,13 +1,13 @@
 //! Derivatives of an equilibrium by the scene's numbers, by the implicit function theorem.
 //!
-//! Input: an equilibrium in plain numbers, whether it is neutral, and a setup over dual numbers. An equilibrium
-//! satisfies `g(q, p) = 0` with the gradient `g` of the energy. Newton steps `q -= K^-1 g(q, p)` in dual numbers,
-//! with the tangent `K` in plain numbers, make one more order of derivatives exact each. At a neutral equilibrium `K`
-//! is singular: a small stiffness is added, and the nodes move with the initial position. Long rods are solved in
-//! edge coordinates. Held unknowns have the derivatives of the supports at the end of their motion. Output: rod and
-//! unknowns (m, rad) with derivatives, or positions of nodes in the world. A singular tangent is
-//! [`Error::Indifferent`]. `displacement_under_forces` solves with `K` alone, for the adjoint; `None` for a singular
-//! tangent and for long rods.
+//! Input: an equilibrium in plain numbers, whether it is neutral (`checked_equilibrium`, or `next_equilibrium` under
+//! another load), and a setup over dual numbers. An equilibrium satisfies `g(q, p) = 0` with the gradient `g` of the
+//! energy. Newton steps `q -= K^-1 g(q, p)` in dual numbers, with the tangent `K` in plain numbers, make one more order
+//! of derivatives exact each. At a neutral equilibrium `K` is singular: a small stiffness is added, and the nodes move
+//! with the initial position. Long rods are solved in edge coordinates. Held unknowns have the derivatives of the
+//! supports at the end of their motion. Output: rod and unknowns (m, rad) with derivatives, or positions of nodes in
+//! the world (m) and reactions (N, N m). A singular tangent is [`Error::Indifferent`]. `displacement_under_forces`
+//! solves with `K` alone, for the adjoint; `None` for a singular tangent and for long rods.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -24,8 +24,8 @@ use crate::statics::reaction::Reactions;
 /// Stiffness that is added to the tangent at a neutral equilibrium, over the negligible one: then rounding errors of
 /// the edges' stiffness cause no motion.
 const ADDED_STIFFNESS: f64 = 1e4;
-/// Additional Newton steps at a neutral equilibrium. Each reduces the effect of the added stiffness on other motions by a
-/// factor of 1e5.
+/// Additional Newton steps at a neutral equilibrium. Each reduces the effect of the added stiffness on other motions by
+/// a factor of 1e5.
 const ADDED_STEPS: usize = 3;
 
 /// An equilibrium, and whether it is neutral.
@@ -54,8 +54,8 @@ impl<M: Model> Discretized<'_, M> {
         self.checked(self.equilibrium()?)
     }
 
-    /// The equilibrium that a descent from that of another load, `before`, reaches, or else that from the initial shape, with
-    /// the result of [`is_neutral`](Self::is_neutral).
+    /// The equilibrium that a descent from that of another load, `before`, reaches, or else that from the initial
+    /// shape, with the result of [`is_neutral`](Self::is_neutral).
     ///
     /// # Errors
     /// Those of [`checked_equilibrium`](Self::checked_equilibrium).
@@ -69,7 +69,7 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// An equilibrium with the result of [`is_neutral`](Self::is_neutral).
+    /// An equilibrium with the result of [`is_neutral`](Self::is_neutral), whose errors are passed on.
     fn checked(
         &self,
         rest: EquilibriumState<FramesOf<M>>,
@@ -101,9 +101,9 @@ impl<M: Model> Discretized<'_, M> {
         Ok((rod, q))
     }
 
-    /// World positions of the nodes `tracked` at an equilibrium, m, in their order, and the reactions of the supports if
-    /// `has_reactions`, with derivatives. `seed` returns the number of a parameter over `D` from the parameter and its value.
-    /// Errors are those of [`differentiated_equilibrium`](Self::differentiated_equilibrium).
+    /// World positions of the nodes `tracked` at an equilibrium, m, in their order, and the reactions of the supports
+    /// if `has_reactions`, with derivatives. `seed` returns the number of a parameter over `D` from the parameter and
+    /// its value. Errors are those of [`differentiated_equilibrium`](Self::differentiated_equilibrium).
     pub(crate) fn outputs_at_equilibrium<D: Nestable>(
         &self,
         equilibrium: &CheckedEquilibrium<FramesOf<M>>,
@@ -184,8 +184,8 @@ impl<M: Model> Discretized<'_, M> {
         Some(())
     }
 
-    /// Adds the derivatives of the initial positions `begin`, without their values, to the coordinates of the nodes
-    /// in `q`: a rod that no support holds moves with its initial position. Angles stay.
+    /// Adds the derivatives of the initial positions `begin`, without their values, to the coordinates of the nodes in
+    /// `q`: a rod that no support holds moves with its initial position. Angles are unchanged.
     pub(crate) fn add_start_derivatives<D: Nestable>(&self, begin: &[D], q: &mut [D]) {
         for i in (0..q.len()).filter(|i| !M::Rod::<D>::is_angle(*i)) {
             q[i] += begin[i] - D::from(begin[i].value());

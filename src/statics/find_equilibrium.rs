@@ -1,12 +1,13 @@
 //! Search for the equilibrium of a model under its loads by [descents](crate::statics::descent).
 //!
-//! The search starts from the initial shape, with the perturbation of the scene, or from the recorded shape. Ends
-//! that move far are moved in several stages, each followed by a descent under the full loads. Only a rod that stands
-//! on a clamp under loads far above buckling is first [loaded step by step](crate::statics::standing). Its other end
-//! is free, and `F L^2/(E I)` is at least 100, or 1000 without loads across it. Output: unknowns (m, rad) and frames
-//! of the last equilibrium, number of Newton iterations in all, largest unbalanced force (N). Moved ends are then at
-//! the end of their motion, or on request at their places at t = 0, under the forces `initial.point` too. Errors: no
-//! equilibrium, ends that move too far, an interruption. The search does not examine stability.
+//! The search starts from the initial shape, with the perturbation of the scene, or from the recorded shape. Ends that
+//! move far are moved in several stages, each followed by a descent under the full loads. Only a rod that stands on a
+//! clamp under loads far above buckling is first [loaded step by step](crate::statics::standing). Output: unknowns (m,
+//! rad) and frames of the last equilibrium, number of Newton iterations in all, largest unbalanced force (N). Moved
+//! ends are then at the end of their motion, or in `held_equilibrium` at their places at t = 0, under the forces
+//! `initial.point` too. `begin_at_rest` returns the shape of the start, `descend` makes one descent. Errors: no
+//! equilibrium, ends that move too far, an interruption, and those of a recorded start. The search does not examine
+//! stability.
 
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;

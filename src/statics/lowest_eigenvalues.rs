@@ -33,8 +33,8 @@ const STALLED: f64 = 1e-7;
 const STALLED_ITERATIONS: usize = 10;
 /// Relative distance below which eigenvalues belong to one batch: no shift can be placed between them.
 const CLUSTER_DISTANCE: f64 = 1e-6;
-/// Ratio of sufficient and insufficient distances of the first shift from zero at which its bisection ends. A ratio closer to 1
-/// costs factorizations, a larger one iterations.
+/// Ratio of sufficient and insufficient distances of the first shift from zero at which its bisection ends. A ratio
+/// closer to 1 costs factorizations, a larger one iterations.
 const SHIFT_MARGIN: f64 = 1.1;
 /// Ratio to the smallest change so far below which a change counts as a decrease.
 const PROGRESS: f64 = 0.9;

@@ -3,10 +3,10 @@
 //!
 //! Detection: the tangent has an eigenvalue within plus or minus the negligible stiffness. Its motion is found by
 //! inverse iteration. [`MotionMeasure`] is the size of a motion, scaled to a displacement of the rod's length or a
-//! rotation of 1 rad. It is a spin if nodes move by at most `SPIN` lengths, and rigid if the absolute strains sum to
-//! at most `RIGID`; modes and stability use it too. Output of `is_neutral`: whether the equilibrium is neutral; its
-//! derivatives then need an added stiffness, as the tangent is singular. Another motion without resistance, as at a
-//! critical load, is [`Error::Indifferent`] with the node that moves most.
+//! rotation of 1 rad. It is a spin if nodes move by at most `SPIN` lengths, and rigid if the absolute strains sum to at
+//! most `RIGID`. Output of `is_neutral`: whether the equilibrium is neutral, which is false under loads without a
+//! potential. Its derivatives then need an added stiffness, as the tangent is singular. Another motion without
+//! resistance, as at a critical load, is [`Error::Indifferent`] with the node that moves most.
 
 use crate::error::Error;
 use crate::numerics::tangent::Factors;
@@ -50,8 +50,8 @@ impl MotionMeasure {
 
 impl<M: Model> Discretized<'_, M> {
     /// Whether the equilibrium at `q` is neutral: the tangent has an eigenvalue between minus and plus one negligible
-    /// stiffness. Under loads without a potential the result is false. The motion of the eigenvalue nearest to one negligible stiffness, by inverse iteration, must be a
-    /// rigid motion or a spin.
+    /// stiffness. The motion of the eigenvalue nearest to that stiffness, found by inverse iteration, must then be
+    /// rigid or a spin. Under loads without a potential the result is false.
     ///
     /// # Errors
     /// [`Error::Indifferent`], with the node that moves most, for other motions without resistance, as at a critical

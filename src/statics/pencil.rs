@@ -4,9 +4,9 @@
 //! Its eigenvalues `K x = omega^2 M x` are squared angular frequencies. At an equilibrium negligible stiffnesses can
 //! replace the masses: eigenvalues are then multiples of these, and those below -1 are unstable motions. Output:
 //! factors of `K - s M`, the number of eigenvalues below `s` (1/s^2; inertia), rounding errors of eigenvalues. A zero
-//! pivot is an error; `inertia` first tries up to `SHIFTS` lower shifts. Prescribed unknowns have no eigenvalues. For
-//! a planar rod the pencil of motions out of its plane (a deflection and an angle per node) follows from the spatial
-//! model.
+//! pivot is an error; `inertia` tries up to `SHIFTS` values of `s`, each slightly lower. Prescribed unknowns have no
+//! eigenvalues. For a planar rod the pencil of motions out of its plane (a deflection and an angle per node) follows
+//! from the spatial model.
 
 use crate::energy::Derivatives;
 use crate::error::Error;

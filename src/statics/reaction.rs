@@ -1,6 +1,6 @@
 //! Reactions: forces (N) and moments (N m) of the supports on the rod, in a motion or at rest.
 //!
-//! A support prescribes the motion of the unknowns that it holds. Its reaction balances the elastic forces, dead
+//! A support prescribes the motion of the unknowns that it holds. Its reaction balances the elastic forces, contacts,
 //! loads, damping, drag and losses of contacts `D` on them and, where it moves, their inertia. In world axes,
 //!
 //! ```text
@@ -8,13 +8,13 @@
 //! M = sum_i (x_i - c) x F_i + dE/dtheta t
 //! ```
 //!
-//! over the nodes `i` that the support holds, with mass damping `c_m`, the tangent `t` of a held edge and the point
-//! `c` of the support. That point is the middle of the outermost edge where a wall cuts it, its inner node at a soft
-//! clamp, and the end of the rod otherwise. Half of the mass of a cut edge is inside the wall. It is left out, so
-//! that force and moment at rest balance the rod from the wall on. Kelvin-Voigt stress is that of the mean strain
-//! rates over the last step. The rotational inertia of a held edge that spins is left out too. At rest there are
-//! elastic forces and dead loads only. Output: [`Reactions`], force, and moment about `c`, of both ends; zero for a
-//! free end. A [`ReactionModel`] is over any scalar of a rod: with dual numbers its output has derivatives by parameters.
+//! over the nodes `i` that the support holds, with mass damping `c_m`, the tangent `t` of a held edge and the point `c`
+//! of the support. That point is the middle of the outermost edge where a wall cuts it, its inner node at a soft clamp,
+//! and the end of the rod otherwise. Half of the mass of a cut edge is inside the wall. It is left out, so that force
+//! and moment at rest balance the rod from the wall on. Kelvin-Voigt stress is that of the mean strain rates over the
+//! last step. The rotational inertia of a held edge that spins is left out too. At rest there are no damping, drag and
+//! inertia. Output: [`Reactions`], force, and moment about `c`, of both ends; zero for a free end. A [`ReactionModel`]
+//! is over any scalar of a rod: with dual numbers its output has derivatives by parameters.
 
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{Vector, add, cross, scale, sub, unit};
@@ -65,7 +65,8 @@ impl<D: Copy> Reactions<D> {
 /// A state of the rod of a model over the scalar `D`.
 pub(crate) type ModelState<M, D> = State<D, <<M as Model>::Rod<D> as Rod<D>>::Frames>;
 
-/// The rod of a scene over the scalar `D` with the forces against its motion, from which the reactions in a state follow.
+/// The rod of a scene over the scalar `D` with the forces against its motion, from which the reactions in a state
+/// follow.
 pub(crate) struct ReactionModel<D: Nestable, M: Model> {
     setup: Setup<D, M>,
     /// The rod under loads without signals; built anew at every time if there are signals.
@@ -81,8 +82,8 @@ pub(crate) struct ReactionModel<D: Nestable, M: Model> {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// The model of the reactions of a rod in motion: they include viscous stress at the strain rates stored in the state,
-    /// drag, mass damping and the inertia of ends that `supports.motion` or a recording moves.
+    /// The model of the reactions of a rod in motion: they include viscous stress at the strain rates stored in the
+    /// state, drag, mass damping and the inertia of ends that `supports.motion` or a recording moves.
     pub(crate) fn reactions_in_motion<D: Nestable>(
         &self,
         setup: Setup<D, M>,
@@ -97,8 +98,8 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// The reactions at both ends of a rod at rest in `state`, in world axes: elastic forces and dead loads only, with
-    /// signals at `loads.at_time`.
+    /// The reactions at both ends of a rod at rest in `state`, in world axes: elastic forces, those of contacts, and
+    /// loads only. Signals of loads have their values at `loads.at_time`.
     pub(crate) fn reactions_at_rest<D: Nestable>(
         &self,
         setup: Setup<D, M>,
@@ -116,7 +117,8 @@ impl<M: Model> Discretized<'_, M> {
         self.reactions_with(&model, &model.rod, state, self.scene().loads.at_time)
     }
 
-    /// The reactions at both ends in a `state` of the motion of the rod, in world axes.
+    /// The reactions at both ends in a `state` of the motion of the rod, in world axes, with the forces that `model`
+    /// has.
     pub(crate) fn reactions<D: Nestable>(
         &self,
         model: &ReactionModel<D, M>,
@@ -132,9 +134,9 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// The reactions at both ends of `rod` in a state, with signals at `time`, s. Drag, inertia and mass damping of nodes
-    /// behind a wall are left out. A clamp holds two nodes, a recorded end those at its held markers, other supports one. A
-    /// free end has zero.
+    /// The reactions at both ends of `rod` in a state, with signals at `time`, s. Drag, inertia and mass damping of
+    /// nodes behind a wall are left out. A clamp holds two nodes, a recorded end those at its held markers, other
+    /// supports one. A free end has zero.
     fn reactions_with<D: Nestable>(
         &self,
         ReactionModel { setup, damping, drag, supports, .. }: &ReactionModel<D, M>,
@@ -256,14 +258,16 @@ impl<M: Model> Discretized<'_, M> {
         loads_at_state(self.model, self.setup, rod, q, frames, time)
     }
 
-    /// Weight, point and line forces on every node, N, in world axes, one entry per node, as [`nodal_loads`] over plain numbers.
+    /// [`nodal_loads`] over plain numbers: weight, point and line forces on every node, N, in world axes, one entry per
+    /// node. `mass` has the masses of all unknowns; `time`, s, is that of signals.
     pub(super) fn nodal_loads(&self, mass: &[f64], time: f64) -> Vec<[f64; 3]> {
         nodal_loads::<f64, M>(self.model, self.setup, mass, time)
     }
 }
 
-/// Weight (gravity times the mass of the node), point and line forces on every node, N, in world axes, one entry per node.
-/// `mass` has the masses of all unknowns. Signals have their values at `time`, s. Moments and follower loads are left out.
+/// Weight (gravity times the mass of the node), point and line forces on every node, N, in world axes, one entry per
+/// node. `mass` has the masses of all unknowns. Signals have their values at `time`, s. Moments and follower loads are
+/// left out.
 fn nodal_loads<D: Nestable, M: Model>(
     model: &M,
     setup: &Setup<D, M>,

@@ -41,8 +41,8 @@ const ROTATIONS: usize = 12;
 /// Golden sections around the best rotation, which locate the minimum to half a millionth of a rotation.
 const SECTIONS: usize = 26;
 /// Factor on the axial stiffness while the rod relaxes. The spring stiffness lies between the axial and the bending
-/// stiffness; the factor increases both distances. Much more would buckle a rod that is longer than the recorded one in one
-/// of many ways.
+/// stiffness; the factor increases both distances. Much more would buckle a rod that is longer than the recorded one in
+/// one of many ways.
 pub(crate) const AXIAL_FACTOR: f64 = 30.0;
 /// Factor on the stiffness of the springs of markers on held nodes, whose positions are prescribed later.
 const HELD_FACTOR: f64 = 1e3;
@@ -119,7 +119,8 @@ impl<M: Model> Discretized<'_, M> {
 
     /// The rod without loads and supports, with springs between marked nodes and the markers of frame `frame` (0 or 1).
     /// A spring has the stiffness `sqrt(AXIAL_FACTOR) E sqrt(A I)/l^2`, one of a held node [`HELD_FACTOR`] times that.
-    /// The axial stiffness is multiplied by [`AXIAL_FACTOR`], or by zero between two held nodes.
+    /// The axial stiffness is multiplied by [`AXIAL_FACTOR`], or by zero between two held nodes. An error where the
+    /// mesh has no nodes at the markers.
     fn sprung_rod<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -277,8 +278,8 @@ impl<M: Model> Discretized<'_, M> {
     }
 }
 
-/// Stiffness of the springs of markers on a rod with so many `segments` and [`AXIAL_FACTOR`] times its axial stiffness, N/m:
-/// the geometric mean of axial and bending stiffness of an edge.
+/// Stiffness of the springs of markers on a rod with so many `segments` and [`AXIAL_FACTOR`] times its axial stiffness,
+/// N/m: the geometric mean of axial and bending stiffness of an edge.
 pub(crate) fn marker_spring<D: Nestable, M: Model>(setup: &Setup<D, M>, segments: usize) -> D {
     spring(setup, segments) * AXIAL_FACTOR.sqrt()
 }
@@ -340,8 +341,8 @@ mod tests {
     use crate::problem::SpatialModel;
     use crate::scene::{Dimension, Material, Scene, Section, Shape};
 
-    /// A helix in its stress-free shape, except for its curvature, has the least energy without rotation, whatever rotation
-    /// it starts with.
+    /// A helix in its stress-free shape, except for its curvature, has the least energy without rotation, whatever
+    /// rotation it starts with.
     #[test]
     fn rotation_of_least_energy_is_found_from_any_start() {
         let points = (0..13)

@@ -6,8 +6,8 @@
 //! in node coordinates, `10 eps n^2` in [edge coordinates](crate::statics::edge_coordinates). For positions they are
 //! multiplied by the ratio of both second moments. `zero_squared_frequency` returns one threshold for the rod, with
 //! rounding errors `n^1.5 eps E/(rho L^2)` of a held rod, `10 n^2` instead of `n^1.5` of a free one.
-//! `negligible_stiffness` returns one stiffness per unknown. Stability, neutral equilibria, descents and modes use
-//! these thresholds.
+//! `negligible_stiffness` returns one stiffness per unknown, `tangent_rounding` the estimate of the rounding errors, as
+//! a multiple of `omega_b^2`, and `part_of_bending_stiffness` a stated fraction of the bending stiffness.
 
 use crate::problem::{Discretized, Model};
 use crate::rod::Rod;

@@ -6,8 +6,9 @@
 //! loads are symmetric, and an estimate elsewhere. A cantilever under its weight deflects more by
 //! `4 E/(kappa G) I/(A L^2)` of its tip's deflection. Under a force at its tip the factor is 3 instead of 4.
 //!
-//! Output: the displacement of every node (m, world axes) for `E/(kappa G) = 1`, to which it is proportional. The
-//! bias of a fit without shear is estimated from it. `internal_forces` returns the internal force (N) in every edge.
+//! Output of `shear_deflections`: the displacement of every node (m, world axes) for `E/(kappa G) = 1`, to which it is
+//! proportional. The bias of a fit without shear is estimated from it. `internal_forces` returns the internal force (N)
+//! in every edge, `free_part` the fraction of an edge outside of the walls.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;

@@ -25,13 +25,13 @@ use crate::statics::reference_stiffness::NEGLIGIBLE;
 use faer::{Mat, Side};
 use num_dual::Dual64;
 
-/// Eigenvalues within this many rounding levels of zero have an uncertain sign: rounding errors of the elimination exceed
-/// the level, which is an estimate for single entries.
+/// Eigenvalues within this many rounding levels of zero have an uncertain sign: rounding errors of the elimination
+/// exceed the level, which is an estimate for single entries.
 pub(crate) const UNCERTAIN_LEVELS: f64 = 100.0;
 /// Largest number of eigenvalues whose signs are determined one by one. A free rod in space has six.
 pub(crate) const MAX_UNCERTAIN: usize = 12;
-/// Shift of the iteration for several such eigenvalues: far above the rounding level, which would keep the iteration from
-/// converging, and below the stiffness of bending, which is `1/NEGLIGIBLE` levels.
+/// Shift of the iteration for several such eigenvalues: far above the rounding level, which would keep the iteration
+/// from converging, and below the stiffness of bending, which is `1/NEGLIGIBLE` levels.
 const SHIFT_LEVELS: f64 = 1e8;
 
 /// Numbers of independent motions that do not raise the energy.
@@ -55,7 +55,7 @@ impl std::ops::AddAssign for Stability {
 pub(crate) struct MotionStiffness {
     /// `x' K x`, J.
     pub value: f64,
-    /// Its rounding error, or the negligible stiffness if that is larger, J.
+    /// Sum of its rounding error and the negligible stiffness, J.
     pub tolerance: f64,
     /// Coefficients of the motion in the given ones.
     pub combination: Vec<f64>,

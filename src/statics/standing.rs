@@ -1,13 +1,13 @@
 //! Load steps for limp rods that stand: loads that push a rod towards its clamp are increased step by step.
 //!
-//! Such a rod, clamped at its start and free at its end, buckles at `F L^2/(E I)` near 8 (Greenhill 1881). Far above,
-//! a descent from the standing shape to the hanging one passes many saddles, and may end in another equilibrium.
-//! Slightly above the critical load the rod bends to the side that the loads determine, and from there it follows the
-//! stable branch. At [`LIMP`] or more (without loads across the rod [`LIMP_SYMMETRIC`]) the output is an ascending
-//! list of load fractions below 1: `FIRST_LOAD` over `F L^2/(E I)`, then by factors of `LOAD_RATIO`. Otherwise, for
-//! loads that do not push towards the clamp, and with moving ends, a recorded start, user-defined energies or loads
-//! without a potential, it is `None`. Where the loads determine no side, a displacement of `PUSH` lengths is added. `partially_loaded_rod`
-//! returns the rod under such a fraction of gravity and loads.
+//! Such a rod, clamped at its start and free at its end, buckles at `F L^2/(E I)` near 8 (Greenhill 1881). Far above, a
+//! descent from the standing shape to the hanging one passes many saddles, and may end in another equilibrium. Slightly
+//! above the critical load the rod bends to the side that the loads determine, and from there it follows the stable
+//! branch. At [`LIMP`] or more (without loads across the rod [`LIMP_SYMMETRIC`]) the output of `standing_loads` is an
+//! ascending list of load fractions below 1: `FIRST_LOAD` over `F L^2/(E I)`, then by factors of `LOAD_RATIO`. Where
+//! the loads determine no side, it has a displacement of `PUSH` lengths. Otherwise it is `None`, as for loads that do
+//! not push towards the clamp. So it is with moving ends, a recorded start, user-defined energies or loads without a
+//! potential. `partially_loaded_rod` returns the rod under such a fraction of gravity and loads.
 
 use crate::numerics::vector::{add, dot, sub};
 use crate::problem::{Discretized, Model, Setup};
@@ -40,8 +40,9 @@ impl<M: Model> Discretized<'_, M> {
     /// The load steps from the shape `q`, as fractions of the full loads: [`FIRST_LOAD`] over `F L^2/(E I)`, then by
     /// factors of [`LOAD_RATIO`], below 1. `F` is the size of the sum of all loads, and `E I` the softer bending
     /// stiffness halfway along. `None` unless the rod is clamped at its start and free at its end, without motion of
-    /// the ends, recorded start and user-defined energies. `None` too if the loads do not push it towards the clamp, or
-    /// `F L^2/(E I)` is below [`LIMP`] ([`LIMP_SYMMETRIC`] without loads across it, where `push` is [`PUSH`]).
+    /// the ends, recorded start, user-defined energies and loads without a potential. `None` too if the loads do not
+    /// push it towards the clamp, or `F L^2/(E I)` is below [`LIMP`] ([`LIMP_SYMMETRIC`] without loads across it, where
+    /// `push` is [`PUSH`]).
     pub(super) fn standing_loads(&self, q: &[f64]) -> Option<StandingLoads> {
         let (scene, last) = (self.scene(), self.nodes() - 1);
         let supports = &scene.supports;
@@ -55,8 +56,8 @@ impl<M: Model> Discretized<'_, M> {
             return None;
         }
         let forces = self.nodal_loads(self.rod().mass(), scene.loads.at_time);
-        // The rod stands if the sum of force times position relative to the wall is negative, and the total force points against
-        // the axis from the wall to the tip.
+        // The rod stands if the sum of force times position relative to the wall is negative. The total force must also
+        // point against the axis from the wall to the tip.
         let wall = self.model.position(q, 0);
         let place = |i: usize| sub(self.model.position(q, i), wall);
         let total = forces.iter().fold([0.0; 3], |sum, force| add(sum, *force));

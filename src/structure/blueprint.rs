@@ -1,12 +1,12 @@
 //! Construction of the [assembly](crate::rod::assembly) of a structure over any number type of its scene.
 //!
 //! [`Blueprint::new`] makes the choices that have no derivatives, in plain numbers. These are the plan (supports,
-//! bodies, springs, places of the rods), the scene of each rod alone, and one model per rod, all planar or all
-//! spatial. Planar models are tried unless `dimension` is `spatial`; with `auto`, spatial ones replace them if
-//! planar ones are an error (the structure leaves a plane) and all rods have a shear modulus or Poisson's ratio;
-//! else that error is returned. [`Blueprint::build`] evaluates rods, bodies and springs for a scene over any number
-//! type, such as dual numbers. The result, [`AssemblyAtRest`], has the assembly, its unknowns and frames at rest,
-//! and the meshes. Equilibria, modes and simulations of structures start from it.
+//! bodies, springs, places of the rods), the scene of each rod alone, and one model per rod, all planar or all spatial.
+//! Planar models are tried unless `dimension` is `spatial`. With `auto`, spatial ones replace them if a planar model is
+//! an error, as where the structure leaves a plane. Without a shear modulus or Poisson's ratio of every rod that error
+//! is returned. [`Blueprint::build`] evaluates rods, bodies and springs for a scene over any number type, such as dual
+//! numbers; `build_tied` adds springs to recorded markers. The result, [`AssemblyAtRest`], has the assembly, its
+//! unknowns (m, rad) and frames at rest, and the meshes at their places.
 
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
@@ -65,8 +65,8 @@ pub struct AssemblyAtRest<D: Nestable> {
     pub meshes: Vec<Mesh<D>>,
 }
 
-/// The error of the scene of the rod `name` alone, with the key in the structure: `rods.name.` replaces the prefix `rod.` or
-/// precedes a key without it. Errors other than [`Error::Invalid`] are unchanged.
+/// The error of the scene of the rod `name` alone, with the key in the structure: `rods.name.` replaces the prefix
+/// `rod.` or precedes a key without it. Errors other than [`Error::Invalid`] are unchanged.
 fn of_rod(error: Error, name: &str) -> Error {
     match error {
         Error::Invalid { file, key, found, allowed } => {
@@ -80,8 +80,8 @@ fn of_rod(error: Error, name: &str) -> Error {
     }
 }
 
-/// Rejects edges of extreme length, a natural curvature factor other than 1 of a straight rod, and keys that do not fit the
-/// mesh ([`check_on_mesh`]).
+/// Rejects edges of extreme length ([`check_edges`]), a natural curvature factor other than 1 of a straight rod, and
+/// keys that do not fit the mesh ([`check_on_mesh`]).
 fn check_part(part: &Scene, mesh: &Mesh) -> Result<(), Error> {
     check_edges("rod.shape", &mesh.nodes)?;
     let factors = part.rod.natural_curvature.values();
@@ -93,16 +93,16 @@ fn check_part(part: &Scene, mesh: &Mesh) -> Result<(), Error> {
     Ok(())
 }
 
-/// The planar model of a rod, from its own scene `part`, in the `plane` of the structure. Errors are those of [`check_part`]
-/// and of a section that bends out of the plane.
+/// The planar model of a rod, from its own scene `part`, in the `plane` of the structure. Errors are those of
+/// [`check_part`] and of a section that bends out of the plane.
 fn planar_part(part: &Scene, plane: Plane) -> Result<PlanarModel, Error> {
     let mesh = part.mesh()?;
     check_part(part, &mesh)?;
     PlanarModel::in_plane(part, &mesh, plane, correction(part, &mesh, &[]))
 }
 
-/// The spatial model of a rod, from its own scene `part`. Errors are those of [`check_part`], and a rod with neither shear
-/// modulus nor Poisson's ratio.
+/// The spatial model of a rod, from its own scene `part`. Errors are those of [`check_part`], and a rod with neither
+/// shear modulus nor Poisson's ratio.
 fn spatial_part(part: &Scene) -> Result<SpatialModel, Error> {
     let mesh = part.mesh()?;
     check_part(part, &mesh)?;
@@ -118,8 +118,8 @@ fn can_twist(part: &Scene) -> bool {
     part.material.shear_modulus.is_some() || part.material.poisson_ratio.is_some()
 }
 
-/// One planar model per rod, in order, in the common plane of rods, bodies and loads. An error if they are not in one plane
-/// ([`common_plane`]), or if a rod is invalid ([`planar_part`]); its key is in `rods.name`.
+/// One planar model per rod, in order, in the common plane of rods, bodies and loads. An error if they are not in one
+/// plane ([`common_plane`]), or if a rod is invalid ([`planar_part`]); its key is in `rods.name`.
 fn planar_models(
     scene: &StructureScene,
     parts: &[Scene],
@@ -140,9 +140,9 @@ struct PlacedScenes {
     meshes: Vec<Mesh>,
 }
 
-/// Plan, scenes of the single rods and their meshes at their places, in the plane (`in_space` false) or in space. Each scene
-/// of a rod has the supports of the plan and is validated. Errors are those of plan, scenes and meshes, and joints whose
-/// points are apart ([`check_joints`]).
+/// Plan, scenes of the single rods and their meshes at their places, in the plane (`in_space` false) or in space. Each
+/// scene of a rod has the supports of the plan and is validated. Errors are those of plan, scenes and meshes, and
+/// joints whose points are apart ([`check_joints`]).
 fn placed(scene: &StructureScene, in_space: bool) -> Result<PlacedScenes, Error> {
     let plan = StructurePlan::new(scene, in_space)?;
     let dimension = if in_space { Dimension::Spatial } else { Dimension::Planar };
@@ -160,12 +160,13 @@ fn placed(scene: &StructureScene, in_space: bool) -> Result<PlacedScenes, Error>
 }
 
 impl Blueprint {
-    /// The choices of a validated scene. The models are planar unless `dimension` is `spatial`. With `auto`, an error of the
-    /// planar models leads to spatial ones, if all rods have a shear modulus or Poisson's ratio; else it is returned.
+    /// The choices of a validated scene. The models are planar unless `dimension` is `spatial`. With `auto`, an error
+    /// of the planar models leads to spatial ones, if all rods have a shear modulus or Poisson's ratio; else it is
+    /// returned.
     ///
     /// # Errors
-    /// [`Error::Invalid`]: a requested planar structure that is not in one plane, joints whose points are apart, rods or
-    /// bodies that nothing connects. Also ends held twice, rods that nothing places, and invalid keys of a rod.
+    /// [`Error::Invalid`]: a requested planar structure that is not in one plane, joints whose points are apart, rods
+    /// or bodies that nothing connects. Also ends held twice, rods that nothing places, and invalid keys of a rod.
     pub fn new(scene: &StructureScene) -> Result<Self, Error> {
         if scene.dimension != Dimension::Spatial {
             let PlacedScenes { plan, parts, meshes } = placed(scene, false)?;
@@ -186,14 +187,14 @@ impl Blueprint {
         Ok(Self { plan, parts, models: RodModels::Space(rods) })
     }
 
-    /// The assembly of `scene`, over its number type `D`, with unknowns and frames at rest and the meshes at their places.
-    /// The choices of this blueprint are kept. Unknowns are those of the rods in order, then the coordinates of bodies and
-    /// springs. In space those of each rod are padded with a zero to a multiple of four.
+    /// The assembly of `scene`, over its number type `D`, with unknowns and frames at rest and the meshes at their
+    /// places. The choices of this blueprint are kept. Unknowns are those of the rods in order, then the coordinates of
+    /// bodies and springs. In space those of each rod are padded with a zero to a multiple of four.
     ///
     /// # Errors
-    /// [`Error::Invalid`]: a rigid joint without a moment of inertia, a spring that is too stiff for its rod. Loads outside
-    /// of rods, or on a node behind a wall or joint, are errors too. In space also a body without three moments of inertia,
-    /// and a hinge without axis.
+    /// [`Error::Invalid`]: a rigid joint without a moment of inertia, a spring that is too stiff for its rod. Loads
+    /// outside of rods, or on a node behind a wall or joint, are errors too. In space also a body without three moments
+    /// of inertia, and a hinge without axis.
     pub fn build<D: Nestable>(
         &self,
         scene: &StructureScene<D>,
@@ -201,8 +202,9 @@ impl Blueprint {
         self.build_tied(scene, None)
     }
 
-    /// [`build`](Self::build), with springs of points of the rods to fixed points if `ties` are given. The axial stiffness of
-    /// all rods is then increased, so that the springs do not stretch them.
+    /// [`build`](Self::build), with springs of points of the rods to fixed points if `ties` are given, one list per
+    /// rod. The axial stiffness of all rods is then multiplied by [`AXIAL_FACTOR`], so that the springs do not stretch
+    /// them.
     pub fn build_tied<D: Nestable>(
         &self,
         scene: &StructureScene<D>,
@@ -239,7 +241,8 @@ impl Blueprint {
         }
     }
 
-    /// All rods in order, each as [`rod`](Self::rod) returns it from its model, own scene and mesh. The first error ends it.
+    /// All rods in order, each as [`rod`](Self::rod) returns it from its model, own scene and mesh. The first error
+    /// ends it.
     fn rods<D: Nestable, L: AssemblyLayout, M: Model<Rod<D> = L::Rod<D>>>(
         &self,
         scene: &StructureScene<D>,
@@ -255,10 +258,10 @@ impl Blueprint {
             .collect()
     }
 
-    /// Rod number `i` with its unknowns and frames at rest and its mesh. It has its point masses and weights, and the forces
-    /// of `loads.point` of the structure on this rod, by default at its tip. The outer node of a clamped end, behind a wall
-    /// or joint, loses its mass and weight. With `ties` it has springs to markers and a
-    /// larger axial stiffness. An error for a force outside the rod, or on such a node by its index.
+    /// Rod number `i` with its unknowns and frames at rest and its mesh. It has its point masses and weights, and the
+    /// forces of `loads.point` of the structure on this rod, by default at its tip. The outer node of a clamped end,
+    /// behind a wall or joint, loses its mass and weight. With `ties` it has springs to markers and a larger axial
+    /// stiffness. An error for a force outside the rod, or on the outer node of a clamped end by its index.
     fn rod<D: Nestable, L: AssemblyLayout, M: Model<Rod<D> = L::Rod<D>>>(
         &self,
         structure: &StructureScene<D>,
@@ -331,9 +334,9 @@ impl Blueprint {
 type Joined<D, L> =
     (Vec<Member<D, L>>, Vec<D>, Vec<<L as AssemblyLayout>::RodFrames<D>>, Vec<Mesh<D>>);
 
-/// The members of an assembly of rods in order, with the ranges of their unknowns, then frames and meshes of the rods. The
-/// unknowns are those of all rods, each padded with zeros to a multiple of `L::STRIDE`, then the coordinates `z` of bodies
-/// and springs. `held` returns the carried and fixed nodes of a rod.
+/// The members of an assembly of rods in order, with the ranges of their unknowns, then frames and meshes of the rods.
+/// The unknowns are those of all rods, each padded with zeros to a multiple of `L::STRIDE`, then the coordinates `z` of
+/// bodies and springs. `held` returns the carried and fixed nodes of a rod.
 fn joined<D: Nestable, L: AssemblyLayout>(
     rods: Vec<PlacedRod<D, L>>,
     mut z: Vec<D>,

@@ -1,12 +1,13 @@
 //! The definition of a structure: its scene, its assembly at rest and its scales.
 //!
 //! [`Structure::new`] validates a scene of rods, bodies and joints and builds its assembly at rest, without the
-//! deformation by loads; an invalid scene is an error with file and key. `at_rest_over` returns the assembly over
-//! another number type, such as dual numbers, for derivatives. `with_derivatives` selects hand-derived or
-//! dual-number derivatives for simulations only. Scales are the sum of the lengths of all rods, m, the smallest
-//! squared frequency of bending, 1/s^2, of all rods over that length, the squared frequency of rounding errors, and
-//! the stiffness per unknown, N/m or N m, that counts as zero. Equilibria, modes and simulations of the structure
-//! are methods in other modules.
+//! deformation by loads. An invalid scene is an error with file and key. `at_rest_over` returns the assembly over
+//! another number type, such as dual numbers, for derivatives. `with_derivatives` selects hand-derived or dual-number
+//! derivatives for simulations only. `length` is the sum of the lengths of all rods, m. The squared frequency of
+//! bending, 1/s^2, is the smallest one of all rods over that length. That of rounding errors is a threshold for motions
+//! without resistance. The negligible stiffness, N/m or N m per unknown, counts as zero. `segments` and `dof` are the
+//! numbers of edges and of unknowns that move. Equilibria, modes and simulations of the structure are methods in other
+//! modules.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -67,8 +68,8 @@ pub struct Structure {
 }
 
 impl Structure {
-    /// The structure of a scene, which is validated; model (planar or spatial) and assembly at rest are built. Derivatives of
-    /// energies are hand-derived ones.
+    /// The structure of a scene, which is validated; model (planar or spatial) and assembly at rest are built.
+    /// Derivatives of energies are hand-derived ones.
     ///
     /// # Errors
     /// [`Error::Invalid`] with file, key, and the found and the allowed value.
@@ -84,8 +85,8 @@ impl Structure {
         Ok(Self { scene, blueprint, at_rest, recorded, start, derivatives })
     }
 
-    /// The structure whose simulations compute gradients and Hessians of energies by hand-derived formulas or dual numbers.
-    /// Equilibria and modes always take the hand-derived ones.
+    /// The structure whose simulations compute gradients and Hessians of energies by hand-derived formulas or dual
+    /// numbers. Equilibria and modes always take the hand-derived ones.
     pub fn with_derivatives(self, derivatives: Derivatives) -> Self {
         Self { derivatives, ..self }
     }
@@ -100,12 +101,12 @@ impl Structure {
         &self.at_rest
     }
 
-    /// The assembly at rest over another number type, with the model and joints of this structure. `seed` returns the number
-    /// of type `D` for the path, value and quantity (unit and limits) of each number of the scene.
+    /// The assembly at rest over another number type, with the model and joints of this structure. `seed` returns the
+    /// number of type `D` for the path, value and quantity (unit and limits) of each number of the scene.
     ///
     /// # Errors
-    /// Those of the assembly as in [`new`](Self::new): a joint without inertia, loads outside of rods. The numbers are not
-    /// validated again.
+    /// Those of the assembly as in [`new`](Self::new): a joint without inertia, loads outside of rods. The numbers are
+    /// not validated again.
     pub fn at_rest_over<D: Nestable>(
         &self,
         seed: impl FnMut(&str, f64, Quantity) -> D,
@@ -118,13 +119,13 @@ impl Structure {
         self.at_rest.meshes.iter().map(|mesh| mesh.length).sum()
     }
 
-    /// Number of edges of all rods.
+    /// Number of edges of all rods together.
     pub fn segments(&self) -> usize {
         self.at_rest.meshes.iter().map(|mesh| mesh.nodes.len() - 1).sum()
     }
 
-    /// Number of unknowns that move: all coordinates of rods, bodies and springs but those of carried, fixed and recorded
-    /// nodes and of gaps.
+    /// Number of unknowns that move: all coordinates of rods, bodies and springs but those of carried, fixed and
+    /// recorded nodes and of gaps.
     pub fn dof(&self) -> usize {
         self.at_rest.q.len()
             - self.at_rest.assembly.unknowns_without_effect().count()
@@ -136,8 +137,8 @@ impl Structure {
         self.blueprint.parts.iter()
     }
 
-    /// The square of the frequency scale of bending, 1/s^2: the smallest `E I/(rho A L^4)` of all rods. Material, area and
-    /// smaller second moment are those halfway along each rod; L is the sum of all lengths.
+    /// The square of the frequency scale of bending, 1/s^2: the smallest `E I/(rho A L^4)` of all rods. Material, area
+    /// and smaller second moment are those halfway along each rod; L is the sum of all lengths.
     pub(super) fn bending_frequency_squared(&self) -> f64 {
         let length = self.length();
         let squared = self.parts().map(|scene| {
@@ -150,9 +151,9 @@ impl Structure {
         squared.fold(f64::INFINITY, f64::min)
     }
 
-    /// Rounding errors of the squared frequency of a motion without resistance, 1/s^2, due to the axial stiffness of the
-    /// edges: `10 eps n^2 (E/rho)/L^2`. Here `n` is the number of nodes of all rods, `E/rho` the largest of all rods halfway
-    /// along them, and L the sum of all lengths.
+    /// Rounding errors of the squared frequency of a motion without resistance, 1/s^2, due to the axial stiffness of
+    /// the edges: `10 eps n^2 (E/rho)/L^2`. Here `n` is the number of nodes of all rods, `E/rho` the largest of all
+    /// rods halfway along them, and L the sum of all lengths.
     pub(super) fn rounding_frequency_squared(&self) -> f64 {
         let nodes: usize = self.at_rest.meshes.iter().map(|mesh| mesh.nodes.len()).sum();
         let speeds = self.parts().map(|scene| {
@@ -163,10 +164,11 @@ impl Structure {
         10.0 * f64::EPSILON * (nodes as f64).powi(2) * speed / self.length().powi(2)
     }
 
-    /// Stiffness of every unknown that counts as none: N/m, and N m for angles of edges in space; zero for unknowns without
-    /// effect. It is the mass of the unknown times `f (E I/(rho A L^4))`, with the smallest such square of a frequency. The
-    /// factor f is [`NEGLIGIBLE`] plus rounding errors `10 eps n^4` for `n` nodes in all. For angles of edges it is `f G J/L`
-    /// over the number of edges of the rod.
+    /// Stiffness of every unknown that counts as none: N/m, and N m for angles of edges in space. It is zero for
+    /// unknowns without effect (carried, fixed, gaps) and those of recorded ends. It is the mass of the unknown times
+    /// `f (E I/(rho A L^4))`, with the smallest such square of a frequency. The factor f is [`NEGLIGIBLE`] plus
+    /// rounding errors `10 eps n^4` for `n` nodes in all. For angles of edges it is `f G J/L` over the number of edges
+    /// of the rod, with the length L of all rods.
     pub(super) fn negligible_stiffness(&self) -> Vec<f64> {
         let nodes: usize = self.at_rest.meshes.iter().map(|mesh| mesh.nodes.len()).sum();
         // Rounding errors grow with the condition of bending, the fourth power of the number of

@@ -1,12 +1,14 @@
 //! The equilibrium of a structure under its loads, and its stability in its plane or in space.
 //!
-//! The [descent](crate::statics::Descent) starts from the rest shape, under the full loads. Stability follows from
-//! the numbers of eigenvalues of the tangent below -1 and between -1 and 1, in units of the negligible stiffness of
-//! each unknown: motions that lower the energy, and marginal ones. In a plane only motions in the plane are
-//! examined. Straight round rods without a clamped end spin without resistance in space; they are counted
-//! separately, not as marginal. [`Structure::equilibrium`] returns a [`StructureEquilibrium`] with shape, m,
-//! energies, J, these counts, iterations and the largest unbalanced force, N; unstable ones are results too. No
-//! equilibrium is an error. Its summary is text. Modes and simulations take `equilibrium_state`.
+//! The [descent](crate::statics::Descent) starts from the rest shape, under the full loads. Recorded ends are moved to
+//! their markers at t = 0 in stages of at most `LARGEST_SHIFT` lengths of the structure, with a descent after each.
+//! Stability follows from the eigenvalues of the tangent in units of the negligible stiffness of each unknown. Those
+//! below -1 are motions that lower the energy, those between -1 and 1 marginal ones. In a plane only motions in the
+//! plane are examined. Straight round rods without a clamped end spin without resistance in space; they are counted
+//! separately, not as marginal. [`Structure::equilibrium`] returns a [`StructureEquilibrium`] with shape, m, energies,
+//! J, these counts, iterations and the largest unbalanced force, N; unstable ones are results too. No equilibrium, and
+//! a singular tangent, are errors. Its `summary` is text. `equilibrium_state` returns unknowns and frames alone,
+//! `rest_state` those at rest, `pencil` tangent and masses at a state.
 
 use crate::code::Code;
 use crate::energy::Derivatives;
@@ -51,8 +53,8 @@ pub struct StructureEquilibrium {
     pub residual: f64,
 }
 
-/// Largest displacement of a recorded end per stage of an equilibrium, as a fraction of the length of the structure. Newton's
-/// method converges from one stage to the next.
+/// Largest displacement of a recorded end per stage of an equilibrium, as a fraction of the length of the structure.
+/// Newton's method converges from one stage to the next.
 const LARGEST_SHIFT: f64 = 0.02;
 
 /// Whether a count is left out of the JSON.
@@ -62,8 +64,8 @@ fn is_zero(count: &usize) -> bool {
 
 impl Structure {
     /// The equilibrium under the loads that a descent (`statics::descent`) reaches from the rest shape, with positions,
-    /// energies and stability. Unstable and marginal equilibria are results too, with the numbers of such motions. Of the
-    /// marginal motions, spins of straight round rods between balls are subtracted.
+    /// energies and stability. Unstable and marginal equilibria are results too, with the numbers of such motions. Of
+    /// the marginal motions, spins of straight round rods between balls are subtracted.
     ///
     /// # Errors
     /// [`Error::Equilibrium`] where none is found; [`Error::SingularEquilibrium`] if the tangent has zero pivots at all
@@ -93,8 +95,9 @@ impl Structure {
         })
     }
 
-    /// Indices of the rods in space whose spin about themselves meets no resistance. These are straight at rest and round
-    /// (second moments halfway equal within 1e-9), without a clamped end: each end is free or pinned. Empty in a plane.
+    /// Indices of the rods in space whose spin about themselves meets no resistance. These are straight at rest and
+    /// round (second moments halfway equal within 1e-9), without a clamped end: each end is free or pinned. Empty in a
+    /// plane.
     fn spinning_rods(&self) -> impl Iterator<Item = usize> {
         let is_round = |scene: &Scene| {
             let [i1, i2] = scene.at(0.5).0.moments().second_moments;
@@ -113,8 +116,9 @@ impl Structure {
     }
 
     /// Unknowns and frames of the equilibrium, by a descent from the rest shape, with the number of iterations and the
-    /// largest unbalanced force. Springs of the negligible stiffness hold the angles of rods that spin freely. Recorded
-    /// ends are at their markers at t = 0. Hand-derived derivatives are taken.
+    /// largest unbalanced force, N. Springs of the negligible stiffness hold the angles of rods that spin freely.
+    /// Recorded ends are moved in stages to their markers at t = 0. Hand-derived derivatives are taken. An error where
+    /// a descent finds no equilibrium.
     pub(super) fn equilibrium_state(&self) -> Result<EquilibriumState<AssemblyFrames<f64>>, Error> {
         let negligible = self.negligible_stiffness();
         // Weak springs hold the spins of rods.
@@ -168,8 +172,8 @@ impl Structure {
     }
 
     /// The pencil `K - s M` of the tangent K at a `state`, with hand-derived derivatives, over all unknowns. M has the
-    /// entries of `mass`, kg or another weight, of which those of unknowns without effect (carried, fixed, gaps) are set to
-    /// zero.
+    /// entries of `mass`, kg or another weight. Entries of unknowns without effect (carried, fixed, gaps) and of
+    /// recorded ends are set to zero.
     pub(super) fn pencil(
         &self,
         state: &EquilibriumState<AssemblyFrames<f64>>,
@@ -187,9 +191,9 @@ impl Structure {
 }
 
 impl StructureEquilibrium {
-    /// The result as text for a terminal: stability, the end of each rod, m, energy, J, iterations and residual, N. In a
-    /// plane the status has the note that motions out of it are not examined. A marginal or unstable equilibrium has its
-    /// code.
+    /// The result as text for a terminal: stability, the end of each rod, m, energy, J, iterations and residual, N. In
+    /// a plane a stable equilibrium has the note that motions out of it are not examined. A marginal or unstable
+    /// equilibrium has its code.
     pub fn summary(&self) -> Summary {
         let summary = match [self.negative_directions, self.marginal_directions] {
             [0, 0] if self.stable == Some(true) => Summary::new("stable equilibrium", Tone::Good),

@@ -1,11 +1,12 @@
 //! The nodes of a rod that bodies carry or walls hold.
 //!
-//! A clamped end has its two outermost nodes, and in space the angle of their edge; a pinned end has one node.
-//! Nodes at a wall become [`FixedNode`]s with their position at rest. Those on a body become an [`Attachment`] with
-//! the arm of each node: from the center of the body, in the axes of the body at rest. With a rotational spring the
-//! arm is divided at the wall into one on the body and one on the clamp. In space an attachment with a clamped end
-//! also has tangent and director of the edge. Input: the plan, a rod at rest, and the centers (m) and axes of the
-//! bodies; output: [`HeldNodes`] of this rod, in the order of its ends.
+//! At a clamped end (at a wall, a rigid joint or a spring) the two outermost nodes are held, and in space the angle of
+//! their edge. At a pinned end it is one node. Nodes at a wall become [`FixedNode`]s with their position at rest. Those
+//! on a body become an [`Attachment`] with the arm of each node, m: from the center of the body, in the axes of the
+//! body at rest. With a rotational spring the arm is divided at the wall into one on the body and one on the clamp. In
+//! space an attachment with a clamped end also has tangent and director of the edge. Input: the plan, a rod at rest,
+//! and the centers (m) and axes of the bodies. Output: [`HeldNodes`] of this rod, in the order of its ends; free and
+//! recorded ends have none.
 
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::sub;
@@ -32,9 +33,10 @@ struct CarriedEnd {
     spring: Option<usize>,
 }
 
-/// The nodes of rod `i` that bodies carry and walls hold, in the order of the ends: both nodes of a clamped end, one of a
-/// pinned end, none of a free end. In space the first of two nodes also holds the angle of the edge after it. `arms` returns
-/// the arms, m, of a node on body and clamp; `edge` returns the outer edge of a carried clamped end, none in a plane.
+/// The nodes of rod `i` that bodies carry and walls hold, in the order of the ends. A clamped end has two nodes, a
+/// pinned end one, a free or recorded end none. In space the first of two nodes also holds the angle of the edge after
+/// it. `arms` returns the arms, m, of a node on body and clamp; `edge` returns the outer edge of a carried clamped end,
+/// none in a plane.
 fn held_nodes<D: Nestable, L: AssemblyLayout>(
     plan: &StructurePlan,
     i: usize,
@@ -79,9 +81,9 @@ fn held_nodes<D: Nestable, L: AssemblyLayout>(
     HeldNodes { attachments, fixed }
 }
 
-/// The nodes of the ends of rod `i` in a plane that bodies with these `centers`, m, carry, and those at walls: one node of a
-/// hinged end, two of a clamped one. With a rotational spring, the arm is divided at the wall into that on the body and that
-/// on the clamp; else the second arm is zero.
+/// The nodes of the ends of rod `i` in a plane that bodies with these `centers`, m, carry, and those at walls: one node
+/// of a hinged end, two of a clamped one. With a rotational spring, the arm is divided at the wall into that on the
+/// body and that on the clamp; else the second arm is zero.
 pub(super) fn planar_held_nodes<D: Nestable>(
     plan: &StructurePlan,
     i: usize,
@@ -100,9 +102,10 @@ pub(super) fn planar_held_nodes<D: Nestable>(
     held_nodes(plan, i, own, arms, |_| None)
 }
 
-/// The nodes of the ends of rod `i` in space that bodies carry, and those at walls: one of a hinged end, two of a clamped one
-/// with the angle of their edge. Arms, m, and the tangent and director of a carried edge are in the axes of the body at rest.
-/// With a spring, the second arm and the edge are in the axes of the clamp at rest, and the first arm ends at the wall.
+/// The nodes of the ends of rod `i` in space that bodies carry, and those at walls: one of a hinged end, two of a
+/// clamped one with the angle of their edge. Arms, m, and the tangent and director of a carried edge are in the axes of
+/// the body at rest. With a spring, the second arm and the edge are in the axes of the clamp at rest, and the first arm
+/// ends at the wall.
 pub(super) fn spatial_held_nodes<D: Nestable>(
     plan: &StructurePlan,
     i: usize,

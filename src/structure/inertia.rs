@@ -49,8 +49,9 @@ fn square<D: Scalar>(a: [D; 2]) -> D {
     a[0] * a[0] + a[1] * a[1]
 }
 
-/// Moment of inertia of a body about the normal of a plane through its center of mass, kg m^2. A single number is it; of
-/// three principal moments it is `n'I n` with the normal n in the axes of the body (`orientation`, a rotation vector).
+/// Moment of inertia of a body about the normal of a plane through its center of mass, kg m^2. A single number is it;
+/// of three principal moments it is `n'I n` with the normal n in the axes of the body (`orientation`, a rotation
+/// vector).
 fn inertia_about_normal<D: Scalar>(body: &RigidBody<D>, plane: &Plane) -> D {
     match body.inertia {
         PerAxis::One(inertia) => inertia,
@@ -65,14 +66,14 @@ fn inertia_about_normal<D: Scalar>(body: &RigidBody<D>, plane: &Plane) -> D {
 }
 
 impl<D: Nestable> BodiesAtRest<D> {
-    /// The bodies of a plan with their carried masses of these `rods`, their loads, and the springs of the plan. A body has
-    /// center, m, mass, and the moment of inertia about its center. A joint that does not rotate (hinged) has none. A body of
-    /// the scene has its weight and the forces of `loads.point` on it, which act at its own center of mass. `z` has the
-    /// centers at rest; rotations are zero, in m: angle times the radius of gyration.
+    /// The bodies of a plan with their carried masses of these `rods`, their loads, and the springs of the plan. A body
+    /// has center, m, mass, and the moment of inertia about its center. A joint that does not rotate (hinged) has none.
+    /// A body of the scene has its weight and the forces of `loads.point` on it, which act at its own center of mass.
+    /// `z` has the centers at rest; rotations are zero, in m: angle times the radius of gyration.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a rigid joint without a moment of inertia, and a spring that is too stiff for the rod beside it
-    /// ([`LEAST_COMPLIANCE`]).
+    /// [`Error::Invalid`] for a rigid joint without a moment of inertia, and a spring that is too stiff for the rod
+    /// beside it ([`LEAST_COMPLIANCE`]).
     pub fn new(
         plan: &StructurePlan,
         plane: &Plane,
@@ -153,9 +154,9 @@ impl<D: Nestable> BodiesAtRest<D> {
     }
 }
 
-/// The spring number `spring` of a plan, for a clamp with the moment of inertia `inertia`, kg m^2, about the joint. `length`,
-/// m, is the scale of the coordinate of its rotation. Stiffness, N m/rad, is the reciprocal of the first compliance of the
-/// joint, with the rest angle of the scene; 1 and 0 for other kinds of joints.
+/// The spring number `spring` of a plan, for a clamp with the moment of inertia `inertia`, kg m^2, about the joint.
+/// `length`, m, is the scale of the coordinate of its rotation. Stiffness, N m/rad, is the reciprocal of the first
+/// compliance of the joint, with the rest angle of the scene; 1 and 0 for other kinds of joints.
 fn joint_spring<D: Nestable>(
     plan: &StructurePlan,
     scene: &StructureScene<D>,
@@ -179,9 +180,9 @@ fn joint_spring<D: Nestable>(
     }
 }
 
-/// Rejects a spring so much stiffer than the joint of the rod beside it that the tangent loses the stiffness of the rod. Its
-/// first compliance must be at least [`LEAST_COMPLIANCE`] over the bending stiffness, N m, of the outermost joint at this
-/// `end`. `Ok` for joints without springs.
+/// Rejects a spring so much stiffer than the joint of the rod beside it that the tangent loses the stiffness of the
+/// rod. Its first compliance must be at least [`LEAST_COMPLIANCE`] over the bending stiffness, N m, of the outermost
+/// joint at this `end`. `Ok` for joints without springs.
 fn check_compliance<D: Nestable>(
     plan: &StructurePlan,
     scene: &StructureScene<D>,
@@ -199,12 +200,12 @@ fn check_compliance<D: Nestable>(
     ensure(rotation >= least, key, rotation, allowed)
 }
 
-/// Least compliance of a spring over that of an edge of the rod beside it. Below, rounding errors of the spring's moment
-/// exceed 1e-5 of that of the edge.
+/// Least compliance of a spring over that of an edge of the rod beside it. Below, rounding errors of the spring's
+/// moment exceed 1e-5 of that of the edge.
 pub(super) const LEAST_COMPLIANCE: f64 = 1e-11;
 
-/// The error, with the key `joints[i]`, that a rotating joint has no moment of inertia, since its rods lie on each other. `i`
-/// is the joint of the `body` of the plan, 0 if it has none.
+/// The error, with the key `joints[i]`, that a rotating joint has no moment of inertia, since its rods lie on each
+/// other. `i` is the joint of the `body` of the plan, 0 if it has none.
 pub(super) fn without_inertia(plan: &StructurePlan, body: usize) -> Error {
     let joint = plan.bodies[body].joint.unwrap_or_default();
     let found = "a joint without a moment of inertia";

@@ -2,12 +2,11 @@
 //!
 //! [`Structure::modes`] solves `K x = w^2 M x` with the tangent K at the equilibrium, or at rest, and the diagonal
 //! masses M. It returns the given number of lowest eigenpairs ([`StructureModes`]), ascending: `w` in rad/s, and
-//! displacements of all rod nodes in world axes, the largest being 1. Squared frequencies within rounding errors of
+//! displacements of all rod nodes in world axes, the longest of length 1. Squared frequencies within rounding errors of
 //! zero become zero. An unstable mode (negative square) has minus its growth rate, 1/s, as the frequency. A warning
-//! follows if rounding errors of fine meshes affect the frequencies; the summary is a table.
-//! `natural_frequencies_over` returns the first frequencies, rad/s, over dual numbers (exact first derivatives),
-//! about the equilibrium. It skips free motions. An unstable structure, one with fewer modes than requested, and
-//! one in space are errors there.
+//! follows if rounding errors of fine meshes affect the frequencies; the summary is a table. `natural_frequencies_over`
+//! returns the first frequencies, rad/s, over dual numbers (exact first derivatives), about the equilibrium. It skips
+//! free motions. An unstable structure, one with fewer modes than requested, and one in space are errors there.
 
 use crate::energy::Derivatives;
 use crate::error::{Error, ensure};
@@ -60,14 +59,15 @@ pub struct StructureModes {
 }
 
 impl Structure {
-    /// Angular frequencies, rad/s, of the first `count` modes with stiffness about the equilibrium, over another number type;
-    /// `seed` returns the number of a path, value and quantity of the scene.
+    /// Angular frequencies, rad/s, of the first `count` modes with stiffness about the equilibrium, over another number
+    /// type. `seed` returns the number of a path, value and quantity of the scene. The structure must be in a plane.
     ///
     /// A squared frequency is the Rayleigh quotient of its mode, whose own change has no first-order effect. First
     /// derivatives are exact, second ones are not.
     ///
     /// # Errors
-    /// Those of [`equilibrium`](Self::equilibrium), iterations that do not converge, and unstable or missing modes.
+    /// Those of [`equilibrium`](Self::equilibrium), iterations that do not converge, unstable or missing modes, and a
+    /// structure in space.
     pub fn natural_frequencies_over<D: Nestable>(
         &self,
         count: usize,
@@ -117,7 +117,8 @@ impl Structure {
         Ok(found.iter().map(frequency).collect())
     }
 
-    /// The `count` lowest modes, in the plane or in space, about the equilibrium, or with `rest` about the rest shape.
+    /// The `count` lowest modes (all, if there are fewer), in the plane or in space, about the equilibrium, or with
+    /// `rest` about the rest shape.
     ///
     /// # Errors
     /// Those of the [equilibrium](Self::equilibrium), except with `rest`, and iterations for eigenvalues that do not
@@ -157,8 +158,8 @@ impl Structure {
 }
 
 impl StructureModes {
-    /// The result as text for a terminal: the number of modes, or of unstable ones among them, and a table. It has a row per
-    /// mode with frequency in Hz and rad/s, or for an unstable one the growth rate, 1/s. Warnings follow.
+    /// The result as text for a terminal: the number of modes, or of unstable ones among them, and a table. It has a
+    /// row per mode with frequency in Hz and rad/s, or for an unstable one the growth rate, 1/s. Warnings follow.
     pub fn summary(&self) -> Summary {
         let unstable = self.modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
         let count = self.modes.len();

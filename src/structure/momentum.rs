@@ -18,9 +18,9 @@ use crate::structure::structure_motion::StructureMotion;
 /// The state of an assembly.
 type AssemblyState = State<f64, AssemblyFrames<f64>>;
 
-/// Linear momentum along x and y of the plane, kg m/s, and angular momentum about the origin of the plane, kg m^2/s. Summed
-/// are free nodes, centers of bodies, and rotations of bodies and springs (inertia times rate); nodes that are carried or
-/// fixed are left out.
+/// Linear momentum along x and y of the plane, kg m/s, and angular momentum about the origin of the plane, kg m^2/s.
+/// Summed are free nodes, centers of bodies, and rotations of bodies and springs (inertia times rate); nodes that are
+/// carried or fixed are left out.
 fn planar_momentum(rods: &JoinedRods<f64, Plane>, state: &AssemblyState) -> [f64; 3] {
     let tied: Vec<usize> = rods.unknowns_without_effect().collect();
     let mut sum = [0.0; 3];
@@ -48,9 +48,9 @@ fn planar_momentum(rods: &JoinedRods<f64, Plane>, state: &AssemblyState) -> [f64
     sum
 }
 
-/// Linear momentum, kg m/s, and angular momentum about the origin of the world, kg m^2/s, in world axes. Summed are free
-/// nodes, spins of free edges along their tangents, centers of bodies, and rotations of bodies and springs. Products of
-/// inertia, which are zero in value, are left out.
+/// Linear momentum, kg m/s, and angular momentum about the origin of the world, kg m^2/s, in world axes. Summed are
+/// free nodes, spins of free edges along their tangents, centers of bodies, and rotations of bodies and springs.
+/// Products of inertia, which are zero in value, are left out.
 fn spatial_momentum(rods: &JoinedRods<f64, Space>, state: &AssemblyState) -> [Vector<f64>; 2] {
     let tied: Vec<usize> = rods.unknowns_without_effect().collect();
     let mut sums = [[0.0; 3]; 2];
@@ -89,8 +89,8 @@ fn spatial_momentum(rods: &JoinedRods<f64, Space>, state: &AssemblyState) -> [Ve
 }
 
 impl StructureMotion<'_> {
-    /// Linear momentum along x and y of the plane, kg m/s, and angular momentum about the origin of the plane, kg m^2/s, at
-    /// the present state. Three NaN for a structure in space; see [`Simulation::momentum_in_space`].
+    /// Linear momentum along x and y of the plane, kg m/s, and angular momentum about the origin of the plane, kg
+    /// m^2/s, at the present state. Three NaN for a structure in space; see [`Simulation::momentum_in_space`].
     pub fn momentum(&self) -> [f64; 3] {
         match self.simulation().rod() {
             Assembly::Plane(rods) => planar_momentum(rods, self.simulation().state()),
@@ -100,8 +100,8 @@ impl StructureMotion<'_> {
 }
 
 impl Simulation<f64, Assembly<f64>> {
-    /// Linear momentum, kg m/s, and angular momentum about the origin, kg m^2/s, in world axes, at the present state. None
-    /// for a structure in a plane.
+    /// Linear momentum, kg m/s, and angular momentum about the origin, kg m^2/s, in world axes, at the present state.
+    /// None for a structure in a plane.
     pub fn momentum_in_space(&self) -> Option<[Vector<f64>; 2]> {
         match self.rod() {
             Assembly::Plane(_) => None,

@@ -39,7 +39,8 @@ impl<D: Scalar> StructureNodes<'_, D> {
     /// Nodes and weights whose weighted sum is a point. `key` is that of the point, for messages.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for names that the structure does not have, and points that are not on the rod.
+    /// [`Error::Invalid`] for names that the structure does not have, points that are not on the rod, and in space
+    /// points of bodies.
     pub fn stencil(&self, point: &StructurePoint, key: &str) -> Result<Stencil<D>, Error> {
         match point {
             StructurePoint::Rod(PointOfRod { rod, at }) => {
@@ -66,7 +67,8 @@ impl<D: Scalar> StructureNodes<'_, D> {
         }
     }
 
-    /// The nodes on which a point depends, for these lengths of rods and slightly different ones.
+    /// Indices of the nodes on which a point depends, for these lengths of rods and slightly different ones; some may
+    /// be listed twice.
     ///
     /// # Errors
     /// As [`stencil`](Self::stencil).
@@ -89,20 +91,22 @@ impl<D: Scalar> StructureNodes<'_, D> {
         self.first_node(self.meshes.len())
     }
 
-    /// Number of nodes of all rods and bodies.
+    /// Number of nodes of all rods, and of four for each body, also in space, where [`Structure::node_motions`] has
+    /// none of bodies.
     pub fn count(&self) -> usize {
         self.rod_nodes() + NODES_OF_BODY * self.scene.bodies.len()
     }
 }
 
 impl Structure {
-    /// Meshes and names that give the stencils of points.
+    /// The nodes of this structure at rest, with the meshes and names that give the stencils of points.
     pub fn nodes(&self) -> StructureNodes<'_> {
         let (meshes, is_spatial) = (self.at_rest.meshes.clone(), self.is_spatial());
         StructureNodes { scene: &self.scene, meshes, is_spatial }
     }
 
-    /// The same over another number type; `seed` returns the number of a path, value and quantity of the scene.
+    /// As [`nodes`](Self::nodes), over another number type; `seed` returns the number of a path, value and quantity of
+    /// the scene.
     ///
     /// # Errors
     /// As [`at_rest_over`](Self::at_rest_over).
@@ -114,8 +118,9 @@ impl Structure {
         Ok(StructureNodes { scene: &self.scene, meshes, is_spatial: self.is_spatial() })
     }
 
-    /// Positions and velocities of all nodes of an assembly of this structure at its unknowns `q`, m, their rates `v`, m/s, and
-    /// its frames. Bodies in space have no nodes.
+    /// Positions, m, and velocities, m/s, of all nodes of an assembly of this structure in world axes, from its
+    /// unknowns `q`, m, their rates `v`, m/s, and its frames. In a plane those of bodies follow those of rods; in space
+    /// bodies have no nodes.
     pub fn node_motions<D: Nestable>(
         &self,
         assembly: &Assembly<D>,
@@ -171,12 +176,12 @@ impl Structure {
         motions
     }
 
-    /// Whether it is computed in space, not in its plane.
+    /// Whether the structure is computed in space, not in its plane.
     pub fn is_spatial(&self) -> bool {
         self.at_rest.assembly.is_spatial()
     }
 
-    /// Unit vectors of the x and y axes of its plane, in the world; none in space.
+    /// Unit vectors of the x and y axes of the plane of the structure, in world axes; none in space.
     pub(crate) fn plane_axes(&self) -> Option<[[f64; 3]; 2]> {
         match &self.blueprint.models {
             RodModels::Plane { plane, .. } => Some([plane.x, plane.y].map(Into::into)),

@@ -3,10 +3,10 @@
 //! The mesh of each rod is shifted, without rotation, to its origin (zero without one), or so that its end is at
 //! another point of a joint. The point of a clamped end is the middle of its outer edge; of a pinned end it is its
 //! outer node. That of a body is its position plus the offset. [`check_joints`] rejects joints with a point farther
-//! from their first point than `JOINT_TOLERANCE` times the length of the longest rod; body points without an offset
-//! are not compared. [`common_plane`] returns the plane of all nodes, gravity, point forces and body positions, or
-//! an error with the key that leaves it. Offsets and hinge axes are checked too. The construction of an assembly
-//! uses them.
+//! from their first point than `JOINT_TOLERANCE` times the length of the longest rod; body points without an offset are
+//! not compared. [`common_plane`] returns the plane of all nodes, gravity, point forces and body positions. It is an
+//! error, with the key, if one of them leaves it; offsets must be in that plane, and hinge axes normal to it.
+//! [`PlacedRod`] is a rod at its place, with the position, m, and the mass, kg, of its nodes.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -63,8 +63,8 @@ pub(super) fn end_nodes(n: usize, end: usize) -> [usize; 2] {
     if end == 0 { [0, 1] } else { [n - 1, n - 2] }
 }
 
-/// The point, m, at which an end (0 or 1) of a rod with these nodes is joined: the middle of its outer edge for a clamped
-/// `support`, else its outer node.
+/// The point, m, at which an end (0 or 1) of a rod with these nodes is joined: the middle of its outer edge for a
+/// clamped `support`, else its outer node.
 pub(super) fn end_point<D: Scalar>(nodes: &[Vector<D>], end: usize, support: Support) -> Vector<D> {
     let [outer, inner] = end_nodes(nodes.len(), end).map(|i| nodes[i]);
     match support {
@@ -73,9 +73,9 @@ pub(super) fn end_point<D: Scalar>(nodes: &[Vector<D>], end: usize, support: Sup
     }
 }
 
-/// The mesh of every rod, in order, shifted to its place in the order of the plan. A rod is at `origin`, or at zero without
-/// one, or its end is at another point of a joint. If that point is of a body without an offset, the shift is zero. `scenes`
-/// are those of the single rods. Errors are those of [`Scene::mesh`].
+/// The mesh of every rod, in order, shifted to its place in the order of the plan. A rod is at `origin`, or at zero
+/// without one, or its end is at another point of a joint. If that point is of a body without an offset, the shift is
+/// zero. `scenes` are those of the single rods. Errors are those of [`Scene::mesh`].
 pub(super) fn placed_meshes<D: Scalar>(
     plan: &StructurePlan,
     structure: &StructureScene<D>,
@@ -99,8 +99,8 @@ pub(super) fn placed_meshes<D: Scalar>(
     Ok(meshes)
 }
 
-/// The point `at` of a joint in the world, m: that of the end of a rod ([`end_point`]), or the position of a body plus the
-/// offset of the joint. None for a body without an offset there.
+/// The point `at` of a joint in the world, m: that of the end of a rod ([`end_point`]), or the position of a body plus
+/// the offset of the joint. None for a body without an offset there.
 fn point<D: Scalar>(
     plan: &StructurePlan,
     structure: &StructureScene<D>,
@@ -119,8 +119,8 @@ fn point<D: Scalar>(
     }
 }
 
-/// Rejects the first joint of which a point is farther from its first point than [`JOINT_TOLERANCE`] of the length of the
-/// longest rod. Points of bodies without an offset are not compared. The error has the key `joints[i]`.
+/// Rejects the first joint of which a point is farther from its first point than [`JOINT_TOLERANCE`] of the length of
+/// the longest rod. Points of bodies without an offset are not compared. The error has the key `joints[i]`.
 pub(super) fn check_joints(
     plan: &StructurePlan,
     structure: &StructureScene,
@@ -148,9 +148,10 @@ pub(super) fn check_joints(
     Ok(())
 }
 
-/// The plane through all nodes of the rods, gravity, point forces and positions of bodies ([`Plane::through`]). A structure
-/// on one line takes the plane with the first `up` of a section. An error, with the key, for a quantity that leaves the
-/// plane. Offsets of joints may leave it by [`PLANE_TOLERANCE`] of the longest rod, axes of hinges must be normal to it.
+/// The plane through all nodes of the rods, gravity, point forces and positions of bodies ([`Plane::through`]). A
+/// structure on one line takes the plane with the first `up` of a section. An error, with the key, for a quantity that
+/// leaves the plane. Offsets of joints may leave it by [`PLANE_TOLERANCE`] of the longest rod, axes of hinges must be
+/// normal to it.
 pub(super) fn common_plane(structure: &StructureScene, meshes: &[Mesh]) -> Result<Plane, Error> {
     let loads = structure.loads.point.iter().enumerate();
     let forces = loads.map(|(k, load)| KeyedVector {

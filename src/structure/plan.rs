@@ -1,20 +1,21 @@
 //! Discrete choices of a structure, which have no derivatives: supports of rod ends, coordinates of bodies, places
 //! of rods.
 //!
-//! Input: a validated scene, in a plane or in space. A [`StructurePlan`] states for every end of a rod whether it is free, at a
-//! wall, or on a body, with the direction (clamped), without (pinned), or through a spring. A joint without a body of
-//! `[[bodies]]` gets a body of its own, which does not rotate if its ends are pinned. Coordinates of bodies and springs are
-//! numbered for a small envelope of the tangent (reverse Cuthill-McKee). Each rod is placed by its origin, or by the first joint
-//! to a placed rod or a body with an offset; the first rod is at zero without an origin. Errors: roller supports,
-//! ends held twice, joints with two bodies or fewer than two entries, rods that nothing places, and unconnected parts. The
-//! construction of the assembly follows the plan.
+//! Input: a validated scene, in a plane or in space. A [`StructurePlan`] states for every end of a rod whether it is
+//! free, recorded, at a wall, or on a body. A wall or body holds its direction (clamped), or not (pinned), a body also
+//! through a spring. A joint without a body of `[[bodies]]` gets a body of its own, which does not rotate if its ends
+//! are pinned. Coordinates of bodies and springs are numbered for a small envelope of the tangent (reverse
+//! Cuthill-McKee). Each rod is placed by its origin, or by the first joint to a placed rod or a body with an offset.
+//! The first rod is at zero without an origin. Joints of one body without offsets are at one point. Errors: roller
+//! supports, ends held twice, joints with two bodies or fewer than two entries, and springs (or hinges in space) whose
+//! body is not the first entry. So are rods that nothing places, and rods or bodies without joint and support.
 
 use crate::error::{Error, ensure};
 use crate::numerics::envelope::reverse_cuthill_mckee;
 use crate::scene::Support;
 use crate::scene::structure::{JointEnd, StructureJoint, StructureScene};
 
-/// What holds an end of a rod.
+/// Support of an end of a rod.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum EndSupport {
     /// Nothing.
@@ -28,8 +29,8 @@ pub(super) enum EndSupport {
 }
 
 impl EndSupport {
-    /// The support of the end in the scene of the rod alone: free, pinned at a hinge, or clamped at a wall, a rigid joint or
-    /// a spring. A recorded end is free there, as its motion is prescribed in the assembly.
+    /// The support of the end in the scene of the rod alone: free, pinned at a hinge, or clamped at a wall, a rigid
+    /// joint or a spring. A recorded end is free there, as its motion is prescribed in the assembly.
     pub fn support(self) -> Support {
         match self {
             Self::Free | Self::Recorded(_) => Support::Free,
@@ -72,7 +73,7 @@ pub(super) enum JointPoint {
     Body(usize, usize),
 }
 
-/// How the place of a rod is known.
+/// The place of a rod: by itself, or by a joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Placement {
     /// By its own origin, or at the origin.
@@ -96,8 +97,8 @@ pub(super) struct StructurePlan {
     pub joints: Vec<Vec<JointPoint>>,
 }
 
-/// The rod and end, or the body, of entry `number` of a joint: `rod` with `at`, or `body` with an optional offset. Other
-/// combinations and unknown names are an error with `key`.
+/// The rod and end, or the body, of entry `number` of a joint: `rod` with `at`, or `body` with an optional offset.
+/// Other combinations and unknown names are an error with `key`.
 fn joint_point(
     scene: &StructureScene,
     key: &str,
@@ -118,8 +119,9 @@ fn joint_point(
 
 impl StructurePlan {
     /// The choices for a validated scene, in a plane or in space, from supports, then joints in order. Errors: rollers,
-    /// an end in two joints or supports, a joint with fewer than two entries or with two bodies. Rods and
-    /// bodies that nothing connects, and a rod that nothing places, are errors too.
+    /// unknown names, an end in two joints or supports, a joint with fewer than two entries or with two bodies. A
+    /// spring or a hinge in space whose body is not the first entry, rods and bodies that nothing connects, and a rod
+    /// that nothing places, are errors too.
     pub fn new(scene: &StructureScene, in_space: bool) -> Result<Self, Error> {
         let mut plan = Self {
             ends: vec![[EndSupport::Free; 2]; scene.rods.len()],
@@ -173,10 +175,10 @@ impl StructurePlan {
         Ok(())
     }
 
-    /// Adds joint `number` of the scene: its points, and the hold of each rod end that it connects. It acts on the body that
-    /// it names, or a new one, which does not rotate if the ends are pinned. Pinned are those of a ball, and of a hinge in a
-    /// plane. Springs, and hinges in space, add a spring for each entry after the first. Errors: fewer than two entries, two
-    /// bodies, an end held twice, and a spring whose body is not the first entry.
+    /// Adds joint `number` of the scene: its points, and the hold of each rod end that it connects. It acts on the body
+    /// that it names, or a new one, which does not rotate if the ends are pinned. Pinned are those of a ball, and of a
+    /// hinge in a plane. Springs, and hinges in space, add a spring for each entry after the first. Errors: fewer than
+    /// two entries, two bodies, an end held twice, and a spring whose body is not the first entry.
     fn add_joint(
         &mut self,
         scene: &StructureScene,
@@ -223,8 +225,8 @@ impl StructurePlan {
         Ok(())
     }
 
-    /// Rejects a rod with two free ends, unless it is the only rod and there is no body. Also rejects a body of `[[bodies]]`
-    /// that no joint holds. The error has the name of the first one.
+    /// Rejects a rod with two free ends, unless it is the only rod and there is no body. Also rejects a body of
+    /// `[[bodies]]` that no joint connects to a rod. The error has the name of the first one.
     fn check_connected(&self, scene: &StructureScene) -> Result<(), Error> {
         let several = self.ends.len() > 1 || !scene.bodies.is_empty();
         for (rod, ends) in scene.rods.iter().zip(&self.ends) {
@@ -243,8 +245,8 @@ impl StructurePlan {
     }
 
     /// Numbers the coordinates of bodies and springs, those of bodies with a common rod near each other (reverse
-    /// Cuthill-McKee). A point has 2 in a plane, 4 in space; a rotating body 3 and 8; a spring 1 and 4, after its body. In
-    /// space every fourth one has no effect. Sets their sum, `coordinates`.
+    /// Cuthill-McKee). A point has 2 in a plane, 4 in space; a rotating body 3 and 8; a spring 1 and 4, after its body.
+    /// In space every fourth one has no effect. Sets their sum, `coordinates`.
     fn number_coordinates(&mut self, in_space: bool) {
         // Coordinates of a point, of a rotating body and of a clamp; in space with gaps.
         let [point, body_size, clamp] = if in_space { [4, 8, 4] } else { [2, 3, 1] };
@@ -268,8 +270,9 @@ impl StructurePlan {
         }
     }
 
-    /// The end of a placed rod in another joint with the body of `points`. Rods in joints with a body without an offset end
-    /// at the same point.
+    /// The end of a placed rod in any joint with the body of `points` in which that body has no offset: all such joints
+    /// are at one point. None without a body among `points`, or without such a rod. `placed` states for each rod
+    /// whether it has a place.
     fn at_body(
         &self,
         scene: &StructureScene,
@@ -293,10 +296,9 @@ impl StructurePlan {
         })
     }
 
-    /// Appends a placement for each rod: rods with an `origin` first, and the first rod, at zero without one. Others follow
-    /// one by one, by the first joint that connects them to a placed rod or to a body with an offset. Joints of a body without offsets
-    /// are at one point. An error for a rod that
-    /// no joint places.
+    /// Appends a placement for each rod: rods with an `origin` first, then the first rod, at zero without one. Others
+    /// follow one by one, by the first joint that connects them to a placed rod or to a body with an offset. Joints of
+    /// a body without offsets are at one point ([`at_body`](Self::at_body)). An error for a rod that no joint places.
     fn place_rods(&mut self, scene: &StructureScene) -> Result<(), Error> {
         let mut placed = vec![false; scene.rods.len()];
         let with_origin = |i: &usize| scene.rods[*i].origin.is_some();

@@ -1,9 +1,10 @@
 //! Motion of the ends of rods that follow recorded markers: prescribed unknowns and their positions at a time.
 //!
-//! A recorded end holds the nodes at its two markers and those between them, which stay on the chord. In space it also holds
-//! the angles of the edges between, relative to the parallel-transported frame, unless the end rotates freely. Positions
-//! follow from the recording alone and have no derivatives by numbers of the scene. [`RecordedEnds`] has the parts for a
-//! [`BoundaryMotion`] over any number type, and the [`PrescribedDofs`] of steps, equilibria and modes.
+//! A recorded end holds the nodes at its two markers and those between them, which stay on the chord. In space it also
+//! holds the angles of the edges between, relative to the parallel-transported frame, unless the end rotates freely.
+//! Positions follow from the recording alone and have no derivatives by numbers of the scene. Input: scene, plan,
+//! models and assembly at rest. [`RecordedEnds`] has the [`PrescribedDofs`] of steps, equilibria and modes; `motion`
+//! returns the [`BoundaryMotion`] over any number type, `place` sets the positions at a time, s, in the unknowns.
 
 use crate::error::Error;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
@@ -30,8 +31,9 @@ pub(super) struct RecordedEnds {
 }
 
 impl RecordedEnds {
-    /// The recorded ends of a plan, on the meshes of the assembly at rest. An error for a marker that the recording does not
-    /// have.
+    /// The recorded ends of a plan, on the meshes of the assembly at rest. On another mesh than that of the scene, the
+    /// number of edges between the markers is scaled with that of the rod, to at least one. An error for a marker that
+    /// the recording does not have.
     pub fn new(
         scene: &StructureScene,
         plan: &StructurePlan,
@@ -89,7 +91,7 @@ impl RecordedEnds {
         self.parts.is_empty()
     }
 
-    /// The motion of the recorded nodes over a number type.
+    /// The prescribed motion of the recorded nodes over a number type, in the axes of the model.
     pub fn motion<D: Nestable>(&self) -> BoundaryMotion<D> {
         match self.is_spatial {
             true => BoundaryMotion::new::<SpatialModel>(Vec::new(), self.parts.clone()),
@@ -97,7 +99,7 @@ impl RecordedEnds {
         }
     }
 
-    /// Overwrites the positions of recorded nodes in `q` by those at a time, s.
+    /// Overwrites the positions of recorded nodes in `q`, m, by those at a time, s. Angles are unchanged.
     pub fn place<D: Nestable>(&self, time: f64, q: &mut [D], frames: &AssemblyFrames<D>) {
         let at = MotionTime::Time(time);
         self.motion::<D>().advance::<Assembly<D>>(at, at, q, frames);

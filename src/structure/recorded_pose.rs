@@ -1,10 +1,13 @@
 //! Pose of a structure in space through recorded markers, from which its relaxation starts.
 //!
-//! Nodes of each rod are interpolated linearly by arc length between its markers: those of a recorded end, observed ones, and
-//! joints at which a marker of any rod is. A body turns by the rotation that best fits the directions of its rods (Kabsch 1976,
-//! doi:10.1107/S0567739476001873). A sprung clamp turns with its body, and then to the direction of its edge. Directors are
-//! transported in parallel along each rod from a body; the rotation that is missing at a second body is divided evenly among
-//! the edges. The pose is the start of a descent: it satisfies neither equilibrium nor lengths.
+//! Input of [`Structure::pose_at`]: markers with their places at rest, and their positions in a frame, m. Nodes of each
+//! rod are interpolated linearly by arc length between its known points: markers of a recorded end, observed markers,
+//! and joints at which a marker of any rod is. Beyond the outermost ones they are extrapolated. A body turns by the
+//! rotation that best fits the directions of its rods (Kabsch 1976, doi:10.1107/S0567739476001873). A sprung clamp
+//! turns with its body, and then to the direction of its edge. Directors are transported in parallel along each rod
+//! from a body; the rotation that is missing at a second body is divided evenly among the edges. Output: unknowns (m,
+//! rad) and frames. The pose is the start of a descent: it satisfies neither equilibrium nor lengths. Errors: a
+//! structure in a plane, and a rod with fewer than two such points.
 
 use crate::energy::frame::{EdgeFrame, Frames};
 use crate::error::Error;
@@ -32,7 +35,8 @@ struct Knot {
     position: Vector<f64>,
 }
 
-/// The position at arc length `s` on straight lines through the `knots`, which are at least two in ascending order.
+/// The position, m, at arc length `s`, m, on straight lines through the `knots`, which are at least two in ascending
+/// order. Beyond them the outermost line continues.
 fn between(knots: &[Knot], s: f64) -> Vector<f64> {
     let k = knots[1..knots.len() - 1].partition_point(|knot| knot.arc_length < s);
     let [Knot { arc_length: s0, position: x0 }, Knot { arc_length: s1, position: x1 }] =
@@ -40,7 +44,8 @@ fn between(knots: &[Knot], s: f64) -> Vector<f64> {
     add(x0, scale(sub(x1, x0), (s - s0) / (s1 - s0)))
 }
 
-/// The smallest rotation from the unit vector `from` to the unit vector `to`.
+/// The smallest rotation from the unit vector `from` to the unit vector `to`; the identity for parallel and for
+/// opposite vectors.
 fn smallest_rotation(from: Vector<f64>, to: Vector<f64>) -> Matrix3<f64> {
     let axis = cross(from, to);
     let (sine, cosine) = (dot(axis, axis).sqrt(), dot(from, to));
@@ -77,8 +82,8 @@ struct PosedBodies {
 }
 
 impl Structure {
-    /// Unknowns and frames of the assembly at the marker positions `at`, m, of all `places`. An error for a structure in a
-    /// plane, and for a rod with fewer than two markers and joints with markers.
+    /// Unknowns (m, rad) and frames of the assembly with the markers `places` at the positions that `at` returns, m. An
+    /// error for a structure in a plane, and for a rod with fewer than two markers and joints with markers.
     pub(super) fn pose_at(
         &self,
         places: &[MarkerPlace],
@@ -118,7 +123,8 @@ impl Structure {
         Ok((q, frames))
     }
 
-    /// The recorded position of the joint of each body, m, by the markers that are there at rest.
+    /// The recorded position of the joint of each body, m: that of a marker within [`AT_JOINT`] lengths of the longest
+    /// rod from it at rest. None for a body without such a marker.
     fn joints_at(
         &self,
         places: &[MarkerPlace],
@@ -143,7 +149,8 @@ impl Structure {
         joints
     }
 
-    /// The arc lengths and recorded positions of the markers of rod `r` and of its joints, in ascending order.
+    /// The arc lengths and recorded positions of the markers of rod `r` and of its joints, in ascending order. Of
+    /// points within [`AT_JOINT`] of the length one is kept. An error for fewer than two points.
     fn knots(
         &self,
         r: usize,
@@ -174,7 +181,9 @@ impl Structure {
         Ok(knots)
     }
 
-    /// Sets center and rotation of body `b` in the coordinates `z` and `frames`, from the tangents of all rods.
+    /// Sets center and rotation of body `b` in the coordinates `z`, m, and the `frames`, and its entry of `posed`. The
+    /// rotation, of a body that rotates, is the [best one](best_rotation) from the directions of its rod ends at rest
+    /// to the `tangents`. The center follows from the recorded position of its joint; without one it stays.
     fn turn_body(
         &self,
         b: usize,
@@ -212,7 +221,10 @@ impl Structure {
         }
     }
 
-    /// Sets frames and angles of rod `r` with these `tangents`, and the rotations of its sprung clamps, in `frames`.
+    /// Sets frames and angles of rod `r` with these `tangents` of its edges in `q` and `frames`, and the rotations of
+    /// its sprung clamps. The first director is that of the body at a clamped end, else the one at rest after the
+    /// smallest rotation to the first tangent. A difference of directors at a second body is divided evenly among the
+    /// angles of the edges.
     fn turn_rod(
         &self,
         r: usize,

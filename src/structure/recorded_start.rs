@@ -1,11 +1,14 @@
 //! Initial state of a structure in space from the first two frames of its recording.
 //!
-//! In each frame the structure is in equilibrium under its weight with stiff springs between its markers and their recorded
-//! positions, and with recorded ends at theirs. The axial stiffness of the rods is increased, so that errors of positions do
-//! not stretch them. The descent to the first equilibrium starts from the [pose](Structure::pose_at) through the markers, the
-//! second one from the first. Angles of both are then measured from the frames of the pose, which do not depend on numbers of
-//! the scene. The velocity follows from the change between both. Derivatives by numbers of the scene are those
-//! of the implicit function theorem. Relaxed shapes in plain numbers are computed once per structure.
+//! In each frame the structure is in equilibrium under its weight with stiff springs between its markers and their
+//! recorded positions, and with recorded ends at theirs. The axial stiffness of the rods is increased, so that errors
+//! of positions do not stretch them. The descent to the first equilibrium starts from the [pose](Structure::pose_at)
+//! through the markers, the second one from the first. Angles of both are then measured from the frames of the pose,
+//! which do not depend on numbers of the scene. The velocity follows from the change between both. Derivatives by
+//! numbers of the scene are those of the implicit function theorem. Relaxed shapes in plain numbers are computed once
+//! per structure. Output: [`StartFromRecording`] with unknowns (m, rad), frames, their change to the second frame, and
+//! the time between, s. Errors: a structure in a plane, too few markers, markers on bodies, one frame only, no
+//! equilibrium.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -39,10 +42,11 @@ pub(super) struct StartFromRecording<D> {
 
 impl Structure {
     /// The state in the first frame of the recording over the number type of `scene`, and the change until the second.
-    /// `assembly` is that of the scene.
+    /// `assembly` is that of the scene. The first call stores the relaxed shapes in plain numbers in the structure.
     ///
     /// # Errors
-    /// A structure in a plane, too few markers on a rod, and no equilibrium.
+    /// A structure without `[recording]` or in a plane, too few markers on a rod, observed points of bodies, a
+    /// recording of one frame, no equilibrium, and a singular tangent.
     pub(super) fn recorded_start<D: Nestable>(
         &self,
         scene: &StructureScene<D>,
@@ -69,7 +73,8 @@ impl Structure {
         Ok(StartFromRecording { q, frames, change, interval: times[1] - times[0] })
     }
 
-    /// The markers of recorded ends and the observed ones on rods, at rest.
+    /// The markers of recorded ends, then the observed ones, with their rods, arc lengths and positions at rest, m. An
+    /// error for a marker that the recording does not have, a point of a body, and a place off its rod.
     fn marker_places(&self, recording: &StructureRecording) -> Result<Vec<MarkerPlace>, Error> {
         let mut places = Vec::new();
         for (rod, ends) in self.blueprint.plan.ends.iter().enumerate() {
@@ -110,7 +115,8 @@ impl Structure {
         Ok(places)
     }
 
-    /// The springs to the markers in a frame, and the assembly with them over the number type of `scene`.
+    /// The assembly at rest, over the number type of `scene`, with springs from the observed markers to their recorded
+    /// positions in frame number `frame`. Markers of recorded ends have no springs.
     fn sprung<D: Nestable>(
         &self,
         scene: &StructureScene<D>,
@@ -135,7 +141,9 @@ impl Structure {
         self.blueprint.build_tied(scene, Some(&MarkerTies(ties)))
     }
 
-    /// The relaxed structure in the first two frames.
+    /// The relaxed structure in the first two frames, by two descents: from the pose through the markers, then from the
+    /// first result displaced by the motion of the pose. Errors: fewer than two frames, those of the pose, no
+    /// equilibrium.
     fn relaxed_frames(
         &self,
         recording: &StructureRecording,
@@ -168,7 +176,8 @@ impl Structure {
         Ok(RelaxedFrames { pose, q })
     }
 
-    /// The equilibrium of the sprung structure in a frame, by a descent from `q` and `frames`. Recorded ends stay.
+    /// The equilibrium of the structure with springs to the markers in frame number `frame`, by a descent from `q` and
+    /// `frames`. Positions of recorded ends stay; their angles relax.
     fn relax(
         &self,
         recording: &StructureRecording,
@@ -191,8 +200,9 @@ impl Structure {
         Descent::new(&assembly, settings, q).descend(frames)
     }
 
-    /// The relaxed unknowns in a frame over the number type of `scene`, with their derivatives by its numbers. Forces of the
-    /// weak springs on angles stay balanced, so that values do not change.
+    /// The relaxed unknowns in frame number `frame` over the number type of `scene`, with their derivatives by its
+    /// numbers: one Newton step per order, with the tangent in plain numbers. Forces of the weak springs on angles stay
+    /// balanced, so that values do not change. A singular tangent is an error.
     fn relaxed_over<D: Nestable>(
         &self,
         scene: &StructureScene<D>,
@@ -234,7 +244,8 @@ impl Structure {
         Ok(q)
     }
 
-    /// Stiffness of weak springs on the angles of edges, N m: nothing else holds the spin of a straight round rod.
+    /// Stiffness of weak springs on all unknowns: [`ANGLE_SPRING`] times the `negligible` one for angles of edges, N m,
+    /// else zero. Nothing else holds the spin of a straight round rod.
     fn weak_angle_springs(&self, negligible: &[f64]) -> Vec<f64> {
         let first = self.at_rest.assembly.body_coordinates().start;
         let of =
@@ -250,6 +261,7 @@ impl Structure {
 }
 
 /// The unknowns `q`, whose angles and rotations are measured from the frames `from`, as measured from the frames `to`.
+/// Carried nodes are placed by their bodies. Unchanged in a plane.
 fn measured_from<D: Nestable>(
     assembly: &Assembly<D>,
     from: &AssemblyFrames<D>,
@@ -281,8 +293,9 @@ fn measured_from<D: Nestable>(
     q
 }
 
-/// The change of all unknowns from `q` to `next`, both measured from the frames `pose`, as measured from the `frames` at `q`:
-/// those of rotations are increments times their scales.
+/// The change of all unknowns from `q` to `next`, m (rad for angles). Both are given as measured from the frames
+/// `pose`; the change is measured from the `frames` at `q`. Changes of rotations are increments, rad, times their
+/// scales, m.
 fn change_between<D: Nestable>(
     assembly: &Assembly<D>,
     [pose, frames]: [&AssemblyFrames<D>; 2],
@@ -294,5 +307,6 @@ fn change_between<D: Nestable>(
     next.iter().zip(&start).map(|(q1, q0)| *q1 - *q0).collect()
 }
 
-/// Factor on the negligible stiffness in the springs on angles: large enough for a regular matrix, without effect on the shape.
+/// Factor on the negligible stiffness in the springs on angles: large enough for a regular matrix, without effect on
+/// the shape.
 const ANGLE_SPRING: f64 = 10.0;

@@ -72,8 +72,8 @@ fn body_tensor<D: Scalar>(body: &RigidBody<D>) -> Result<Matrix3<D>, Error> {
     Ok(product(&axes, &product(&diagonal, &transpose(&axes))))
 }
 
-/// The inertia tensor of all masses about `center`, kg m^2: the sum of their own tensors and of `m (a.a 1 - a a')` with the
-/// arms a from the center.
+/// The inertia tensor of all masses about `center`, kg m^2: the sum of their own tensors and of `m (a.a 1 - a a')` with
+/// the arms a from the center.
 fn tensor_about<D: Scalar>(masses: &[PlacedInertia<D>], center: Vector<D>) -> Matrix3<D> {
     let mut sum = [[D::from(0.0); 3]; 3];
     for own in masses {
@@ -92,9 +92,9 @@ fn tensor_about<D: Scalar>(masses: &[PlacedInertia<D>], center: Vector<D>) -> Ma
     sum
 }
 
-/// The principal axes of a symmetric tensor, in the columns, in plain numbers, by [`SWEEPS`] sweeps of Jacobi's rotations,
-/// not sorted. Products of inertia up to [`NO_PRODUCT`] of the trace cause no rotation, so that axes of equal moments are
-/// those of the world where possible.
+/// The principal axes of a symmetric tensor, in the columns, in plain numbers, by [`SWEEPS`] sweeps of Jacobi's
+/// rotations, not sorted. Products of inertia up to [`NO_PRODUCT`] of the trace cause no rotation, so that axes of
+/// equal moments are those of the world where possible.
 fn principal_axes<D: Scalar>(tensor: &Matrix3<D>) -> Matrix3<f64> {
     let mut own = tensor.map(|row| row.map(|x| x.value()));
     let trace = own[0][0] + own[1][1] + own[2][2];
@@ -136,13 +136,14 @@ pub(super) fn end_edge<D: Nestable>(rod: &PlacedRod<D, Space>, end: usize) -> us
 
 impl<D: Nestable> SpatialBodiesAtRest<D> {
     /// The bodies of a plan with their carried masses of these `rods`, their loads, and the elastic joints. A body has
-    /// center, mass, and principal moments of inertia about its center; a joint that does not rotate has none. A body of the
-    /// scene has its weight and the forces of `loads.point` on it, which act at its own center of mass. `z` has the centers
-    /// at rest, m; coordinates of rotations are zero.
+    /// center, mass, and principal moments of inertia about its center; a joint that does not rotate has none. A body
+    /// of the scene has its weight and the forces of `loads.point` on it, which act at its own center of mass. `z` has
+    /// the centers at rest, m; coordinates of rotations are zero.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a body without three moments of inertia, a rotating joint without inertia, or a hinge without
-    /// axis. Also for a spring with one rest angle other than zero, or one that is too stiff for its rod ([`LEAST_COMPLIANCE`]).
+    /// [`Error::Invalid`] for a body without three moments of inertia, a rotating joint without inertia, or a hinge
+    /// without axis. Also for a spring with one rest angle other than zero, or one that is too stiff for its rod
+    /// ([`LEAST_COMPLIANCE`]).
     pub fn new(
         plan: &StructurePlan,
         scene: &StructureScene<D>,
@@ -196,10 +197,10 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
         Ok(built)
     }
 
-    /// Adds the reference of a rotation with the axes `axes`, at rest, and returns the rotation. `coordinate` is its first
-    /// coordinate, `tensor` its inertia, kg m^2, in these axes. The scale of its coordinates, m, is the radius of gyration by
-    /// half the trace and `mass`. Products of inertia keep their derivatives only. None, and nothing added, if a moment is at
-    /// most 1e-12 of the trace or the scale is not a normal number.
+    /// Adds the reference of a rotation with the axes `axes`, at rest, and returns the rotation. `coordinate` is its
+    /// first coordinate, `tensor` its inertia, kg m^2, in these axes. The scale of its coordinates, m, is the radius of
+    /// gyration by half the trace and `mass`. Products of inertia keep their derivatives only. None, and nothing added,
+    /// if a moment is at most 1e-12 of the trace or the scale is not a normal number.
     fn add_rotation(
         &mut self,
         coordinate: usize,
@@ -225,11 +226,12 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
         Some(SpatialRotation { coordinate, reference, length, inertia, products })
     }
 
-    /// The elastic joint number `spring` of a plan at an end of a rod, with a rotation of its own for the sprung clamp. A
-    /// spring joint has the reciprocals of its compliances in the axes of the clamp. A hinge is free about its axis, and
-    /// resists across it with [`HINGE_STIFFNESS`] times the largest stiffness of the joint of the rod beside it. Its rest
-    /// rotation is that of the rest shapes and then the rotation vector `rest`. Errors: one rest angle other than zero, a compliance below [`LEAST_COMPLIANCE`] over that stiffness, a hinge without axis, no
-    /// inertia.
+    /// The elastic joint number `spring` of a plan at an end of a rod, with a rotation of its own for the sprung clamp.
+    /// A spring joint has the reciprocals of its compliances, N m/rad, in the axes of the clamp. A hinge is free about
+    /// its axis, and resists across it with [`HINGE_STIFFNESS`] times the largest stiffness of the joint of the rod
+    /// beside it. The rest rotation of a spring is that of the rest shapes and then the rotation vector `rest`. Errors:
+    /// one rest angle other than zero, a compliance below [`LEAST_COMPLIANCE`] over that stiffness, a hinge without
+    /// axis, no inertia.
     fn spring(
         &mut self,
         plan: &StructurePlan,
@@ -298,15 +300,15 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
     }
 }
 
-/// The rotational inertia about itself of the half ([`BEFORE_JOINT`]) of the outer edge of an end that belongs to the rod, kg
-/// m^2.
+/// The rotational inertia about itself of the half ([`BEFORE_JOINT`]) of the outer edge of an end that belongs to the
+/// rod, kg m^2.
 fn edge_inertia<D: Nestable>(rod: &PlacedRod<D, Space>, end: usize) -> D {
     rod.rod.mass[4 * end_edge(rod, end) + 3] * BEFORE_JOINT
 }
 
-/// The masses of body `b` of a plan: its own with its inertia tensor, then one per rod end on it. A clamped end has the inner
-/// node at its place, with the inertia of half the outer edge about its tangent. A hinged end has the outer node, a sprung
-/// clamp the inner node at the joint. Errors are those of [`body_tensor`].
+/// The masses of body `b` of a plan: its own with its inertia tensor, then one per rod end on it. A clamped end has the
+/// inner node at its place, with the inertia of half the outer edge about its tangent. A hinged end has the outer node,
+/// a sprung clamp the inner node at the joint. Errors are those of [`body_tensor`].
 fn carried_masses<D: Nestable>(
     plan: &StructurePlan,
     scene: &StructureScene<D>,

@@ -30,7 +30,8 @@ impl StructureFilm {
         Self { steps, every, seen: 0, frames: Vec::new(), samples: Vec::new() }
     }
 
-    /// Adds the initial state of a motion, or the state after a step.
+    /// Adds the initial state of a motion, or the state after a step, if it is one that the film keeps: the start,
+    /// every n-th step and the last one. It must be called once for each of them, in order.
     pub fn push(&mut self, motion: &StructureMotion<'_>) {
         let step = self.seen;
         self.seen += 1;
@@ -52,12 +53,13 @@ impl StructureFilm {
         self.samples.push(FilmSample { time, tip, energies: motion.energies() });
     }
 
-    /// Shapes, with the first and the last: nodes of all rods, separated by positions that are not numbers.
+    /// The kept frames in the order of time, with the first and the last state. Each has the time, s, and the positions
+    /// of the nodes of all rods, m, with a NaN position between two rods.
     pub fn frames(&self) -> &[Frame] {
         &self.frames
     }
 
-    /// Tip of the last rod and energies of all frames.
+    /// Time, s, tip of the last rod, m, and energies, J, of all kept frames.
     pub fn samples(&self) -> &[FilmSample] {
         &self.samples
     }

@@ -1,12 +1,14 @@
-//! Simulations of structures: steps with bisection, the start at rest or in equilibrium, and the report of a run.
+//! Simulations of structures: steps with bisection, the start at rest, in equilibrium or by a recording, and the report
+//! of a run.
 //!
-//! [`Structure::simulation`] returns a [`StructureMotion`] at t = 0 without velocity, which advances to given
-//! times. A step that fails, or that the control of the energy (of the first rod's scene) rejects, is replaced by
-//! two halves, and so on. [`Structure::simulation_over`] is a simulation over dual numbers, for derivatives,
-//! without bisection. `equilibrium_over` is the equilibrium with derivatives. [`StructureReport`] collects times,
-//! s, energies, J, and ends of the rods, m. It warns if the change of the energy over the largest kinetic energy
-//! exceeds a limit, without damping only. In space only Newmark-beta and generalized-alpha integrate; other schemes
-//! are errors, as is a scene without `[time]`.
+//! [`Structure::simulation`] returns a [`StructureMotion`] at t = 0, without velocity unless it starts from a
+//! recording, which advances to given times. A step that fails, or that the step control rejects, is replaced by two
+//! halves, and so on. It limits rotations of edges and, by the scene of the first rod and without recorded ends only,
+//! the change of the energy. [`Structure::simulation_over`] is a simulation over dual numbers, for derivatives, without
+//! bisection. `equilibrium_over` is the equilibrium with derivatives. [`StructureReport`] collects times, s, energies,
+//! J, and ends of the rods, m. It warns if the change of the energy over the largest kinetic energy exceeds a limit,
+//! only without damping of the rods and recorded ends. In space only Newmark-beta and generalized-alpha integrate;
+//! other schemes are errors, as is a scene without `[time]`.
 
 use crate::dynamics::{
     BisectedSteps, Simulation, StepControl, StepperSettings, Work, advance, energy_warning,
@@ -44,7 +46,8 @@ impl BisectedSteps for StructureMotion<'_> {
         &self.simulation
     }
 
-    /// Makes a trial step to a time, s, without bisection. Errors are those of the step; the state is then the one before it.
+    /// Makes a trial step to a time, s, without bisection. Errors are those of the step; the state is then the one
+    /// before it.
     fn step_to(&mut self, time: f64) -> Result<(), Error> {
         self.simulation.step_to(time)
     }
@@ -60,14 +63,14 @@ impl BisectedSteps for StructureMotion<'_> {
         Ok(())
     }
 
-    /// The energy control of the steps, mutable, with the simulation.
+    /// The step control (energy and rotations of edges), mutable, with the simulation.
     fn control(&mut self) -> (&mut StepControl, &Simulation<f64, Assembly<f64>>) {
         (&mut self.control, &self.simulation)
     }
 }
 
 impl StructureMotion<'_> {
-    /// Advances to `time`, s, in one step. A step that fails or that the control of the energy rejects is replaced by two of
+    /// Advances to `time`, s, in one step. A step that fails or that the step control rejects is replaced by two of
     /// half its size, and so on.
     ///
     /// # Errors
@@ -91,13 +94,13 @@ impl StructureMotion<'_> {
         self.structure.scene.rods.iter().map(|rod| &rod.name[..])
     }
 
-    /// Positions now.
+    /// Positions of all rods and bodies at the present state, m.
     pub fn shape(&self) -> StructureShape {
         let state = self.simulation.state();
         self.structure.shape_at(&state.q, &state.frames)
     }
 
-    /// Position of a point now, m.
+    /// Position of a point at the present state, m, in world axes.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a point that the structure does not have.
@@ -109,7 +112,7 @@ impl StructureMotion<'_> {
         Ok(stencil.place(|node| motions[node][0]))
     }
 
-    /// Energies now, J.
+    /// Energies at the present state, J.
     pub fn energies(&self) -> Energies {
         self.simulation.energies()
     }
@@ -132,12 +135,14 @@ impl Structure {
         })
     }
 
-    /// A simulation at t = 0, without velocity: at rest, or in the equilibrium under the loads if `initial.state` requires
-    /// it. The control of the energy is that of the scene of the first rod.
+    /// A simulation at t = 0. By `initial.state` it is at rest, or in the equilibrium under the loads, without
+    /// velocity, or has shape and velocities by the first two frames of the recording. The step control has the limits
+    /// of the energy of the scene of the first rod, or only those of rotations of edges if an end follows a recording.
     ///
     /// # Errors
-    /// A scene without `[time]` or rods, another scheme than Newmark-beta and generalized-alpha in space, and those of the
-    /// [equilibrium](Self::equilibrium) that it starts from.
+    /// A scene without `[time]` or rods, another scheme than Newmark-beta and generalized-alpha in space, and those of
+    /// the [equilibrium](Self::equilibrium) or recorded start. At rest also recorded ends that are away from their
+    /// markers.
     pub fn simulation(&self) -> Result<StructureMotion<'_>, Error> {
         let simulation = self.simulation_of(&self.scene)?;
         let parts = self.parts().next();
@@ -150,9 +155,9 @@ impl Structure {
         Ok(StructureMotion { structure: self, simulation, control, taken: Vec::new() })
     }
 
-    /// A simulation at t = 0 over another number type `D`, without bisection of steps. `seed` returns the number for the
-    /// path, value and quantity (unit and limits) of each number of the scene. With dual numbers it has the derivatives of
-    /// the motion, also those of an equilibrium at the start.
+    /// A simulation at t = 0 over another number type `D`, without bisection of steps. `seed` returns the number for
+    /// the path, value and quantity (unit and limits) of each number of the scene. With dual numbers it has the
+    /// derivatives of the motion, also those of an equilibrium at the start.
     ///
     /// # Errors
     /// As [`simulation`](Self::simulation).
@@ -163,11 +168,13 @@ impl Structure {
         self.simulation_of(&self.scene.map_numbers(seed))
     }
 
-    /// The assembly with its unknowns and frames at equilibrium under the loads, over another number type; `seed` returns the number of a path, value and
-    /// quantity of the scene. With dual numbers it has the derivatives of the equilibrium.
+    /// The assembly with its unknowns and frames at equilibrium under the loads, over another number type. `seed`
+    /// returns the number of a path, value and quantity of the scene. With dual numbers it has the derivatives of the
+    /// equilibrium.
     ///
     /// # Errors
-    /// As [`equilibrium`](Self::equilibrium); [`Error::SingularEquilibrium`] without derivatives.
+    /// As [`equilibrium`](Self::equilibrium); [`Error::SingularEquilibrium`] where the tangent is singular, over dual
+    /// numbers only.
     pub fn equilibrium_over<D: Nestable>(
         &self,
         seed: impl FnMut(&str, f64, Quantity) -> D,
@@ -177,7 +184,8 @@ impl Structure {
         Ok(AssemblyAtRest { assembly, q, frames, meshes })
     }
 
-    /// The simulation of a scene over any number type, at its start.
+    /// The simulation of a scene over any number type, at its start, as [`simulation`](Self::simulation) without
+    /// control.
     fn simulation_of<D: Nestable>(
         &self,
         scene: &StructureScene<D>,
@@ -221,7 +229,8 @@ impl Structure {
         Ok(simulation)
     }
 
-    /// Rejects a structure that starts at rest in its rest shape with recorded ends away from their markers at t = 0.
+    /// Rejects a structure that starts at rest in its rest shape with a recorded end farther than [`AT_MARKERS`]
+    /// lengths of the structure from its markers at t = 0.
     fn check_recorded_rest(&self) -> Result<(), Error> {
         let (rest, mut q) = (&self.at_rest.q, self.at_rest.q.clone());
         self.recorded.place(0.0, &mut q, &self.at_rest.frames);
@@ -237,9 +246,9 @@ impl Structure {
     }
 
     /// Unknowns and frames of the equilibrium of an `assembly`, with the derivatives that its numbers carry. From the
-    /// equilibrium in plain numbers, one Newton iteration over `D` is made per order of derivatives, none for `f64`. Frames
-    /// at walls have the derivatives of those at `rest`. Errors: no equilibrium, [`Error::SingularEquilibrium`] for a
-    /// singular tangent.
+    /// equilibrium in plain numbers, one Newton iteration over `D` is made per order of derivatives, none for `f64`.
+    /// Frames at walls have the derivatives of those at `rest`. Errors: no equilibrium, [`Error::SingularEquilibrium`]
+    /// for a singular tangent.
     fn differentiated_equilibrium<D: Nestable>(
         &self,
         assembly: &Assembly<D>,
@@ -269,12 +278,12 @@ impl Structure {
     }
 }
 
-/// Distance of recorded ends from their markers at t = 0, over the length of the structure, up to which the rest shape is the
-/// initial state.
+/// Distance of recorded ends from their markers at t = 0, over the length of the structure, up to which the rest shape
+/// is the initial state.
 const AT_MARKERS: f64 = 1e-6;
 
-/// Rejects every scheme but Newmark-beta and generalized-alpha, with the key `time.scheme`. It is called for structures in
-/// space.
+/// Rejects every scheme but Newmark-beta and generalized-alpha, with the key `time.scheme`. It is called for structures
+/// in space.
 fn check_scheme(time: &Time) -> Result<(), Error> {
     let allowed = "\"newmark-beta\" or \"generalised-alpha\", for a structure in space: only these integrate rotations of bodies";
     let integrates = matches!(time.scheme, Scheme::NewmarkBeta | Scheme::GeneralisedAlpha);
@@ -312,8 +321,8 @@ impl StructureReport {
         Self { dof: structure.dof(), ..Self::default() }
     }
 
-    /// Adds time, energies and the end (`tip`) of every rod of the present state of `motion`. Its shape and work replace the
-    /// previous ones.
+    /// Adds time, energies and the end (`tip`) of every rod of the present state of `motion`. Its shape and work
+    /// replace the previous ones.
     pub fn push(&mut self, motion: &StructureMotion<'_>) {
         self.push_energies(motion);
         self.shape = motion.shape();
@@ -330,8 +339,8 @@ impl StructureReport {
         self.energies.push(motion.energies());
     }
 
-    /// Largest absolute difference of the total energy from that of the first state, J, and the largest kinetic energy, J,
-    /// over all added states; zeros without any.
+    /// Largest absolute difference of the total energy from that of the first state, J, and the largest kinetic energy,
+    /// J, over all added states; zeros without any.
     fn energy_change(&self) -> [f64; 2] {
         let first = self.energies.first().map_or(0.0, Energies::total);
         let change = self.energies.iter().map(|energies| (energies.total() - first).abs());
@@ -339,9 +348,9 @@ impl StructureReport {
         [change.fold(0.0, f64::max), kinetic.fold(0.0, f64::max)]
     }
 
-    /// Sets the status, `completed` or the text of the error in `outcome`. Replaces the warnings by that of the energy, if
-    /// its change relative to the largest kinetic energy exceeds the limit for the scene of the first rod. None with damping,
-    /// recorded ends, and without kinetic energy.
+    /// Sets the status, `completed` or the text of the error in `outcome`. Replaces the warnings by that of the energy,
+    /// if its change relative to the largest kinetic energy exceeds the limit for the scene of the first rod. There is
+    /// none with damping of the rods, with recorded ends, and without kinetic energy.
     pub fn finish(&mut self, structure: &Structure, outcome: &Result<(), Error>) {
         let [change, kinetic] = self.energy_change();
         let warning =
@@ -354,8 +363,8 @@ impl StructureReport {
         };
     }
 
-    /// The result as text for a terminal: status, ends of all rods at the last time, change of the energy, unknowns, steps
-    /// and Newton iterations, and the warnings.
+    /// The result as text for a terminal: status, ends of all rods at the last time, change of the energy, unknowns,
+    /// steps and Newton iterations, and the warnings.
     pub fn summary(&self) -> Summary {
         let tone = Tone::of_result(self.status == "completed", !self.warnings.is_empty());
         let tips = self.shape.rods.iter().map(|(name, rod)| {

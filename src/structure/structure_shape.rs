@@ -56,14 +56,15 @@ pub struct StructureShape {
 }
 
 impl Structure {
-    /// Positions of all rods and bodies at the unknowns `q`, m. In space rotations of bodies refer to the frames at rest.
+    /// Positions of all rods and bodies at the unknowns `q`, m. In space rotations of bodies refer to the frames at
+    /// rest.
     pub fn shape(&self, q: &[f64]) -> StructureShape {
         self.shape_at(q, &self.at_rest.frames)
     }
 
-    /// Positions of all rods and bodies in the world, m, at the unknowns `q`, with the `frames` from which rotations and
-    /// angles are measured. Entries of carried nodes in `q` have no effect: the bodies place them. Bodies of joints are left
-    /// out.
+    /// Positions of all rods and bodies in the world, m, at the unknowns `q`, with the `frames` from which rotations
+    /// and angles are measured. Entries of carried nodes in `q` have no effect: the bodies place them. Bodies of joints
+    /// are left out.
     pub fn shape_at(&self, q: &[f64], frames: &AssemblyFrames<f64>) -> StructureShape {
         let mut q = q.to_vec();
         let assembly = &self.at_rest.assembly;
@@ -85,9 +86,10 @@ impl Structure {
         shape
     }
 
-    /// The pose of body `i` of the plan at the coordinates `z` of all bodies: its own center of mass in the world, m, and its
-    /// rotation from rest, rad. In a plane that is the angle about the normal, zero for a body that does not rotate. In space
-    /// it is the rotation vector and its size. `frames` has the references of rotations in space, without effect in a plane.
+    /// The pose of body `i` of the plan at the coordinates `z` of all bodies: its own center of mass in the world, m,
+    /// and its rotation from rest, rad. In a plane that is the angle about the normal, zero for a body that does not
+    /// rotate. In space it is the rotation vector and its size. `frames` has the references of rotations in space,
+    /// without effect in a plane.
     fn body_pose(&self, i: usize, z: &[f64], frames: &AssemblyFrames<f64>) -> BodyPose {
         match (&self.at_rest.assembly, &self.blueprint.models) {
             (Assembly::Plane(rods), RodModels::Plane { plane, .. }) => {
@@ -112,8 +114,8 @@ impl Structure {
         }
     }
 
-    /// Positions of all nodes in the world from the unknowns `own` of one rod, or with `are_positions` false their changes,
-    /// which are rotated only. In space angles of edges are dropped.
+    /// Positions of all nodes in the world from the unknowns `own` of one rod, or with `are_positions` false their
+    /// changes, which are rotated only. In space angles of edges are dropped.
     fn node_vectors(&self, own: &[f64], are_positions: bool) -> Vec<[f64; 3]> {
         match &self.blueprint.models {
             RodModels::Plane { plane, .. } => {
@@ -129,8 +131,8 @@ impl Structure {
         }
     }
 
-    /// Displacements of all nodes in world axes, by the name of the rod, along a `change` of the unknowns at a `state`, to
-    /// first order. Those of carried nodes follow from the bodies, of fixed nodes are zero.
+    /// Displacements of all nodes in world axes, by the name of the rod, along a `change` of the unknowns at a `state`,
+    /// to first order. Those of carried nodes follow from the bodies, of fixed nodes are zero.
     pub(super) fn displacements(
         &self,
         state: &EquilibriumState<AssemblyFrames<f64>>,
@@ -146,8 +148,8 @@ impl Structure {
             .collect()
     }
 
-    /// Position of the end of rod `k` with these `nodes`, m: the weighted sum of the stencil of its tip. It is the wall or
-    /// joint between two nodes, else the last node.
+    /// Position of the end of rod `k` with these `nodes`, m: the weighted sum of the stencil of its tip. It is the wall
+    /// or joint between two nodes, else the last node.
     fn tip(&self, k: usize, nodes: &[[f64; 3]]) -> [f64; 3] {
         let mesh = &self.at_rest.meshes[k];
         match crate::scene::Point::Tip.stencil(mesh) {
@@ -158,8 +160,8 @@ impl Structure {
 }
 
 impl StructureShape {
-    /// Writes a row of CSV, without header, for each node of each rod: `time,rod,node,x,y,z` with the `time`, s, name, node
-    /// index from 0 and position, m. Rods are in the order of their names.
+    /// Writes a row of CSV, without header, for each node of each rod: `time,rod,node,x,y,z` with the `time`, s, name,
+    /// node index from 0 and position, m. Rods are in the order of their names.
     ///
     /// # Errors
     /// Those of the writer.
@@ -172,8 +174,8 @@ impl StructureShape {
         Ok(())
     }
 
-    /// All nodes as CSV with the header `rod,node,x,y,z`: name, node index from 0 and position, m. Rods are in the order of
-    /// their names.
+    /// All nodes as CSV with the header `rod,node,x,y,z`: name, node index from 0 and position, m. Rods are in the
+    /// order of their names.
     pub fn to_csv(&self) -> String {
         let mut text = String::from("rod,node,x,y,z\n");
         for (name, rod) in &self.rods {

@@ -1,9 +1,10 @@
-//! A simulation with its wall-clock time, Newton iterations, energy drift and the motion of its tip, as one run of a study.
+//! A simulation with its wall-clock time, Newton iterations, energy drift and the motion of its tip, as one run of a
+//! study.
 //!
-//! Input: a problem with a time. The tip is sampled at [`SAMPLES`] evenly spaced times up to the end, m. Completed runs with
-//! a stepping time below [`SHORT`] are repeated up to [`REPETITIONS`] times; the shortest time counts, s. The energy drift
-//! is the largest change of the energy over the largest kinetic energy. A run that stops has its error in place of the
-//! motion. A problem that cannot begin, and a repetition that stops, are errors.
+//! Input: a problem with a time. The tip is sampled at [`SAMPLES`] evenly spaced times up to the end, m. Completed runs
+//! with a stepping time below [`SHORT`] are repeated up to [`REPETITIONS`] times; the shortest time counts, s. The
+//! energy drift is the largest change of the energy over the largest kinetic energy. A run that stops has its error in
+//! place of the motion. A problem that cannot begin, and a repetition that stops, are errors.
 
 use crate::accuracy::Positions;
 use crate::dynamics::{SimulationReport, Trajectory};
@@ -20,7 +21,7 @@ const REPETITIONS: usize = 2;
 
 /// A simulation with its cost.
 pub(super) struct MeasuredRun {
-    /// Positions of the tip at the [`SAMPLES`] times, m, or why the run stopped.
+    /// Positions of the tip at the [`SAMPLES`] times, m, or the error of a run that stopped.
     pub tip: Result<Positions, Error>,
     /// Wall time of the stepping, s.
     pub seconds: f64,
@@ -32,8 +33,8 @@ pub(super) struct MeasuredRun {
 
 impl MeasuredRun {
     /// Simulates a problem, samples its tip at [`SAMPLES`] times from the first interval to the end, and measures the
-    /// stepping. A completed run below [`SHORT`] is repeated up to [`REPETITIONS`] times, and the shortest time counts. A
-    /// run that stops is a result; a problem that cannot begin, and a repetition that stops, are errors.
+    /// stepping. A completed run below [`SHORT`] is repeated up to [`REPETITIONS`] times, and the shortest time counts.
+    /// A run that stops is a result; a problem that cannot begin, and a repetition that stops, are errors.
     pub fn new(problem: &Problem) -> Result<Self, Error> {
         let time = problem.time()?;
         let nodes: Vec<usize> = problem.tip().nodes.iter().map(|(node, _)| *node).collect();

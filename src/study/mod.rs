@@ -1,16 +1,17 @@
 //! Work-precision study: error of the tip against wall-clock time, over schemes, meshes and time steps.
 //!
-//! The scene is simulated with every scheme that supports it, on meshes of 1/4 to 4 times its edges. Implicit schemes take 4
-//! to 1/8 times its step, explicit ones three fractions of the largest stable step. Finer steps on a mesh are skipped once
-//! the step error is below `NEGLIGIBLE_STEP_ERROR` of the mesh error. The reference is the continuum limit: runs with the
-//! finest step on 4 and on 8 times the edges, extrapolated to edges of zero length (Richardson). They are runs of `rodas4`
-//! with 1/8 of the step, or of Newmark-beta with 1/16 where the scene does not allow `rodas4`. Errors are largest distances
-//! of the tip over the length. The error of a run is its difference from the reference. Its parts are the difference from
-//! the finest step on the same mesh (step error), and that of this one from the reference (mesh error). The reported error
-//! of the reference is the smallest difference of a run from it. A scene with a given mesh (forces or masses on nodes by
-//! index) is studied on that mesh alone, and its finest step is the reference. [`Study`] has all runs, those that stopped
-//! with the reason, and the fastest one for errors of 0.1 to 1e-6. A scene without `[time]`, or a reference run that fails,
-//! is an error. `rodfit study` prints it.
+//! The scene is simulated with every scheme that supports it, on meshes of 1/4 to 4 times its edges (with markers at
+//! nodes, at least two edges). Implicit schemes take 4 to 1/8 times its step, explicit ones three fractions of the
+//! largest stable step. Finer steps on a mesh are skipped once the step error is below `NEGLIGIBLE_STEP_ERROR` of the
+//! mesh error. The reference is the continuum limit: runs with the finest step on 4 and on 8 times the edges,
+//! extrapolated to edges of zero length (Richardson). They are runs of `rodas4` with 1/8 of the step, or of
+//! Newmark-beta with 1/16 where the scene does not allow `rodas4`. Errors are largest distances of the tip over the
+//! length. The error of a run is its difference from the reference. Its parts are the difference from the finest step
+//! on the same mesh (step error), and that of this one from the reference (mesh error). The reported error of the
+//! reference is the smallest difference of a run from it. A scene with a given mesh (forces or masses on nodes by
+//! index) is studied on that mesh alone, and its finest step is the reference. [`Study::new`] returns a [`Study`] with
+//! all runs, those that stopped with the reason, and the fastest one for errors of 0.1 to 1e-6. A scene without
+//! `[time]`, or a reference run that fails, is an error.
 
 mod display;
 mod measured_run;
@@ -135,8 +136,8 @@ fn continuum_limit(coarse: &FinestRun, fine: &FinestRun, scene: &Scene) -> Posit
     coarse.tip.iter().zip(&fine.tip).map(limit).collect()
 }
 
-/// Numbers of edges on which a scene is studied, ascending: multiples of its own, at least 2, that keep recorded markers
-/// at nodes. Its own only if the mesh is given.
+/// Numbers of edges on which a scene is studied, ascending: multiples of its own, at least 2, that keep recorded
+/// markers at nodes. Its own only if the mesh is given.
 fn mesh_sizes(problem: &Problem, scene: &Scene) -> Vec<usize> {
     if scene.mesh_is_given() {
         return vec![problem.segments()];
@@ -151,8 +152,8 @@ fn mesh_sizes(problem: &Problem, scene: &Scene) -> Vec<usize> {
     sizes
 }
 
-/// The schemes that support all terms of the scene, with beta 0.5. The scene's own Newmark-beta is added if it dissipates
-/// energy by a larger beta. An error without `[time]`.
+/// The schemes that support all terms of the scene, with beta 0.5. The scene's own Newmark-beta is added if it
+/// dissipates energy by a larger beta. An error without `[time]`.
 fn integrators(problem: &Problem, scene: &Scene) -> Result<Vec<Integrator>, Error> {
     let time = problem.time()?;
     let taken = Scheme::all().filter(|scheme| scene.is_supported_by(*scheme));
@@ -166,11 +167,11 @@ fn integrators(problem: &Problem, scene: &Scene) -> Result<Vec<Integrator>, Erro
 }
 
 impl Study {
-    /// Runs the study, on the mesh and step that the program chooses where the scene gives none. `progress` is called with
-    /// the number of finished runs and the number of all runs. On a mesh, finer steps are skipped once the step error is
-    /// below `NEGLIGIBLE_STEP_ERROR` of the mesh error; an explicit scheme also skips a mesh on which the largest step of
-    /// an earlier explicit scheme was that accurate. Skipped runs count as finished. Runs that stop are rows with the
-    /// reason. The fastest runs are listed for errors of 0.1 to 1e-6 of the length.
+    /// Runs the study, on the mesh and step that the program chooses where the scene gives none. `progress` is called
+    /// with the number of finished runs and the number of all runs. On a mesh, finer steps are skipped once the step
+    /// error is below `NEGLIGIBLE_STEP_ERROR` of the mesh error; an explicit scheme also skips a mesh on which the
+    /// largest step of an earlier explicit scheme was that accurate. Skipped runs count as finished. Runs that stop are
+    /// rows with the reason. The fastest runs are listed for errors of 0.1 to 1e-6 of the length.
     ///
     /// # Errors
     ///

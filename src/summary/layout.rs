@@ -21,8 +21,8 @@ pub(crate) fn columns(text: &str) -> usize {
     text.chars().count()
 }
 
-/// The words of a text, between which a line may end, without the spaces. A unit of [`UNITS`] behind a number belongs to the
-/// word of the number.
+/// The words of a text, between which a line may end, without the spaces. A unit of [`UNITS`] behind a number belongs
+/// to the word of the number.
 fn words(text: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -39,14 +39,14 @@ fn words(text: &str) -> Vec<String> {
     words
 }
 
-/// A text in lines of up to `width` columns, or at least [`MIN_TEXT_WIDTH`] behind the indent. The first line begins with
-/// `head`, the others, also those of line breaks, with `indent` spaces. Spaces at the ends of lines are removed.
+/// A text in lines of up to `width` columns, or at least [`MIN_TEXT_WIDTH`] behind the indent. The first line begins
+/// with `head`, the others, also those of line breaks, with `indent` spaces. Spaces at the ends of lines are removed.
 pub(crate) fn wrapped_behind(head: &str, text: &str, width: usize, indent: usize) -> Vec<String> {
     lines_behind(head, text, width.max(indent + MIN_TEXT_WIDTH), indent)
 }
 
-/// Lines of `text`, wrapped to `width` columns behind `head`, as in [`wrapped_behind`] but for any width. A part that fits on
-/// a line keeps its spaces. One line for an empty text.
+/// Lines of `text`, wrapped to `width` columns behind `head`, as in [`wrapped_behind`] but for any width. A part that
+/// fits on a line keeps its spaces. One line for an empty text.
 fn lines_behind(head: &str, text: &str, width: usize, indent: usize) -> Vec<String> {
     let mut lines = Vec::new();
     let mut start = head.to_string();
@@ -80,9 +80,9 @@ pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines_behind("", text, width, 0)
 }
 
-/// A message of one or several lines, such as a warning or an error, with lines wrapped to the width of the style. Continued
-/// lines are indented by 2 below the first, else like their line. Lines that quote a file (number and `|`) are not wrapped.
-/// `error:` and `warning:` at the start are colored if the style is.
+/// A message of one or several lines, such as a warning or an error, with lines wrapped to the width of the style.
+/// Continued lines are indented by 2 below the first, else like their line. Lines that quote a file (number and `|`)
+/// are not wrapped. `error:` and `warning:` at the start are colored if the style is.
 pub fn wrap_message(text: &str, style: TextStyle) -> String {
     let is_quotation = |line: &str| {
         let rest = line.trim_start().trim_start_matches(|c: char| c.is_ascii_digit());

@@ -1,9 +1,10 @@
 //! Results as text for a terminal: the status and the result first, then warnings, then the details.
 //!
-//! Every report of the library has a function `summary` that returns a [`Summary`], a list of labelled facts, notes, tables
-//! and verbatim text. Its `Display` is 80 columns wide and without color; [`Summary::render`] takes another width, and colors
-//! the status and the warnings. Control characters of names are escaped. `quantity` writes numbers with units, `table` the
-//! tables, and `layout` wraps lines.
+//! Every report of the library has a function `summary` that returns a [`Summary`]. It has a status with its [`Tone`]
+//! (severity), subject and code, and a list of labelled facts, notes, tables and verbatim text. Parts that are added
+//! before its warnings are the result, later ones are details. Its `Display` is 80 columns wide and without color;
+//! [`Summary::render`] takes another width, and colors the status and the warnings. Control characters of names are
+//! escaped. `quantity` writes numbers with units, `table` the tables, and `layout` wraps lines.
 
 mod layout;
 pub(crate) mod quantity;
@@ -39,7 +40,8 @@ pub enum Tone {
 }
 
 impl Tone {
-    /// The severity of a computation: `Bad` without success, `Doubtful` with success and warnings, `Good` with success alone.
+    /// The severity of a computation: `Bad` without success, `Doubtful` with success and warnings, `Good` with success
+    /// alone.
     pub const fn of_result(is_success: bool, has_warnings: bool) -> Self {
         match (is_success, has_warnings) {
             (true, false) => Self::Good,
@@ -58,8 +60,8 @@ impl Tone {
         }
     }
 
-    /// A text between escape sequences that begin and end this color, if `is_colored`. Else, and for `Neutral`, the text
-    /// itself.
+    /// A text between escape sequences that begin and end this color, if `is_colored`. Else, and for `Neutral`, the
+    /// text itself.
     pub fn paint(self, text: &str, is_colored: bool) -> String {
         match is_colored && self != Self::Neutral {
             true => format!("{}{text}\x1b[0m", self.escape()),
@@ -134,8 +136,8 @@ impl Summary {
         Self { subject: subject.to_string(), ..self }
     }
 
-    /// Adds warnings, the most severe first, behind earlier ones. All blocks that are added later are details, even if there
-    /// are no warnings.
+    /// Adds warnings, the most severe first, behind earlier ones. All blocks that are added later are details, even if
+    /// there are no warnings.
     pub fn warnings<T: Into<String>>(mut self, warnings: impl IntoIterator<Item = T>) -> Self {
         self.warnings.extend(warnings.into_iter().map(Into::into));
         // Also without warnings the result ends here, so that summaries of one kind have one layout.
@@ -143,8 +145,9 @@ impl Summary {
         self
     }
 
-    /// The summary with the codes of its warnings in the status, so that the first line says that the result may be wrong:
-    /// `completed, with warnings: unstable-state`. Without warnings, or codes behind them, it is unchanged.
+    /// The summary with the codes of its warnings in the status, so that the first line has them:
+    /// `completed, with warnings: unstable-state`. The code of a warning is in brackets at its end; each one is listed
+    /// once. Without codes the summary is unchanged.
     pub fn naming_warnings(mut self) -> Self {
         let mut codes: Vec<&str> = Vec::new();
         for warning in &self.warnings {
@@ -158,13 +161,14 @@ impl Summary {
         self
     }
 
-    /// Ends the result: all blocks that are added later are details, which are shown after the warnings behind an empty line.
+    /// Ends the result: all blocks that are added later are details, which are shown after the warnings behind an empty
+    /// line.
     pub fn details(self) -> Self {
         self.warnings(None::<String>)
     }
 
-    /// Adds a text with a label in front to the result or the details. A label that equals that of the fact above is not
-    /// shown again.
+    /// Adds a text with a label in front to the result or the details. A label that equals that of the fact above is
+    /// not shown again.
     pub fn fact(mut self, label: impl Into<String>, text: impl Into<String>) -> Self {
         self.push(SummaryBlock::Fact { label: label.into(), text: text.into() });
         self
@@ -201,8 +205,8 @@ impl Summary {
         self.details.as_mut().unwrap_or(&mut self.result).push(block);
     }
 
-    /// The wrapped lines of `subject: status [code]`, with control characters escaped. The first line is colored from the
-    /// status on, if the style is.
+    /// The wrapped lines of `subject: status [code]`, with control characters escaped. The first line is colored from
+    /// the status on, if the style is.
     fn headline(&self, style: TextStyle) -> Vec<String> {
         let subject = printable_name(&self.subject);
         let subject = if subject.is_empty() { String::new() } else { format!("{subject}: ") };
@@ -219,8 +223,8 @@ impl Summary {
 
     /// The wrapped and indented lines of a block. Texts of facts begin behind the label at [`LABEL_WIDTH`]; with
     /// `repeats_label` the label, which equals that of the block above, is left blank. Tables are indented by 4 below a
-    /// title, by 2 without one or if they are too wide. Verbatim lines are neither wrapped nor indented. Control characters
-    /// are escaped.
+    /// title, by 2 without one or if they are too wide. Verbatim lines are neither wrapped nor indented. Control
+    /// characters are escaped.
     fn block_lines(block: &SummaryBlock, repeats_label: bool, style: TextStyle) -> Vec<String> {
         match block {
             SummaryBlock::Fact { label, text } => {
@@ -256,8 +260,8 @@ impl Summary {
         }
     }
 
-    /// The lines of several blocks. Empty lines separate them, except that facts and notes follow each other, and a note
-    /// follows a table without a title.
+    /// The lines of several blocks. Empty lines separate them, except that facts and notes follow each other, and a
+    /// note follows a table without a title.
     fn section_lines(blocks: &[SummaryBlock], style: TextStyle) -> Vec<String> {
         use SummaryBlock::{Fact, Note, Table};
         let mut lines = Vec::new();
@@ -281,8 +285,8 @@ impl Summary {
         lines
     }
 
-    /// The text in a style, without a line break at its end: status, result, warnings and details, separated by empty lines.
-    /// Parts without lines are left out.
+    /// The text in a style, without a line break at its end: status, result, warnings and details, separated by empty
+    /// lines. Parts without lines are left out.
     pub fn render(&self, style: TextStyle) -> String {
         let warning = |text: &String| {
             let text = printable(text);

@@ -2,8 +2,8 @@
 //!
 //! Input is an SI value with a number of significant digits. Small values in m, s, N, J and kg (as g) get the largest
 //! prefix of which they are at least a tenth; numbers outside `FIXED_POINT` have an exponent. [`duration`] is in s, min
-//! or h with two digits, [`p_value`] an upper bound below `SMALLEST_P`. Only ASCII is used. Summaries and warnings of all
-//! reports are written with [`number`], [`quantity`], [`p_value`], [`counted`] and [`duration`].
+//! or h with two digits, [`p_value`] an upper bound below `SMALLEST_P`. Only ASCII is used. Summaries and warnings of
+//! all reports are written with [`number`], [`quantity`], [`p_value`], [`counted`] and [`duration`].
 
 /// Prefixes with their factors, the largest first.
 const PREFIXES: [(&str, f64); 5] = [("", 1.0), ("m", 1e-3), ("u", 1e-6), ("n", 1e-9), ("p", 1e-12)];
@@ -20,8 +20,8 @@ const SECONDS_PER_MINUTE: f64 = 60.0;
 /// p-values below this are displayed as this upper bound.
 const SMALLEST_P: f64 = 1e-99;
 
-/// A number rounded to `digits` significant digits (at least one). Its absolute value is written without an exponent from
-/// 1e-3 to below 1e4 ([`FIXED_POINT`]), else as `1.5e-5`. Zero is `0`.
+/// A number rounded to `digits` significant digits (at least one). Its absolute value is written without an exponent
+/// from 1e-3 to below 1e4 ([`FIXED_POINT`]), else as `1.5e-5`. Zero is `0`.
 pub(crate) fn number(value: f64, digits: usize) -> String {
     let digits = digits.max(1);
     match value.abs() {
@@ -37,9 +37,9 @@ pub(crate) fn number(value: f64, digits: usize) -> String {
     }
 }
 
-/// An SI value with `digits` significant digits and its unit. Units of [`PREFIXED`] have the largest prefix (mm, us, down to
-/// p) of which the value is at least a tenth; smaller values have none. Masses in kg are shown in g, with prefixes, below 1
-/// kg. Without a unit it is the number alone.
+/// An SI value with `digits` significant digits and its unit. Units of [`PREFIXED`] have the largest prefix (mm, us,
+/// down to p) of which the value is at least a tenth; smaller values have none. Masses in kg are shown in g, with
+/// prefixes, below 1 kg. Without a unit it is the number alone.
 pub(crate) fn quantity(value: f64, unit: &str, digits: usize) -> String {
     let (value, unit) = if unit == "kg" { (value * 1e3, "g") } else { (value, unit) };
     let size = value.abs();

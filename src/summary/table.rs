@@ -40,8 +40,8 @@ impl TextColumn {
         Self { heading: heading.into(), alignment: Alignment::Right }
     }
 
-    /// A column of longer text with a heading, aligned on the left. Its cells continue on further lines if the table would be
-    /// too wide.
+    /// A column of longer text with a heading, aligned on the left. Its cells continue on further lines if the table
+    /// would be too wide.
     pub fn wrapped(heading: impl Into<String>) -> Self {
         Self { heading: heading.into(), alignment: Alignment::Wrapped }
     }
@@ -73,8 +73,8 @@ impl<T> ItemTable<T> {
         Self { items, table: SummaryTable { columns: Vec::new(), rows } }
     }
 
-    /// Adds a column. `cell` returns the text of an item, of which control characters are escaped; for `None` the cell is
-    /// empty.
+    /// Adds a column. `cell` returns the text of an item, of which control characters are escaped; for `None` the cell
+    /// is empty.
     fn column<C: Into<Option<String>>>(
         mut self,
         column: TextColumn,
@@ -97,8 +97,8 @@ impl<T> ItemTable<T> {
         self.column(TextColumn::right(heading), cell)
     }
 
-    /// Adds a column of longer text, which continues on further lines if the table would be too wide. `cell` returns the text
-    /// of each item or none.
+    /// Adds a column of longer text, which continues on further lines if the table would be too wide. `cell` returns
+    /// the text of each item or none.
     pub fn wrapped<C: Into<Option<String>>>(self, heading: &str, cell: impl Fn(&T) -> C) -> Self {
         self.column(TextColumn::wrapped(heading), cell)
     }
@@ -137,15 +137,15 @@ impl SummaryTable {
         (0..self.columns.len()).filter(has_text).collect()
     }
 
-    /// Number of columns of the narrowest line that all rows fit into, with wrapped columns at their smallest width, and
-    /// without an indent.
+    /// Number of columns of the narrowest line that all rows fit into, with wrapped columns at their smallest width,
+    /// and without an indent.
     pub(crate) fn min_width(&self) -> usize {
         line_width(&self.widths(&self.used(), 0))
     }
 
-    /// Widths of the `used` columns (indices): those of the longest cell or heading. Wrapped ones shrink, the widest first,
-    /// until the line fits into `available` columns. None shrinks below its longest word or [`MIN_COLUMN`], so that the line
-    /// may exceed these.
+    /// Widths of the `used` columns (indices): those of the longest cell or heading. Wrapped ones shrink, the widest
+    /// first, until the line fits into `available` columns. None shrinks below its longest word or [`MIN_COLUMN`], so
+    /// that the line may exceed these.
     fn widths(&self, used: &[usize], available: usize) -> Vec<usize> {
         let natural = |k: &usize| {
             let cells = self.rows.iter().map(|row| columns(&row[*k]));
@@ -171,8 +171,8 @@ impl SummaryTable {
         widths
     }
 
-    /// The headings and the rows as lines of up to `width` columns, of which `indent` are spaces in front. Lines are longer
-    /// if columns cannot shrink. Only used columns are shown, and spaces at the ends are removed.
+    /// The headings and the rows as lines of up to `width` columns, of which `indent` are spaces in front. Lines are
+    /// longer if columns cannot shrink. Only used columns are shown, and spaces at the ends are removed.
     pub(crate) fn lines(&self, indent: usize, width: usize) -> Vec<String> {
         let used = self.used();
         let widths = self.widths(&used, width.saturating_sub(indent));

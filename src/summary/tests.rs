@@ -1,8 +1,8 @@
 //! Tests of the layout of summaries: order of their parts, width of lines, colors, escaped control characters, tables.
 //!
-//! Input are a summary with all kinds of parts, messages with quoted lines, and tables with long cells. They are rendered
-//! at several widths, with and without color. The tests compare the text: status, result, warnings, details; lines up to
-//! the width; equal text without the escape sequences.
+//! Input are a summary with all kinds of parts, messages with quoted lines, and tables with long cells. They are
+//! rendered at several widths, with and without color. The tests compare the text: status, result, warnings, details;
+//! lines up to the width; equal text without the escape sequences.
 
 use crate::code::Code;
 use crate::summary::{ItemTable, Summary, TextStyle, Tone, wrap_message};

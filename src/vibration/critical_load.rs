@@ -1,16 +1,19 @@
-//! Critical loads: the value of a load at which the lowest mode about the equilibrium loses its stiffness, with derivatives.
+//! Critical loads: the value of a load at which the lowest mode about the equilibrium loses its stiffness, with
+//! derivatives.
 //!
-//! Let `F(P, p)` be the squared lowest frequency of the rod under the load `P` with the parameters `p`. It is positive where
-//! the rod is stable, and nearly linear in `P` for a column. Newton's method in `P` approaches the root from the stable side,
-//! from no load on, and ends at a distance of [`DISTANCE`] of the load, where the equilibrium is not singular yet. Output:
-//! the extrapolated root and its derivatives,
+//! Input: a load, its expected value, whose sign counts, and parameters. Let `F(P, p)` be the squared lowest frequency
+//! of the rod under the load `P` with the parameters `p`, 1/s^2. It is positive where the rod is stable, and nearly
+//! linear in `P` for a column. Newton's method in `P` approaches the root from the stable side, from no load on. It
+//! ends at a distance of [`DISTANCE`] of the load, where the equilibrium is not singular yet. Output
+//! ([`CriticalLoad`]): the extrapolated root and its derivatives,
 //!
 //! ```text
 //! P_c = P - F/F_P,   dP_c/dp = -F_p/F_P + F F_Pp/F_P^2
 //! ```
 //!
-//! whose errors are of second order, and of first order, in the distance times the curvature of `F`. Derivatives of `F` are
-//! exact (hyper-dual numbers). [`Error::Invalid`] where the rod stays stable, as one that bends from the first load on.
+//! whose errors are of second order, and of first order, in the distance times the curvature of `F`. Derivatives of `F`
+//! are exact (hyper-dual numbers). Errors are [`Error::Invalid`] where the rod stays stable, as one that bends from the
+//! first load on, and those of natural frequencies, as under loads without a potential.
 
 use crate::error::Error;
 use crate::problem::Problem;
@@ -19,7 +22,8 @@ use num_dual::{Dual64, HyperDual64};
 
 /// Distance of the last load below the critical one, relative to the load.
 const DISTANCE: f64 = 1e-4;
-/// Most evaluations of the lowest frequency. Newton's method takes four or five; each bisection after an overshoot one more.
+/// Most evaluations of the lowest frequency. Newton's method takes four or five; each bisection after an overshoot one
+/// more.
 const MOST_TRIALS: usize = 40;
 /// Largest critical load that is searched, over the expected one.
 const FARTHEST: f64 = 100.0;
@@ -34,8 +38,9 @@ pub struct CriticalLoad {
 }
 
 impl Problem {
-    /// The smallest critical value of a `load` of the scene that has the sign of the `expected` one, with its derivatives by
-    /// the `parameters`, in their order. Other loads stay. In a planar scene the rod buckles in its plane.
+    /// The smallest critical value of a `load` of the scene that has the sign of the `expected` one, with its
+    /// derivatives by the `parameters`, in their order. Other loads and parameters stay. In a planar scene the rod
+    /// buckles in its plane.
     ///
     /// ```
     /// use rodfit::scene::{Dimension, Material, Point, PointForce, Scene, Section, Shape};
@@ -98,7 +103,8 @@ impl Problem {
         Err(none())
     }
 
-    /// The step from a `value` of the load to the root of the tangent of the squared lowest frequency, `-F/F_P`.
+    /// The step from a `value` of the load to the root of the tangent of the squared lowest frequency, `-F/F_P`, in the
+    /// unit of the load. Errors are those of the natural frequency.
     fn distance_to_instability(&self, load: Parameter, value: f64) -> Result<f64, Error> {
         let problem = self.with_fixed_layout([(load, value)])?;
         let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == load)));
@@ -107,7 +113,8 @@ impl Problem {
         Ok(-squared.re / squared.eps)
     }
 
-    /// The derivative of the critical load by a parameter, from the problem under a load near it; zero by the load itself.
+    /// The derivative of the critical load by a parameter, from the problem under a load near the critical one; zero by
+    /// the load itself. Errors are those of the natural frequency.
     fn derivative_of_critical_load(
         &self,
         load: Parameter,

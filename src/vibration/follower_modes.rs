@@ -1,12 +1,12 @@
-//! Modes of a rod under loads without a potential: frequencies (rad/s) and growth rates (1/s) of the unsymmetric problem
-//! `K x = lambda M x`.
+//! Modes of a rod under loads without a potential: frequencies (rad/s) and growth rates (1/s) of the unsymmetric
+//! problem `K x = lambda M x`.
 //!
 //! Input: a [`Pencil`] whose tangent `K` is not symmetric, and the scale (1/s^2) of a small eigenvalue. With a motion
 //! `x exp(s t)`, `s^2 = -lambda`. A positive `lambda` is a vibration, a negative one grows without vibrating
 //! (divergence). A pair of complex ones is a vibration that grows, and one that decays, with the same frequency
-//! (flutter). Damping is left out. Method: all eigenvalues of the dense matrix `M^(1/2) (K + scale M)^-1 M^(1/2)`, whose
-//! largest ones are the lowest of the pencil, and accurate. Imaginary parts below the rounding error are zero. An error
-//! for more unknowns than [`MOST_UNKNOWNS`].
+//! (flutter). Damping is left out. Method: all eigenvalues of the dense matrix `M^(1/2) (K + scale M)^-1 M^(1/2)`,
+//! whose largest ones are the lowest of the pencil, and accurate. Imaginary parts below the rounding error are zero. An
+//! error for more unknowns than [`MOST_UNKNOWNS`].
 
 use crate::error::Error;
 use crate::numerics::tangent::{Factors, Tangent};

@@ -11,13 +11,13 @@
 //! starts from the mode that [`modes`](crate::vibration::modes) finds in plain numbers. Every iteration reduces the
 //! components of `x` along other modes, and those of its derivatives. The factor is the ratio of the distances of the
 //! shift from `lambda` and from the next eigenvalue. The error of the quotient is of second order in them. First
-//! derivatives agree with the Hellmann-Feynman theorem; second ones include the change of the mode. Names with
-//! `timoshenko` have frequencies that shear and rotary inertia reduce (`timoshenko`).
+//! derivatives agree with the Hellmann-Feynman theorem; second ones include the change of the mode. Bending modes whose
+//! names have `timoshenko` have frequencies that shear and rotary inertia reduce.
 //!
-//! Input: names of modes ([`ModeName`]) and parameters. Output: one angular frequency per name, in their order,
-//! rad/s, with its derivative by each parameter. Errors: a mode without stiffness, a number above that of the
-//! modes, and a filter or parameter that the scene cannot have. With parameters also a mode whose frequency agrees
-//! with another one in its plane within `CLUSTER_DISTANCE`.
+//! Input: names of modes ([`ModeName`]) and parameters. Output: one angular frequency per name, in their order, rad/s,
+//! with its derivative by each parameter. Errors: a mode without stiffness, a number above that of the modes, a filter
+//! or parameter that the scene cannot have, and a load without a potential. With parameters also a mode whose frequency
+//! agrees with another one in its plane within `CLUSTER_DISTANCE`.
 //!
 //! [`Trajectory::at_rest`]: crate::Trajectory::at_rest
 
@@ -38,8 +38,8 @@ use num_dual::Dual64;
 /// Relative distance of the shift from the eigenvalue. A smaller one converges faster, with larger rounding errors of
 /// the factors.
 const SHIFT_OFFSET: f64 = 1e-7;
-/// Number of inverse iterations. Each reduces components along other modes by a factor of a thousand at least; the first
-/// one yields the derivatives of the shift.
+/// Number of inverse iterations. Each reduces components along other modes by a factor of a thousand at least; the
+/// first one yields the derivatives of the shift.
 const ITERATIONS: usize = 4;
 /// Relative distance of frequencies up to which modes mix and have no separate derivatives.
 const CLUSTER_DISTANCE: f64 = 1e-6;
@@ -60,10 +60,11 @@ impl Problem {
     /// [`ModeName`]. Free rigid motions are not counted.
     ///
     /// # Errors
-    /// Those of [`equilibrium`](Problem::equilibrium). [`Error::Mode`] for a mode without stiffness, and with `parameters`
-    /// for a mode with the frequency of another one in the same plane, as the pairs of bending modes of a round rod in
-    /// space. [`Error::OutOfRange`] for a number above that of the modes, [`Error::Invalid`] for a filter or parameter
-    /// that the scene cannot have, [`Error::Indifferent`] at a stability limit.
+    /// Those of [`equilibrium`](Problem::equilibrium). [`Error::Mode`] for a mode without stiffness. With `parameters`
+    /// also for a mode with the frequency of another one in the same plane, as the pairs of bending modes of a round
+    /// rod in space. [`Error::OutOfRange`] for a number above that of the modes, [`Error::Invalid`] for a filter or
+    /// parameter that the scene cannot have, and for a load without a potential. [`Error::Indifferent`] at a stability
+    /// limit.
     pub fn natural_frequencies<N: Into<ModeName> + Copy>(
         &self,
         modes: &[N],
@@ -184,7 +185,8 @@ impl<'a> NamedModes<'a> {
         Ok(Self { problem, modes: modes.collect(), equilibrium })
     }
 
-    /// The frequencies, rad/s, in the order of the modes, without derivatives.
+    /// The frequencies, rad/s, in the order of the modes, without derivatives: those of the modes as computed, unless
+    /// one of them includes shear and rotary inertia. Errors are those of [`frequencies`](Self::frequencies).
     fn plain_frequencies(&self) -> Result<Vec<f64>, Error> {
         // Those of slender rods need no inverse iteration.
         match self.modes.iter().any(|mode| mode.timoshenko) {
@@ -266,9 +268,9 @@ impl<'a> NamedModes<'a> {
 }
 
 /// The modes of a rod with the given names, in their order. The number of computed modes is doubled until all names are
-/// found, each with one more mode above it. A number counts the modes that pass its filter, from 1 on.
-/// [`Error::OutOfRange`] for zero or a number above theirs. A mode without stiffness is [`Error::Mode`], and, if they
-/// are `differentiated`, one whose frequency is not its own.
+/// found, each with one more mode above it, or all modes are computed. A number counts the modes that pass its filter,
+/// from 1 on. [`Error::OutOfRange`] for zero or a number above theirs. A mode without stiffness is [`Error::Mode`],
+/// and, if they are `differentiated`, one whose frequency is not its own.
 pub(super) fn find_named_modes<M: Model, T: Tangent<f64>>(
     rod: &VibratingRod<'_, M, T>,
     names: &[ModeName],
@@ -340,8 +342,8 @@ fn checked_mode(
 
 /// The angular frequency of a mode, rad/s, with the derivatives that `D` carries: [`ITERATIONS`] inverse iterations on
 /// the pencil over `D` from the mode in plain numbers. The squared value is that of the mode, the derivatives are those
-/// of the last quotient. With `timoshenko` it is reduced by shear and rotary inertia. [`Error::SingularEquilibrium`] for
-/// a zero pivot.
+/// of the last quotient. With `timoshenko` it is reduced by shear and rotary inertia. [`Error::SingularEquilibrium`]
+/// for a zero pivot.
 fn frequency<D: Nestable, M: Model, T: Tangent<D>>(
     state: &VibrationState<'_, D, M, T>,
     PlaneMode { pair, timoshenko, .. }: &PlaneMode,

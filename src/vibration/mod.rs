@@ -1,13 +1,13 @@
 //! Small vibrations about a state (the equilibrium or the rest shape), `K x = omega^2 M x` with the tangent `K` and
 //! the masses `M`.
 //!
-//! Output: the lowest modes with frequencies, shapes and kinds, and all unstable ones ([`Modes`]); natural
-//! frequencies with derivatives by parameters, about the equilibrium ([`NaturalFrequency`]). A mode is selected by
-//! number and filter ([`ModeName`]). Named frequencies are reduced by shear and rotary inertia of thick rods, which the
-//! model omits, where the name requests it; the reductions also serve a check of fits. Frequencies are angular, in
-//! rad/s; tables also have Hz. These parts are in `mode` and `modes`, `frequencies`, `name`, `timoshenko` and `thickness`.
-//! `critical_load` has the load at which the lowest mode loses its stiffness. `follower_modes` has
-//! frequencies and growth rates under loads without a potential.
+//! Output: the lowest modes with frequencies, shapes and kinds, and all unstable ones ([`Modes`]); natural frequencies
+//! with derivatives by parameters, about the equilibrium ([`NaturalFrequency`]). A mode is selected by number and
+//! filter ([`ModeName`]). Named frequencies are reduced by shear and rotary inertia of thick rods, which the model
+//! omits, where the name requests it; the reductions also serve a check of fits. Frequencies are angular, in rad/s;
+//! tables also have Hz. These parts are in `mode` and `modes`, `frequencies`, `name`, `timoshenko` and `thickness`.
+//! `critical_load` has the load at which the lowest mode loses its stiffness. `follower_modes` has frequencies and
+//! growth rates under loads without a potential.
 
 mod critical_load;
 mod follower_modes;

@@ -1,4 +1,12 @@
-//! A mode of vibration with its kind and plane, and the modes about a state, with a summary as text (Hz too).
+//! A mode of vibration with its kind and plane, and the modes about a state, with a summary as text.
+//!
+//! [`Mode`] has the angular frequency, rad/s; for a mode that grows without vibrating it is minus the growth rate, 1/s.
+//! It has the [`ModePlane`] (in or out of the plane of the scene), the dominant deformation ([`ModeKind`]), and the
+//! number among the modes of its plane. Its shape is the displacements of all nodes, the longest of length 1. Under
+//! loads without a potential it also has a growth rate. [`Modes`] has the modes in ascending order of frequency, and
+//! the state about which they vibrate ([`LinearizationPoint`]: equilibrium or rest shape). It also has the numbers of
+//! unstable and marginal motions, and warnings. [`Modes::summary`] writes them as a table with Hz and rad/s. The modes
+//! are computed in `modes`.
 
 use crate::code::Code;
 use crate::scene::Resolution;
@@ -85,7 +93,7 @@ pub struct Mode {
 }
 
 impl Mode {
-    /// Whether the mode is unstable.
+    /// Whether the mode is unstable: its frequency is negative (minus a growth rate), or its growth rate is above zero.
     pub(super) fn is_growing(&self) -> bool {
         self.frequency_rad_s < 0.0 || self.growth_rate_1_s.is_some_and(|rate| rate > 0.0)
     }
@@ -179,7 +187,8 @@ impl Modes {
     }
 
     /// A table with a row per mode, in ascending order: frequency in Hz and rad/s, or for unstable modes the growth
-    /// rate, 1/s; both for flutter; direction relative to the plane (empty in space), kind, and number (empty for free motions).
+    /// rate, 1/s; for flutter both. Then follow the direction relative to the plane (empty in space), the kind, and the
+    /// number (empty for free motions).
     fn table(&self) -> SummaryTable {
         let mut table = SummaryTable::new([
             TextColumn::right("Hz"),

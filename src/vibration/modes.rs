@@ -2,11 +2,11 @@
 //! shapes and kinds.
 //!
 //! They solve `K v = omega^2 M v` with the exact tangent `K` at the state. The requested number of lowest modes is
-//! computed, and all unstable ones if these are more (up to [`MAX_UNSTABLE`] in each plane). An unstable mode has
-//! minus its growth rate (1/s) as frequency. Under loads without a potential there are growth rates beside frequencies
-//! (`follower_modes`). A planar scene with a torsional stiffness and without moments has
-//! modes out of its plane too. These are computed separately, so that modes of equal frequency do not mix; both are
-//! sorted together by frequency.
+//! computed, and all unstable ones if these are more (up to [`MAX_UNSTABLE`] in each plane). An unstable mode has minus
+//! its growth rate (1/s) as frequency. Under loads without a potential there are growth rates beside frequencies, which
+//! stay positive where a vibration grows (`follower_modes`). A planar scene with a shear modulus or Poisson's ratio and
+//! without moments has modes out of its plane too. These are computed separately, so that modes of equal frequency do
+//! not mix; both are sorted together by frequency, and the lowest of them are returned.
 //!
 //! A mode has a plane (none in space), a [`ModeKind`] and a number among the modes of its plane. Torsion: the
 //! energy of twist exceeds both others. Axial: that of stretch exceeds bending, and most kinetic energy is along
@@ -54,7 +54,8 @@ impl Problem {
     /// ```
     ///
     /// # Errors
-    /// Those of [`equilibrium`](Problem::equilibrium), about it.
+    /// Those of [`equilibrium`](Problem::equilibrium), about it. Eigenvalues that do not converge, singular matrices,
+    /// and too many unknowns under loads without a potential are errors about either state.
     pub fn modes(&self, count: usize, about: LinearizationPoint) -> Result<Modes, Error> {
         let (mut modes, mut all) = (Vec::new(), Stability::default());
         match self.discretized() {
@@ -96,8 +97,8 @@ impl Problem {
     }
 }
 
-/// Unknowns and frames at the state about which vibrations are linearized: the rest shape, or the equilibrium under
-/// the loads, which is searched here.
+/// Unknowns and frames at the state about which vibrations are linearized: the rest shape, or the equilibrium under the
+/// loads, which is searched here. Errors are those of the search.
 pub(super) fn linearization_state<M: Model>(
     discretized: &Discretized<'_, M>,
     about: LinearizationPoint,
@@ -183,7 +184,7 @@ pub(crate) struct VibratingRod<'a, M: Model, T: Tangent<f64>> {
 
 impl<'a, M: Model> VibratingRod<'a, M, TangentOf<M::Rod<f64>, f64>> {
     /// All vibrations of a model about the state `q`, with tangent, masses and the numbers of unstable and marginal
-    /// modes there. In a planar model they are in the plane.
+    /// modes there. In a planar model they are in the plane. An error where the tangent is singular at all shifts.
     pub fn new(
         discretized: &'a Discretized<'a, M>,
         q: &'a [f64],
@@ -206,7 +207,7 @@ impl<'a, M: Model> VibratingRod<'a, M, TangentOf<M::Rod<f64>, f64>> {
 
 impl<'a> VibratingRod<'a, SpatialModel, OutOfPlaneTangent<f64>> {
     /// The out-of-plane vibrations of a planar problem at the state `q` of its spatial model, `discretized`, with the
-    /// numbers of unstable and marginal modes among them.
+    /// numbers of unstable and marginal modes among them. An error where the tangent is singular at all shifts.
     pub fn out_of_plane(
         discretized: &'a SpatialProblem<'a>,
         q: &'a [f64],
@@ -259,7 +260,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
     /// The `count` lowest modes in ascending order (all, if there are fewer), with kinds and shapes. Squared
     /// frequencies below [zero](Discretized::zero_squared_frequency) or their rounding error are set to zero, unless
     /// they are counted as unstable. A few of uncertain sign are first [recomputed](Self::refine), and stay as they are
-    /// then.
+    /// then. Errors: no convergence, singular matrices.
     pub fn lowest(&self, count: usize) -> Result<Vec<Eigenpair>, Error> {
         let zero = self.discretized.zero_squared_frequency();
         let scale = self.discretized.bending_frequency_squared();
@@ -386,8 +387,9 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         Ok(self.stability)
     }
 
-    /// [`add_modes`](Self::add_modes) under loads without a potential, with growth rates. Returns the number of all growing
-    /// modes.
+    /// [`add_modes`](Self::add_modes) under loads without a potential, with growth rates: the `count` lowest modes, or
+    /// if these are more all up to the last growing one, at most [`MAX_UNSTABLE`]. Returns the number of all growing
+    /// modes, and no marginal ones.
     fn add_follower_modes(&self, count: usize, modes: &mut Vec<Mode>) -> Result<Stability, Error> {
         let all = follower_modes(&self.pencil, self.discretized.bending_frequency_squared())?;
         let unstable = all.iter().filter(|mode| mode.growth_rate > 0.0).count();

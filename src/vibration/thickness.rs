@@ -1,8 +1,9 @@
 //! Reductions of the frequencies of named modes by shear deformation and rotary inertia, for a check of fits.
 //!
-//! Input: names of modes of a problem, and the state about which they vibrate. Output: their [`ThicknessEffect`] in the
-//! order of the names. Errors are those of the equilibrium, a mode without stiffness, and a number above that of the
-//! modes.
+//! Input: names of modes of a problem, and the state about which they vibrate. Output of [`thickness_effects`]: the
+//! relative reductions of their squared frequencies, by shear (for `E/(kappa G) = 1`) and by rotary inertia
+//! ([`ThicknessEffect`]), in the order of the names. Errors are those of the equilibrium, a mode without stiffness, and
+//! a number above that of the modes.
 
 use crate::error::Error;
 use crate::numerics::tangent::Tangent;
@@ -57,7 +58,7 @@ pub(crate) fn thickness_effects(
 
 impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
     /// Computes the modes `names` at the indices `places`, and overwrites the `effects` at these indices with the
-    /// reductions of their squared frequencies.
+    /// relative reductions of their squared frequencies. Errors are those of [`find_named_modes`].
     fn add_effects(
         &self,
         names: &[ModeName],
@@ -110,8 +111,8 @@ mod tests {
         assert!((found / expected - 1.0).abs() < tolerance, "{found} {expected}");
     }
 
-    /// Exact for any mode: (I/A) k^2 by shear at E = kappa G and as much by rotary inertia, k = n pi/L; out of the plane
-    /// the width is the height.
+    /// Exact for any mode: (I/A) k^2 by shear at E = kappa G and as much by rotary inertia, k = n pi/L; out of the
+    /// plane the width is the height.
     #[test]
     fn simply_supported_rod_has_the_terms_of_timoshenko() {
         let scene = bar(Support::Pinned, Support::Roller);
@@ -134,7 +135,8 @@ mod tests {
     }
 
     /// Mean squares of the slope over those of the mode, times L^2: 49.481 of the first mode of a free rod, whose shear
-    /// force is the slope of a clamped one's, 12.303; 4.648 of a cantilever, 12.303 and 49.481 of one held at both ends.
+    /// force is the slope of a clamped one's, 12.303; 4.648 of a cantilever, 12.303 and 49.481 of one held at both
+    /// ends.
     #[test]
     fn terms_for_other_supports_agree_with_integrals_of_beam_modes() {
         use Support::{Clamped, Free};
@@ -151,8 +153,8 @@ mod tests {
         }
     }
 
-    /// Tension stiffens a rod without shear: the mode of a pinned rod under a force along it stays a sine, and so do the
-    /// terms of shear and rotation over its larger squared frequency, 1 + T L^2/(pi^2 E I) times that without.
+    /// Tension stiffens a rod without shear: the mode of a pinned rod under a force along it stays a sine, and so do
+    /// the terms of shear and rotation over its larger squared frequency, 1 + T L^2/(pi^2 E I) times that without.
     #[test]
     fn tension_does_not_change_the_shear_term() {
         let mut scene = bar(Support::Pinned, Support::Roller);

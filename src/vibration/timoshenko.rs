@@ -1,7 +1,8 @@
 //! Reduction of a natural frequency by shear deformation and rotary inertia, which the rod model omits (Timoshenko).
 //!
-//! Input: a mode of the rod model, without these effects, over any scalar. Let `phi` be its deflection, `Q` its shear force and `theta` the rotation of its
-//! sections. Timoshenko's beam has these additional terms, of first order in `I/(A L^2)` by Rayleigh's quotient:
+//! Input: a mode of the rod model, without these effects, over any scalar. Let `phi` be its deflection, `Q` its shear
+//! force and `theta` the rotation of its sections. Timoshenko's beam has these additional terms, of first order in
+//! `I/(A L^2)` by Rayleigh's quotient:
 //!
 //! ```text
 //! omega^2 = omega_0^2 (1 - e),   e = (int Q^2/(kappa G A) ds + omega_0^2 int rho I theta^2 ds)
@@ -36,8 +37,8 @@ use crate::vibration::modes::motion_in_model;
 
 /// Poisson's ratio that is assumed where a scene has none, or an impossible one.
 pub(crate) const USUAL_RATIO: f64 = 0.3;
-/// Largest factor `T` of the closed form: frequencies are lower by 14 %, with an error of at most 0.3 %. Differences from
-/// Timoshenko's frequency equation are in `tests/statics/thick_bars.rs`.
+/// Largest factor `T` of the closed form: frequencies are lower by 14 %, with an error of at most 0.3 %. Differences
+/// from Timoshenko's frequency equation are in `tests/statics/thick_bars.rs`.
 pub(crate) const LARGEST_FACTOR: f64 = 1.35;
 
 /// Relative reductions of a squared frequency by the effects of thickness, to first order.
@@ -51,8 +52,8 @@ pub(crate) struct ThicknessEffect<D = f64> {
 
 impl<D: Scalar> ThicknessEffect<D> {
     /// The factor `T` by which the squared frequency of the slender rod is larger, for the ratio `E/(kappa G)`,
-    /// `shear_flexibility`. It is the larger root of `T^2 - (1 + s + r) T + s r = 0` with the reductions by shear `s` and
-    /// by rotary inertia `r`.
+    /// `shear_flexibility`. It is the larger root of `T^2 - (1 + s + r) T + s r = 0` with the reductions by shear `s`
+    /// and by rotary inertia `r`.
     pub fn factor(&self, shear_flexibility: D) -> D {
         let shear = self.shear * shear_flexibility;
         let sum = shear + self.rotary + 1.0;
@@ -77,18 +78,19 @@ pub(super) struct VibrationState<'a, D: Nestable, M: Model, T> {
 }
 
 impl<D: Nestable, M: Model, T: Tangent<D>> VibrationState<'_, D, M, T> {
-    /// Factor of the angular frequency of a bending mode by shear and rotary inertia, `1/sqrt(T)`: that of a mode with the
-    /// angular frequency `frequency`, rad/s, and the eigenvector `mode` over the unknowns of the pencil.
+    /// Factor of the angular frequency of a bending mode by shear and rotary inertia, `1/sqrt(T)`, at most 1. The mode
+    /// has the angular frequency `frequency`, rad/s, without these effects, and the eigenvector `mode` over the
+    /// unknowns of the pencil.
     pub fn frequency_factor(&self, frequency: D, mode: &[D]) -> D {
         let effect = self.thickness_effect(frequency * frequency, mode);
         effect.factor(shear_flexibility(&self.setup.scene)).sqrt().recip()
     }
 
-    /// The effect on the mode with the eigenvector `mode` and the `squared` angular frequency, for `E/(kappa G) = 1`: the
-    /// integrals of squared shear force over axial stiffness, and of squared rotation of sections times their inertia and
-    /// the squared frequency. Both are midpoint sums over edges, without the parts behind walls, over twice the kinetic
-    /// energy of the mode. The shear force is transverse to the edge: internal force of inertia and reactions plus tension
-    /// times rotation.
+    /// The effect on the mode with the eigenvector `mode` and the `squared` angular frequency, for `E/(kappa G) = 1`:
+    /// the integrals of squared shear force over axial stiffness, and of squared rotation of sections times their
+    /// inertia and the squared frequency. Both are midpoint sums over edges, without the parts behind walls, over twice
+    /// the kinetic energy of the mode. The shear force is transverse to the edge: internal force of inertia and
+    /// reactions plus tension times rotation.
     pub fn thickness_effect(&self, squared: D, mode: &[D]) -> ThicknessEffect<D> {
         let (discretized, model) = (self.discretized, self.discretized.model);
         let edges = discretized.nodes() - 1;
@@ -141,9 +143,9 @@ impl<D: Nestable, M: Model, T: Tangent<D>> VibrationState<'_, D, M, T> {
     }
 }
 
-/// Ratio `E/(kappa G)` of the section and the material in the middle of a rod whose scene has Poisson's ratio or a shear
-/// modulus. Poisson's ratio of the shear coefficient is the given one, or `E/(2 G) - 1` where it is from -1 to 0.5, else
-/// [`USUAL_RATIO`].
+/// Ratio `E/(kappa G)` of the section and the material in the middle of a rod whose scene has Poisson's ratio or a
+/// shear modulus. Poisson's ratio of the shear coefficient is the given one, or `E/(2 G) - 1` where it is from -1 to
+/// 0.5, else [`USUAL_RATIO`].
 fn shear_flexibility<D: Scalar>(scene: &Scene<D>) -> D {
     let (section, material) = scene.at(0.5);
     let Some(shear_modulus) = material.shear_modulus else {

@@ -2,9 +2,9 @@
 //!
 //! Input are three names, one per world axis; a minus reverses the direction, and `none` is a coordinate that was not
 //! observed. [`Axes::new`] rejects other names, no axis at all, an axis given twice, and three axes that form a
-//! left-handed map; the error is a message. [`Axes::check`] rejects axes that the file does not have. Output:
-//! positions in world axes with signs, and standard deviations without; both are `None` along axes that were not
-//! observed.
+//! left-handed map; the error is a message. [`Axes::check`] rejects axes that the file does not have. Output: positions
+//! in world axes with signs ([`Axes::to_world`]), and standard deviations without ([`Axes::select`]). Both are `None`
+//! along axes that were not observed, and where the file has no value.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,8 +19,8 @@ pub struct Axes([Option<(usize, f64)>; 3]);
 const NONE: &str = "none";
 
 impl Axes {
-    /// The map from the names of the file's axes along the world's x, y and z. A minus reverses an axis, and `none` is a
-    /// coordinate that was not observed.
+    /// The map from the names of the file's axes along the world's x, y and z. A minus reverses an axis, and `none` is
+    /// a coordinate that was not observed.
     ///
     /// # Errors
     /// Other names, no axis, an axis twice, and left-handed axes, as a message.
@@ -60,13 +60,14 @@ impl Axes {
         }
     }
 
-    /// Converts a position from the axes of the file to those of the world, with signs; missing coordinates stay missing.
+    /// Converts a position from the axes of the file to those of the world, with signs. A coordinate is `None` along an
+    /// axis that was not observed, and where `position` is.
     pub fn to_world(self, position: [Option<f64>; 3]) -> [Option<f64>; 3] {
         self.0.map(|axis| axis.and_then(|(c, sign)| Some(sign * position[c]?)))
     }
 
-    /// Reorders a property per axis of the file, such as a standard deviation, to the axes of the world, without signs;
-    /// `None` for an axis that was not observed.
+    /// Reorders a property per axis of the file, such as a standard deviation, to the axes of the world, without signs.
+    /// It is `None` for an axis that was not observed, and where `of` is.
     pub fn select<T: Copy>(self, of: [Option<T>; 3]) -> [Option<T>; 3] {
         self.0.map(|axis| axis.and_then(|(c, _)| of[c]))
     }

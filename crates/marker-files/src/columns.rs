@@ -1,12 +1,15 @@
-//! The key `columns` of a recording: the columns of a table by name or number, for files whose header has other names or
-//! that have no header.
+//! The key `columns` of a recording: the columns of a table by name or number, for files whose header has other names
+//! or that have no header.
 //!
 //! [`ColumnRules`] map the names that the readers of tables use (`t`, `frame`, `x`, `xA`, `A_x`, ..) to columns of the
-//! file: a name of the header, a number from 1, or one of both with a unit. Input are the lines of a file, split into
-//! fields. The header is the first line with all names; without names, the rows begin at the first line with a number in
-//! one of the stated columns. A line of units may follow the header. The unit of a column is the stated one, or that of
-//! the line of units or of the header. Columns that the file does not have, a name that two columns have, and two units
-//! of one column are errors as messages.
+//! file: a name of the header, a number from 1, or one of both with a unit. [`ColumnRules::find`] takes the lines of a
+//! file, split into fields, and returns the stated columns with their units, and the first row of numbers. The header
+//! is the first line with all stated names. If only numbers are stated, the rows begin at the first line with a number
+//! in one of these columns. A line of units may stand between header and rows. The unit of a column is the stated one,
+//! else that in brackets in the header, of the line of units, or at the end of the name, if any. [`ColumnRules::fit`]
+//! returns whether lines are a table by the rules. Errors, as messages with a line: no rule, the column 0, columns that
+//! the file does not have, and a name above several columns. So are two rules for one column, and a stated unit that
+//! differs from that of the file.
 
 use crate::separator::{TextRecord, is_number_or_blank};
 use crate::units::{LENGTHS, TIMES, plain_unit, split_unit, suffix_unit};
@@ -76,13 +79,13 @@ impl fmt::Display for ColumnRules {
     }
 }
 
-/// A text as a key of TOML, quoted unless it has letters, digits and `_` only.
+/// A text as a key of TOML, in quotes unless it is not empty and has ASCII letters, digits and `_` only.
 fn key(text: &str) -> String {
     let is_bare = !text.is_empty() && text.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
     if is_bare { text.into() } else { quoted(text) }
 }
 
-/// A text as a quoted string of TOML.
+/// A text as a quoted string of TOML, with quotes, backslashes and control characters escaped.
 fn quoted(text: &str) -> String {
     let mut own = String::from("\"");
     for c in text.chars() {
@@ -96,7 +99,7 @@ fn quoted(text: &str) -> String {
 }
 
 impl ColumnRule {
-    /// The column without its unit.
+    /// The column, by name or number, without its unit.
     fn source(&self) -> &ColumnKey {
         match self {
             Self::Column(source) => source,
@@ -104,7 +107,7 @@ impl ColumnRule {
         }
     }
 
-    /// The stated unit.
+    /// The stated unit; `None` if the rule states none.
     fn unit(&self) -> Option<&str> {
         match self {
             Self::Column(_) => None,
@@ -154,8 +157,8 @@ pub(crate) struct FoundColumn {
 }
 
 impl ColumnRules {
-    /// Whether records are a table by these rules: the columns are there, and the rows have equally many fields, with
-    /// numbers or blanks in these columns.
+    /// Whether records are a table by these rules: [`find`](Self::find) succeeds, there is a row, and all rows have
+    /// equally many fields, with numbers or blanks in the stated columns.
     pub(crate) fn fit(&self, records: &[TextRecord]) -> bool {
         let Ok(FoundColumns { columns, first_row }) = self.find(records) else { return false };
         let rows = &records[first_row..];
@@ -167,7 +170,12 @@ impl ColumnRules {
         !rows.is_empty() && rows.iter().all(is_row) && columns.iter().all(|own| own.index < width)
     }
 
-    /// The columns of a table of `records`, and its first row.
+    /// The stated columns in the records of a file, sorted by position, with their units if known, and the index of the
+    /// first row of numbers. The header is the first record with all stated names, or the one above the first row with
+    /// a number in a stated column. A record of units may stand between both. A unit is the stated one, else that in
+    /// brackets in the header, of the record of units, or at the end of the name. Errors: no rule, the column 0, a
+    /// missing name or column, a name above several columns, two rules for one column, and a stated unit that is not
+    /// that of the file.
     pub(crate) fn find(&self, records: &[TextRecord]) -> Result<FoundColumns, RuleError> {
         let StatedColumns { names, numbers } = self.names_and_numbers()?;
         let is_value = |field: &str| !field.is_empty() && is_number_or_blank(field);
@@ -250,7 +258,8 @@ impl ColumnRules {
         Ok(FoundColumns { columns, first_row })
     }
 
-    /// The stated names, and the indices of the stated numbers. An error without any rule, and for the number 0.
+    /// The names that the rules state, and the indices, counted from 0, of the numbers that they state. An error
+    /// without any rule, and for the number 0.
     fn names_and_numbers(&self) -> Result<StatedColumns<'_>, RuleError> {
         if self.0.is_empty() {
             return Err(RuleError::new(1, "found columns = {}, allowed: at least one column"));
@@ -269,7 +278,9 @@ impl ColumnRules {
         Ok(StatedColumns { names, numbers })
     }
 
-    /// The indices of the columns by the names of the `header` and the number of fields of a `row`.
+    /// The index, counted from 0, of the column of each rule, in the order of the rules. Names are looked up in the
+    /// `header`; numbers must be within the number of fields of `row`. An error for a larger number, and for a name
+    /// that no column or several columns have.
     fn indices(
         &self,
         header: Option<&TextRecord>,
@@ -314,14 +325,15 @@ fn is_called(field: &str, name: &str) -> bool {
     same(field) || same(&split_unit(field).0)
 }
 
-/// The unit at the end of the name of a column, as `mm` of `tip_mm`, for the rule `key`: of a time for `t` and `time`, of a
-/// length for others.
+/// The unit at the end of the name of a column, as `mm` of `tip_mm`, for the rule `key`: of a time for `t` and `time`,
+/// of a length or `px` for others. `None` without such an ending.
 fn ending_unit(key: &str, name: &str) -> Option<String> {
     let is_time = ["t", "time"].contains(&&key.to_lowercase()[..]);
     suffix_unit(name, is_time).map(|(_, unit)| unit.to_string())
 }
 
-/// Whether a field is the symbol of a unit, with or without brackets.
+/// Whether a field is the symbol of a unit of time ([`TIMES`]) or length ([`LENGTHS`]), or `px`, with or without
+/// brackets.
 fn is_unit(field: &str) -> bool {
     let unit = plain_unit(field.trim_matches(BRACKETS));
     TIMES.iter().chain(&LENGTHS).any(|(symbol, _)| *symbol == unit) || unit == "px"

@@ -1,8 +1,10 @@
-//! Decimal points and commas in the numbers of a table.
+//! Check of the decimal signs of a table: whether its commas, or points beside them, may separate thousands.
 //!
-//! A comma may be a decimal one or separate thousands. With semicolons between the columns it is a decimal one. Otherwise at
-//! least one number must show it: another number of digits than three behind the comma, or a zero before it. Where numbers
-//! with points stand beside numbers with commas, one of each kind must show that it is a decimal.
+//! [`Decimals::add`] collects the fields of a table with their lines. [`Decimals::check`] rejects a table whose signs
+//! are ambiguous, with the line of its first comma. Points alone are always decimal. Commas alone are decimal if the
+//! columns are separated by semicolons, or if at least one number shows it. Where numbers with points and numbers with
+//! commas occur, one of each must show it, with any separator. A number shows that its sign is decimal unless exactly
+//! three digits follow it and one to three characters precede it, the first of which is not zero.
 
 use crate::error::Error;
 use crate::separator::Separator;
@@ -33,7 +35,9 @@ struct DecimalSign {
 }
 
 impl DecimalSign {
-    /// Adds the number in a field of a line, split at the sign.
+    /// Adds the evidence of a number, the text `field` of a line (counted from 1), whose sign separates `whole` from
+    /// `fraction`. The first number is kept. `is_decimal` becomes true unless the sign may separate thousands: exactly
+    /// three digits behind it, and one to three characters before it that do not begin with zero.
     fn add(&mut self, line: u64, field: &str, whole: &str, fraction: &str) {
         if self.first.is_none() {
             self.first = Some(NumberText { line, text: field.into() });
@@ -49,9 +53,9 @@ impl DecimalSign {
 }
 
 impl Decimals {
-    /// Adds the evidence of a number, the text `field` of a line, on decimal signs: the first number with a point and the
-    /// first with a comma are kept with their lines, and whether any number shows that its sign is a decimal one. A field
-    /// without either sign changes nothing.
+    /// Adds the evidence of a number, the text `field` of a line, on decimal signs: the first number with a point and
+    /// the first with a comma are kept with their lines, and whether any number shows that its sign is a decimal one. A
+    /// field without either sign changes nothing.
     pub fn add(&mut self, line: u64, field: &str) {
         for (sign, own) in [('.', &mut self.points), (',', &mut self.commas)] {
             if own.is_decimal {
@@ -63,7 +67,9 @@ impl Decimals {
         }
     }
 
-    /// Rejects numbers with points beside numbers with commas, and commas that may separate thousands.
+    /// Rejects numbers with points beside numbers with commas unless one of each shows that its sign is decimal.
+    /// Rejects commas alone if none shows it and the separator is no semicolon. The error has the line of the first
+    /// comma.
     pub fn check(&self, path: &Path, separator: Separator) -> Result<(), Error> {
         let Some(NumberText { line, text }) = &self.commas.first else { return Ok(()) };
         if let Some(NumberText { line: other, text: point }) = &self.points.first

@@ -1,11 +1,10 @@
 //! Conversion of detections to a table: files with one line for every detection of a marker, in any order, become one
 //! row for every frame with the positions of all markers.
 //!
-//! Input per detection: line and clock reading of its frame, name of the marker, position in the unit of the file,
-//! and likelihood if known. Output: a [`FrameTable`] with frames sorted by clock and markers in the order of their
-//! first detection. A marker that is not detected in a frame is `None` there. No detection, two detections of a
-//! marker in one frame, and more than [`MAX_POSITIONS`] frames times markers are errors. Used by the readers of
-//! SLEAP, TrackMate, and of the text export of Kinovea.
+//! Input per detection: line and clock reading of its frame, name of the marker, position in the unit of the file, and
+//! likelihood if known. Output: a [`FrameTable`] with the clock readings that have a detection, sorted, as frames, and
+//! markers in the order of their first detection. A marker that is not detected in a frame is `None` there. No
+//! detection, two detections of a marker in one frame, and more than [`MAX_POSITIONS`] frames times markers are errors.
 
 use crate::error::Error;
 use crate::marker_file::{FieldLines, FrameReading, FrameTable, MarkerData};
@@ -31,8 +30,8 @@ struct Detection {
 }
 
 impl Detections {
-    /// Adds the position of the marker `name`, with its likelihood if known, in the frame of `row`. A new name is a new
-    /// marker.
+    /// Adds the position of the marker `name`, in the unit of the file, in the frame of `row`; `likelihood` is from 0
+    /// to 1, if known. A new name is a new marker.
     pub fn add(
         &mut self,
         row: FrameReading,
@@ -49,9 +48,9 @@ impl Detections {
     }
 
     /// The frames by increasing time with all markers, in the order of their first detection; a marker without a
-    /// detection is `None` there. `axes` is whether the file has x, y and z, `has_confidence` whether it has a
-    /// likelihood. Errors: no detection, more than [`MAX_POSITIONS`] frames times markers, two detections of a marker at
-    /// one time.
+    /// detection is `None` there. `axes` is whether the file has x, y and z, `has_confidence` whether it has
+    /// likelihoods; otherwise they are dropped. Errors: no detection, more than [`MAX_POSITIONS`] frames times markers,
+    /// two detections of a marker at one time.
     pub fn table(
         mut self,
         lines: &FieldLines,

@@ -1,8 +1,9 @@
 //! Reads whole files of limited size, as bytes ([`data`], up to 500 MB) or UTF-8 text ([`text`], up to 100 MB).
 //!
-//! Larger files, text that is not UTF-8, folders, named pipes and devices are errors with the path; reading a pipe
-//! may never end. `/dev/stdin` and files in `/dev/fd` and `/proc/self/fd` are accepted. [`at`] returns the path of a
-//! name relative to a folder. A name that begins with `$NAME/` is relative to the folder in the environment variable
+//! Larger files, text that is not UTF-8, folders, named pipes and devices are errors ([`Error::Io`]) with the path,
+//! because reading a pipe may never end. If a missing path has an environment variable that is not set, the message
+//! names it. `/dev/stdin` and files in `/dev/fd` and `/proc/self/fd` are accepted. [`at`] joins the name of a file to a
+//! folder, without reading it. A name that begins with `$NAME/` is relative to the folder in the environment variable
 //! NAME, if that is set and not empty.
 
 use crate::error::Error;
@@ -59,7 +60,8 @@ fn variable(name: &str) -> Option<OsString> {
     std::env::var_os(name).filter(|value| !value.is_empty())
 }
 
-/// The bytes of a regular file, or of a pipe that the shell opened. An error above `most` bytes, and for other kinds of files.
+/// The bytes of a regular file, or of a pipe that the shell opened. An error for more than `most` bytes, and for other
+/// kinds of files.
 fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     // A pipe without a writer blocks forever.
     if !std::fs::metadata(path)?.is_file() && !is_handed_over(path) {
@@ -78,14 +80,15 @@ fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Whether a path is a pipe that the shell has already opened: `/dev/stdin`, or a file in `/dev/fd` or `/proc/self/fd`.
+/// Whether a path is one by which the shell hands over an open file or pipe: `/dev/stdin`, or a file in `/dev/fd` or
+/// `/proc/self/fd`.
 fn is_handed_over(path: &Path) -> bool {
     let folders: [PathBuf; 2] = ["/dev/fd".into(), "/proc/self/fd".into()];
     path == Path::new("/dev/stdin") || path.parent().is_some_and(|p| folders.iter().any(|f| f == p))
 }
 
-/// The path of a file whose `name` is relative to a folder. A name that begins with `$NAME/` is relative to the folder in
-/// the environment variable NAME, if that is set and not empty.
+/// The path of a file whose `name` is relative to `folder`; the name stays if it is absolute. A name that begins with
+/// `$NAME/` is relative to the folder in the environment variable NAME instead, if that is set and not empty.
 pub fn at(folder: &Path, name: &Path) -> PathBuf {
     let text = name.to_string_lossy();
     let Some((own, rest)) = text.strip_prefix('$').and_then(|text| text.split_once('/')) else {

@@ -1,9 +1,11 @@
-//! The formats of motion-capture and tracking programs, and their recognition by the first lines of a file.
+//! The formats of motion-capture and tracking programs, and their recognition by the first bytes of a file.
 //!
-//! [`Format::detect`] takes the bytes of a file and examines the first two lines that are not blank, within 4096
-//! bytes. A program is recognized by the text of the first cell or by names of columns in the first line, Tracker by `t`
-//! at the start of the second, OpenSim by a line `endheader`, and C3D by bytes. A file that no program matches is a plain table (CSV); there is no error. Each
-//! format has its key in configuration files and the name of its program for messages.
+//! [`Format::detect`] takes the bytes of a file and returns its format. C3D is recognized by the signature of its
+//! bytes. Of other files the first 4096 bytes are examined as text. Most programs are recognized by the text of the
+//! first cell, or by names of columns in the first line, and Tracker by `t` at the start of the second line. Blank
+//! lines are skipped. OpenSim is recognized by a line `endheader` anywhere in this text. A file that no program matches
+//! is a plain table (CSV); there is no error. [`Format::key`] is the name of a format in configuration files,
+//! [`Format::program`] the name of its program for messages.
 
 use crate::signatures::{is_c3d, is_end_of_header};
 use serde::{Deserialize, Serialize};
@@ -74,9 +76,10 @@ formats! {
 }
 
 impl Format {
-    /// The format of a file by its first 4096 bytes: by the text of its first cell, or names of columns in the first line;
-    /// for Tracker by `t` at the start of the second line. A plain table if no program is recognized. A byte-order mark and
-    /// blank lines are skipped; case is ignored in first cells.
+    /// The format of a file by its first bytes. C3D is recognized by its signature. Other programs are recognized by
+    /// the text of the first cell, names of columns in the first line, or a line `endheader` among the first 4096
+    /// bytes. Tracker has `t` at the start of the second line. The result is a plain table ([`Format::Csv`]) if no
+    /// program is recognized. A byte-order mark and blank lines are skipped; case is ignored in first cells.
     pub fn detect(bytes: &[u8]) -> Self {
         if is_c3d(bytes) {
             return Self::C3d;
@@ -121,8 +124,8 @@ impl Format {
     }
 }
 
-/// Whether the name of a column (lower case) is that of a DLTdv point, as `pt1_x` or `pt12_cam2_y`: `pt`, digits, and an
-/// axis at the end.
+/// Whether the name of a column, in lower case, is that of a DLTdv point, as `pt1_x` or `pt12_cam2_y`: `pt`, digits,
+/// `_`, and an axis behind the last `_`.
 fn is_point(cell: &str) -> bool {
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
     let Some((point, rest)) = cell.strip_prefix("pt").and_then(|rest| rest.split_once('_')) else {

@@ -1,11 +1,12 @@
 //! Trajectories of markers from the files of motion-capture and video-tracking programs.
 //!
 //! A file is read in two steps. [`open`] recognizes the program by the first bytes, and [`parse`] returns the
-//! [`MarkerFile`] in the units of the file: the clock of every frame and the positions of every marker. A
-//! [`Recording`] states what the file does not: the marker, the frame rate, the scale of an image, the origin, the
-//! axes and the start of the motion. [`read`] does both for one marker and returns a [`MarkerTrajectory`] in seconds
-//! and meters; [`read_several`] does so for markers by their names. Files and lines that cannot be used are an
-//! [`Error`] with the path and the line.
+//! [`MarkerFile`] in the units of the file: the clock of every frame and the positions of every marker. A [`Recording`]
+//! states what the file does not: the marker, the frame rate, the scale of an image, the origin, the axes and the start
+//! of the motion. [`load`] opens and parses a file by the keys of a recording. [`read`] also converts one marker and
+//! returns a [`MarkerTrajectory`] in seconds and meters; [`read_several`] does so for markers by their names. Files and
+//! lines that cannot be used are an [`Error`] with the path, and in general the line. [`table`] reads tables of
+//! numbers, [`file`] whole files, and [`printable`] prepares texts of files for messages.
 //!
 //! ```
 //! use marker_files::{Recording, Vertical, read};

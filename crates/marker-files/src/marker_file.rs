@@ -1,11 +1,12 @@
-//! The contents of a file of markers, common to all formats, and the parts that the readers of all formats share.
+//! The contents of a file of markers, common to all formats, and the parts that the readers of text formats share.
 //!
-//! A [`MarkerFile`] has the frames with the reading of the clock, and the positions of each marker in them, in the
-//! units of the file. [`FieldLines`] splits bytes into lines of fields without blank lines; binary files and fields
-//! that are not UTF-8 are errors. [`ColumnLayout`] maps columns to markers and reads rows into frames; blank and NaN
-//! fields are missing (`None`). A marker without x or y, two columns of one coordinate, and no row are errors. So
-//! are, with their line, rows with too few or further fields that are not blank, other texts, and clocks that do not
-//! increase.
+//! A [`MarkerFile`] has the frames with the reading of the clock, and the positions of each marker in them, with their
+//! units: [`Clock`] and [`LengthUnit`]. [`FieldLines`] splits bytes at a separator into lines of fields and leaves out
+//! empty lines; binary files and fields that are not UTF-8 are errors. It also reads single numbers, and builds errors
+//! with a line. [`ColumnLayout`] maps columns to markers and reads rows into frames ([`FrameTable`]); blank and NaN
+//! fields are missing (`None`). A marker without x or y, two columns of one quantity, and no row are errors. So are,
+//! with their line, rows with too few or further fields that are not blank, other texts, and clocks that do not
+//! increase. [`length_unit`] recognizes the name of a unit; [`is_same_name`] compares names of markers, ignoring case.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -44,9 +45,9 @@ impl MarkerFile {
 /// A frame: its line in the file, and the reading of the clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameReading {
-    /// Line in the file.
+    /// Line in the file, counted from 1; of a C3D file the number of the frame in the file.
     pub line: u64,
-    /// Reading of the clock.
+    /// Reading of the clock: a time in the unit of [`Clock::Time`], or a frame number.
     pub clock: f64,
 }
 
@@ -57,7 +58,8 @@ pub enum Clock {
     Time(f64),
     /// Frame numbers.
     Frames {
-        /// Number of the first frame of the recording.
+        /// Number of the frame at time zero, unless the recording states another one: that from which the program
+        /// counts.
         first: f64,
         /// Frames per second, if the file has them.
         rate: Option<f64>,
@@ -71,14 +73,15 @@ pub enum LengthUnit {
     Known(&'static str, f64),
     /// Pixels.
     Pixels {
-        /// Whether y points down, if that is the same in all files of the program.
+        /// Whether y points down; `None` if that differs between files of the program.
         down: Option<bool>,
     },
     /// The unit of a calibration, which the file does not name.
     Calibrated,
 }
 
-/// The unit of length with this name, in the spelling of any program and any case; `None` unless it is um, mm, cm or m.
+/// The unit of length with this name, ignoring case: `um`, `mm`, `cm` or `m`, or their full names in the plural, as
+/// `millimeters`. A micro sign is read as `u`. `None` for other names.
 pub(crate) fn length_unit(name: &str) -> Option<LengthUnit> {
     Some(match &plain_unit(&name.to_lowercase())[..] {
         "um" | "micrometers" | "micrometres" => LengthUnit::Known("um", 1e-6),
@@ -136,7 +139,7 @@ impl FieldLine {
         self.fields.get(column).unwrap_or("")
     }
 
-    /// All fields.
+    /// All fields in their order.
     pub fn fields(&self) -> impl Iterator<Item = &str> {
         self.fields.iter()
     }
@@ -153,10 +156,12 @@ impl FieldLine {
 }
 
 impl FieldLines {
-    /// Splits the bytes of a file into lines of fields at `delimiter`, without blank lines; lines may have different
-    /// numbers of fields. With semicolons and tabs numbers may have decimal commas.
+    /// Splits the bytes of a file into lines of fields at `delimiter`. Lines without any character are left out, lines
+    /// of delimiters stay; lines may have different numbers of fields. With semicolons and tabs numbers may have
+    /// decimal commas.
     ///
     /// # Errors
+    ///
     /// Binary files, and fields that are not UTF-8 text.
     pub fn new(path: &Path, format: Format, bytes: &[u8], delimiter: u8) -> Result<Self, Error> {
         check_text(path, bytes)?;
@@ -191,8 +196,8 @@ impl FieldLines {
         Error::data(&self.path, line, message)
     }
 
-    /// An `Err` for a file that does not have the format of its program, at a line, with the `found` and the `allowed`
-    /// content and the remedy.
+    /// An `Err` for a file that does not have the format of its program, at a line counted from 1. The message has the
+    /// `found` and the `allowed` content, and the key `format` as the remedy for a wrong recognition.
     pub fn rejected<T>(&self, line: u64, found: &str, allowed: &str) -> Result<T, Error> {
         // The recognition by the first lines may be wrong: the message names the key that overrides it.
         let words = format!(
@@ -203,8 +208,8 @@ impl FieldLines {
         Err(self.error(line, words))
     }
 
-    /// The number in a column of a line; `None` if the field is blank or NaN, an error for other texts. `name` is that of
-    /// the column, for messages.
+    /// The finite number in a column, counted from 0, of a line, with a decimal comma where the separator permits it;
+    /// `None` if the field is blank or NaN, an error for other texts. `name` is that of the column, for messages.
     pub fn number(
         &self,
         line: &FieldLine,
@@ -214,7 +219,8 @@ impl FieldLines {
         number(line.field(column), self.commas, name, &self.path, line.number)
     }
 
-    /// The number in a column of a line; an error if the field is blank, NaN or another text.
+    /// The number in a column, counted from 0, of a line; an error if the field is blank, NaN or another text. `name`
+    /// is that of the column, for messages.
     pub fn required_number(
         &self,
         line: &FieldLine,
@@ -232,7 +238,8 @@ impl FieldLines {
         })
     }
 
-    /// The rate, frames per second, in a column of a line; an error unless it is a positive number.
+    /// The rate, frames per second, in a column, counted from 0, of a line; an error unless it is a positive number.
+    /// `name` is that of the rate, for messages.
     pub fn rate(&self, line: &FieldLine, column: usize, name: &str) -> Result<f64, Error> {
         let rate = self.required_number(line, column, name)?;
         match rate > 0.0 {
@@ -295,8 +302,8 @@ impl<'a> ColumnLayout<'a> {
         Self { lines, header, indices, markers, columns }
     }
 
-    /// Adds a column, counted from 0, with a quantity of the marker `name`, which is new at its first column. An error if
-    /// the marker has this quantity already.
+    /// Adds a column, counted from 0, with a quantity of the marker `name`, which is new at its first column. An error
+    /// if the marker has this quantity already.
     pub fn add(&mut self, column: usize, name: &str, kind: ColumnKind) -> Result<(), Error> {
         // A new name begins a new marker; files repeat it for each coordinate.
         let marker = self.indices.get(name).copied().unwrap_or_else(|| {
@@ -324,9 +331,10 @@ impl<'a> ColumnLayout<'a> {
         self.markers.is_empty()
     }
 
-    /// Reads rows of at least `width` fields (further ones blank) into frames and positions. `clock` returns the reading
-    /// of the clock of a row with its index, counted from 0. Errors: a marker without x or y, another number of fields, a
-    /// clock that does not increase, no row.
+    /// Reads rows into frames and positions. `width` is the number of fields that each row must have; further ones must
+    /// be blank. `clock` returns the reading of the clock of a row with its index, counted from 0, or an error. Errors:
+    /// a marker without x or y, another number of fields, a text that is no number, a clock that does not increase, no
+    /// row.
     pub fn read<'b>(
         mut self,
         width: usize,

@@ -1,12 +1,12 @@
 //! Texts of files in messages: control characters escaped, long tokens, words and lines cut.
 //!
-//! Input are texts, names or paths of files; they may have control characters, which color, hide or rewrite the
-//! output of a terminal. [`printable`] shows these as `\x1b`, and characters that reverse the direction of text as
-//! `\u202e`; line breaks and tabs stay. [`printable_name`] escapes these too. [`token`] also cuts at
-//! [`LONGEST_TOKEN`] characters, and states the number of bytes left out. [`shown`] is for whole messages: it also
-//! cuts tokens in backquotes, and the middle of words above 200 bytes and of lines above 3000 bytes. A message should
-//! be short, and a file may be confidential. Error messages of this crate and of rodfit, and its pages, use these
-//! functions.
+//! Input are texts, names or paths of files; they may have control characters, which color, hide or rewrite the output
+//! of a terminal. [`printable`] shows these as `\x1b`, and characters that change the direction of text as `\u202e`;
+//! line breaks and tabs stay. [`printable_name`] and [`printable_path`] escape these too. [`token`] also cuts at
+//! [`LONGEST_TOKEN`] characters, [`column_name`] earlier; both state the number of bytes left out. [`with_tokens_cut`]
+//! cuts the tokens between quotes, and [`clipped`] the middle of words above 200 bytes and of lines above 3000 bytes.
+//! [`shown`] does all of this for a whole message with tokens in backquotes. [`io_reason`] is the text of an input or
+//! output error. A message should be short, and a file may be confidential.
 
 use std::borrow::Cow;
 use std::fmt::Write;
@@ -35,17 +35,20 @@ pub fn printable_path(path: &Path) -> String {
     printable_name(&path.display().to_string()).into_owned()
 }
 
-/// A token of a file that cannot be read: printable on one line, and cut to [`LONGEST_TOKEN`] characters.
+/// A token of a file, for a message: printable on one line, and cut to [`LONGEST_TOKEN`] characters, with the number of
+/// bytes left out.
 pub fn token(text: &str) -> String {
     cut(text, LONGEST_TOKEN)
 }
 
-/// The name of a column for a message: printable on one line, and cut to 24 characters.
+/// The name of a column for a message: printable on one line, and cut to 24 characters, with the number of bytes left
+/// out.
 pub fn column_name(name: &str) -> String {
     cut(name, LONGEST_NAME)
 }
 
-/// Printable text on one line, cut to `longest` characters; if it is cut, the number of bytes that are left out follows.
+/// Printable text on one line, cut to `longest` characters; if it is cut, the number of bytes that are left out
+/// follows.
 fn cut(text: &str, longest: usize) -> String {
     let shown = printable_name(text);
     match shown.char_indices().nth(longest) {
@@ -56,8 +59,9 @@ fn cut(text: &str, longest: usize) -> String {
     }
 }
 
-/// A message whose tokens between two `quote` characters are cut to [`LONGEST_TOKEN`] characters. Tokens that are already
-/// cut, and texts outside of quotes, stay.
+/// A message whose tokens, the texts between two `quote` characters, are cut as by [`token`] if they have more than
+/// [`LONGEST_TOKEN`] bytes. Tokens that are already cut, and texts outside of quotes, stay. Borrowed if nothing
+/// changes.
 pub fn with_tokens_cut(message: &str, quote: char) -> Cow<'_, str> {
     let is_long = |token: &str| {
         token.len() > LONGEST_TOKEN && (!token.ends_with(" ..]") || token.len() > 2 * LONGEST_TOKEN)
@@ -94,8 +98,8 @@ pub fn io_reason(source: &std::io::Error) -> String {
     }
 }
 
-/// A message about a file for display: control characters escaped; tokens in backquotes, long words (200 bytes) and long
-/// lines (3000 bytes) cut.
+/// A message about a file for display: control characters escaped; tokens in backquotes, long words (200 bytes) and
+/// long lines (3000 bytes) cut.
 pub fn shown(message: &str) -> String {
     printable(&clipped(&with_tokens_cut(message, '`'))).into_owned()
 }
@@ -105,8 +109,8 @@ const LONG: [usize; 2] = [200, 3000];
 /// Lengths of the beginning and of the end, bytes, that are shown of a long word or line.
 const SHOWN: [usize; 2] = [120, 60];
 
-/// A text whose words above 200 bytes and lines above 3000 bytes are shown without their middle, with the number of bytes
-/// left out.
+/// A text whose words above 200 bytes and lines above 3000 bytes are shown without their middle, with the number of
+/// bytes left out.
 pub fn clipped(text: &str) -> Cow<'_, str> {
     if text.len() <= LONG[0] {
         return text.into();
@@ -118,8 +122,9 @@ pub fn clipped(text: &str) -> Cow<'_, str> {
     text.split('\n').map(line).collect::<Vec<_>>().join("\n").into()
 }
 
-/// A text without its middle if it is longer than `most` bytes: the first 120 and the last 60, with the number of bytes
-/// left out. A long row of carets, which mark a token, is cut at its end.
+/// A text without its middle if it is longer than `most` bytes: the first 120 and the last 60, cut at boundaries of
+/// characters, with the number of bytes left out between them. Of a row of carets, which mark a token, only the first
+/// 120 stay.
 fn without_middle(text: &str, most: usize) -> Cow<'_, str> {
     if text.len() <= most {
         return text.into();
@@ -136,8 +141,8 @@ fn without_middle(text: &str, most: usize) -> Cow<'_, str> {
     format!("{} [.. {left_out} bytes left out ..] {}", &text[..head], &text[tail..]).into()
 }
 
-/// Text whose control characters and direction marks for which `is_shown` returns true are shown as escapes: `\n`, `\t`,
-/// `\r`, `\x1b` or `\u202e`. Borrowed without any.
+/// A text with escapes, as `\n`, `\x1b` or `\u202e`, in place of control characters and characters that change its
+/// direction, where `is_shown` returns true for them. Borrowed without any.
 fn escaped(text: &str, is_shown: impl Fn(char) -> bool) -> Cow<'_, str> {
     let acts = |c: char| (c.is_control() || reverses(c)) && is_shown(c);
     if !text.contains(acts) {
@@ -158,8 +163,8 @@ fn escaped(text: &str, is_shown: impl Fn(char) -> bool) -> Cow<'_, str> {
     shown.into()
 }
 
-/// Whether a character changes the direction of text: marks, embeddings, overrides and isolates of the bidirectional algorithm
-/// (Unicode Standard Annex 9).
+/// Whether a character changes the direction of text: marks, embeddings, overrides and isolates of the bidirectional
+/// algorithm (Unicode Standard Annex 9).
 fn reverses(c: char) -> bool {
     matches!(c, '\u{200e}' | '\u{200f}' | '\u{061c}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }

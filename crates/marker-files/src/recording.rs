@@ -1,12 +1,15 @@
-//! The keys of a recording, which state properties that its file does not have, and the conversion of the file.
-//! Results are in seconds and meters in the axes of the world.
+//! The keys of a recording, which state properties that its file does not have, and the conversion of the file. Results
+//! are in seconds and meters in the axes of the world.
 //!
 //! Time is (reading - start) over the frame rate, or times the unit of the clock. A coordinate is (reading - origin)
-//! times the unit of the file, or the key `scale`; y changes its sign where it points down. The result is mapped to
-//! the world's axes. Positions with a likelihood below the stated one, or without any, are missing (`None`).
-//! [`Recording::convert`] converts all frames of a marker of a [`MarkerFile`]. For plain tables with one marker,
-//! [`Recording::columns`] returns columns with their factors, and [`Recording::position`] the position of a row in m.
-//! Keys that contradict the file, or are missing, and results that are not finite are errors.
+//! times the unit of the file, or the key `scale`; y changes its sign where it points down. The result is mapped to the
+//! world's axes. If a likelihood is stated, positions with a lower one, or without any, are missing (`None`).
+//! [`Recording::convert`] converts all frames of a marker of a [`MarkerFile`], which [`Recording::select_marker`]
+//! selects. For plain tables with one marker, [`Recording::columns`] and its parts return columns of clock, coordinates
+//! and standard deviations with their factors. [`Recording::position`] returns the position of a row, m, and
+//! [`Recording::row_sigma`] its standard deviations, m. [`Recording::observed_axes`] returns which axes of the world
+//! are observed. Keys that contradict the file, or are missing, are errors, as are results of a conversion that are not
+//! finite.
 
 use crate::axes::Axes;
 use crate::columns::ColumnRules;
@@ -109,8 +112,8 @@ pub struct Converted {
 }
 
 impl Recording {
-    /// The position in a row of a table, m, in the axes of the world: (reading - origin) times the factor of each column.
-    /// `axes` are the columns of the file's coordinates; a coordinate without a column or reading is `None`.
+    /// The position in a row of a table, m, in the axes of the world: (reading - origin) times the factor of each
+    /// column. `axes` are the columns of the file's coordinates; a coordinate without a column or reading is `None`.
     pub fn position(&self, axes: &AxisColumns, row: &[Option<f64>]) -> [Option<f64>; 3] {
         // Origin in the units of the file, then the factor to m, then the axes of the world.
         let origin = self.origin.unwrap_or_default();
@@ -121,8 +124,8 @@ impl Recording {
     }
 
     /// Standard deviations, m, of the coordinates of a row that are `observed`, in the axes of the world; `None` for
-    /// others. `columns` are those of the standard deviations, in the axes of the file. An error for a blank or for a
-    /// number that is not finite and positive.
+    /// others. `columns` are those of the standard deviations with their factors to m, in the axes of the file. An
+    /// error for an observed coordinate whose standard deviation is blank, or not finite and positive.
     pub fn row_sigma(
         &self,
         table: &Table,
@@ -170,7 +173,8 @@ impl Recording {
     ///
     /// # Errors
     ///
-    /// Columns that are missing, have other contents or an unknown unit.
+    /// An axis for which the key states no column, and columns that are missing, have other contents or an unknown
+    /// unit.
     pub fn sigma_columns(
         &self,
         table: &Table,
@@ -198,13 +202,14 @@ impl Recording {
         self.axes.map_or(position, |axes| axes.to_world(position))
     }
 
-    /// Whether x, y and z of the world are observed, from the axes that the `file` has, by the key `axes`.
+    /// Whether x, y and z of the world are observed, by the key `axes`, in a file that has the axes x, y and z where
+    /// `file` is true.
     pub fn observed_axes(&self, file: [bool; 3]) -> [bool; 3] {
         self.to_world(file.map(|there| there.then_some(0.0))).map(|axis| axis.is_some())
     }
 
-    /// Rejects an origin that is not finite, or not 0 along an axis that the file does not have (`has`); the error is the
-    /// message.
+    /// Rejects an origin that is not finite, or not 0 along an axis that the file does not have (`has`); the error is
+    /// the message.
     fn check_origin(&self, has: [bool; 3]) -> Result<(), String> {
         let mut origins = ["x", "y", "z"].iter().zip(self.origin.unwrap_or_default()).zip(has);
         match origins.find(|((_, origin), has)| !origin.is_finite() || *origin != 0.0 && !has) {
@@ -222,11 +227,13 @@ impl Recording {
         self.axes.map_or(Ok(()), |axes| axes.check(has))
     }
 
-    /// The marker with the stated name, or the only one. Case is ignored, except where a marker has exactly this name.
+    /// The marker of a file with the name in the key `marker`, or its only one without the key. Case is ignored, unless
+    /// a marker has exactly this name.
     ///
     /// # Errors
     ///
-    /// A marker that is not in the file, several markers without a stated one, or several that differ in case only.
+    /// A name that no marker has, or several that differ in case only; several markers without the key; a file without
+    /// markers.
     pub fn select_marker<'a>(&self, file: &'a MarkerFile) -> Result<&'a MarkerData, Error> {
         // Two markers may differ in the case of their names only: an exact match has priority.
         let exact = |name: &String| file.markers.iter().any(|m| m.name == *name);
@@ -263,14 +270,14 @@ impl Recording {
     }
 
     /// Converts all frames of a marker of a file to seconds and meters in the axes of the world. The clock begins at
-    /// `time_zero`, else at the first frame number or zero. Missing positions, and those below the key `likelihood`, are
-    /// `None`.
+    /// `time_zero`, else at the first frame number of the program or zero. Missing positions, and with the key
+    /// `likelihood` those with a lower or no likelihood, are `None`.
     ///
     /// # Errors
     ///
-    /// The key `sigma`, which is for tables with one marker only. A missing `fps` for frame numbers, `scale` for pixels, or
-    /// `y` for pixels and TrackMate without a direction. A key that contradicts the file, or has a wrong value, and a result
-    /// that is not finite.
+    /// The key `sigma`, which is for tables with one marker only. A missing `fps` for frame numbers, `scale` for
+    /// pixels, or `y` for pixels and TrackMate without a direction. A key that contradicts the file, or has a wrong
+    /// value, and a result that is not finite.
     pub fn convert(&self, file: &MarkerFile, marker: &MarkerData) -> Result<Converted, Error> {
         let refused = |message: String| file.error(1, message);
         if self.sigma.is_some() {
@@ -405,8 +412,8 @@ impl Recording {
         }
     }
 
-    /// Rejects columns of a table that are neither in `names` nor columns of standard deviations, and two columns with
-    /// one name.
+    /// Rejects a table with a column that is neither in `names` nor one of the standard deviations that the key `sigma`
+    /// states, or with two columns of one name.
     pub fn check_columns(&self, table: &Table, names: &[&str]) -> Result<(), Error> {
         let sigma = self.sigma.as_ref().map(SigmaColumns::all).unwrap_or_default();
         for (i, (name, _)) in table.columns.iter().enumerate() {
@@ -427,9 +434,10 @@ impl Recording {
         Ok(())
     }
 
-    /// The columns of clock, positions and standard deviations in a table with one marker, with their factors to s and m. The
-    /// clock is `t`, `time` or `frame`; beside a time, `frame` is used if `fps` is given. An error for other columns, no
-    /// clock or both `t` and `time`, and missing or contradicting keys.
+    /// The columns of clock, positions and standard deviations in a table with one marker, with their factors to s and
+    /// m. The clock is `t`, `time` or `frame`; beside a time, `frame` is used if `fps` is given. Errors: other columns,
+    /// no clock, both `t` and `time`, and the errors of its parts ([`axis_columns`](Self::axis_columns),
+    /// [`sigma_columns`](Self::sigma_columns)). A time with `fps`, and frame numbers without, are errors too.
     pub fn columns(&self, table: &Table) -> Result<ClockedColumns, Error> {
         let known = ["t", "time", "frame", "x", "y", "z"];
         self.check_columns(table, &known)?;
@@ -463,8 +471,10 @@ impl Recording {
         Ok(ClockedColumns { time, axes, sigma: self.sigma_columns(table, &axes, &known)? })
     }
 
-    /// The columns of the positions x, y and z in a table, with their factors to m, negative where y points down; `None`
-    /// for a missing coordinate. An error without any, and for keys of the recording that the table contradicts.
+    /// The columns of the positions x, y and z in a table, with their factors to m, negative where y points down;
+    /// `None` for a missing coordinate. Errors: no such column, pixels without `scale` or `y`, an unknown unit, and the
+    /// key `likelihood`, which tables with one marker do not have. A `scale` that no column needs, and the keys `y`,
+    /// `origin` and `axes` for coordinates that the table does not have, are errors too.
     pub fn axis_columns(&self, table: &Table) -> Result<AxisColumns, Error> {
         let mut axes = [None; 3];
         // The scale is that of pixels, or of columns without a unit that the key `columns` states.
@@ -511,8 +521,8 @@ impl Recording {
         Ok(axes)
     }
 
-    /// Seconds per unit of the clock in a column, by the unit of its header (1 without one); an error if the key `fps` is
-    /// given, or for an unknown unit.
+    /// Seconds per unit of the clock in a column (index from 0), by the unit of its header (1 without one). An error if
+    /// the key `fps` is given, or for an unknown unit.
     fn clock_time(&self, table: &Table, clock: usize) -> Result<f64, Error> {
         if let Some(fps) = self.fps {
             let name = &table.columns[clock].0;
@@ -525,8 +535,8 @@ impl Recording {
         table.factor(clock, &TIMES, "")
     }
 
-    /// Seconds per frame by the key `fps`, for a clock of frame numbers; an error without it, unless it is positive, or
-    /// if the column has a unit.
+    /// Seconds per frame by the key `fps`, for a column (index from 0) of frame numbers. An error without `fps`, unless
+    /// it is positive and finite, or if the column has a unit.
     fn frame_time(&self, table: &Table, clock: usize) -> Result<f64, Error> {
         // A frame number is a count; a unit would contradict the frame rate.
         if let Some(unit) = &table.columns[clock].1 {
@@ -555,8 +565,10 @@ impl Recording {
         }
     }
 
-    /// Meters per unit of the coordinate in a column, negative if it is y and points down. An error for pixels without
-    /// scale or direction, for a scale that is not positive, and for an unknown unit.
+    /// Meters per unit of the coordinate in a column (index from 0), negative if it is y and points down. It is the key
+    /// `scale` for pixels, and for columns without a unit that the key `columns` states. Else it is the unit of the
+    /// header, m without one. An error for pixels without scale or direction, for a scale that is not positive, and for
+    /// an unknown unit.
     fn axis(&self, table: &Table, column: usize) -> Result<f64, Error> {
         let (name, unit_name) = &table.columns[column];
         let pixels = unit_name.as_deref() == Some("px");

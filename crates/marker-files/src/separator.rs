@@ -1,10 +1,15 @@
 //! Separators of the columns of a table, and the splitting of its lines into fields.
 //!
-//! Separators are tabs, semicolons, commas, and white space. The separator is the one with which the first lines of a
-//! file form a table: a header, and rows with as many fields, which are numbers. Numbers may have decimal commas, except
-//! where a comma separates the columns and the number is not quoted. A first line `sep=;`, as Excel writes it, states
-//! the separator. Without a separator of this kind it is the first comma, semicolon or tab of the header. Lines that
-//! start with `#` are comments. Output: [`TextRecord`]s with their lines.
+//! Separators are tabs, semicolons, commas, and white space. [`Separator::detect`] returns the first of these with
+//! which the first lines of a file form a table by a given criterion. In general this is [`is_table`]: a header, and
+//! rows with as many fields, which are numbers. Numbers may have decimal commas, except where a comma separates the
+//! columns and the number is not quoted. Without such a separator it is the first comma, semicolon or tab of the
+//! header; without any of them white space if all lines have equally many words, else a comma. [`stated_separator`]
+//! reads a first line `sep=;`, as Excel writes it; another character there is an error. [`Separator::records`] splits
+//! bytes into [`TextRecord`]s with their lines; lines that start with `#` are comments and left out, as are empty lines
+//! and lines of separators only. Fields that are not UTF-8 are errors ([`csv_error`]). [`delimiter`] is the first
+//! comma, semicolon or tab of the header, [`with_tabs`] replaces spaces between columns by tabs, and
+//! [`is_number_or_blank`] tests a field.
 
 use crate::error::Error;
 use csv::{ReaderBuilder, StringRecord, Trim};
@@ -45,8 +50,8 @@ impl TextRecord {
     }
 }
 
-/// The bytes of a table with a first line `sep=;` made a comment, and the separator that this line states; `None` without
-/// such a line. An error for a separator other than a comma, semicolon, tab or space.
+/// The bytes of a table, in which a first line `sep=;` becomes a comment, and the separator that this line states;
+/// `None` without such a line. An error for a separator other than a comma, semicolon, tab or space.
 pub(crate) fn stated_separator<'a>(
     path: &Path,
     bytes: &'a [u8],
@@ -78,9 +83,9 @@ pub(crate) fn stated_separator<'a>(
 }
 
 impl Separator {
-    /// The separator with which the first lines of a file are a table: their records `fit`. Without one, the first comma,
-    /// semicolon or tab of the header, or white space if the header has none of them but the rows have as many words as it
-    /// has.
+    /// The separator of a file: the first of [`SEPARATORS`] for which `fit` is true of the records of the first
+    /// [`SAMPLE_LINES`] lines. Without one, the first comma, semicolon or tab of the header. If the header has none of
+    /// them, white space where all lines have as many words as the header (at least two), else a comma.
     pub fn detect(path: &Path, bytes: &[u8], fit: impl Fn(&[TextRecord], Self) -> bool) -> Self {
         let ends = bytes.iter().enumerate().filter(|(_, b)| **b == b'\n');
         let end = ends.map(|(k, _)| k + 1).nth(SAMPLE_LINES - 1).unwrap_or(bytes.len());
@@ -102,15 +107,17 @@ impl Separator {
         SEPARATORS.into_iter().find(fits).unwrap_or_else(of_header)
     }
 
-    /// Whether a number may have a decimal comma without evidence in other numbers: with semicolons, where commas are the
-    /// usual decimal signs.
+    /// Whether a number may have a decimal comma without evidence in other numbers: with semicolons, where commas are
+    /// the usual decimal signs.
     pub fn implies_decimal_commas(self) -> bool {
         self == Self::Character(b';')
     }
 
-    /// Splits bytes into lines of fields, without comments and blank lines; lines may have different numbers of fields.
+    /// Splits bytes into lines of fields, without comments, empty lines and lines of separators only; lines may have
+    /// different numbers of fields.
     ///
     /// # Errors
+    ///
     /// Fields that are not UTF-8 text.
     pub fn records(self, path: &Path, bytes: &[u8]) -> Result<Vec<TextRecord>, Error> {
         let (delimiter, bytes) = match self {
@@ -139,16 +146,17 @@ impl Separator {
     }
 }
 
-/// Number of blank lines and comments at the beginning of bytes, which the reader skips before a record but counts after
-/// the position that it reports.
+/// Number of blank lines and comments at the beginning of bytes. The reader of the csv library skips them before a
+/// record, but does not count them in the line that it reports.
 fn skipped_lines(bytes: &[u8]) -> u64 {
     let lines = bytes.split_inclusive(|b| *b == b'\n');
     lines.take_while(|line| matches!(line, [b'#', ..] | [b'\n'] | [b'\r', b'\n'])).count() as u64
 }
 
-/// Whether the first record is a header of two columns or more, and all others have as many fields, which are numbers or
-/// blank. A first column without a name may have any content; a name may be missing above the first column of white
-/// space, tabs or semicolons.
+/// Whether the first record is a header, and all others, at least one, are rows of as many fields, which are numbers or
+/// blank; further blank fields may follow. The table needs two columns. A first column without a name may have any
+/// content. Unless commas separate the columns, the header may lack the name of a first column of row numbers
+/// ([`has_row_names`]).
 pub(crate) fn is_table(records: &[TextRecord], separator: Separator) -> bool {
     let Some((header, rows)) = records.split_first() else { return false };
     let width = header.fields.len();
@@ -163,7 +171,8 @@ pub(crate) fn is_table(records: &[TextRecord], separator: Separator) -> bool {
     width > 1 && !rows.is_empty() && rows.iter().all(is_row)
 }
 
-/// Whether all rows have one field more than the header, and begin with numbers that count from 0 or 1, as R writes them.
+/// Whether all rows have one field more than the header, and begin with numbers that count from 0 or 1, as R writes
+/// them. It is false without rows.
 pub(crate) fn has_row_names(header: &TextRecord, rows: &[TextRecord]) -> bool {
     let first = rows.first().map_or("", |row| row.field(0));
     let Some(from) = ["0", "1"].iter().position(|own| *own == first) else { return false };
@@ -181,8 +190,9 @@ pub(crate) fn is_number_or_blank(field: &str) -> bool {
         || !field.starts_with(',') && !field.ends_with(',') && is_number(field)
 }
 
-/// The bytes of a table with a tab for each run of spaces and tabs within a line, and none at its ends. In the header, the
-/// first line that is neither blank nor a comment, spaces before and within brackets stay: `t (s) x (mm)` has two columns.
+/// The bytes of a table with a tab for each run of spaces and tabs within a line, and none at its ends; comments and
+/// spaces in quotes stay. In the header, the first line that is neither blank nor a comment, spaces before and within
+/// brackets stay: `t (s) x (mm)` has two columns. The numbers of the lines stay.
 pub(crate) fn with_tabs(bytes: &[u8]) -> Vec<u8> {
     let mut own = Vec::with_capacity(bytes.len());
     let mut is_header = true;
@@ -239,7 +249,7 @@ pub(crate) fn is_number(field: &str) -> bool {
 }
 
 /// The error of a file that cannot be split into fields, with its line: another number of fields than the header, or no
-/// UTF-8 text.
+/// UTF-8 text. An error of reading the file has no line.
 pub fn csv_error(path: &Path, error: csv::Error) -> Error {
     let line = error.position().map_or(1, |position| position.line());
     match error.into_kind() {

@@ -1,9 +1,9 @@
 //! The key `sigma` of a recording: names of the columns with the standard deviations of the positions of a table.
 //!
-//! They are one column for all axes, or one for each axis of the file, ignoring case. [`SigmaColumns::find`] takes a
-//! table, the axes that it has, and the names of columns with other contents. It returns the index of the column of
-//! each axis that the table has, `None` for others. An axis without a column, and a column that is missing or has
-//! other contents, are errors. The reader of plain tables with one marker uses it.
+//! They are one column for all axes, or one for each axis of the file; names are compared ignoring case.
+//! [`SigmaColumns::find`] takes a table, the axes that it has, and the names of columns with other contents. It returns
+//! the index of the column of each axis that the table has, `None` for others. [`SigmaColumns::all`] returns all stated
+//! names. An axis without a stated column, and a column that is missing or has other contents, are errors.
 
 use crate::error::Error;
 use crate::table::Table;
@@ -41,7 +41,7 @@ pub struct AxisColumnNames {
 }
 
 impl SigmaColumns {
-    /// The name of the column of x, y and z; `None` where no column is stated.
+    /// The name of the column of x, y and z, as it is stated; `None` where no column is stated.
     fn names(&self) -> [Option<&str>; 3] {
         match self {
             Self::All(name) => [Some(name); 3],
@@ -54,9 +54,9 @@ impl SigmaColumns {
         self.names().into_iter().flatten().map(str::to_lowercase).collect()
     }
 
-    /// Index of the column of each axis of the file that is present (`there`), `None` for others; `others` are names of
-    /// columns with other contents. An error for an axis without a column, and for a column that is missing or in
-    /// `others`.
+    /// Index, from 0, of the column of each axis of the file that is present (`there`), `None` for others; `others` are
+    /// names of columns with other contents. An error for a present axis without a stated column, and for a column that
+    /// the table does not have or that is in `others`.
     pub fn find(
         &self,
         table: &Table,

@@ -1,7 +1,7 @@
-//! First bytes of C3D files, and the header of storage files of OpenSim, by which they are recognized.
+//! Recognition of C3D files by their first bytes, and of storage files of OpenSim by the end of their header.
 //!
-//! A C3D file has the number of its parameter block and 0x50 in the first two bytes, and the number of a processor in that
-//! block. The header of a storage file ends with a line `endheader`.
+//! A C3D file has the number of its parameter block and 0x50 in the first two bytes, and the number of a processor in
+//! that block ([`is_c3d`]). The header of a storage file ends with a line `endheader` ([`is_end_of_header`]).
 
 /// Size of a block of a C3D file, bytes.
 pub(crate) const C3D_BLOCK: usize = 512;
@@ -15,13 +15,14 @@ const LARGEST_BLOCK: u8 = 16;
 /// Text of the last line of the header of a storage file of OpenSim.
 const END_OF_HEADER: &str = "endheader";
 
-/// Whether a line is the last one of the header of a storage file.
+/// Whether a line is the last one of the header of a storage file: `endheader`, ignoring case and spaces around it.
 pub(crate) fn is_end_of_header(line: &str) -> bool {
     line.trim().eq_ignore_ascii_case(END_OF_HEADER)
 }
 
-/// Whether bytes begin as those of a C3D file: the number of the parameter block and [`C3D_MARK`], with the number of a processor
-/// in that block. A file that ends before is recognized by the first two bytes, unless it may be a text.
+/// Whether bytes begin as those of a C3D file: the number of the parameter block (from 1, blocks of [`C3D_BLOCK`]
+/// bytes) and [`C3D_MARK`]. The fourth byte of that block must be the number of a processor. If the bytes end before
+/// it, the first two decide: the number is at most [`LARGEST_BLOCK`], and no white space, with which a text may begin.
 pub(crate) fn is_c3d(bytes: &[u8]) -> bool {
     let [block @ 1..=u8::MAX, C3D_MARK, ..] = bytes else { return false };
     match bytes.get((usize::from(*block) - 1) * C3D_BLOCK + 3) {

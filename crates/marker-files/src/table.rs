@@ -1,12 +1,14 @@
 //! Reader of tables of numbers with a header of names and units, as `t[ms],x[mm]`, or with the key `columns`.
 //!
-//! Input are the bytes of a file. Columns are separated by commas, semicolons, tabs or spaces. Lines that start with `#`
-//! are comments. Every field is a finite number, blank or NaN; blank and NaN are missing values (`None`). Decimal commas
-//! are read where they cannot be separators. Units stand in brackets, or at the end of a name, as `t_ms,x_mm`. Output:
-//! [`Table`] with names (in lower case) and units of the columns, and the rows with their lines; values are not
-//! converted. Blank columns without a name, and columns that number the rows, are left out. Other texts, rows with
-//! another number of fields than the header, commas and points that may separate thousands, and files that are no table
-//! are errors with the line.
+//! Input are the bytes of a file. Columns are separated by commas, semicolons, tabs or spaces. Lines that start with
+//! `#` are comments. Every field of a column that is read is a finite number, blank or NaN; blank and NaN are missing
+//! values (`None`). Decimal commas are read where they cannot be separators. Units stand in brackets, or at the end of
+//! a name, as `t_ms,x_mm`. Output: [`Table`] with names (in lower case) and units of the columns, and the rows with
+//! their lines; values are not converted. Blank columns without a name, and first columns that number the rows, are
+//! left out, with the key `columns` all columns that it does not state. [`Table::find`] returns the index of a column,
+//! [`Table::factor`] the size of its unit; `number` reads a single field. Other texts, rows with another number of
+//! fields than the header, commas and points that may separate thousands, and files that are no table are errors with
+//! the line.
 
 use crate::columns::{ColumnRules, FoundColumns, RuleError};
 use crate::decimals::Decimals;
@@ -55,7 +57,8 @@ impl Table {
     }
 
     /// Reads the bytes of a file as a table; `path` is for messages. Columns without a name are left out if they are
-    /// blank, as spreadsheet programs pad lines, and in the first place, as they number rows. A single column is kept.
+    /// blank, as spreadsheet programs pad lines, and in the first place, as they number rows. So is a first column
+    /// `index` or `Unnamed: 0` beside a clock. A single column is kept.
     ///
     /// # Errors
     ///
@@ -64,7 +67,8 @@ impl Table {
         Self::of_columns(path, bytes, None)
     }
 
-    /// Reads the bytes of a file as a table of the columns that `rules` state, or of all columns; `path` is for messages.
+    /// Reads the bytes of a file as a table of the columns that `rules` state, or of all columns; `path` is for
+    /// messages.
     ///
     /// # Errors
     ///
@@ -95,7 +99,8 @@ impl Table {
         })
     }
 
-    /// The table of the columns that `rules` state.
+    /// The table of the columns that `rules` state, in the order of the file, with the names of the rules, in lower
+    /// case, and their units. Errors: those of the rules, rows of different width, and other texts than numbers.
     fn by_rules(
         path: &Path,
         records: &[TextRecord],
@@ -116,7 +121,9 @@ impl Table {
         Ok(Self { path: path.into(), columns, original_names, rows, has_rules: true })
     }
 
-    /// The table of all columns below a header. Names become lower case.
+    /// The table of the columns below a header, the first record. Names become lower case, and units are split from
+    /// them. Left out are blank columns without a name, and a first column without a name or, beside a clock, of row
+    /// numbers. Errors: rows with another number of fields, and other texts than numbers.
     fn by_header(path: &Path, records: &[TextRecord], separator: Separator) -> Result<Self, Error> {
         let header = records.first();
         let rows = records.get(1..).unwrap_or_default();
@@ -167,8 +174,8 @@ impl Table {
         token(&found.join(", "))
     }
 
-    /// Size of the unit in the header of a column, in SI units, by the list of `known` units; 1 without a unit, an error
-    /// for another unit. `more` are allowed units beside these, for the message.
+    /// Size of the unit in the header of a column (index from 0), in SI units, by the list of `known` units; 1 without
+    /// a unit, an error for another unit. `more` are allowed units beside these, for the message.
     pub fn factor(&self, column: usize, known: &[(&str, f64)], more: &str) -> Result<f64, Error> {
         let (name, unit) = &self.columns[column];
         let Some(unit) = unit else { return Ok(1.0) };
@@ -227,8 +234,9 @@ fn values(
     Ok(rows)
 }
 
-/// Moves units at the ends of names, as `t_ms,x_mm`, to the units of the columns. Coordinates have such units if all of them
-/// do. The error is a message on `cm`, which may be a marker, such as the center of mass, if the time has no unit.
+/// Moves units at the ends of names, as `t_ms,x_mm`, to the units of the columns, and shortens both lists of names (in
+/// lower case, and as written). It does so for `t` and `time`, and for coordinates if all of these have a unit. The
+/// error is a message on `cm`, which may be a marker, such as the center of mass, if the time has no such unit.
 fn suffix_units(
     columns: &mut [(String, Option<String>)],
     original_names: &mut [String],
@@ -261,7 +269,8 @@ fn suffix_units(
     Ok(())
 }
 
-/// Whether a name in lower case is that of a coordinate: `s`, or one that begins or ends with an axis.
+/// Whether a name in lower case is that of a coordinate: `s`, one that begins with an axis, or one that ends with a
+/// separator and an axis, as `tip_x`.
 fn is_coordinate(name: &str) -> bool {
     let behind = name
         .strip_suffix(['x', 'y', 'z'])
@@ -282,7 +291,7 @@ fn is_index_name(name: &str) -> bool {
     ["index", "unnamed: 0"].contains(&&name.to_lowercase()[..])
 }
 
-/// Whether numbers may have decimal commas in a table with this separator: semicolons or tabs.
+/// Whether numbers in files of programs may have decimal commas with this separator: semicolons or tabs.
 pub(crate) fn has_decimal_commas(delimiter: u8) -> bool {
     b";\t".contains(&delimiter)
 }

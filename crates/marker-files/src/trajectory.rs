@@ -1,10 +1,10 @@
 //! Reads the trajectory of a marker from a file, in seconds and meters in the axes of the world.
 //!
 //! [`read`] converts one marker of a table or of a file of a tracking program, by the keys of a [`Recording`];
-//! [`read_several`] markers by their names. Output: [`MarkerTrajectory`] with times, positions, and standard
-//! deviations if the table has columns of them. Rows before the stated start of the motion and rows without any
-//! position are dropped and counted. Times that are negative without a stated start or do not increase, numbers that
-//! are not finite, and a file without a usable row are errors.
+//! [`read_several`] markers by their names. Output: [`MarkerTrajectory`] with times, positions, and standard deviations
+//! if the key `sigma` states their columns (tables with one marker). Rows before the stated start of the motion and
+//! rows without any position are dropped and counted. Times that are negative without a stated start or do not
+//! increase, numbers that are not finite, and a file without a usable row are errors, with their line.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -62,9 +62,10 @@ struct ConvertedRow {
 /// Reads the trajectory of one marker, in seconds and meters in the axes of the world.
 ///
 /// Tables have a column t (or time, or frame) and at least one of x, y, z, in any order, or the key `columns` states
-/// them. Separators are commas, semicolons, tabs or spaces; all but commas permit decimal commas. Units stand in brackets
-/// or parentheses, `t[ms],x[mm]`, or at the end, `t_ms,x_mm`; without them s and m. Blank or NaN is missing; lines that
-/// start with `#` are comments. Files of programs, and tables of named markers, are recognized.
+/// them. Separators are commas, semicolons, tabs or spaces; all but commas permit decimal commas, and so do quotes.
+/// Units stand in brackets or parentheses, `t[ms],x[mm]`, or at the end, `t_ms,x_mm`; without them s and m. Blank or
+/// NaN is missing; lines that start with `#` are comments. Files of programs, and tables of named markers, are
+/// recognized.
 ///
 /// # Errors
 ///
@@ -114,11 +115,12 @@ pub fn read(path: &Path, recording: &Recording) -> Result<MarkerTrajectory, Erro
     collect(path, recording, rows)
 }
 
-/// Reads the trajectories of several markers by their names, in the order of `markers`; the key `marker` is ignored.
+/// Reads the trajectories, s and m, of several markers by their names, in the order of `markers`; the key `marker` is
+/// ignored.
 ///
 /// # Errors
 ///
-/// Those of [`read`].
+/// Those of [`read`]; the key `sigma` is one too.
 pub fn read_several<'a>(
     path: &Path,
     recording: &Recording,
@@ -130,7 +132,9 @@ pub fn read_several<'a>(
     markers.into_iter().map(one).collect()
 }
 
-/// The trajectory, without standard deviations, of the marker that `recording` selects in a file of a tracking program.
+/// The trajectory, without standard deviations, of the marker that `recording` selects in a file of a tracking program
+/// or a table of named markers, from time zero on if `recording` states it. Errors: no such marker, keys that
+/// contradict the file or are missing, times and numbers that cannot be used.
 fn convert(file: &MarkerFile, recording: &Recording) -> Result<MarkerTrajectory, Error> {
     let converted = recording.convert(file, recording.select_marker(file)?)?;
     let rows = converted.times.iter().zip(&converted.positions);
@@ -140,9 +144,9 @@ fn convert(file: &MarkerFile, recording: &Recording) -> Result<MarkerTrajectory,
     collect(&file.path, recording, rows.map(row))
 }
 
-/// The trajectory of rows with increasing times from the start of the motion on, without rows that have no position;
-/// counts the dropped ones. Errors: a number that is not finite, a negative time without `time_zero`, times that do not
-/// increase, no usable row.
+/// The trajectory of rows with increasing times, from time zero on if `recording` states the start of the motion
+/// (`time_zero`). Rows without any position are left out; rows left out are counted. Errors: that of a row, a number
+/// that is not finite, a negative time without `time_zero`, times that do not increase, no usable row.
 fn collect(
     path: &Path,
     recording: &Recording,

@@ -1,11 +1,16 @@
-//! Units of times and lengths in the names of columns: in brackets, as `x[mm]`, or at the end, as `x_mm`.
+//! Units of times and lengths in the names of columns: in brackets, as `x[mm]` or `x (mm)`, or at the end, as `x_mm`.
+//!
+//! [`TIMES`] and [`LENGTHS`] are the known units with their sizes in s and m. [`split_unit`] splits a name from any
+//! unit in brackets, [`suffix_unit`] from a known unit behind `_`; both return names and symbols as text, without
+//! errors. [`plain_unit`] writes a micro sign as `u`.
 
 /// Units of time with their sizes in s.
 pub const TIMES: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 /// Units of length with their sizes in m.
 pub const LENGTHS: [(&str, f64); 4] = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6)];
 
-/// Name and unit of a column: `X` and `mm` of `X [mm]` or `X (mm)`; no unit without brackets at the end.
+/// Name and unit of a column: `X` and `mm` of `X [mm]` or `X (mm)`. Without brackets at the end it is the whole header,
+/// without a unit. Any text in the brackets is a unit.
 pub fn split_unit(header: &str) -> (String, Option<String>) {
     let brackets = |open: char, close: char| header.strip_suffix(close)?.split_once(open);
     // Brackets within a name belong to it; only those at the end have a unit.
@@ -15,7 +20,7 @@ pub fn split_unit(header: &str) -> (String, Option<String>) {
     }
 }
 
-/// The symbol of a unit without spaces around it, with `u` for micro.
+/// The symbol of a unit without spaces around it, with `u` for a micro sign at its beginning.
 pub(crate) fn plain_unit(unit: &str) -> String {
     let unit = unit.trim();
     match unit.strip_prefix(['\u{b5}', '\u{3bc}']) {
@@ -24,8 +29,8 @@ pub(crate) fn plain_unit(unit: &str) -> String {
     }
 }
 
-/// Name and unit of a column whose name ends with a unit, as `x_mm`: units of time, or of length and pixels. `None` without
-/// one.
+/// Name and unit of a column whose name ends with `_` and a unit, as `x_mm`, ignoring the case of the unit: a unit of
+/// time if `is_time`, else of length or `px`. `None` without such a unit or with no name before it.
 pub(crate) fn suffix_unit(name: &str, is_time: bool) -> Option<(&str, &'static str)> {
     let (own, ending) = name.rsplit_once('_')?;
     let ending = plain_unit(&ending.to_lowercase());

@@ -1,10 +1,10 @@
 //! Descriptions of files that cannot be read as tables of markers, for error messages.
 //!
-//! Input are the path and the bytes of a file, of which the first 4096 are examined. Binary files are recognized by
-//! their first bytes (zip, HDF5, C3D, video and others) or a zero byte. Texts are recognized by their first lines:
-//! JSON, XML, no header, columns separated by spaces, and for tables of positions accelerations. Output: an error
-//! with the kind of file and the kinds that are read; for a text that is none of these, the error that the reader
-//! had.
+//! Input are the path and the bytes of a file, in general the first 4096. Binary files are recognized by their first
+//! bytes (zip, HDF5, C3D, video and others) or a zero byte. Texts are recognized by their first lines: JSON, XML, no
+//! header, columns separated by spaces, and for tables of positions accelerations. Output: an error with the kind of
+//! file and the kinds that are read ([`check_text`] for binary files, [`describe_table`] and
+//! [`describe_position_table`] for texts). For a text that is none of these it is the error that the reader had.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -39,7 +39,8 @@ const BINARY: [(&[u8], &str); 19] = [
     (b"\xff\xfe", "UTF-16 text"),
     (b"\xfe\xff", "UTF-16 text"),
 ];
-/// Rejects binary files, by their first bytes, with an error that describes their kind and the files that are read.
+/// Rejects binary files, by their first bytes or a zero among the first 4096, with an error that has their kind and the
+/// files that are read. Texts are accepted.
 pub(crate) fn check_text(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     match binary(bytes) {
         Some(found) => Err(unknown(path, found)),
@@ -47,8 +48,8 @@ pub(crate) fn check_text(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     }
 }
 
-/// The error of a file that could not be read as a table: the description of its kind if its text is no table with a
-/// header, else `error`.
+/// The error of a file that could not be read as a table: the description of its kind, if its first lines show that it
+/// is no table with a header, else `error` unchanged.
 pub(crate) fn describe_table(path: &Path, bytes: &[u8], error: Error) -> Error {
     match text(bytes) {
         Some(found) => unknown(path, &found),
@@ -56,8 +57,8 @@ pub(crate) fn describe_table(path: &Path, bytes: &[u8], error: Error) -> Error {
     }
 }
 
-/// The error of a file that could not be read as a table of positions: as [`describe_table`], or an error on
-/// accelerations if its header names them, else `error`.
+/// The error of a file that could not be read as a table of positions: the description of its kind, if it is no table
+/// with a header. Else it is an error on accelerations if its header names them, or `error` unchanged.
 pub(crate) fn describe_position_table(path: &Path, bytes: &[u8], error: Error) -> Error {
     match text(bytes) {
         Some(found) => unknown(path, &found),
@@ -68,7 +69,7 @@ pub(crate) fn describe_position_table(path: &Path, bytes: &[u8], error: Error) -
     }
 }
 
-/// The error of a file with the description `found`, in line 1, with the kinds of files that are read.
+/// The error of a file with the description `found`, in line 1; the message also has the kinds of files that are read.
 fn unknown(path: &Path, found: &str) -> Error {
     Error::data(path, 1, format!("found {found}, allowed: {}", readable_files()))
 }
@@ -84,8 +85,8 @@ fn readable_files() -> String {
     )
 }
 
-/// The description of a binary file by its first bytes ([`BINARY`], C3D, MP4), or `a binary file` with a zero among the first
-/// 4096; `None` for a text.
+/// The description of a binary file by its first bytes ([`BINARY`], C3D, MP4), or `a binary file` with a zero among the
+/// first 4096; `None` for a text.
 fn binary(bytes: &[u8]) -> Option<&'static str> {
     if let Some((_, found)) = BINARY.iter().find(|(start, _)| bytes.starts_with(start)) {
         return Some(found);
@@ -98,9 +99,10 @@ fn binary(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
-/// The description of a text that is no table with a header, by its first two lines that are neither blank nor comments.
-/// Described are JSON, XML or HTML, numbers without a header, and columns with spaces between them
-/// that are no table. `None` for other texts, and for a first line that does not end within the examined bytes.
+/// The description of a text that is no table with a header, by its first two lines that are neither blank nor
+/// comments. Described are JSON, XML or HTML, numbers without a header, and columns with spaces between them below
+/// another number of names. `None` for other texts, for no text, and for a first line that does not end within the
+/// examined bytes.
 fn text(bytes: &[u8]) -> Option<String> {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(EXAMINED)]).to_lowercase();
     let text = text.trim_start_matches('\u{feff}');

@@ -3,7 +3,8 @@
 //! Input is the folder of the campaign's plan. Output are, each if requested, one line of JSON per task with a result
 //! (`--out`), one row per fit (`--csv`, the parts of a bootstrap in one) and a page that compares the fits
 //! (`--report`). The status is printed. Damaged lines of results give warnings, except the incomplete last line of a
-//! killed process. Results of one task that differ are an error. The exit code is 3 while any fit has no result.
+//! killed process. Results of one task that differ are an error. The exit code is 3 while any fit has no result, else
+//! 0, or that of an output that cannot be written.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, conclude, terminal};
@@ -27,8 +28,8 @@ pub(super) fn collected_results(plan: &Plan) -> Result<Collected<'_>, Error> {
 }
 
 /// Writes the results of the campaign in `folder`: JSON lines to the file `out`, a CSV table to the file `csv`, and a
-/// comparison page into the folder `report`; each is omitted if `None`. Prints the status. Returns exit code 3 while results
-/// are missing, the code of an output that cannot be written, or 0.
+/// comparison page into the folder `report`; each is omitted if `None`. Prints the status. Returns exit code 3 while
+/// results are missing, the code of an output that cannot be written, or 0.
 pub(super) fn collect(
     folder: &Path,
     out: Option<&Path>,
@@ -73,8 +74,8 @@ pub(super) fn collect(
     Ok(conclude(if open == 0 { 0 } else { 3 }, written))
 }
 
-/// The address of the page of a fit, `NAME/fit.html`, relative to `folder`, that of the comparison page. `None` if the file
-/// does not exist, or if the name is a path or hidden.
+/// The address of the page of a fit, `NAME/fit.html`, relative to `folder`, that of the comparison page. `None` if the
+/// file does not exist, or if the name is a path or hidden.
 fn fit_page_address(fit: &FitSummary, folder: &Path) -> Option<String> {
     let is_name = Path::new(&fit.name).components().count() == 1 && !fit.name.starts_with('.');
     let page = format!("{}/fit.html", fit.name);

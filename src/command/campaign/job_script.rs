@@ -1,18 +1,18 @@
-//! `rodfit campaign sbatch`: generates the shell script of a Slurm job array for a campaign, which is printed; nothing is
-//! submitted.
+//! `rodfit campaign sbatch`: generates the shell script of a Slurm job array for a campaign, which is printed; nothing
+//! is submitted.
 //!
 //! Input are the folder of the plan, the number of jobs, threads per job, and the time limit in the notation of Slurm.
-//! Each job of the array runs one shard (part) of the plan with `rodfit campaign run`, which reads the shard's index from
-//! the environment of Slurm. Jobs are requeued after a failure of a machine, and get the signal TERM one minute before
-//! their time limit, so that finished results are kept. A missing folder, and a time with other characters than digits,
-//! `:` and `-`, are errors.
+//! Each job of the array runs one shard (part) of the plan with `rodfit campaign run`, which reads the shard's index
+//! from the environment of Slurm. Jobs are requeued after a failure of a machine, and get the signal TERM one minute
+//! before their time limit, so that finished results are kept. A missing folder, and a time with other characters than
+//! digits, `:` and `-`, are errors.
 
 use rodfit::Error;
 use std::path::Path;
 
-/// The script of a job array with `shards` jobs of `threads` processors and the time limit `time` (notation of Slurm), which
-/// run the plan in `folder`. Fits that an ended job leaves open are computed by the next submission. Errors: a time with other
-/// characters than digits, `:` and `-`; a folder that does not exist.
+/// The script of a job array with `shards` jobs of `threads` processors and the time limit `time` (notation of Slurm),
+/// which run the plan in `folder`. Fits that an ended job leaves open are computed by the next submission. Errors: a
+/// time with other characters than digits, `:` and `-`; a folder that does not exist.
 pub(super) fn job_script(
     folder: &Path,
     time: &str,

@@ -1,9 +1,10 @@
 //! `rodfit campaign`: many fits on one or several machines, by the subcommands plan, run, status, collect and sbatch.
 //!
-//! `plan` expands a campaign file (TOML) into a list of fits in a folder. `run` computes those without a stored result, or
-//! one shard of them; several processes may run on a shared folder. `status` prints the progress, `collect` gathers the
-//! results, and `sbatch` prints a Slurm script. Exit codes: 3 while results are missing (`status`, `collect`) or if a fit
-//! panicked (`run`), 2 for changed input files (`run`).
+//! `plan` expands a campaign file (TOML) into a list of fits in a folder. `run` computes those without a stored result,
+//! or one shard of them; several processes may run on a shared folder. `status` prints the progress, `collect` gathers
+//! the results, and `sbatch` prints a Slurm script. The exit code is 3 while results are missing (`status`, `collect`)
+//! or if a fit panicked (`run`), and in general 2 for changed input files (`run`). Else it is 0, or that of an output
+//! that cannot be written. Fits that are not usable do not change it.
 
 mod collect;
 mod job_script;
@@ -24,10 +25,11 @@ use std::time::Duration;
 
 pub use collect::COMPARISON_PAGE;
 
-/// Most errors of one kind that are printed; the remaining ones are only counted, so that thousands do not flood the terminal.
+/// Most errors of one kind that are printed; the remaining ones are only counted, so that thousands do not flood the
+/// terminal.
 const MAX_PRINTED: usize = 5;
-/// Time that fits get to stop after TERM or Ctrl-C. After that the process ends with fits unfinished: finished results are
-/// stored. Schedulers kill a process some seconds after TERM.
+/// Time that fits get to stop after TERM or Ctrl-C. After that the process ends with fits unfinished: finished results
+/// are stored. Schedulers kill a process some seconds after TERM.
 const STOP_TIME: Duration = Duration::from_secs(3);
 /// Most jobs of a job script without `--shards`; with fewer fits than this, there is one job per fit.
 const DEFAULT_SHARDS: u64 = 100;
@@ -74,7 +76,8 @@ pub enum CampaignCommand {
         /// Write one row per fit to this file (CSV); `-` is standard output.
         #[arg(long, value_name = "FILE")]
         csv: Option<PathBuf>,
-        /// Write a page that compares the fits (`comparison.html`) into this folder; it links `NAME/fit.html` where present.
+        /// Write a page that compares the fits (`comparison.html`) into this folder; it links `NAME/fit.html` where
+        /// present.
         #[arg(long, value_name = "DIR")]
         report: Option<PathBuf>,
     },
@@ -107,8 +110,8 @@ pub struct ShardOptions {
 }
 
 impl ShardOptions {
-    /// The shard of `--shard`, or that of the scheduler's job array by its environment variable; `None` outside a job array:
-    /// all fits. `--shards` outside a job array is an error, because no environment variable gives the index.
+    /// The shard of `--shard`, or that of the scheduler's job array by its environment variable; `None` outside a job
+    /// array: all fits. `--shards` outside a job array is an error, because no environment variable gives the index.
     fn shard(&self) -> Result<Option<Shard>, Error> {
         if self.shard.is_some() {
             return Ok(self.shard);
@@ -128,8 +131,8 @@ impl ShardOptions {
     }
 }
 
-/// Runs a subcommand of `rodfit campaign` and returns its exit code. Defaults: `run` uses all processors, `sbatch` one job
-/// per fit, at most [`DEFAULT_SHARDS`].
+/// Runs a subcommand of `rodfit campaign` and returns its exit code. Defaults: `run` uses all processors, `sbatch` one
+/// job per fit, at most [`DEFAULT_SHARDS`].
 pub fn run(command: &CampaignCommand, global: GlobalOptions) -> Result<u8, Error> {
     match command {
         CampaignCommand::Plan { campaign, out } => plan(campaign, out, global),
@@ -153,9 +156,9 @@ pub fn run(command: &CampaignCommand, global: GlobalOptions) -> Result<u8, Error
     }
 }
 
-/// Expands the campaign file `campaign` into the plan in the folder `out` and prints its status. Fits that would be rejected
-/// give warnings (at most [`MAX_PRINTED`], the others counted) and remain in the plan; a fit above a limit of memory, time or
-/// disk is an error. Returns exit code 0.
+/// Expands the campaign file `campaign` into the plan in the folder `out` and prints its status. Fits that would be
+/// rejected give warnings (at most [`MAX_PRINTED`], the others counted) and remain in the plan; a fit above a limit of
+/// memory, time or disk is an error. Returns exit code 0.
 fn plan(campaign: &Path, out: &Path, global: GlobalOptions) -> Result<u8, Error> {
     // Costs of single fits are not announced while thousands are planned.
     let silent = GlobalOptions { quiet: true, ..global };
@@ -177,9 +180,9 @@ fn plan(campaign: &Path, out: &Path, global: GlobalOptions) -> Result<u8, Error>
     Ok(0)
 }
 
-/// Computes the fits of a shard (all fits if `None`) that have no result, on up to `threads` threads, stores the results, and
-/// prints a summary. TERM and Ctrl-C stop it. Returns exit code 3 if a fit panicked, else the largest code of tasks whose
-/// files changed since the plan, else 0.
+/// Computes the fits of a shard (all fits if `None`) that have no result, on up to `threads` threads, stores the
+/// results, and prints a summary. TERM and Ctrl-C stop it. Returns exit code 3 if a fit panicked, else the largest code
+/// of tasks whose files changed since the plan, else 0.
 fn run_tasks(
     folder: &Path,
     shard: Option<Shard>,
@@ -224,8 +227,8 @@ fn run_tasks(
     Ok(if run.panicked.is_empty() { changed } else { 3 })
 }
 
-/// The result of a run as text: fits with a result, fits of this run and how many of them are usable (exit code 0), and fits
-/// of earlier runs. The tone is good if all fits have a result, else doubtful.
+/// The result of a run as text: fits with a result, fits of this run and how many of them are usable (exit code 0), and
+/// fits of earlier runs. The tone is good if all fits have a result, else doubtful.
 fn summary(run: &RunSummary) -> Summary {
     let usable = run.codes.iter().filter(|code| **code == 0).count();
     let status = match run.open_tasks() {
@@ -238,7 +241,8 @@ fn summary(run: &RunSummary) -> Summary {
         .fact("Earlier runs", format!("{} fits", run.before))
 }
 
-/// Writes (JSON) and prints the progress of the campaign in `folder`. Returns exit code 3 while results are missing, else 0.
+/// Writes (JSON) and prints the progress of the campaign in `folder`. Returns exit code 3 while results are missing,
+/// else 0.
 fn status(folder: &Path, json: &JsonOption, global: GlobalOptions) -> Result<u8, Error> {
     let plan = Plan::open_results(folder)?;
     let outputs = Outputs::with_json(json, &[], global)?;

@@ -1,12 +1,12 @@
 //! `rodfit fit --extend`: refits with one omitted effect added, for each effect that may explain the residuals.
 //!
-//! The significant score tests of the first fit propose candidates, such as a compliant clamp. Each candidate adds
-//! one effect to the original fit file. A refit improves on the first if it converged, its grade is no worse and its
+//! The significant score tests of the first fit propose candidates, such as a compliant clamp. Each candidate adds one
+//! effect to the original fit file. A refit improves on the first if it converged, its grade is no worse and its
 //! likelihood is significantly higher. The last is not required if the first did not converge. Of these the one with
 //! the best grade wins, then the smallest RMS residual. The fit file becomes that of the best one. Another one that
 //! explains the residuals as well, with a contradicting value of a parameter, becomes a warning, and a better grade
-//! becomes correlated-or-missing. Without an improvement file and report are those of the first fit, with a warning that
-//! has the candidates tried, if there are any. An interruption ends the refits; the completed ones count. Rejected
+//! becomes correlated-or-missing. Without an improvement file and report are those of the first fit, with a warning
+//! that has the candidates tried, if there are any. An interruption ends the refits; the completed ones count. Rejected
 //! candidates are printed as notes.
 
 use crate::command::terminal;
@@ -21,11 +21,12 @@ struct BetterFit {
     report: FitReport,
 }
 
-/// Refits with each effect that may explain the residuals of the `first` report, one at a time, by `solve`. Sets `file` to
-/// that of the best refit that improves on the first (best grade, then smallest RMS residual) and returns its report. Another
-/// improving refit that explains the residuals as well, with a contradicting value, adds a warning and lowers the grade. Else
-/// returns the first report, with a warning if any candidate was tried. Candidates without improvement are printed. An
-/// interruption ends the search with the refits so far.
+/// Refits with each effect that may explain the residuals of the `first` report, one at a time, by `solve`. Sets `file`
+/// to that of the best refit that improves on the first (best grade, then smallest RMS residual) and returns its
+/// report. Another improving refit that explains the residuals as well, with a contradicting value, adds a warning, and
+/// a better grade becomes correlated-or-missing. Without an improving refit it returns the first report, with a warning
+/// if any candidate was tried. Candidates without improvement are printed. An interruption ends the search with the
+/// refits so far. Error: the candidates cannot be made; a refit that fails is a candidate without improvement.
 pub fn extended_fit(
     file: &mut FitFile,
     first: FitReport,

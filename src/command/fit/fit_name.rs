@@ -1,15 +1,15 @@
 //! Names for several fits of one command, and the paths of their outputs.
 //!
-//! A fit is named after its file, with as many parent folders in front as make the name unique (`a-fit`, `b-fit` for
-//! `a/fit.toml`, `b/fit.toml`). The name is appended to the stem of each output file (`--save`, `--json`), and is the
-//! folder of its page in that of `--report`. Files of `--save` get the extension `toml`. A single fit has no name,
-//! and its paths stay. A fit file that is given twice, and several fits on standard output, are errors.
+//! A fit is named after its file, with as many parent folders in front as distinguish it from the others (`a-fit`,
+//! `b-fit` for `a/fit.toml`, `b/fit.toml`). The name is appended to the stem of each output file (`--save`, `--json`),
+//! and is the folder of its page in that of `--report`. Files of `--save` get the extension `toml`. A single fit has no
+//! name, and its paths stay. A fit file that is given twice, and several fits on standard output, are errors.
 
 use rodfit::Error;
 use std::path::{Component, Path, PathBuf};
 
-/// The name of each fit file: its stem, preceded by as many parent folders (joined by `-`) as make it unique. `None` for a
-/// single fit. A file that is given twice is an error.
+/// The name of each fit file: its stem, preceded by as many parent folders (joined by `-`) as distinguish it from the
+/// other files with as many folders. `None` for a single fit. A file that is given twice is an error.
 pub(super) fn fit_names(fits: &[PathBuf]) -> Result<Vec<Option<String>>, Error> {
     if fits.len() < 2 {
         return Ok(vec![None; fits.len()]);
@@ -44,8 +44,8 @@ fn name_parts(fit: &Path) -> Vec<String> {
     std::iter::once(stem).chain(folders).collect()
 }
 
-/// A path with a hyphen and a name appended to its stem: `fitted-NAME.toml` for `fitted.toml`. Characters of `name` that file
-/// systems reject become `_`; `extension` is without its dot and replaces that of the path.
+/// A path with a hyphen and a name appended to its stem: `fitted-NAME.toml` for `fitted.toml`. Characters of `name`
+/// that file systems reject become `_`; `extension` is without its dot and replaces that of the path.
 pub(super) fn path_with_name(path: &Path, name: &str, extension: &str) -> PathBuf {
     // Characters that file systems reject.
     let plain = |c: char| if c.is_control() || r#"/\:*?"<>|"#.contains(c) { '_' } else { c };
@@ -54,9 +54,9 @@ pub(super) fn path_with_name(path: &Path, name: &str, extension: &str) -> PathBu
     path.with_file_name(format!("{stem}-{name}.{extension}"))
 }
 
-/// The path of the file that an `option` names, with the `name` of the fit appended if it is one of several. Unchanged for a
-/// single fit, `None` without a path. Several fits cannot share standard output (`-`): an error. Files of `--save` get the
-/// extension `toml`.
+/// The path of the file that an `option` names, with the `name` of the fit appended if it is one of several. Unchanged
+/// for a single fit, `None` without a path. Several fits cannot share standard output (`-`): an error. Files of
+/// `--save` get the extension `toml`.
 pub(super) fn output_path(
     path: Option<&Path>,
     name: Option<&str>,

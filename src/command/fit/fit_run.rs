@@ -26,8 +26,8 @@ use std::sync::atomic::AtomicBool;
 const INTERRUPTED_HEADER: &str =
     "# interrupted: the best values when the fit was stopped, not a result\n";
 
-/// The outcome of a fit: its exit code, the result on one line (grade first), and its summary for the comparison page (only of
-/// fits of single parameters).
+/// The outcome of a fit: its exit code, the result on one line (grade first), and its summary for the comparison page
+/// (only of fits of single parameters).
 pub(super) struct SolvedFit {
     pub code: u8,
     pub line: String,
@@ -49,8 +49,8 @@ pub(super) struct FitRun {
 
 impl FitRun {
     /// Reads the fit file at `path`, rejects meshes above the limits, applies the options (`--known`, `--monte-carlo`,
-    /// `--derivatives`), and adds the outputs, which are not yet checked. With a `name`, which a fit among several has, their
-    /// paths contain it.
+    /// `--derivatives`), and adds the outputs, which are not yet checked. With a `name`, which a fit among several has,
+    /// their paths contain it.
     pub fn new(
         path: &Path,
         name: Option<String>,
@@ -77,16 +77,17 @@ impl FitRun {
         Ok(Self { path, name, file, outputs, global, saved_scenes, extends })
     }
 
-    /// Paths of all files that the fit reads: its scenes, recordings and data, and the fit file last. Outputs must differ
-    /// from them.
+    /// Paths of all files that the fit reads: its scenes, recordings and data, and the fit file last. Outputs must
+    /// differ from them.
     pub fn inputs(&self) -> Vec<PathBuf> {
         let mut inputs = self.file.files();
         inputs.push(self.path.clone());
         inputs
     }
 
-    /// Runs the fit by the kind of its file: prediction of validation data, fit along the rod, or fit of single parameters,
-    /// and writes its outputs. `stop` interrupts it; a fit of single parameters then has a report of the best values so far.
+    /// Runs the fit by the kind of its file: prediction of validation data, fit along the rod, or fit of single
+    /// parameters, and writes its outputs. `stop` interrupts it; a fit of single parameters then has a report of the
+    /// best values so far.
     pub fn solve(self, stop: Arc<AtomicBool>) -> Result<SolvedFit, Error> {
         if self.file.is_validation_only() {
             self.predict(stop)
@@ -97,9 +98,9 @@ impl FitRun {
         }
     }
 
-    /// Fits single parameters, extends the model with `--extend` (unless interrupted), and writes the scenes, the report, the
-    /// page and the summary. The exit code is 3 if the grade is not usable (a note has the status and the grade), or that of
-    /// an output that cannot be written.
+    /// Fits single parameters, extends the model with `--extend` (unless interrupted), and writes the scenes, the
+    /// report, the page and the summary. The exit code is 3 if the grade is not usable (a note has the status and the
+    /// grade), or that of an output that cannot be written.
     fn solve_parameters(mut self, stop: &Arc<AtomicBool>) -> Result<SolvedFit, Error> {
         let (plots, global) = (self.outputs.has_page(), self.global);
         let solve = |file: &FitFile| solve(file, plots, stop.clone(), global);
@@ -127,8 +128,9 @@ impl FitRun {
         Ok(SolvedFit { code: conclude(written, saved), line, summary })
     }
 
-    /// Predicts measurements that are all validation data, and writes the errors, with their exit code. Options of a fit
-    /// (`--extend`, `--save`, `--known`, also inputs in the file) are rejected.
+    /// Predicts measurements that are all validation data, and writes the errors. The exit code is 3 if an experiment
+    /// could not be predicted. Options of a fit (`--extend`, `--save`, `--known`, also inputs in the file) are
+    /// rejected.
     fn predict(self, stop: Arc<AtomicBool>) -> Result<SolvedFit, Error> {
         // Nothing is fitted, so that options of a fit would be ignored silently.
         let excluded = [
@@ -145,8 +147,9 @@ impl FitRun {
         Ok(SolvedFit { code, line: report.in_a_line(), summary: None })
     }
 
-    /// Estimates parameters that vary along the rod and writes the scenes (also without convergence), the report, the page
-    /// and the summary. `--extend` is rejected. The exit code is 3 if no minimum was reached.
+    /// Estimates parameters that vary along the rod and writes the scenes (also without convergence), the report, the
+    /// page and the summary. `--extend` is rejected. The exit code is 3 if no minimum was reached, or that of an output
+    /// that cannot be written.
     fn solve_field(self, fit: &FieldFit) -> Result<SolvedFit, Error> {
         if self.extends {
             let allowed =
@@ -172,8 +175,8 @@ impl FitRun {
         Ok(SolvedFit { code: conclude(written, saved), line, summary: None })
     }
 
-    /// Writes a scene file (TOML) for every saved scene, with the fitted `values` of the parameters of its experiment. Scenes
-    /// of an interrupted fit begin with [`INTERRUPTED_HEADER`]. Returns the outcome of each file.
+    /// Writes a scene file (TOML) for every saved scene, with the fitted `values` of the parameters of its experiment.
+    /// Scenes of an interrupted fit begin with [`INTERRUPTED_HEADER`]. Returns the outcome of each file.
     fn write_scenes(
         &self,
         values: impl Fn(&Experiment) -> Result<Vec<(Parameter, f64)>, Error>,
@@ -191,8 +194,9 @@ impl FitRun {
     }
 }
 
-/// The report of the fit of single parameters in `file`, with a spinner that shows the stage and the number of simulations.
-/// `plots` keeps the data of the page's plots; `stop` interrupts the fit, which then has a report of the best values so far.
+/// The report of the fit of single parameters in `file`, with a spinner that shows the stage and the number of
+/// simulations. `plots` keeps the data of the page's plots; `stop` interrupts the fit, which then has a report of the
+/// best values so far.
 fn solve(
     file: &FitFile,
     plots: bool,

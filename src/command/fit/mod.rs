@@ -1,9 +1,9 @@
 //! `rodfit fit`: identifies parameters from measurements, for one fit file or several in order.
 //!
-//! All fit files are read and all output paths checked before the first fit begins. Each fit prints a summary and writes the
-//! requested report (`--json`), page (`--report`) and fitted scene (`--save`). Several fits also get a printed overview and,
-//! with `--report`, a comparison page, and a fit that fails does not stop the others. The exit code is the largest of all: 2
-//! invalid input, 3 not computed, not converged or not identifiable.
+//! All fit files are read and all output paths checked before the first fit begins. Each fit prints a summary and
+//! writes the requested report (`--json`), page (`--report`) and fitted scene (`--save`). Several fits also get a
+//! printed overview and, with `--report`, a comparison page, and a fit that fails does not stop the others. The exit
+//! code is the largest of all: 2 invalid input, 3 not computed, not converged or not identifiable.
 
 mod extend;
 mod fit_name;
@@ -59,10 +59,10 @@ struct OverviewLine {
     result: String,
 }
 
-/// Reads, checks and solves all fits in order, and writes their outputs. After a stop by the user the remaining fits are not
-/// begun. Of several fits an overview is printed unless `--quiet` or an output on standard output, and with `--report` a
-/// comparison page is written. Returns the largest exit code of all fits and outputs; the error of a single fit is returned,
-/// those of several are printed.
+/// Reads, checks and solves all fits in order, and writes their outputs. After a stop by the user the remaining fits
+/// are not begun. Of several fits an overview is printed unless `--quiet` or an output on standard output, and with
+/// `--report` a comparison page is written. Returns the largest exit code of all fits and outputs; the error of a
+/// single fit is returned, those of several are printed.
 pub fn run(options: &FitOptions, global: GlobalOptions) -> Result<u8, Error> {
     // All files are read and all outputs checked before the first fit begins.
     let mut runs: Vec<FitRun> = Vec::new();
@@ -126,8 +126,8 @@ pub fn run(options: &FitOptions, global: GlobalOptions) -> Result<u8, Error> {
     Ok(conclude(code, [page]))
 }
 
-/// The overview of several fits as a table, one row per fit: fit file, grade, and estimates. Two spaces separate grade and
-/// estimates in a line's result.
+/// The overview of several fits as a table, one row per fit: fit file, grade, and estimates. Two spaces separate grade
+/// and estimates in a line's result.
 fn overview(lines: &[OverviewLine]) -> Summary {
     let columns = |line: &OverviewLine| {
         let (grade, estimates) = line.result.split_once("  ").unwrap_or((&line.result, ""));

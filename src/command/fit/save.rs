@@ -19,8 +19,8 @@ pub(super) struct SavedScene {
     pub output: Option<Output>,
 }
 
-/// The scene of a problem with other `values` of its parameters, as TOML (UTF-8 bytes) with absolute paths of its data files.
-/// Mesh and step that the program chose are left open again.
+/// The scene of a problem with other `values` of its parameters, as TOML (UTF-8 bytes) with absolute paths of its data
+/// files. Mesh and step that the program chose are left open again.
 pub(super) fn scene_text(
     problem: &Problem,
     values: Vec<(Parameter, f64)>,
@@ -30,9 +30,9 @@ pub(super) fn scene_text(
     Ok(scene.to_toml()?.into_bytes())
 }
 
-/// Adds an output for every group of experiments with the same fitted scene to `outputs`, and returns the list. A single
-/// group of several, or of an experiment without a name, has `path` itself. To others the experiment's name (groups of one)
-/// or the scene's is appended. Several groups on standard output (`-`) are an error.
+/// Adds an output for every group of experiments with the same fitted scene to `outputs`, and returns the list. A
+/// single group of several, or of an experiment without a name, has `path` itself. To others the experiment's name
+/// (groups of one) or the scene's is appended. Several groups on standard output (`-`) are an error.
 pub(super) fn add_saved_scenes(
     path: &Path,
     file: &FitFile,
@@ -91,8 +91,8 @@ fn scene_groups(file: &FitFile) -> Vec<Vec<usize>> {
     groups
 }
 
-/// The stem of the scene file of a `group`; the name of its first experiment if another of the `groups` has the same stem or
-/// the scene has no file.
+/// The stem of the scene file of a `group`; the name of its first experiment if another of the `groups` has the same
+/// stem or the scene has no file.
 fn group_name(file: &FitFile, group: &[usize], groups: &[Vec<usize>]) -> String {
     let stem = |group: &[usize]| {
         let path = file.experiments[group[0]].problem.scene().path.clone()?;

@@ -22,9 +22,9 @@ fn rounded(x: f64) -> f64 {
     (x * 1e5).round() / 1e5
 }
 
-/// The template `scene` (TOML) with its places in braces filled from `track`: segments, node positions (m), edge lengths (m),
-/// gravity and time step (s, rounded to 1e-7; 0.01 with a single frame). `file` is the recording's path as a TOML string;
-/// `keys` are further lines of its table.
+/// The template `scene` (TOML) with its places in braces filled from `track`: segments, node positions (m), edge
+/// lengths (m), gravity and time step (s, rounded to 1e-7; 0.01 with a single frame). `file` is the recording's path as
+/// a TOML string; `keys` are further lines of its table.
 pub(super) fn cable_scene(scene: &str, track: &Track, file: &str, keys: &str) -> String {
     let markers = track.markers();
     let mut lengths: Vec<f64> = Vec::new();

@@ -1,10 +1,12 @@
-//! Options of `rodfit init` for the user's rod: cross-section, length and density, written into the scene of a template.
+//! Options of `rodfit init` for the user's rod: cross-section, length and density, written into the scene of a
+//! template.
 //!
 //! The scene text is edited line by line: a given measure (m, kg/m^3) replaces the template's value. The mark of the
 //! value as an example (`# measure` in its comment) is then removed. A section without `--section` follows from its
 //! sizes; missing sizes have defaults, and the mark stays unless all are given. Measures without an option keep the
-//! template's value and its mark, so that the program can list the values still to be filled in. Sizes that are not
-//! positive, sizes of different sections, and a rectangle for a spatial rod are errors.
+//! template's value and its mark, which shows the user what is still to be measured. The cable has no length of its
+//! own: `--length` does not change it. Sizes that are not positive, sizes of different sections, and a rectangle for a
+//! spatial rod are errors.
 
 use clap::ValueEnum;
 use rodfit::Error;
@@ -70,15 +72,15 @@ struct SizeOption {
 }
 
 impl Measures {
-    /// The text of a template's `scene` with the given measures in place of its values. `is_planar`: the rod bends in the x-y
-    /// plane, which a rectangle needs. Sizes that are not positive and sizes of different sections are errors.
+    /// The text of a template's `scene` with the given measures in place of its values. `is_planar`: the rod bends in
+    /// the x-y plane, which a rectangle needs. Sizes that are not positive and sizes of different sections are errors.
     pub fn apply(&self, scene: &str, is_planar: bool) -> Result<String, Error> {
         self.check(is_planar)?;
         Ok(scene.lines().map(|line| self.line(line) + "\n").collect())
     }
 
-    /// A line of the scene with the given length, density or section in it, without the mark of an example if it is given
-    /// whole. Unchanged if it has no such value, or none is given.
+    /// A line of the scene with the given length, density or section in it, without the mark of an example if it is
+    /// given whole. Unchanged if it has no such value, or none is given.
     fn line(&self, line: &str) -> String {
         // Templates mark examples in comments; a value of the user loses this mark.
         if let (Some(length), true) = (self.length, line.contains(LENGTH)) {
@@ -107,8 +109,8 @@ impl Measures {
         self.section.or(given.map(|(_, kind)| kind))
     }
 
-    /// The line of the cross-section of this `kind` with the given sizes, and defaults for the others, with the comment of
-    /// `line`. Its comment still marks an example unless all sizes are given.
+    /// The line of the cross-section of this `kind` with the given sizes, and defaults for the others, with the comment
+    /// of `line`. Its comment still marks an example unless all sizes are given.
     fn section_line(&self, kind: SectionKind, line: &str) -> String {
         let size = |given: Option<f64>, default: f64| given.unwrap_or(default);
         let radius = size(self.radius, RADIUS);
@@ -135,8 +137,8 @@ impl Measures {
     }
 
     /// Rejects sizes and a density that are not finite and positive, and sizes of another section than that of
-    /// [`kind`](Self::kind). A rectangle for a rod that is not planar is rejected too. The first error has the name of its
-    /// option.
+    /// [`kind`](Self::kind). A rectangle for a rod that is not planar is rejected too. The first error has the name of
+    /// its option.
     fn check(&self, is_planar: bool) -> Result<(), Error> {
         let option = |name, value| SizeOption { name, value };
         let options = [

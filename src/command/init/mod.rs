@@ -1,9 +1,10 @@
 //! `rodfit init`: writes a template of an experiment, a scene file (TOML), a fit file (TOML) and data, into a folder.
 //!
-//! Templates are cantilever, droop, frequencies, helix and cable. The data are synthetic (a simulation with noise), or the
-//! recording of the user (`--from`), whose frame rate, units and end time are then written into the files; of a cable also
-//! its lengths. Existing files are an error unless `--overwrite` is given. The printed summary lists the values to be filled
-//! in and the next command.
+//! Templates are cantilever, droop, frequencies, helix and cable. The data are synthetic (a simulation with noise), or
+//! the recording of the user (`--from`), whose frame rate, units and end time are then written into the files; of a
+//! cable also its lengths. Existing files are an error unless `--overwrite` is given. The printed summary has the names
+//! of the files, keys whose value is still a placeholder such as `..`, and the next command. The exit code is 0, or
+//! that of a file that cannot be written.
 
 mod cable;
 mod measures;
@@ -115,8 +116,9 @@ impl TemplateTexts {
     }
 }
 
-/// Writes the files of a template, and prints their names, the values to fill in and the next command. An existing file is an
-/// error without `--overwrite`. Returns exit code 0, or that of a file that cannot be written.
+/// Writes the files of a template, and prints their names, keys whose value is still a placeholder such as `..`, and
+/// the next command. An existing file is an error without `--overwrite`. Returns exit code 0, or that of a file that
+/// cannot be written.
 pub fn run(options: &InitOptions, global: GlobalOptions) -> Result<u8, Error> {
     let texts = TemplateTexts::new(options.template, &options.measures)?;
     let files = match &options.from {

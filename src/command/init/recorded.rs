@@ -12,9 +12,9 @@ use rodfit::scene::Track;
 use rodfit::{Error, Observation};
 use std::path::Path;
 
-/// Scene and fit file of a template for the data `file`, with the frame rate and scale of `options`. Of a recorded tip the
-/// simulated time ends with the last sample, rounded up to 1e-3 s. A file that cannot be read, or any with the template
-/// frequencies, is an error.
+/// Scene and fit file of a template for the data `file`, with the frame rate and scale of `options`. Of a recorded tip
+/// the simulated time ends with the last sample, rounded up to 1e-3 s. A file that cannot be read, or any with the
+/// template frequencies, is an error.
 pub(super) fn recorded_files(
     texts: &TemplateTexts,
     file: &Path,
@@ -48,8 +48,8 @@ pub(super) fn recorded_files(
 }
 
 /// Scene and fit file of a cable whose ends move as the outermost markers of the recording `file`, with the units in
-/// `recording`; `path` is its path as a TOML string. The time begins with the first frame. Fewer than [`MIN_MARKERS`] markers
-/// are an error.
+/// `recording`; `path` is its path as a TOML string. The time begins with the first frame. Fewer than [`MIN_MARKERS`]
+/// markers are an error.
 fn recorded_cable(
     texts: &TemplateTexts,
     file: &Path,
@@ -84,8 +84,8 @@ fn recorded_cable(
     Ok(texts.files(scene, fit.replace("{sigma}", sigma)))
 }
 
-/// The path of `file` as a TOML string, as files in `folder` refer to it: unchanged if the folder is the current one or the path
-/// is absolute, else absolute.
+/// The path of `file` as a TOML string, as files in `folder` refer to it: unchanged if the folder is the current one or
+/// the path is absolute, else absolute.
 fn path_from(folder: &Path, file: &Path) -> Result<String, Error> {
     let path = match folder == Path::new(".") || file.is_absolute() {
         true => file.to_path_buf(),

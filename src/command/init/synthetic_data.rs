@@ -1,9 +1,9 @@
 //! Synthetic data of the templates of `rodfit init`.
 //!
-//! The scene of a template is simulated with other parameter values than its own. All but the cable have [`refined`] meshes
-//! and steps, whose error is far below the noise. Normal noise with a fixed seed is added to positions, so that the data are
-//! reproducible. Output are the scene, the fit and the data: tip motion, shape at rest, two natural frequencies (in the fit
-//! file, without noise), or recordings of a cable's markers.
+//! The scene of a template is simulated with other parameter values than its own. All but the cable have [`refined`]
+//! meshes and steps, whose error is far below the noise. Normal noise with a fixed seed is added to positions, so that
+//! the data are reproducible. Output are the scene, the fit and the data: tip motion, shape at rest, two natural
+//! frequencies (in the fit file, without noise), or recordings of a cable's markers.
 
 use crate::command::init::cable::cable_scene;
 use crate::command::init::{NewFile, Template, TemplateTexts, toml_string};
@@ -48,8 +48,8 @@ impl NormalNoise {
     }
 }
 
-/// Scene, fit and data files of a template, with their texts. All are sorted by name, except those of the cable. An error if
-/// the scene is invalid or its simulation fails.
+/// Scene, fit and data files of a template, with their texts. All are sorted by name, except those of the cable. An
+/// error if the scene is invalid or its simulation fails.
 pub(super) fn synthetic_files(texts: &TemplateTexts) -> Result<Vec<NewFile>, Error> {
     let TemplateTexts { template, name, scene, fit } = texts;
     let mut files = match template {
@@ -93,7 +93,8 @@ fn read(scene: &str) -> Result<Scene, Error> {
     Scene::from_toml(scene, ".")
 }
 
-/// The scene with 100 segments and, if it has a time, steps of 5e-4 s, whose discretization error is far below the noise.
+/// The scene with 100 segments and, if it has a time, steps of 5e-4 s, whose discretization error is far below the
+/// noise.
 fn refined(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.rod.segments = Some(100);
@@ -124,8 +125,8 @@ fn tip_motion(scene: &Scene, is_spatial: bool) -> Result<String, Error> {
     Ok(text)
 }
 
-/// The equilibrium of the scene with Young's modulus 3e7 Pa as CSV with noise of 0.3 mm: arc length and two coordinates, mm,
-/// at every tenth node from the tenth on.
+/// The equilibrium of the scene with Young's modulus 3e7 Pa as CSV with noise of 0.3 mm: arc length and two
+/// coordinates, mm, at every tenth node from the tenth on.
 fn rest_shape(scene: &Scene) -> Result<String, Error> {
     let problem = refined(scene).problem()?.with([(Parameter::YoungsModulus, 3e7)])?;
     let rest = problem.equilibrium()?;
@@ -139,8 +140,8 @@ fn rest_shape(scene: &Scene) -> Result<String, Error> {
     Ok(text)
 }
 
-/// The track of [`MARKERS`] markers, named from `0`. `position(j, k)` returns the coordinates, m, of marker `j` in frame `k`;
-/// `times` are those of the frames, s.
+/// The track of [`MARKERS`] markers, named from `0`. `position(j, k)` returns the coordinates, m, of marker `j` in
+/// frame `k`; `times` are those of the frames, s.
 fn cable_track(
     times: Vec<f64>,
     position: impl Fn(usize, usize) -> [f64; 3],
@@ -155,10 +156,10 @@ fn frame_times(frames: usize) -> Vec<f64> {
     (0..frames).map(|k| FRAME_INTERVAL * k as f64).collect()
 }
 
-/// The prescribed motion of recording number `recording`, with [`TRANSIENT_FRAMES`] in front: two grippers with two markers
-/// each move and rotate in the x-y plane. Each of the six coordinates is a sine of time, less its value at 0, with an
-/// amplitude and a frequency of its own. The inner markers lie on a parabola between them, which is 0.07 m below the chord in
-/// its middle.
+/// The prescribed motion of recording number `recording`, with [`TRANSIENT_FRAMES`] in front: two grippers with two
+/// markers each move and rotate in the x-y plane. Each of the six coordinates is a sine of time, less its value at 0,
+/// with an amplitude and a frequency of its own. The inner markers lie on a parabola between them, which is 0.07 m
+/// below the chord in its middle.
 fn gripper_motion(recording: usize) -> Result<Track, Error> {
     // The grippers are closer than the cable is long, so that the cable sags.
     let span = 0.65 * MARKER_DISTANCE * (MARKERS - 1) as f64;
@@ -198,8 +199,8 @@ fn gripper_motion(recording: usize) -> Result<Track, Error> {
     cable_track(times, position)
 }
 
-/// A planar recording as CSV text: a header, then one row per frame with time, s, rounded to 1e-6, and the coordinates x, y
-/// of each marker, m.
+/// A planar recording as CSV text: a header, then one row per frame with time, s, rounded to 1e-6, and the coordinates
+/// x, y of each marker, m.
 fn csv(track: &Track) -> String {
     let names = track.markers().iter().map(|m| format!(",x{0},y{0}", m.name));
     let mut text = format!("t{}\n", names.collect::<String>());
@@ -211,9 +212,9 @@ fn csv(track: &Track) -> String {
     text
 }
 
-/// Scene, fit and [`RECORDINGS`] recordings of a simulated cable with Young's modulus 1e7 Pa and noise of 0.2 mm on the free
-/// markers. Positions on the grippers are rounded to 1e-6 m. The prescribed motion is passed to the simulation by a temporary
-/// folder. The last recording is validation data in the fit.
+/// Scene, fit and [`RECORDINGS`] recordings of a simulated cable with Young's modulus 1e7 Pa and noise of 0.2 mm on the
+/// free markers. Positions on the grippers are rounded to 1e-6 m. The prescribed motion is passed to the simulation by
+/// a temporary folder. The last recording is validation data in the fit.
 fn cable_files(scene: &str, fit: &str) -> Result<Vec<NewFile>, Error> {
     let mut files = Vec::new();
     let not_written = |source| Error::io(&std::env::temp_dir(), source);

@@ -1,11 +1,13 @@
 //! The outputs of a command: its report as JSON, as a page and as a summary, and further files.
 //!
-//! [`Outputs`] is the list of outputs with the options that name them. All are checked before anything runs: none is
-//! an input of the command or another output, and all can be written. A file is written under a temporary name beside
-//! its own and renamed when it is complete, so that its name never stands for a part of it. Standard output and
-//! devices are written directly. An interrupted result does not replace an older one without `--overwrite`: it is
-//! written beside it under another name, with a warning. An output that fails is an error of its own; the others are
-//! written. The summary is printed unless `--quiet`, or an output on standard output, is given.
+//! [`Outputs`] is the list of outputs with the options that name them. All are checked before anything runs: none is an
+//! input of the command or another output, and all can be written. A file is written under a temporary name beside its
+//! own and renamed when it is complete, so that its name never stands for a part of it. Standard output and devices are
+//! written directly. An interrupted result does not replace an older one without `--overwrite`: it is written beside it
+//! under another name, with a warning. An output that fails is an error of its own; the others are written.
+//! [`Outputs::write`] writes one file, [`Outputs::begin`] one in pieces. [`Outputs::finish`] writes report and page,
+//! prints the summary, and returns the exit code. The summary is printed unless `--quiet`, or an output on standard
+//! output, is given.
 
 mod path;
 mod target;
@@ -83,8 +85,8 @@ impl Outputs {
         self.push(option, path?.into(), false)
     }
 
-    /// Adds the file `name` in the folder that an `option` names, and returns its index; `None` without a folder. A missing
-    /// folder is created when the file is written.
+    /// Adds the file `name` in the folder that an `option` names, and returns its index; `None` without a folder. A
+    /// missing folder is created when the file is written.
     pub fn add_in_folder(
         &mut self,
         option: &str,
@@ -99,8 +101,8 @@ impl Outputs {
         self.page = self.add_in_folder("--report", folder, name);
     }
 
-    /// Adds the page of the report, `NAME.html`, and the report as JSON, `NAME.json`, in the folder of `--report`; neither
-    /// without a folder.
+    /// Adds the page of the report, `NAME.html`, and the report as JSON, `NAME.json`, in the folder of `--report`;
+    /// neither without a folder.
     pub fn add_page_with_data(&mut self, folder: Option<&Path>, name: &str) {
         self.add_page(folder, &format!("{name}.html"));
         self.page_json = self.add_in_folder("--report", folder, &format!("{name}.json"));
@@ -112,8 +114,8 @@ impl Outputs {
         Some(Output(self.targets.len() - 1))
     }
 
-    /// An error for the first output that is one of the `inputs` or another output, for two on standard output, or for a file
-    /// that [cannot be written](Target::check_writable). No file is created.
+    /// An error for the first output that is one of the `inputs` or another output, for two on standard output, or for
+    /// a file that [cannot be written](Target::check_writable). No file is created.
     pub fn check(&self, inputs: &[PathBuf]) -> Result<(), Error> {
         let inputs: Vec<PathBuf> = inputs.iter().map(|path| identity(path)).collect();
         // Each output is compared with the inputs and with the outputs before it.
@@ -152,7 +154,8 @@ impl Outputs {
         })
     }
 
-    /// Marks all results from now on as those of an interrupted run, which do not replace older files without `--overwrite`.
+    /// Marks all results from now on as those of an interrupted run, which do not replace older files without
+    /// `--overwrite`.
     pub fn set_interrupted(&mut self) {
         self.is_interrupted = true;
     }
@@ -183,8 +186,8 @@ impl Outputs {
         output.is_some_and(|Output(i)| !self.targets[i].files().is_empty())
     }
 
-    /// Writes the `content` of an output, which is computed before the file is created; nothing without an output. A failed
-    /// write keeps no part.
+    /// Writes the `content` of an output, which is computed before the file is created; nothing without an output. A
+    /// failed write keeps no part.
     pub fn write(
         &self,
         output: Option<Output>,
@@ -208,8 +211,8 @@ impl Outputs {
         self.end(writer, written, false)
     }
 
-    /// Writes a `report` as its page (if there is one) and as JSON, and prints its `summary`. Errors of outputs are printed.
-    /// Returns the exit code: the larger one of `code` and those of outputs that could not be written.
+    /// Writes a `report` as its page (if there is one) and as JSON, and prints its `summary`. Errors of outputs are
+    /// printed. Returns the exit code: the larger one of `code` and those of outputs that could not be written.
     pub fn finish(
         &self,
         code: u8,
@@ -233,8 +236,8 @@ impl Outputs {
         }
     }
 
-    /// Begins an output that is written in pieces: on standard output, on a device, or in a temporary file beside its path,
-    /// whose missing folder is created if so requested.
+    /// Begins an output that is written in pieces: on standard output, on a device, or in a temporary file beside its
+    /// path, whose missing folder is created if so requested.
     pub fn begin(&self, output: Output) -> Result<OutputWriter, Error> {
         let target = &self.targets[output.0];
         let sink = if target.is_stdout() {
@@ -252,15 +255,15 @@ impl Outputs {
         Ok(OutputWriter { output, buffer: BufWriter::new(sink) })
     }
 
-    /// Ends an output that was written in pieces, with `written` as the outcome of the writes. After an error the written
-    /// part is kept, and the error has its path.
+    /// Ends an output that was written in pieces, with `written` as the outcome of the writes. After an error the
+    /// written part is kept, and the error has its path.
     pub fn end_pieces(&self, writer: OutputWriter, written: io::Result<()>) -> Result<(), Error> {
         self.end(writer, written, true)
     }
 
-    /// Flushes an output and gives its temporary file the final name, with the permissions of a file that it replaces. After
-    /// an error of `written` or the flush the temporary file is removed, or kept with `keeps_part`. If only the final name
-    /// fails, it is kept.
+    /// Flushes an output and gives its temporary file the final name, with the permissions of a file that it replaces.
+    /// After an error of `written` or the flush the temporary file is removed, or kept with `keeps_part`. If only the
+    /// final name fails, it is kept.
     fn end(
         &self,
         mut writer: OutputWriter,
@@ -286,8 +289,8 @@ impl Outputs {
         file.persist(&path).map_err(|(source, file)| target.error(with_partial_file(file, source)))
     }
 
-    /// The path of a complete file: that of the target, with links resolved. If this run was interrupted and an older file
-    /// exists, it is another name beside it, with a warning, unless `--overwrite` is given.
+    /// The path of a complete file: that of the target, with links resolved. If this run was interrupted and an older
+    /// file exists, it is another name beside it, with a warning, unless `--overwrite` is given.
     fn final_path(&self, target: &Target) -> PathBuf {
         let path = resolved(&target.path);
         let replaces = !self.is_interrupted || self.global.overwrites();

@@ -4,7 +4,8 @@
 //! on Windows and macOS) to one path, the canonical path of its existing part with the missing rest. [`resolved`]
 //! returns the canonical path of an existing file, or the target of a link (up to `MAX_LINKS` links) that does not
 //! exist; other missing paths are unchanged. [`interrupted_name`] is the name of an interrupted result,
-//! `fit.interrupted.json` for `fit.json`. The functions serve the check of outputs before a run and their writing.
+//! `fit.interrupted.json` for `fit.json`. [`is_device`], [`ends_like_folder`] and [`folder_of`] classify a path and
+//! return its folder.
 
 use std::ffi::OsString;
 use std::fs::metadata;
@@ -18,8 +19,8 @@ pub(super) fn is_device(path: &Path) -> bool {
     metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
 
-/// The target of a symbolic link as an absolute path; if the target does not exist, after at most [`MAX_LINKS`] links. Any
-/// other missing path is returned unchanged.
+/// The canonical absolute path of an existing file, with links followed. For a link whose target does not exist it is
+/// the path of that target, after at most [`MAX_LINKS`] links. Any other missing path is returned unchanged.
 pub(super) fn resolved(path: &Path) -> PathBuf {
     if let Ok(found) = path.canonicalize() {
         return found;
@@ -52,8 +53,8 @@ pub(super) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// A path that all names of a file share, whether the file exists or not: the canonical path of its existing part with the
-/// missing rest. In lower case on Windows and macOS.
+/// A path that all names of a file share, whether the file exists or not: the canonical path of its existing part with
+/// the missing rest. In lower case on Windows and macOS.
 pub(super) fn identity(path: &Path) -> PathBuf {
     // The part that exists is canonical; the missing rest is appended.
     let mut missing = Vec::new();

@@ -1,9 +1,9 @@
 //! The destination of an output, and the check that it can be written.
 //!
 //! A [`Target`] has the option that names it, the path, and whether a missing folder is created. `-` and `/dev/stdout`
-//! are standard output. Before a run [`Target::check_writable`] rejects closed standard output, folders, read-only files,
-//! pipes and devices that do not open. It also rejects files whose folder is not writable, or is missing and not to be
-//! created. Afterwards no file exists that did not before.
+//! are standard output. Before a run [`Target::check_writable`] rejects closed standard output, folders, read-only
+//! files, pipes, and devices that are not in `/dev` or do not open. It also rejects files whose folder is not writable,
+//! or is missing and not to be created. Afterwards no file exists that did not before.
 
 use crate::command::output::path::{
     ends_like_folder, folder_of, identity, interrupted_name, is_device, resolved,
@@ -26,8 +26,8 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// Whether the output goes to standard output: its path is `-` or `/dev/stdout`, and it is no file in a folder of an
-    /// option.
+    /// Whether the output goes to standard output: its path is `-` or `/dev/stdout`, and it is no file in a folder of
+    /// an option.
     pub fn is_stdout(&self) -> bool {
         let is_name = ["-", "/dev/stdout"].iter().any(|name| self.path == Path::new(name));
         !self.creates_folder && is_name
@@ -46,8 +46,8 @@ impl Target {
         }
     }
 
-    /// [Identities](identity) of the file and of the one that an interrupted run may write beside it; empty for standard
-    /// output and devices.
+    /// [Identities](identity) of the file and of the one that an interrupted run may write beside it; empty for
+    /// standard output and devices.
     pub fn files(&self) -> Vec<PathBuf> {
         match self.is_stdout() || is_device(&self.path) {
             true => Vec::new(),
@@ -55,8 +55,8 @@ impl Target {
         }
     }
 
-    /// An error if the destination cannot be written: closed standard output, the name of a folder, a read-only file, a pipe,
-    /// a device that does not open, or a file whose folder is unusable. No file remains.
+    /// An error if the destination cannot be written: closed standard output, the name of a folder, a read-only file, a
+    /// pipe, a device that does not open, or a file whose folder is unusable. No file remains.
     pub fn check_writable(&self) -> Result<(), Error> {
         let path = self.path.display();
         if self.is_stdout() {
@@ -94,8 +94,8 @@ impl Target {
         }
     }
 
-    /// An error unless a file can be created in the folder of the path (links resolved), or in the nearest one that exists if
-    /// missing ones are to be created. A temporary file is created and removed.
+    /// An error unless a file can be created in the folder of the path (links resolved), or in the nearest one that
+    /// exists if missing ones are to be created. A temporary file is created and removed.
     fn check_folder(&self) -> Result<(), Error> {
         let path = resolved(&self.path);
         let mut folder = folder_of(&path);

@@ -72,8 +72,8 @@ impl Write for Sink {
     }
 }
 
-/// Keeps the temporary file of a failed write, and returns the error `source` with its path, or with the reason why it is
-/// lost.
+/// Keeps the temporary file of a failed write, and returns the error `source` with its path, or with the reason why it
+/// is lost.
 pub(super) fn with_partial_file(file: PartFile, source: io::Error) -> io::Error {
     let note = match file.keep() {
         Ok(path) => format!("the partial output is in {}", path.display()),
@@ -87,8 +87,9 @@ pub(super) fn open_device(path: &Path) -> io::Result<File> {
     OpenOptions::new().write(true).open(path)
 }
 
-/// Whether standard output was closed before the program began, as by `>&-`. The runtime then opens /dev/null in its
-/// place for reading and writing; a shell that redirects an output to /dev/null opens it for writing only.
+/// Whether standard output was closed before the program began, as by `>&-`; false on other systems than Linux. The
+/// runtime then opens /dev/null in its place for reading and writing; a shell that redirects an output to /dev/null
+/// opens it for writing only.
 pub(super) fn is_stdout_closed_at_start() -> bool {
     /// The access mode of an open file for reading and writing, O_RDWR.
     const READ_AND_WRITE: u32 = 2;

@@ -1,8 +1,8 @@
-//! Tests of the schemas in `src/command/schema`: they are generated from the types and their documentation (schemars, draft
-//! 07) and compared with the files that the program prints. Every description must be present and stand alone.
+//! Tests of the schemas in `src/command/schema`: they are generated from the types and their documentation (schemars,
+//! draft 07) and compared with the files that the program prints. Every description must be present and stand alone.
 //!
-//! Definitions that are equal in several schemas are in `shared.json`, with `true` in their places. With the environment
-//! variable `RODFIT_WRITE_SCHEMAS` the test writes the files instead.
+//! Definitions that are equal in several schemas are in `shared.json`, with `true` in their places. With the
+//! environment variable `RODFIT_WRITE_SCHEMAS` the test writes the files instead.
 
 use super::SchemaKind;
 use clap::ValueEnum;
@@ -80,8 +80,8 @@ fn name(of: SchemaKind) -> String {
     of.to_possible_value().expect("none is hidden").get_name().to_string()
 }
 
-/// Writes all schemas to the files of the repository, one per kind. Definitions that are equal in at least two schemas go
-/// into `shared.json`; `true` replaces them.
+/// Writes all schemas to the files of the repository, one per kind. Definitions that are equal in at least two schemas
+/// go into `shared.json`; `true` replaces them.
 fn write(mut all: Vec<Generated>) {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/command/schema");
     let file = |name: &str, value: &Value| {
@@ -110,8 +110,9 @@ fn write(mut all: Vec<Generated>) {
     file("shared", &Value::Object(shared));
 }
 
-/// The schema (draft 07, which most editors support) of a type: of its serialized form if `written`, else of the form that is read from
-/// TOML, without nulls. Descriptions become plain text without links and examples; it has this `title`.
+/// The schema (draft 07, which most editors support) of a type: of its serialized form if `written`, else of the form
+/// that is read from TOML, without nulls. Descriptions become plain text without links and examples; it has this
+/// `title`.
 fn schema<T: JsonSchema>(written: bool, title: &str) -> Schema {
     let settings = SchemaSettings::draft07();
     let settings = if written { settings.for_serialize() } else { settings };
@@ -121,16 +122,16 @@ fn schema<T: JsonSchema>(written: bool, title: &str) -> Schema {
     schema
 }
 
-/// A transformation of a schema: removes links and examples from descriptions, describes constant tags, and removes nulls
-/// from schemas of TOML, which has none.
+/// A transformation of a schema: removes links and examples from descriptions, describes constant tags, and removes
+/// nulls from schemas of TOML, which has none.
 struct Plain {
     /// Whether nulls are kept.
     nulls: bool,
 }
 
 impl Transform for Plain {
-    /// Changes the schema and all its subschemas in place: a description for constant tags without one, plain descriptions,
-    /// and, unless nulls are kept, no null as default, type or alternative.
+    /// Changes the schema and all its subschemas in place: a description for constant tags without one, plain
+    /// descriptions, and, unless nulls are kept, no null as default, type or alternative.
     fn transform(&mut self, schema: &mut Schema) {
         transform_subschemas(self, schema);
         let Some(object) = schema.as_object_mut() else { return };
@@ -201,9 +202,9 @@ fn links_in_documentation_become_text() {
     assert_eq!(plain(words), "The motion, by `Scene::load` in [0, 1]. [a");
 }
 
-/// Adds to `found` the paths of the properties and definitions of a schema whose description is missing, marked `(none)`, or
-/// refers to its neighbors: it begins with a word such as `Its` or `The same`. Alternatives (`anyOf`, `oneOf`, `allOf`) are
-/// searched too.
+/// Adds to `found` the paths of the properties and definitions of a schema whose description is missing, marked
+/// `(none)`, or refers to its neighbors: it begins with a word such as `Its` or `The same`. Alternatives (`anyOf`,
+/// `oneOf`, `allOf`) are searched too.
 fn dependent_descriptions(path: &str, value: &Value, found: &mut Vec<String>) {
     let starts =
         ["The same", "Of ", "On ", "Likewise", "Its ", "It ", "As many", "Those ", "In the same"];

@@ -1,9 +1,10 @@
 //! Stored states of a run for its reverse sweep, within a given memory (bytes).
 //!
-//! Input: a simulation in its initial state, the expected number of steps and the memory. If the states of so many
-//! steps fit, all are stored. Otherwise whole simulations are stored at checkpoints after equal numbers of steps.
-//! If bisected steps exceed the capacity for states, these are discarded, and checkpoints follow. Of the memory 4/7
-//! are for states and 3/7 for simulations, each at least two. The states between two checkpoints are recomputed
+//! Input: a simulation in its initial state, the expected number of steps and the memory; then the simulation after
+//! each accepted step ([`Checkpoints::push`]). If the states of so many steps fit, all are stored. Otherwise whole
+//! simulations are stored at checkpoints after equal numbers of steps. If bisected steps exceed the capacity for
+//! states, these are discarded, and checkpoints follow. Of the memory 4/7 are for states and 3/7 for simulations, each
+//! at least two, also in less memory. The states between two checkpoints are recomputed
 //! when the reverse sweep reaches them, with further levels of checkpoints inside if needed (Griewank and Walther,
 //! *Evaluating Derivatives*, chapter 12). [`Checkpoints::reverse`] and [`Checkpoints::forward`] call a function
 //! with the state after each accepted step and the linearized step that led to it. The initial state comes without
@@ -74,8 +75,9 @@ impl Capacity {
 }
 
 impl<R: Rod<f64>> Checkpoints<R> {
-    /// Storage for a run of about `steps` steps in about `bytes` bytes, with the simulation in its initial state as the
-    /// first checkpoint. All states are stored if `steps` of them fit, else checkpoints after equal numbers of steps.
+    /// Storage for a run of about `steps` steps, with the simulation in its initial state as the first checkpoint. It
+    /// takes about `bytes` bytes, and at least two states and two simulations. All states are stored if `steps` of them
+    /// fit, else checkpoints after equal numbers of steps.
     pub fn new(simulation: &Simulation<f64, R>, steps: usize, bytes: usize) -> Self {
         let room = Capacity::of(simulation, bytes);
         // All states where they fit; otherwise they are recomputed from checkpoints.

@@ -16,8 +16,9 @@
 //! The reverse sweep needs the states of the run. Where they exceed the memory (56 MiB by default), simulations at
 //! checkpoints are stored (`checkpoints`), and the steps between are repeated. `start` makes the gradient at the
 //! initial state; `lists` serves all entries of a list of natural strains by one product, if the start permits it.
-//! Schemes are Newmark-beta and generalised-alpha only; other schemes, internal friction and user-defined energies
-//! are errors. For a Kelvin-Voigt time of zero the run is repeated with a trace of viscosity.
+//! Errors are schemes other than Newmark-beta and generalised-alpha, internal friction, user-defined energies,
+//! contacts, loads without a potential, tendons, and actuators with signals ([`Problem::check_reversible`]). For a
+//! Kelvin-Voigt time of zero the run is repeated with a trace of viscosity.
 
 mod checkpoints;
 mod lists;
@@ -51,7 +52,7 @@ const DEFAULT_MEMORY: usize = 56 << 20;
 /// let problem = Scene::load("data/cantilever.toml")?.problem()?;
 /// let tip = problem.nodes() - 1;
 /// let run = Reversible::run(&problem, &[tip], 100)?;
-/// // A misfit: half the sum of the squares of how far the tip is from where it was seen.
+/// // A misfit: half the sum of the squared distances of the tip from its observed position.
 /// let (mut misfit, mut slopes) = (0.0, run.slopes());
 /// for k in 0..=100 {
 ///     let [x, y, z] = run.trajectory().node(tip, k); // m
@@ -84,8 +85,8 @@ enum AnyCheckpoints {
 
 impl Problem {
     /// Rejects a scene without adjoint derivatives: schemes other than Newmark-beta and generalised-alpha, internal
-    /// friction, and user-defined energies. Forward derivatives ([`simulate_with`](Self::simulate_with)) have no such
-    /// limits.
+    /// friction, user-defined energies, contacts, loads without a potential, tendons, and actuators with a signal.
+    /// Forward derivatives ([`simulate_with`](Self::simulate_with)) have no such limits.
     ///
     /// # Errors
     /// [`Error::Invalid`] with the reason.
@@ -193,9 +194,9 @@ impl Reversible {
         TrajectorySlopes { trajectory: &self.trajectory, problem: &self.problem, motions }
     }
 
-    /// The derivatives of a misfit by each of the `parameters`, in their order, in the unit of the misfit over that
-    /// of the parameter. `slopes` are the derivatives of the misfit by the recorded motion. If a parameter is a
-    /// damping time of zero, run and reverse sweep are repeated with a trace of viscosity.
+    /// The derivatives of a misfit by each of the `parameters`, in their order, in the unit of the misfit over that of
+    /// the parameter. `slopes` are the derivatives of the misfit by the recorded motion. If a parameter is a
+    /// Kelvin-Voigt time and the rod has no viscosity, the run is repeated with a trace of it before the reverse sweep.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a parameter that the scene does not have; [`Error::SingularTangent`] where a step has no
@@ -226,9 +227,10 @@ impl Reversible {
 
 impl Reversible {
     /// The derivatives of positions, m, and velocities, m/s, of the tracked nodes along a `direction` in the space of
-    /// parameters, record after record. The direction has every parameter's component in its unit. Method: one
-    /// forward sensitivity over the stored states, which costs a part of a run for any number of parameters. The sum
-    /// of its products with slopes is the product of [`gradient`](Self::gradient) with the direction.
+    /// parameters, in world axes, record after record. The direction has every parameter's component in its unit, each
+    /// parameter at most once. Method: one forward sensitivity over the stored states, which costs a part of a run for
+    /// any number of parameters. The sum of its products with slopes is the product of [`gradient`](Self::gradient)
+    /// with the direction.
     ///
     /// # Errors
     /// Those of [`gradient`](Self::gradient).
@@ -254,7 +256,8 @@ impl Reversible {
 
 /// The derivatives of the recorded motion along a `direction`: `[dq, dv]` of every tracked node in world axes, record
 /// after record. Method: one forward sensitivity over the stored states; one dual number has all components of the
-/// direction. Parameters that are not in it have the component zero.
+/// direction. Parameters that are not in it have the component zero. Errors are those of the start in dual numbers, of
+/// repeated steps and of steps without derivatives.
 fn along<M: Model>(
     discretized: &Discretized<'_, M>,
     checkpoints: &Checkpoints<M::Rod<f64>>,
@@ -426,7 +429,8 @@ fn add_slope<M: Model>(model: &M, node: usize, slope: &Motion, to: [&mut [f64]; 
     }
 }
 
-/// The number of reference frames of a rod: one per edge in space, none in the plane.
+/// The number of reference frames of a `rod`: one per edge in space, none in the plane. The model selects the kind
+/// only.
 fn frame_count<M: Model>(_: &M, rod: &M::Rod<f64>) -> usize
 where
     M::Rod<f64>: Transposed,
@@ -434,8 +438,8 @@ where
     if M::STRIDE > 3 { rod.zero_law_derivatives(false).stretch.len() } else { 0 }
 }
 
-/// The loads in time with their derivatives along each requested parameter outside of lists; entries of lists of natural
-/// strains never change them. Empty without loads in time.
+/// The loads in time with their derivatives along each requested parameter outside of lists; entries of lists of
+/// natural strains never change them. Empty without loads in time.
 fn timed_load_slopes<M: Model>(
     discretized: &Discretized<'_, M>,
     requested: &RequestedParameters,

@@ -1,12 +1,12 @@
 //! The last stage of the adjoint: the gradient of a misfit by parameters, at the start of the run.
 //!
-//! Input: derivatives of the misfit by the initial state, by the numbers of the simulation and by moving supports,
-//! from the reverse sweep ([`ByStart`]), and the requested parameters. One simulation over dual numbers per
-//! parameter has the derivatives of initial state and numbers by it; the gradient is the sum of the products and of
-//! the part by supports. For lists of natural strains one product serves all entries, through the laws of the
-//! joints. This requires a start at rest, or at an equilibrium without angular velocity and with a regular tangent,
-//! and no perturbation. Otherwise each entry is treated as a parameter. Output: one derivative per requested
-//! parameter, in their order.
+//! Input: derivatives of the misfit by the initial state, by the numbers of the simulation, and by parameters through
+//! moving supports and loads in time, from the reverse sweep ([`ByStart`]). Further the requested parameters. One
+//! simulation over dual numbers per parameter has the derivatives of initial state and numbers by it; the gradient is
+//! the sum of the products and of the parts by supports and loads in time. For lists of natural strains one product
+//! serves all entries, through the laws of the joints. This requires a start at rest, or at an equilibrium without
+//! angular velocity and with a regular tangent, and no perturbation. Otherwise each entry is treated as a parameter.
+//! Output: one derivative per requested parameter, in their order.
 
 use crate::dynamics::adjoint::lists::{
     RequestedParameters, UnlistedParameter, add_natural_strains,
@@ -44,8 +44,9 @@ where
 
 /// The gradient of the misfit by the requested parameters, in their order. Derivatives by initial state and numbers of
 /// the simulation are multiplied with the derivatives of these by each parameter, from one simulation in dual numbers
-/// each. The parts by moving supports are added. Entries of lists follow from one product per list if [`laws`] permits
-/// it, else they are treated as other parameters. Errors are those of the simulations at their start.
+/// each. The parts by moving supports and by loads in time are added. Entries of lists follow from one product per list
+/// if [`laws`] permits it, else they are treated as other parameters. Errors are those of the simulations at their
+/// start.
 pub fn gradient<M: Model>(
     discretized: &Discretized<'_, M>,
     by_start: ByStart<'_, M>,

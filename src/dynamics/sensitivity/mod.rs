@@ -6,9 +6,10 @@
 //!
 //! Input: one simulation over dual numbers per parameter, for the derivatives of the scene's numbers and of the
 //! initial state, and the linearized steps of the run. Output: `dq/dp` and `dv/dp` of every unknown after every
-//! step, per unit of the parameter, for the misfit's Jacobian. A step without derivatives is
-//! [`Error::SingularTangent`]. Explicit and Rosenbrock schemes solve no such equations: the steps are made in dual
-//! numbers, and their errors are those of steps.
+//! step, per unit of the parameter: of selected nodes, or in a state as dual numbers. A step without derivatives is
+//! [`Error::SingularTangent`]. In other cases the steps are made in dual numbers, and errors are those of steps:
+//! explicit and Rosenbrock schemes, which solve no such equations, actuators that follow signals, loads without a
+//! potential, and damping or friction of contacts.
 //!
 //! Parameters are advanced in SIMD lanes, in groups of four, two or one; those with a history of strains
 //! (viscosity, friction) have groups of their own. The geometry of a step is computed once for all of them, and
@@ -72,8 +73,8 @@ trait LaneGroup<R: Sensitive>: Send + Sync {
     /// The reference frames `now` with their derivatives along the parameter in `lane`.
     fn frames(&self, lane: usize, now: &R::Frames) -> DualFrames<R, f64>;
 
-    /// The internal variables `now` with their derivatives along the parameter in `lane`; zero ones where no stress depends
-    /// on the past.
+    /// The internal variables `now` with their derivatives along the parameter in `lane`; zero ones where no stress
+    /// depends on the past.
     fn internal(&self, lane: usize, now: &InternalVariables<f64>) -> InternalVariables<Dual64>;
 
     /// Advances the derivatives from the start of a linearized step to its end. [`Error::SingularTangent`] where the
@@ -130,14 +131,15 @@ enum SensitivityMethod<R: Sensitive> {
     /// For schemes whose steps are equations, by the implicit function theorem: the groups, and the place of every
     /// parameter in them.
     Implicit(Vec<Box<dyn LaneGroup<R>>>, Vec<LanePlace>),
-    /// For any other scheme, laws that follow signals, and loads without a potential, by the same steps in dual numbers:
-    /// one simulation for each parameter. The first makes the steps of the simulation in plain numbers too.
+    /// For any other scheme, laws that follow signals, loads without a potential, and losses of contacts, by the same
+    /// steps in dual numbers: one simulation for each parameter. The first makes the steps of the simulation in plain
+    /// numbers too.
     Direct(Vec<DualSimulation<R>>),
 }
 
-/// Appends groups of parameters to `groups`, with the indices of `order`: as many groups of four as possible, then one
-/// of two and one of one. Writes group and lane of each parameter to `places`, at its index. `None` for schemes that
-/// solve no equations.
+/// Appends groups of the parameters with the indices `order` to `groups`: as many groups of four as possible, then at
+/// most one of two and one of one. Writes group and lane of each parameter to `places`, at its index. `None` for
+/// schemes that solve no equations.
 fn add_groups<R: Sensitive>(
     mut order: &[usize],
     simulations: &[DualSimulation<R>],
@@ -174,9 +176,11 @@ pub(crate) struct Nodes<'a> {
 
 impl<R: Sensitive> Sensitivities<R> {
     /// The derivatives at the start of `simulations`, each with the derivative of its numbers along one parameter.
-    /// Parameters along which stresses depend on the history of strains form groups of their own.
+    /// Parameters along which stresses depend on the history of strains form groups of their own. If the scheme solves
+    /// no equations, or a simulation needs steps in dual numbers, the simulations are kept instead.
     pub fn new(simulations: Vec<DualSimulation<R>>) -> Self {
-        // Laws that follow signals, and loads without a potential: each simulation in dual numbers makes the steps itself.
+        // Laws that follow signals, and loads without a potential: each simulation in dual numbers makes the steps
+        // itself.
         if simulations.iter().any(|simulation| simulation.needs_dual_steps()) {
             return Self(SensitivityMethod::Direct(simulations));
         }
@@ -219,9 +223,9 @@ impl<R: Sensitive> Sensitivities<R> {
         }
     }
 
-    /// The state `plain` as dual numbers with the derivatives along parameter `k`: unknowns, velocities, frames and internal
-    /// variables; accelerations and forces are left out. The values are those of `plain`; frames and internal variables of
-    /// schemes that solve no equations are those of the dual simulation.
+    /// The state `plain` as dual numbers with the derivatives along parameter `k`: unknowns, velocities, frames and
+    /// internal variables; accelerations and forces are left out. The values are those of `plain`; if derivatives come
+    /// from dual simulations, frames and internal variables are those of the dual simulation.
     pub(crate) fn dual_state(
         &self,
         k: usize,
@@ -246,8 +250,7 @@ impl<R: Sensitive> Sensitivities<R> {
         State { time: plain.time, v, internal, ..State::at_rest(q, frames) }
     }
 
-    /// `[dq/dp, dv/dp]` of unknown `i` along parameter `k`: from its group and lane, or from its dual simulation for
-    /// schemes that solve no equations.
+    /// `[dq/dp, dv/dp]` of unknown `i` along parameter `k`: from its group and lane, or from its dual simulation.
     fn rate(&self, k: usize, i: usize) -> [f64; 2] {
         match &self.0 {
             SensitivityMethod::Implicit(groups, places) => {
@@ -261,8 +264,8 @@ impl<R: Sensitive> Sensitivities<R> {
         }
     }
 
-    /// Makes the next step of `simulation`, to `time`, s. With a scheme that solves no equations the first dual
-    /// simulation makes the step, and `simulation` takes over its real part; the other dual simulations follow in
+    /// Makes the next step of `simulation`, to `time`, s. If derivatives come from dual simulations, the first of them
+    /// makes the step, and `simulation` takes over its real part; the other dual simulations follow in
     /// [`advance`](Self::advance).
     ///
     /// # Errors
@@ -277,8 +280,8 @@ impl<R: Sensitive> Sensitivities<R> {
         Ok(())
     }
 
-    /// Undoes the step that was just made or attempted, in `simulation` and, for schemes that solve no equations, in
-    /// the first dual simulation if it moved. Derivatives of implicit schemes have not been advanced yet.
+    /// Undoes the step that was just made or attempted, in `simulation` and, if derivatives come from dual simulations,
+    /// in the first of them if it moved. Other derivatives have not been advanced yet.
     pub fn step_back(&mut self, simulation: &mut Simulation<f64, R>) {
         simulation.step_back();
         if let SensitivityMethod::Direct(duals) = &mut self.0
@@ -290,7 +293,7 @@ impl<R: Sensitive> Sensitivities<R> {
         }
     }
 
-    /// Advances the derivatives over a linearized step. Does nothing for schemes that solve no equations.
+    /// Advances the derivatives over a linearized step. Does nothing if they come from dual simulations.
     ///
     /// # Errors
     /// [`Error::SingularTangent`] where the step has no derivatives.
@@ -303,8 +306,9 @@ impl<R: Sensitive> Sensitivities<R> {
         }
     }
 
-    /// Advances the derivatives over the step `simulation` has just made. One of a scheme that solves equations must
-    /// [keep its tangents](Simulation::keep_tangent).
+    /// Advances the derivatives over the step `simulation` has just made: by its linearization, for which it must [keep
+    /// its tangents](Simulation::keep_tangent), else nothing happens. Dual simulations that have not made the step make
+    /// it.
     ///
     /// # Errors
     /// [`Error::SingularTangent`] where the step has no derivatives; those of the step itself where it is

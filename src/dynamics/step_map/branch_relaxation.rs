@@ -1,10 +1,12 @@
 //! Factors of a Maxwell branch in the effective strains of a step, and their derivatives by stiffness and relaxation
-//! time.
+//! time. (The effective strain is the strain that the elastic stiffness multiplies to give the stress.)
 //!
 //! A spring of the branch has the stretch `z1 = left z0 + taken (s1 - s0)` at the end of a step, with the strains `s0`
-//! and `s1` at start and end. In the stress there, the branch counts as a strain `g z1` with its stiffness fraction `g`.
-//! At the start of a step its part is `g z0`. [`BranchRelaxation`] has `left` and `taken` with their derivatives by the
-//! relaxation time; [`HistoryMoment`] names the moment of a stress: the end of the step, or the start of the next.
+//! and `s1` at start and end. In the stress there, the branch counts as a strain `g z1` with its stiffness fraction
+//! `g`. At the start of a step its part is `g z0`. Input: the branch (fraction of the rod's stiffness, relaxation time,
+//! s) and the step size (s). [`BranchRelaxation`] has `left` and `taken` with their derivatives by the relaxation time,
+//! and returns the factors of strain change and stretch with their derivatives. [`HistoryMoment`] is the moment of a
+//! stress: the end of the step, or the start of the next.
 
 use crate::dynamics::viscosity::relaxation;
 use crate::scene::Maxwell;
@@ -43,7 +45,8 @@ impl BranchRelaxation {
         self.stiffness * self.taken.re
     }
 
-    /// The factor of the stretch `z0` in the effective strain of a moment.
+    /// The factor of the stretch `z0` at the start in the effective strain of a moment: `g left` at the end of the
+    /// step, `g` at the start of the next, where `z0` is the stretch there.
     pub fn stretch_factor(&self, moment: HistoryMoment) -> f64 {
         match moment {
             HistoryMoment::End => self.stiffness * self.left.re,

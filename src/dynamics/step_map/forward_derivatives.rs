@@ -54,8 +54,9 @@ impl<R: Sensitive> StepMap<'_, R> {
     }
 
     /// The work of [`apply`](Self::apply), compiled for the caller's instruction set. Stages: held unknowns, forces at
-    /// fixed unknowns, drag, right-hand sides, solution, state at the end. With a history, internal variables and the
-    /// forces at the next start follow; without it an averaging scheme has none there. Frames are moved last.
+    /// fixed unknowns, drag, loads in time, right-hand sides, solution, state at the end. With a history of strains,
+    /// internal variables and the forces at the next start follow; without it an averaging scheme has none there.
+    /// Frames are moved last.
     #[inline(always)]
     fn apply_inlined<const G: usize>(
         &self,
@@ -206,8 +207,8 @@ impl<R: Sensitive> StepMap<'_, R> {
 
     /// The counterpart of [`set_forces`](Self::set_forces) for averaging schemes: overwrites `direct` with the weighted
     /// sum over the quadrature stages and, with a history, the viscous stage at the end. A stage is at
-    /// `q0 + place (q1 - q0)`: the start enters with the factor `1 - place`, held unknowns at the end with `place`, through the tangent
-    /// of the stage.
+    /// `q0 + place (q1 - q0)`: the start enters with the factor `1 - place`, held unknowns at the end with `place`,
+    /// through the tangent of the stage.
     fn set_average_forces<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -420,8 +421,9 @@ impl<R: Sensitive> StepMap<'_, R> {
     }
 
     /// Completes `state.unbalanced` to the derivatives of the forces that the next step takes as those of its start. To
-    /// those at the end it adds those of the difference of the viscous stresses. Drag at the end is subtracted before;
-    /// the caller adds that of the next start. An averaging scheme has the viscous stress alone.
+    /// those at the end of this step it adds those of the difference of the viscous stresses (`history.effective`).
+    /// Drag at the end is subtracted before; the caller adds that of the next start. An averaging scheme has the
+    /// viscous stress alone.
     #[inline(always)]
     fn set_next_forces<const G: usize>(
         &self,
@@ -447,8 +449,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// Subtracts the derivatives of the drag at the end of the step, which are those `dragged` at fixed free unknowns, from
-    /// the derivatives of the forces there.
+    /// Subtracts the derivatives of the drag at the end of the step from those of the forces there, `state.unbalanced`.
+    /// They are `dragged`, the derivatives at fixed free unknowns, plus the drag's part of the matrix times `solution`,
+    /// the derivatives of the unknowns at the end. `dragged` and `room` are overwritten.
     fn subtract_drag<const G: usize>(
         &self,
         solution: &[[f64; G]],

@@ -3,7 +3,22 @@
 //! A stress (N or N m) is `K (s - natural)`, with the elastic stiffness `K` and the natural strain of an element. The
 //! effective strain `s` contains the damping:
 //!
+//! ```text
+//! s = f1 s1 + f0 s0 + fr r0 + sum fz z0
+//! ```
 //!
+//! `s1` and `s0` are the strains at the end and at the start of the step. `r0` is the mean strain rate (1/s) over the
+//! step before, and `z0` the stretch of the spring of each Maxwell branch. The factors follow from the damping and the
+//! scheme; those at the start of the next step are others than those at the end of this one ([`HistoryMoment`]).
+//! Stretching, bending and twisting may have further terms by damping times of their own, friction springs add theirs.
+//! An averaging scheme has the viscous stress apart from the elastic one: there `s` is that of the dashpots alone, and
+//! the natural strain is left out.
+//!
+//! Forward, `set_end_stress` returns the derivatives of the stresses along parameters at fixed unknowns, and
+//! `advance_history` moves those of strains, rates and stretches to the end of the step. Transposed,
+//! `stress_transposed` and `history_transposed` take derivatives of a misfit by the forces and by the history at the
+//! end. They return those by strains, rates, stretches, laws and damping numbers; internal friction is left out there.
+//! [`add_by_strains`] returns derivatives by unknowns and frames from those by strains.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step_map::StepMap;
@@ -22,7 +37,8 @@ use crate::rod::{
 };
 use num_dual::Dual64;
 
-/// The factors of the effective strains, or their derivatives by one number of the damping.
+/// The factors of `s1`, `s0` and `r0` in the effective strains, or their derivatives by one number of damping or
+/// scheme.
 #[derive(Clone, Copy, Debug)]
 struct HistoryForm {
     /// Factors of `s1`, `s0` and `r0` for all strains.
@@ -32,7 +48,8 @@ struct HistoryForm {
 }
 
 impl HistoryForm {
-    /// The factors of the form from those of the effective strain; `part` selects values or derivatives.
+    /// The factors of `s1`, `s0` and `r0` from those of the effective strain, with their signs; `part` selects values
+    /// or derivatives.
     fn new(factors: &EffectiveStrainFactors<Dual64>, part: fn(Dual64) -> f64) -> Self {
         let EffectiveStrainFactors { factor, strain, rate, past, own_factor, time } = factors;
         // Strains with times of their own: effective strain own_factor s1 - time (past[0] s0 +
@@ -45,7 +62,7 @@ impl HistoryForm {
     }
 }
 
-/// The strains `s1` at the end, and strains and rates of the `past`.
+/// The lists of the strains `s1` at the end, and of the strains `s0` and rates `r0` of the `past`.
 fn lists<'a, T>(s1: &'a [T], past: &'a InternalVariables<T>) -> [&'a [T]; 3] {
     [s1, &past.strain, &past.strain_rate]
 }
@@ -60,8 +77,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// The factors of the effective strain of a moment, with their derivatives by the number at `place`, as [`along`] has
-    /// it. `taken` is the sum of the factors of the strain's change of all Maxwell branches.
+    /// The factors of the effective strain of a moment, with their derivatives by the Kelvin-Voigt time or the scheme's
+    /// parameter at `place` (the order of [`along`]; [`NONE`]: no derivatives). `taken` is the sum over all Maxwell
+    /// branches of the factors of the strain's change; the start of the next step does not use it.
     fn factors(
         &self,
         moment: HistoryMoment,
@@ -78,14 +96,15 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// The factors of the effective strains at the end of the step, or at the start of the next, with the change of the
-    /// strain in the Maxwell `branches`.
+    /// The factors of the effective strains at the end of the step, or at the start of the next. Those at the end
+    /// include the factors of the strain's change in the Maxwell `branches`.
     fn form(&self, moment: HistoryMoment, branches: &[BranchRelaxation]) -> HistoryForm {
         let taken = branches.iter().map(BranchRelaxation::change_factor).sum();
         HistoryForm::new(&self.factors(moment, NONE, taken), |x| x.re)
     }
 
-    /// The derivatives of the factors by the Kelvin-Voigt time or the scheme's parameter at `place`.
+    /// The derivatives of the factors by the Kelvin-Voigt time or the scheme's parameter at `place` (the order of
+    /// [`along`]).
     fn form_slope(&self, moment: HistoryMoment, place: usize) -> HistoryForm {
         HistoryForm::new(&self.factors(moment, place, 0.0), |x| x.eps)
     }
@@ -99,8 +118,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         );
     }
 
-    /// The lists `[s1, s0, r0]` of strains and rates from which the stress of a moment follows. At the start of the next
-    /// step all are those of its start.
+    /// The lists `[s1, s0, r0]` of strains and rates from which the stress of a moment follows. At the start of the
+    /// next step all are those of its start.
     fn history(&self, moment: HistoryMoment) -> [&[f64]; 3] {
         lists(&self.step.after.internal.strain, self.past(moment))
     }
@@ -113,10 +132,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// Overwrites `effective` with the effective strains of a moment, `f1 s1 + f0 s0 + fr r0`, plus `fz z0` of every Maxwell
-    /// branch, one per strain.
-    /// If `has_own_times`, the strains with damping times of their kind, `own[0] s1 + own[1] s0 + own[2] r0`, are
-    /// listed beside them, else that list is empty. Derivatives are not set.
+    /// Overwrites `effective` with the effective strains of a moment, `f1 s1 + f0 s0 + fr r0`, plus `fz z0` of every
+    /// Maxwell branch, one per strain. If `has_own_times`, the strains with damping times of their kind,
+    /// `own[0] s1 + own[1] s0 + own[2] r0`, are listed beside them, else that list is empty. Derivatives are not set.
     #[inline(always)]
     fn set_effective<const G: usize>(
         &self,
@@ -191,9 +209,10 @@ impl<R: Sensitive> StepMap<'_, R> {
         self.step.rod.stress_rates(&parameters.laws, strains, self.step.end, stress);
     }
 
-    /// Moves the derivatives of the internal variables to the end of the step, where those of the unknowns are known, and
-    /// writes the effective strains that the next step takes as those of its start, less those at the end of this one,
-    /// with their derivatives. An averaging scheme has none at the end. Internal friction and natural strains are in both.
+    /// Moves the derivatives of the internal variables to the end of the step, where those of the unknowns are known,
+    /// and writes the effective strains that the next step takes as those of its start, less those at the end of this
+    /// one, with their derivatives. An averaging scheme has none at the end. Internal friction and natural strains are
+    /// in both.
     #[inline(always)]
     pub fn advance_history<const G: usize>(
         &self,
@@ -358,9 +377,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         self.add_by_numbers(HistoryMoment::End, parameters, branches, effective);
     }
 
-    /// Adds the derivatives of effective strains of a moment by the damping numbers and the parameter of the scheme:
-    /// for each number the derivatives of the factors of the form times strains, rates and stretches. Mass damping has
-    /// no part in them; numbers without derivatives are skipped.
+    /// Adds to `effective` the derivatives of the effective strains of a moment by the damping numbers and the
+    /// parameter of the scheme: for each number the derivatives of the factors times strains, rates and stretches. Mass
+    /// damping has no part in them; numbers without derivatives are skipped.
     #[inline(always)]
     fn add_by_numbers<const G: usize>(
         &self,
@@ -388,8 +407,8 @@ impl<R: Sensitive> StepMap<'_, R> {
         self.add_by_number(moment, SCHEME, &numbers.scheme, effective);
     }
 
-    /// Adds the derivatives of effective strains of a moment by a Kelvin-Voigt time or the scheme's parameter, whose
-    /// derivatives are `along`; nothing if these are zero.
+    /// Adds the derivatives of effective strains of a moment by the Kelvin-Voigt time or the scheme's parameter at
+    /// `place`, whose derivatives along the parameters are `along`; nothing if these are zero.
     #[inline(always)]
     fn add_by_number<const G: usize>(
         &self,
@@ -415,8 +434,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// Adds the derivatives of effective strains of a moment by a number of a Maxwell branch, whose derivatives are
-    /// `along`. The `slope` has the derivatives of the factors of strain change and stretch by it, `z0` the stretches.
+    /// Adds the derivatives of effective strains of a moment by a number of a Maxwell branch, whose derivatives along
+    /// the parameters are `along`. `by_change` and `by_stretch` are the derivatives by it of the factors of strain
+    /// change and stretch, `z0` the stretches of the branch.
     #[inline(always)]
     fn add_by_branch<const G: usize>(
         &self,
@@ -578,7 +598,7 @@ impl<R: Transposed> StepMap<'_, R> {
     }
 }
 
-/// Adds `(ds/dq)^T by_strain` to `by_q`, and the counterpart for the frames to `by_frames`. `by_strain` are the
+/// Adds `(ds/dq)^T by_strain` to `by_q`, and the derivatives by turns of the frames to `by_frames`. `by_strain` are the
 /// derivatives of a misfit by the strains, `q` the unknowns, `base` their reference frames, `geometry` that at `q`.
 /// Method: the forces of stresses `by_strain`, divided by the rest length for stretching.
 pub fn add_by_strains<R: Transposed>(

@@ -9,11 +9,11 @@
 //! One description serves both directions: the factors of the [equations of every unknown](nodal), the [effective
 //! strains of the history](history), and the rod's products with the derivatives of strains.
 //!
-//! Input: a linearized step ([`Linearization`](crate::dynamics::Linearization)). [`StepMap`] is the map; its
-//! arguments and results are [`StateRates`], with [`ParameterRates`] forward and [`ParameterSlopes`] transposed
-//! (`rates`). The forward map is in `forward_derivatives`, its transpose in `transposed`, both with `drag` and
-//! `supports`; `numbers` lists the numbers of damping and scheme, `workspace` has reusable lists. An inaccurate
-//! solution with an indefinite matrix is [`Error::SingularTangent`](crate::Error::SingularTangent).
+//! Input: a linearized step ([`Linearization`](crate::dynamics::Linearization)). [`StepMap`] is the map; its arguments
+//! and results are [`StateRates`], with [`ParameterRates`] forward and [`ParameterSlopes`] transposed (`rates`). The
+//! forward map is in `forward_derivatives`, its transpose in `transposed`, with `drag`, `timed_loads` and `supports`;
+//! `numbers` lists the numbers of damping and scheme, `workspace` has reusable lists. An inaccurate solution with an
+//! indefinite matrix is [`Error::SingularTangent`](crate::Error::SingularTangent).
 
 mod branch_relaxation;
 mod drag;

@@ -138,7 +138,8 @@ impl NodalEquations {
         ]
     }
 
-    /// The velocity and acceleration `[v1, a1]` at the end from `[q0, v0, a0, q1]`; `A`: whether the scheme has accelerations.
+    /// The velocity and acceleration `[v1, a1]` at the end from `[q0, v0, a0, q1]`; `A`: whether the scheme has
+    /// accelerations.
     #[inline(always)]
     pub fn end<const A: bool, const G: usize>(
         &self,
@@ -160,7 +161,8 @@ impl NodalEquations {
         [-change, v1 * w[1] + a1 * b[1], v1 * w[2] + a1 * b[2], change]
     }
 
-    /// The derivative `n1` of the force at the end of an unknown with mass `m` from `[n, r, q1]`.
+    /// The derivative `n1` of the force at the end of an unknown with mass `m`: `n + (r - m q1)/end`, from
+    /// `[n, r, q1]`.
     #[inline(always)]
     pub fn force<const G: usize>(&self, m: f64, [n, r, q1]: [Lanes<G>; 3]) -> Lanes<G> {
         // The equation of the step, solved for the force: no further evaluation of forces.

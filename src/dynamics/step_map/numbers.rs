@@ -2,8 +2,9 @@
 //!
 //! [`StepNumbers`] has one entry for each: mass damping (1/s); Kelvin-Voigt times of all strains, stretching, bending
 //! and twisting (s); stiffness fraction and relaxation time (s) of every Maxwell branch; parameter of the scheme. The
-//! entries are derivatives along parameters, or derivatives of a misfit by these numbers. [`along`] returns
-//! Kelvin-Voigt times and scheme as dual numbers, with derivative 1 of one of them. Internal friction is no part.
+//! entries are derivatives along parameters, one SIMD lane each, or derivatives of a misfit by these numbers. `product`
+//! is the derivative of a misfit along one parameter through them. [`along`] returns Kelvin-Voigt times and scheme as
+//! dual numbers, with derivative 1 of one of them. Internal friction is no part.
 
 use crate::numerics::lanes::Lanes;
 use crate::numerics::vector::components;

@@ -1,11 +1,13 @@
 //! Derivatives of a step by parameters through loads in time, forward and transposed.
 //!
-//! With the mean forces `F` and moments `m` over the step, the unit gradients `g(q)` of moments, and the factors of the
-//! scheme, the residual has `-(end + start) F + end m g(q1) + start m g(q0)`; an averaging scheme has `m g` at its stages.
-//! The forces of the states have no loads in time. Forward, the derivatives of `F` and `m` along one parameter come from dual
-//! numbers: by sizes and places of loads, gain, delay and numbers of signals, and the parameter of the scheme, on which
-//! factors and interval depend. Transposed, the same terms are multiplied with the derivatives of a misfit by forces and
-//! right-hand sides, and summed over all steps for each parameter.
+//! Loads in time are forces (N), and in a plane moments (N m) on edges, that follow signals. `F` and `m` are their
+//! means over the step, `g(q)` is the gradient of a moment of size 1, and `end` and `start` are factors of the scheme.
+//! The residual (kg m) has the terms `-(end + start) F + end m g(q1) + start m g(q0)`. An averaging scheme has
+//! `-end F`, and `end m g` at its stages. The forces that a state stores contain no loads in time. Forward, the
+//! derivatives of `F` and `m` along one parameter come from dual numbers: by sizes and places of loads, gain, delay and
+//! numbers of signals, and the parameter of the scheme, on which factors and interval depend. [`TimedLoadRates`] adds
+//! them to those of forces and right-hand sides. Transposed ([`TimedLoadSlopes`]), the same terms are multiplied with
+//! the derivatives of a misfit by forces and right-hand sides, and summed over all steps for each parameter.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::Linearization;
@@ -22,19 +24,21 @@ pub struct TimedLoadRates {
     scheme: f64,
 }
 
-/// The mean loads of a step with the derivative along one parameter.
+/// The mean loads of a step, and the coefficients of its equations, with the derivative along one parameter.
 struct MeanLoads {
     coefficients: StepCoefficients<Dual64>,
     forces: Vec<UnknownForce<Dual64>>,
     moments: Vec<EdgeMoment<Dual64>>,
 }
 
-/// The gradient of the potential of a moment at the unknowns `q`, N, without derivatives of `q`.
+/// The gradient, N, of the potential of a `moment` by the four coordinates of its edge at the unknowns `q`. It has the
+/// derivative of the moment; the unknowns have none.
 fn gradient_at(moment: &EdgeMoment<Dual64>, q: &[f64]) -> [Dual64; 4] {
     gradient_moving(moment, q, |_| 0.0)
 }
 
-/// The gradient of the potential of a moment at the unknowns `q`, N, which have the derivatives `rate(i)`.
+/// The gradient, N, of the potential of a `moment` by the four coordinates of its edge at the unknowns `q`, of which
+/// unknown `i` has the derivative `rate(i)`.
 fn gradient_moving(
     moment: &EdgeMoment<Dual64>,
     q: &[f64],
@@ -46,12 +50,13 @@ fn gradient_moving(
 }
 
 impl TimedLoadRates {
-    /// Those of `loads`, with the derivative of the parameter of the `scheme`.
+    /// The `loads`, whose numbers have the derivative along the parameter, and the derivative of the parameter of the
+    /// `scheme` along it.
     pub fn new(loads: &TimedLoads<Dual64>, scheme: f64) -> Self {
         Self { loads: loads.clone(), scheme }
     }
 
-    /// The mean loads of a step.
+    /// The means of forces and moments over the interval of a step, with its coefficients, along the parameter.
     fn means<R: Rod<f64>>(&self, step: &Linearization<'_, f64, R>) -> MeanLoads {
         let coefficients = step.coefficients(Dual64::new(step.parameter, self.scheme));
         let (mut forces, mut moments) = (Vec::new(), Vec::new());
@@ -60,9 +65,9 @@ impl TimedLoadRates {
         MeanLoads { coefficients, forces, moments }
     }
 
-    /// Adds to lane `g` of `direct` the derivatives of the forces, N, at fixed unknowns at the end, and to that of `right`
-    /// those of the right-hand sides, kg m, that do not follow from them. `q0` are the derivatives of the unknowns at the
-    /// start.
+    /// Adds to lane `g` of `direct` the derivatives of the forces, N, at fixed unknowns at the end, and to that of
+    /// `right` those of the right-hand sides, kg m, that do not follow from them. `q0` are the derivatives of the
+    /// unknowns at the start.
     pub fn add<R: Rod<f64>, const G: usize>(
         &self,
         step: &Linearization<'_, f64, R>,
@@ -75,8 +80,9 @@ impl TimedLoadRates {
         means.for_each_direct(step, |i, rate| direct[i][g] += rate);
     }
 
-    /// Subtracts from lane `g` of `forces`, the derivatives of the forces at the end, those of the moments, where the
-    /// unknowns have the derivatives `q1`.
+    /// Subtracts the derivatives of the mean moments from lane `g` of `forces`, those of the forces at the end: the
+    /// forces of a state have no loads in time. The unknowns at the end have the derivatives `q1`. Nothing for
+    /// averaging schemes.
     pub fn subtract_moments<R: Rod<f64>, const G: usize>(
         &self,
         step: &Linearization<'_, f64, R>,
@@ -98,8 +104,9 @@ impl TimedLoadRates {
 }
 
 impl MeanLoads {
-    /// Calls `each(unknown, rate)` with the derivatives of the right-hand sides by forces, and by moments at the start of the
-    /// step, where the unknowns have the derivatives `q0`.
+    /// Calls `each(unknown, rate)` with the derivatives of the right-hand sides, kg m, of free unknowns: through
+    /// forces, and through moments at the start of the step. The unknowns there have the derivatives `q0`. Averaging
+    /// schemes have no moments there.
     fn for_each_right<R: Rod<f64>>(
         &self,
         step: &Linearization<'_, f64, R>,
@@ -126,8 +133,8 @@ impl MeanLoads {
         }
     }
 
-    /// Calls `each(unknown, rate)` with the derivatives of the forces of moments at fixed unknowns: at the end of the step,
-    /// or at the stages of an averaging scheme.
+    /// Calls `each(unknown, rate)` with the derivatives of the gradients of moments, N, at fixed unknowns: at the end
+    /// of the step, or at the stages of an averaging scheme, times their weights.
     fn for_each_direct<R: Rod<f64>>(
         &self,
         step: &Linearization<'_, f64, R>,
@@ -162,7 +169,8 @@ struct TimedParameter {
 pub struct TimedLoadSlopes(Vec<TimedParameter>);
 
 impl TimedLoadSlopes {
-    /// Adds the parameter with this index.
+    /// Adds the parameter with this index in the gradient, and the loads in time with their derivatives along it. Its
+    /// sum begins at zero.
     pub fn add(&mut self, parameter: usize, rates: TimedLoadRates) {
         self.0.push(TimedParameter { parameter, rates, sum: 0.0 });
     }
@@ -172,7 +180,9 @@ impl TimedLoadSlopes {
         self.0.iter().map(|own| (own.parameter, own.sum))
     }
 
-    /// The transpose of [`TimedLoadRates::subtract_moments`], from the derivatives of the misfit by the forces at the end.
+    /// The transpose of [`TimedLoadRates::subtract_moments`], from the derivatives of the misfit by the forces at the
+    /// end, `state.unbalanced`: adds to the sums of the parameters and to the derivatives by the unknowns at the end,
+    /// `state.q`.
     pub fn transpose_end<R: Rod<f64>>(
         &mut self,
         step: &Linearization<'_, f64, R>,
@@ -199,8 +209,8 @@ impl TimedLoadSlopes {
         }
     }
 
-    /// The transpose of the part of [`TimedLoadRates::add`] by right-hand sides, from the derivatives `right` of the misfit
-    /// by them. Adds the derivatives by the unknowns at the start to `q0`.
+    /// The transpose of the part of [`TimedLoadRates::add`] by right-hand sides, from the derivatives `right` of the
+    /// misfit by them: adds to the sums of the parameters, and the derivatives by the unknowns at the start to `q0`.
     pub fn transpose_right<R: Rod<f64>>(
         &mut self,
         step: &Linearization<'_, f64, R>,
@@ -223,8 +233,8 @@ impl TimedLoadSlopes {
         }
     }
 
-    /// The transpose of the part of [`TimedLoadRates::add`] by forces at fixed unknowns, from the derivatives `direct` of the
-    /// misfit by them.
+    /// The transpose of the part of [`TimedLoadRates::add`] by forces at fixed unknowns, from the derivatives `direct`
+    /// of the misfit by them: adds to the sums of the parameters.
     pub fn transpose_direct<R: Rod<f64>>(
         &mut self,
         step: &Linearization<'_, f64, R>,
@@ -236,7 +246,8 @@ impl TimedLoadSlopes {
     }
 }
 
-/// The product of the second derivatives of the potential of a moment at the unknowns `q`, N/m, with the vector `d`.
+/// The product of the second derivatives of the potential of a moment at the unknowns `q`, N/m, with the vector `d` of
+/// the four coordinates of its edge.
 fn tangent_product(moment: &EdgeMoment<f64>, q: &[f64], d: [f64; 4]) -> [f64; 4] {
     let dual = EdgeMoment { edge: moment.edge, moment: Dual64::from(moment.moment) };
     gradient_moving(&dual, q, |i| d[i - 2 * moment.edge]).map(|by| by.eps)

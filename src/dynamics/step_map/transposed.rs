@@ -1,10 +1,11 @@
 //! The transposed derivative of one implicit step, for the adjoint method.
 //!
-//! Input: derivatives of a misfit by the state at the end of the step ([`StateRates`] with one lane). Output: those
-//! by the state at its start, in place. The derivatives by laws, loads, masses, damping numbers, scheme and drag
-//! are added to [`ParameterSlopes`], those by moving supports to [`MovingSupports`]. Every stage of the forward map
-//! has its transpose here, in reverse order, with one solve with the same factors. Averaging schemes and internal
-//! friction have no transpose. An inaccurate solution with an indefinite matrix is an error.
+//! Input: derivatives of a misfit by the state at the end of the step ([`StateRates`] with one lane). Output: those by
+//! the state at its start, in place. The derivatives by laws, loads, masses, damping numbers, scheme and drag are added
+//! to [`ParameterSlopes`], those by moving supports to [`MovingSupports`], those through loads in time to
+//! [`TimedLoadSlopes`]. Every stage of the forward map has its transpose here, in reverse order, with one solve with
+//! the same factors. Averaging schemes and internal friction have no transpose. An inaccurate solution with an
+//! indefinite matrix is [`Error::SingularTangent`].
 
 use crate::dynamics::linearization::{Linearization, StartForces};
 use crate::dynamics::step_map::branch_relaxation::HistoryMoment;
@@ -28,7 +29,8 @@ impl<'a, R: Transposed> StepMap<'a, R> {
 
     /// Replaces the derivatives of a misfit by the state at the end of the step, `state`, by those by the state at its
     /// start. Adds those by laws, masses, numbers of damping and scheme, and drag to `slopes`, those by parameters that
-    /// move supports to `supports`, and those through loads in time to `timed_loads`. Stages of [`apply`](Self::apply) are transposed in reverse order.
+    /// move supports to `supports`, and those through loads in time to `timed_loads`. Stages of [`apply`](Self::apply)
+    /// are transposed in reverse order.
     ///
     /// # Errors
     /// [`Error::SingularTangent`] where a matrix with negative pivots is not solved accurately.
@@ -75,8 +77,11 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         Ok(())
     }
 
-    /// The transpose of [`set_next_forces`](Self::set_next_forces) and [`advance_history`](Self::advance_history), by the
-    /// tangent of the forces at the start of the next step, which the forward map replaces by products.
+    /// The transpose of [`set_next_forces`](Self::set_next_forces) and [`advance_history`](Self::advance_history), for
+    /// rods with a history of strains. The derivatives by the forces at the start of the next step, `state.unbalanced`,
+    /// become zero. Those by unknowns, velocities and frames at the end are added to `state`, those by numbers to
+    /// `slopes`. The derivatives by internal variables become those at the start of the step. It takes the tangent of
+    /// these forces, which the forward map replaces by products.
     fn next_forces_transposed(
         &self,
         state: &mut StateRates<1>,

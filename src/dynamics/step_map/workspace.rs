@@ -3,8 +3,8 @@
 //!
 //! [`StepWorkspace`] has the derivatives of forces, right-hand sides and solutions per unknown, and the [`Held`]
 //! unknowns of supports. [`HistoryWorkspace`] has those of strains, effective strains and stresses per strain.
-//! [`DragWorkspace`] has places (m) and velocities (m/s) in dual numbers; its `add_rates` adds the derivatives of the
-//! drag (N) there to one lane. The lists are kept from step to step, and resized at the first one. With `G = 1` the
+//! [`DragWorkspace`] has places (m) and velocities (m/s) in dual numbers; its `add_rates` adds the derivatives of minus
+//! the drag (N) there to one lane. The lists are kept from step to step, and resized at the first one. With `G = 1` the
 //! transposed map uses them for derivatives of a misfit.
 
 use crate::dynamics::step_map::branch_relaxation::BranchRelaxation;
@@ -50,7 +50,7 @@ pub struct DragWorkspace {
 }
 
 impl DragWorkspace {
-    /// Adds to lane `g` of `out` the derivatives of the drag, N, at the places and velocities of this workspace.
+    /// Adds to lane `g` of `out` the derivatives of minus the drag, N, at the places and velocities of this workspace.
     pub fn add_rates<const G: usize>(
         &mut self,
         drag: &NodalDrag<Dual64>,

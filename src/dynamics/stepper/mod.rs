@@ -1,9 +1,10 @@
 //! Time integration schemes: a `Stepper` advances the state of a rod from the start of a step to its end.
 //!
-//! Input: equations of motion, size of the step, state at its start. Output: state at its end (unknowns,
-//! velocities, frames, and for implicit schemes accelerations, forces and internal variables). Errors: Newton's
-//! method fails, a matrix is singular, or velocities are not finite. `newton` solves the implicit schemes;
-//! `rosenbrock` and `splitting` are the others.
+//! Input: equations of motion, size of the step (s), state at its start. Output: state at its end (unknowns,
+//! velocities, frames, and for implicit schemes forces, internal variables, and of generalised-alpha accelerations), in
+//! two functions: `step`, and `finish` for a step that is accepted. Errors: Newton's method fails, a matrix is
+//! singular, or velocities are not finite. `newton` solves the implicit schemes; `rosenbrock` and `splitting` are the
+//! others.
 //!
 //! | scheme | order | work per step | conserves | for errors or cases |
 //! |---|---|---|---|---|
@@ -124,8 +125,8 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         }
     }
 
-    /// Overwrites `state.unbalanced` with the forces that the next step takes as those of its start, N. Explicit and
-    /// linearly implicit schemes take the gradient of energy less loads only.
+    /// Overwrites `state.unbalanced` with the forces that the next step takes as those of its start, N, without loads
+    /// in time. Explicit and linearly implicit schemes take the gradient of energy less loads only.
     pub fn find_forces(&mut self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         match self {
             Self::Newton(newton) => newton.find_forces(system, state),
@@ -136,16 +137,16 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
         }
     }
 
-    /// Overwrites the accelerations of `state` at the start, m/s^2, with minus forces over masses, for
-    /// generalised-alpha only. Those of held and prescribed unknowns are zero. No effect for other schemes.
+    /// Overwrites the accelerations of `state` at the start, m/s^2, with those by all forces, loads in time included,
+    /// for generalised-alpha only. Those of held and prescribed unknowns are zero. No effect for other schemes.
     pub fn find_acceleration(&self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         if let Self::Newton(newton) = self {
             newton.find_acceleration(system, state);
         }
     }
 
-    /// Sets the accelerations at the start to `a` (stored for generalised-alpha only), and the forces there to those
-    /// that cause them. No effect without Newton's method.
+    /// Sets the accelerations at the start to `a`, m/s^2 (stored for generalised-alpha only), and the forces there to
+    /// those that cause them, without loads in time. No effect without Newton's method, and for averaging schemes.
     pub fn set_initial_acceleration(
         &self,
         a: Vec<D>,
@@ -191,7 +192,9 @@ impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
     }
 
     /// Completes the state after an accepted step: with Newton's method velocities, accelerations, internal variables
-    /// and frames; with every scheme the potential of whole turns of moments. Adds one to the count of steps.
+    /// and frames; with every scheme the potential of whole turns of moments, less the work of loads in time, J. The
+    /// absolute value of that work, and its difference from the work in the equations of the scheme, are added to the
+    /// exchanged energies of the state. Adds one to the count of steps.
     pub fn finish(
         &mut self,
         step: &Step<'_, D, R>,

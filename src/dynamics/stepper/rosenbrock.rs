@@ -10,9 +10,10 @@
 //! (1/a + c) M w + K u = s                 =>       a^2 s + a (1 + c a) M r
 //! ```
 //!
-//! Input: a state and the step size `h`; `gamma` is 1/4. A step takes one tangent, one factorization, five more
-//! gradients and six solves. Mass damping `c` is included; Kelvin-Voigt damping, drag and moving supports are not.
-//! Output: unknowns, velocities and frames at its end, in place, over any scalar. A singular matrix is an error.
+//! Input: a state and the step size `h`, s; `gamma` is 1/4. A step takes one tangent, one factorization, five more
+//! gradients and six solves. Mass damping `c` is included, as are loads in time, at the times of the stages and with
+//! their rates at the start; Kelvin-Voigt damping, drag and moving supports are not. Output: unknowns, velocities and
+//! frames at its end, in place, over any scalar. A singular matrix is an error.
 
 use crate::dynamics::step::{Step, System, Work};
 use crate::numerics::scalar::Scalar;
@@ -54,7 +55,8 @@ const RATE: [&[f64]; STAGES] = [
 
 /// Times of the stages as fractions of the step, at which loads in time are taken.
 const TIME: [f64; STAGES] = [0.0, 0.386, 0.21, 0.63, 1.0, 1.0];
-/// Factors of the step size and the derivative of the loads by time, at the start of the step, in the forces of a stage.
+/// Factors of the step size and the derivative of the loads by time, at the start of the step, in the forces of a
+/// stage.
 const LEAD: [f64; STAGES] = [0.25, -0.1043, 0.1035, -0.036_200_000_000_000_23, 0.0, 0.0];
 
 /// The stepper of rodas4: its work arrays, allocated once.
@@ -96,8 +98,8 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
     }
 
     /// Advances `state` (unknowns, velocities, frames) over a step: one tangent and factorization of
-    /// `M (1 + a c) + a^2 K` with `a = gamma h` and the mass damping `c`, and six solves with it. Kelvin-Voigt
-    /// damping, drag and moving supports have no part in it. Counts are added to `work`.
+    /// `M (1 + a c) + a^2 K` with `a = gamma h` and the mass damping `c`, and six solves with it. Loads in time are
+    /// included; Kelvin-Voigt damping, drag and moving supports have no part in it. Counts are added to `work`.
     ///
     /// # Errors
     /// [`Singular`] if that matrix is.
@@ -137,8 +139,9 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
         Ok(())
     }
 
-    /// Subtracts the loads in time of a stage from the gradient: their forces at the time of the stage, and the part by their
-    /// rate at the start of the step, at the unknowns `q0`, that a Rosenbrock scheme has for equations that depend on time.
+    /// Subtracts the loads in time of a stage from the gradient, N: their forces at the time of the stage, and [`LEAD`]
+    /// times the step size times their rate at the start of the step, at the unknowns `q0`. A Rosenbrock scheme has
+    /// this second part for equations that depend on time.
     fn add_timed_loads(&mut self, stage: usize, step: &Step<'_, D, R>, q0: &[D]) {
         let loads = &step.system.timed_loads;
         if loads.is_empty() {

@@ -1,10 +1,12 @@
 //! Explicit symplectic splitting schemes, Verlet and PEFRL: kicks and drifts in turn.
 //!
-//! Input: a state over any scalar, the masses, and a step. A kick changes velocities of free unknowns by the forces
-//! at fixed positions, `dv/dt = -gradient/m - c v`, exactly with the mass damping `c`. A drift moves positions with
-//! constant velocities, and in space the frames. Verlet is kick, drift, kick (order 2, one gradient per step).
-//! PEFRL has five drifts and four kicks between them (order 4; Omelyan, Mryglod and Folk 2002). Output: the state
-//! at the end of the step, in place. There is no error: the caller keeps the step below the stability limit.
+//! Input: a state over any scalar, the masses, and a step. A kick changes velocities of free unknowns by the forces at
+//! fixed positions, `dv/dt = -gradient/m - c v`, exactly with the mass damping `c`. A drift moves positions with
+//! constant velocities, and in space the frames. Verlet is kick, drift, kick (order 2, one gradient per step). PEFRL
+//! has five drifts and four kicks between them (order 4; Omelyan, Mryglod and Folk 2002). Loads in time act in the
+//! kicks: of Verlet their means over the half of the step next to the kick, of PEFRL their values at its time. Output:
+//! the state at the end of the step, in place, and the work of loads in time, J. There is no error: the caller keeps
+//! the step below the stability limit.
 
 use crate::dynamics::step::{Step, Work};
 use crate::numerics::phi_function::phi1;
@@ -104,7 +106,7 @@ impl<D: Scalar> Splitting<D> {
 
     /// Advances the velocities of the free unknowns by `dv/dt = -g/m - c v` over `weight` times the step, exactly:
     /// `v e^(-ch) - (g/m) (1 - e^(-ch))/c`. `g` is `state.unbalanced`, `c` the mass damping; without damping it is
-    /// `v - h g/m`.
+    /// `v - h g/m`. The forces `timed` of loads in time, N, are added in the same way, and their work is summed.
     #[inline]
     fn kick<R, F>(
         &mut self,
@@ -163,21 +165,21 @@ impl<D: Scalar> Splitting<D> {
     }
 }
 
-/// Loads in time at the kicks of a step. Verlet takes their means over both halves of the step, PEFRL their values at the
-/// times of its kicks.
+/// Loads in time at the kicks of a step. Verlet takes their means over both halves of the step, PEFRL their values at
+/// the times of its kicks.
 struct TimedKicks<D> {
     start: f64,
     forces: Vec<UnknownForce<D>>,
 }
 
 impl<D: Scalar> TimedKicks<D> {
-    /// The loads of a step, before its first kick.
+    /// The loads in time of a step, before its first kick: the start of the step, s, and no forces.
     fn new<R>(step: &Step<'_, D, R>) -> Self {
         Self { start: step.time - step.h, forces: Vec::new() }
     }
 
-    /// The forces of a kick of this weight at the unknowns `q`, after drifts over the fraction `drifted` of the step; empty
-    /// without loads in time.
+    /// The forces of a kick of this weight at the unknowns `q`, after drifts over the fraction `drifted` of the step;
+    /// empty without loads in time.
     fn next<R>(
         &mut self,
         weight: f64,

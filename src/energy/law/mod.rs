@@ -1,9 +1,10 @@
 //! Laws of the material: the stresses of an edge or a joint as functions of its strains.
 //!
-//! A [`Law`] is elastic: stretching of an edge, bending of a planar joint, bending and twisting of a spatial one. Its
-//! stress is `K (s - s_natural)`. A law that is not linear in the strain adds a part beyond that: [`NonlinearPart`].
-//! Each law states its stiffness, its natural strains and its energies, for any
-//! [`Scalar`]; the sweeps over a rod, its viscous steps, its dashpots and all derivatives follow from these.
+//! A [`Law`] is elastic: stretching of an edge, bending of a planar joint, bending and twisting of a spatial one.
+//! Strain and stress of an edge are without unit and in N, those of joints in rad and N m. Its stress is
+//! `K (s - s_natural)`. Stretching that is not linear in the strain adds a part beyond that: [`NonlinearPart`]. Each
+//! law has a stiffness, natural strains and energies (J), for any [`Scalar`]; the sweeps over a rod, its viscous steps,
+//! its dashpots and all derivatives follow from these.
 //!
 //! - Kelvin-Voigt and Maxwell stress over a step make another elastic law of an elastic one: [`Law::viscous`].
 //! - Viscous stress has the stiffness at no strain, also of laws that are not linear: [`hyperelastic`].
@@ -51,9 +52,9 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
         *self = self.with(stiffness, natural);
     }
 
-    /// Energies of stretching, bending and twisting, J, at the difference of the strains from the natural ones.
-    /// The energy of a coupling counts half for each of its kinds.
-    /// Joints use strains integrated over their length, an edge its rest length.
+    /// Energies of stretching, bending and twisting, J, at the `difference` of the strains from the natural ones. The
+    /// energy of a coupling counts half for each of its kinds. The strains of a joint are integrated over its length;
+    /// the energy of an edge is multiplied by its rest length, which is a part of the law.
     fn energies(&self, difference: &[D; S]) -> [D; 3];
 
     /// The strains less the natural ones, entry by entry.
@@ -147,7 +148,8 @@ mod tests {
         }
     }
 
-    /// The derivative of `w.stress` along a parameter is the product of its derivatives by the law with those of the law.
+    /// The derivative of `w.stress` along a parameter is the product of its derivatives by the law with those of the
+    /// law.
     #[test]
     fn slopes_are_the_transpose_of_rates() {
         let ([w1, w2, w3], s) = ([0.7, -1.1, 0.4], [0.3, 0.8, -0.5]);

@@ -1,17 +1,19 @@
 //! Bending that is not linear in the curvature: the part of the law of a joint beyond the linear one.
 //!
-//! A joint with the stiffness `B` of bending, N m, over its length `l`, m, has the linear stress `B s` at the difference
-//! `s` of its integrated curvatures from the natural ones. The law `M = EI kappa (1 + b kappa^2)`, with `kappa = s/l`,
-//! adds the energy `1/2 |s|^2 (s.A s)` with `A = b/(2 l^2) B`, N m:
+//! A joint with the stiffness `B` of bending, N m, over its length `l`, m, has the linear stress `B s` at the
+//! difference `s` of its integrated curvatures from the natural ones. The law `M = EI kappa (1 + b kappa^2)`, with
+//! `kappa = s/l`, adds the energy `1/2 |s|^2 (s.A s)` with `A = b/(2 l^2) B`, N m:
 //!
 //! ```text
 //! stress      w = s (s.A s) + |s|^2 A s
 //! stiffness   C = (s.A s) I + 2 s (A s)' + 2 (A s) s' + |s|^2 A
 //! ```
 //!
-//! In the plane that is `EI b kappa^3`. In space it is the same law in every direction of a round section, since `|s|` is
-//! the size of the curvature. With two stiffnesses each principal direction alone has `EI_a kappa (1 + b kappa^2)`.
-//! Twisting has no part. Rods with this law keep it in a list beside their joints; other rods have an empty list.
+//! In the plane that is `EI b kappa^3`. In space it is the same law in every direction of a round section, since `|s|`
+//! is the size of the curvature. With two stiffnesses each principal direction alone has `EI_a kappa (1 + b kappa^2)`.
+//! Twisting has no part. Input: the coefficient `b` (m^2), linear stiffness, natural strains and length of the joint,
+//! and its strains. Output of [`NonlinearBending`], beyond the linear law only: energy (J), stresses and stiffness (N
+//! m), and derivatives by `A` and natural strains. Rods with this law keep it in a list beside their joints.
 
 use crate::energy::law::{LawSlopes, Symmetric};
 use crate::numerics::scalar::Scalar;
@@ -93,8 +95,8 @@ impl<D: Scalar, K: Symmetric<D, S>, const S: usize> NonlinearBending<D, K, S> {
         (stiffness, self.stress(strains))
     }
 
-    /// Adds to `slopes` the derivatives of a number by the entries of `A` and by the natural strains, from its
-    /// derivatives `w` by the stresses, at these strains.
+    /// Adds the derivatives of a number by the entries of `A` to the `stiffness` of `slopes`, and those by the natural
+    /// strains to the `offset`. Input are its derivatives `w` by the stresses, at these strains.
     pub fn add_slopes(&self, w: &[D; S], strains: &[D; S], slopes: &mut LawSlopes) {
         let s = self.difference(strains);
         let (_, _, squared) = self.products(&s);

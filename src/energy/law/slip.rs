@@ -15,7 +15,7 @@
 //! `R` is a curvature, 1/m, times the joint's length.
 //!
 //! Input: the joint's stiffness `K` (N m), and the stretch `z` of its springs without slip. Output of [`Sliders`]:
-//! the stretch with slip, stiffness and stress of the springs (N m), their energy (J), and the distance of `|z|`
+//! the stretch `z` with slip, stiffness and stress of the springs (N m), their energy (J), and the distance of `|z|`
 //! from `R`. With one strain, `|z|` is the absolute value, and a slipping spring has no stiffness. [`SliderRates`]
 //! has the derivatives of the stretch with slip along parameters.
 
@@ -31,7 +31,7 @@ use std::sync::Arc;
 pub struct Sliders<D> {
     /// Stiffness of the springs, as a fraction of the joints' own.
     pub stiffness: D,
-    /// Sizes of the stretch at which springs slip, one for each joint.
+    /// Sizes `R` of the stretch at which springs slip, one for each joint.
     pub limits: Vec<D>,
 }
 

@@ -1,15 +1,18 @@
 //! Candidate designs of a planned experiment: other marker positions, durations and frame rates of its recordings.
 //!
-//! [`CandidateDesigns::new`] adds candidate recordings to the planned ones: the marker at [`MARKER_POSITIONS`] arc
-//! lengths (of the first [`MOST_MOVED`] recordings), frames after the end (none with recorded supports), and frames
-//! between the planned ones. All are simulated together, with one Jacobian. The standard errors of each candidate
-//! design follow from its rows of that Jacobian and those of the priors, by the covariance `(J'J)^-1` with stated
-//! noise. [`standard_errors`] returns one per unknown in its unit, none if unidentified. [`CandidateDesigns::advice`]
-//! lists them for the report of a plan: by arc length (m) for each of these recordings. For each experiment with a
-//! motion there are lists by duration (s) and frame rate (1/s). All are ascending. Marked is the position with the
-//! smallest geometric mean of the errors on the scales of the unknowns (relative for positive ones; an unidentified
-//! one counts [`NOT_IDENTIFIED`]). Of durations and rates it is the smallest within [`NEARLY_BEST`] of the least
-//! mean. Nothing is marked where no choice identifies any parameter.
+//! [`CandidateDesigns::new`] adds candidate recordings to the planned ones. For the first [`MOST_MOVED`] recordings
+//! these have the marker at [`MARKER_POSITIONS`] arc lengths. For every recording with a usual spacing of frames there
+//! are frames after the end (none where a support follows a file), and frames between the planned ones. All are
+//! simulated together, with one Jacobian. The standard errors of each candidate design follow from its rows of that
+//! Jacobian and those of the priors, by the covariance `(J'J)^-1` with stated noise. [`standard_errors`] returns one
+//! per unknown in its unit, none if unidentified.
+//!
+//! [`CandidateDesigns::advice`] lists them for the report of a plan: by arc length (m) for each recording with
+//! candidate positions. Each experiment with a motion has a list by duration (s), and one by frame rate (1/s) if its
+//! frames have a usual spacing. All are ascending. In each the best choice is marked. Of positions it is that with the
+//! smallest geometric mean of the errors on the scales of the unknowns (relative for positive ones; an unidentified one
+//! counts [`NOT_IDENTIFIED`]). Of durations and rates it is the smallest within [`NEARLY_BEST`] of the least mean.
+//! Nothing is marked where no choice identifies any parameter.
 
 use crate::error::Error;
 use crate::fit::design::report::{Advice, Choice, DesignVariable};
@@ -23,7 +26,8 @@ use crate::numerics::total_order;
 use crate::scene::Point;
 use std::ops::Range;
 
-/// Number of candidate positions of a marker, at equal parts of the length of the rod. Larger: finer choices and more rows.
+/// Number of candidate positions of a marker, at equal parts of the length of the rod. Larger: finer choices and more
+/// rows.
 const MARKER_POSITIONS: usize = 10;
 /// Smallest distance of a candidate position from the planned one, over the length of the rod.
 const LEAST_MOVE: f64 = 1e-2;
@@ -37,8 +41,8 @@ const DIVISORS: [usize; 3] = [8, 4, 2];
 const RATE_FACTORS: [usize; 2] = [2, 4];
 /// Largest error of a recommended duration or rate, over the smallest error: the shortest such record is recommended.
 const NEARLY_BEST: f64 = 1.05;
-/// Standard deviation of an unknown that is not identified, on its scale, in the comparison of candidates: larger than that
-/// of any identified one.
+/// Standard deviation of an unknown that is not identified, on its scale, in the comparison of candidates: larger than
+/// that of any identified one.
 const NOT_IDENTIFIED: f64 = 1e3;
 /// Factor on times that are compared with the end of a record, so that rounding errors drop no frame.
 const ROUNDING: f64 = 1.0 + 1e-9;
@@ -99,9 +103,9 @@ struct DesignErrors<'a> {
 
 impl CandidateDesigns {
     /// The planned measurements and the candidates for the recordings of `planned` experiments, with their rows in one
-    /// Jacobian. In each experiment the planned measurements come first; then, recording by recording, marker positions,
-    /// later frames and frames between. Only the first [`MOST_MOVED`] recordings get other marker positions. Error: a
-    /// marker that is not on the rod.
+    /// Jacobian. In each experiment the planned measurements come first; then, recording by recording, marker
+    /// positions, later frames and frames between. Only the first [`MOST_MOVED`] recordings get other marker positions.
+    /// Error: a marker that is not on the rod.
     pub fn new(planned: &[Experiment]) -> Result<Self, Error> {
         let mut blocks: Vec<CandidateRows> = Vec::new();
         let mut moved = 0;
@@ -137,8 +141,8 @@ impl CandidateDesigns {
         Ok(Self { blocks })
     }
 
-    /// The `planned` experiments with all candidate recordings after the planned measurements of each, in the order of the
-    /// rows.
+    /// The `planned` experiments with all candidate recordings after the planned measurements of each, in the order of
+    /// the rows.
     pub fn experiments(&self, planned: &[Experiment]) -> Vec<Experiment> {
         let with_candidates = |(e, experiment): (usize, &Experiment)| {
             let own = self.blocks.iter().filter(|block| block.experiment == e);
@@ -148,8 +152,8 @@ impl CandidateDesigns {
         planned.iter().enumerate().map(with_candidates).collect()
     }
 
-    /// Adds the `residuals` of the planned rows, times sigma (1 without one), to the values of `planned`. They become those
-    /// of the simulation.
+    /// Adds the `residuals` of the planned rows, times sigma (1 without one), to the values of `planned`. They become
+    /// those of the simulation.
     pub fn fill(&self, planned: &mut [Experiment], residuals: &[f64]) {
         for block in self.planned_blocks() {
             let own = &mut planned[block.experiment].measurements[block.index];
@@ -162,7 +166,7 @@ impl CandidateDesigns {
         self.blocks.iter().filter(|block| block.is_planned())
     }
 
-    /// Number of rows of all measurements; those of the priors follow.
+    /// Number of rows of all measurements, planned ones and candidates; those of the priors follow.
     pub fn end(&self) -> usize {
         self.blocks.last().map_or(0, |block| block.rows.end)
     }
@@ -174,8 +178,8 @@ impl CandidateDesigns {
     }
 
     /// The elements of `rows`, one per row of the Jacobian, of all samples for which `keep` is true, then those of the
-    /// priors. Arguments of `keep` are the block, the index of the sample in it, and its time, s. A sample has one row per
-    /// measured coordinate. A measurement that is no motion is kept whole or not, with 0 and 0.
+    /// priors. Arguments of `keep` are the block, the index of the sample in it, and its time, s. A sample has one row
+    /// per measured coordinate. A measurement that is no motion is kept whole or not, with 0 and 0.
     fn select<T: Clone>(
         &self,
         rows: &[T],
@@ -203,10 +207,10 @@ impl CandidateDesigns {
         kept
     }
 
-    /// Expected standard errors at `point` of all candidate designs, with the best one of each list marked. There is a list
-    /// by marker position for each recording that has candidates. For each experiment with a motion there is one by duration,
-    /// and one by frame rate. `rows` are the Jacobian of all candidates in units of the noise, then those of the priors.
-    /// Error: a covariance cannot be computed.
+    /// Expected standard errors at `point` of all candidate designs, with the best one of each list marked. There is a
+    /// list by marker position for each recording that has candidates. For each experiment with a motion there is one
+    /// by duration, and one by frame rate. `rows` are the Jacobian of all candidates in units of the noise, then those
+    /// of the priors. Error: a covariance cannot be computed.
     pub fn advice(
         &self,
         planned: &[Experiment],
@@ -233,9 +237,9 @@ impl CandidateDesigns {
 }
 
 impl DesignErrors<'_> {
-    /// The design with this `value` of its variable (m, s or 1/s) and the rows for which `keep` is true, with its standard
-    /// errors. `planned` is whether it is the design of the plan; it is not yet marked as best. Error: the covariance cannot
-    /// be computed.
+    /// The design with this `value` of its variable (m, s or 1/s) and the rows for which `keep` is true, with its
+    /// standard errors. `planned` is whether it is the design of the plan; it is not yet marked as best. Error: the
+    /// covariance cannot be computed.
     fn choice(
         &self,
         value: f64,
@@ -247,8 +251,8 @@ impl DesignErrors<'_> {
         Ok(Choice { value, std_error, planned, best: false })
     }
 
-    /// The recording of a planned `block` with its marker at all candidate positions and the planned one, ascending by arc
-    /// length, m; all other recordings stay as planned. None without candidates.
+    /// The recording of a planned `block` with its marker at all candidate positions and the planned one, ascending by
+    /// arc length, m; all other recordings stay as planned. None without candidates.
     fn by_marker_position(&self, block: &CandidateRows) -> Result<Option<Advice>, Error> {
         let experiment = &self.planned[block.experiment];
         let own = self.designs.blocks.iter().filter(|b| b.is_alternative_to(block));
@@ -280,9 +284,9 @@ impl DesignErrors<'_> {
         Ok(Some(Advice { variable: DesignVariable::MarkerPosition, observation, choices }))
     }
 
-    /// Experiment `e` with the planned duration divided by [`DIVISORS`], the planned one, and [`LONGER`] times it if there
-    /// are later frames, s, ascending. All of its recordings end together; measurements that are no motion, and other
-    /// experiments, stay as planned.
+    /// Experiment `e` with the planned duration divided by [`DIVISORS`], the planned one, and [`LONGER`] times it if
+    /// there are later frames, s, ascending. All of its recordings end together; measurements that are no motion, and
+    /// other experiments, stay as planned.
     fn by_duration(&self, e: usize) -> Result<Advice, Error> {
         let experiment = &self.planned[e];
         let whole = experiment.duration();
@@ -306,9 +310,9 @@ impl DesignErrors<'_> {
         Ok(Advice { variable: DesignVariable::Duration, observation, choices })
     }
 
-    /// Experiment `e` with the planned frame rate divided by [`DIVISORS`], the planned one, and that times [`RATE_FACTORS`],
-    /// 1/s, ascending. The planned rate is that of the recording with the closest frames. None without a usual spacing of
-    /// frames.
+    /// Experiment `e` with the planned frame rate divided by [`DIVISORS`], the planned one, and that times
+    /// [`RATE_FACTORS`], 1/s, ascending. The planned rate is that of the recording with the closest frames. None
+    /// without a usual spacing of frames.
     fn by_frame_rate(&self, e: usize) -> Result<Option<Advice>, Error> {
         let experiment = &self.planned[e];
         let spacings = experiment.measurements.iter().filter_map(|m| frame_spacing(m.motion()?));
@@ -335,10 +339,11 @@ impl DesignErrors<'_> {
 }
 
 impl Advice {
-    /// Marks the best choice: that with the smallest geometric mean of the standard errors of all unknowns at the point, on
-    /// their scales: relative errors of positive parameters, absolute ones of others. An unidentified one counts
-    /// [`NOT_IDENTIFIED`]. Of durations and rates it is the smallest one (the first of the list) whose mean is within a
-    /// factor of [`NEARLY_BEST`] of the smallest mean. No choice is marked where none identifies any parameter.
+    /// Marks the best choice: that with the smallest geometric mean of the standard errors of all unknowns at the
+    /// point. The errors are on their scales: relative ones of positive parameters, absolute ones of others. An
+    /// unidentified one counts [`NOT_IDENTIFIED`]. Of durations and rates it is the smallest one (the first of the
+    /// list) whose mean is within a factor of [`NEARLY_BEST`] of the smallest mean. No choice is marked where none
+    /// identifies any parameter.
     fn mark_best(&mut self, ParameterPoint { unknowns, x }: ParameterPoint) {
         let log_error = |choice: &Choice| -> f64 {
             // Errors of parameters in different units are compared by their product, like the determinant of the
@@ -363,8 +368,8 @@ impl Advice {
     }
 }
 
-/// Standard errors of the unknowns at a point, one each in their units, by these rows of the Jacobian in units of the noise;
-/// none of unidentified ones. Error: the singular value decomposition fails.
+/// Standard errors of the unknowns at a point, one each in their units, by these rows of the Jacobian in units of the
+/// noise; none of unidentified ones. Error: the singular value decomposition fails.
 pub(crate) fn standard_errors(
     ParameterPoint { unknowns, x }: ParameterPoint,
     rows: &[Vec<f64>],
@@ -378,9 +383,9 @@ pub(crate) fn standard_errors(
     Ok(unknowns.iter().zip(x).zip(&found.deviation).map(error).collect())
 }
 
-/// Candidate arc lengths of the marker of a recording, m, ascending: the far ends of [`MARKER_POSITIONS`] equal parts of
-/// the rod, the tip included, without those within [`LEAST_MOVE`] of the length from the planned one. Error: a marker that
-/// is not on the rod.
+/// Candidate arc lengths of the marker of a recording, m, ascending: the far ends of [`MARKER_POSITIONS`] equal parts
+/// of the rod, the tip included. Those within [`LEAST_MOVE`] of the length from the planned one are left out. Error: a
+/// marker that is not on the rod.
 fn marker_positions(experiment: &Experiment, observation: &Observation) -> Result<Vec<f64>, Error> {
     let length = experiment.problem.length();
     let planned = experiment.problem.arc_length(observation.point)?;
@@ -394,11 +399,11 @@ fn frame_spacing(motion: &PointMotion) -> Option<f64> {
     usual_spacing(&times).or_else(|| times.first().copied().filter(|t| *t > 0.0))
 }
 
-/// Candidate recordings of an observation, with values of zero in the coordinates that any frame has, and without stated
-/// factors of sigma. One has frames after the last one at the usual spacing, for [`LONGER`] - 1 times the duration of the
-/// experiment. It is left out with recorded supports. For each of [`RATE_FACTORS`] one has the frames between the planned
-/// ones (and before the first, from t = 0 on) that no smaller factor has. Recordings without frames are left out; without a
-/// usual spacing there are none.
+/// Candidate recordings of an observation, with values of zero in the coordinates that any frame has, and without
+/// stated factors of sigma. One has frames after the last one at the usual spacing, for [`LONGER`] - 1 times the
+/// duration of the experiment. It is left out where a support follows a file. For each of [`RATE_FACTORS`] one has the
+/// frames between the planned ones (and before the first, from t = 0 on) that no smaller factor has. Recordings without
+/// frames are left out; without a usual spacing there are none.
 fn additional_frames(
     experiment: &Experiment,
     observation: &Observation,

@@ -1,4 +1,5 @@
-//! Contribution of each planned measurement to the expected uncertainty: the standard errors by it alone, and by all others.
+//! Contribution of each planned measurement to the expected uncertainty: the standard errors by it alone, and by all
+//! others.
 //!
 //! Input: the rows of the Jacobian of a plan in units of the noise, and those of the priors. Each group of rows is
 //! kept alone or left out, always with the priors. A group is a measurement, or a measured coordinate of the only one
@@ -26,10 +27,10 @@ struct RowGroup {
     rows: Vec<usize>,
 }
 
-/// The contributions of all groups of a plan at `point`, in their order; empty for fewer than two groups. `rows` are the
-/// Jacobian of all candidates in units of the noise, then those of the priors. Each has the standard errors by its rows
-/// alone and by those of all other groups, both with the priors. Standard errors are one per unknown in its unit, none if
-/// unidentified. Error: a covariance cannot be computed.
+/// The contributions of all groups of a plan at `point`, in their order; empty for fewer than two groups. `rows` are
+/// the Jacobian of all candidates in units of the noise, then those of the priors. Each has the standard errors by its
+/// rows alone and by those of all other groups, both with the priors. Standard errors are one per unknown in its unit,
+/// none if unidentified. Error: a covariance cannot be computed.
 pub(crate) fn contributions(
     designs: &CandidateDesigns,
     planned: &[Experiment],

@@ -5,7 +5,7 @@
 //! uncertainty budget, undetected biases, tables of candidate designs, and the cost. There is one such table for each
 //! recording or experiment and variable (marker position in m, duration in s, frames/s), with the marks `planned` and
 //! `best`. Tables without any standard error are left out. Correlations, singular values and contributions are not
-//! shown. Standard errors are in per cent of positive parameters, else in the unit. `rodfit design` prints it.
+//! shown. Standard errors are in per cent of positive parameters, else in the unit.
 
 use crate::code::Code;
 use crate::fit::design::report::{Advice, Choice, Design, DesignVariable};
@@ -26,9 +26,10 @@ impl fmt::Display for Design {
 }
 
 impl Design {
-    /// The result as text for a terminal, in the order of the module. The first line is whether the plan determines all
-    /// parameters, or how many not. Candidate designs without any standard error are left out. Correlations, singular
-    /// values and contributions are not shown.
+    /// The report as text for a terminal. The first line is whether the plan determines all parameters, or how many it
+    /// does not. Then follow standard errors, unidentifiable parameters, warnings, budget, undetected biases, tables of
+    /// candidate designs, and the cost. Tables without any standard error are left out. Correlations, singular values
+    /// and contributions are not shown.
     pub fn summary(&self) -> Summary {
         let unknown = self.parameters.iter().filter(|e| !e.identifiable).count();
         let mut summary = match (unknown, self.parameters.len()) {
@@ -83,8 +84,9 @@ impl Advice {
         }
     }
 
-    /// The table of the choices, a row each: value with its unit in the heading, standard error of each of the `parameters`
-    /// (in per cent of a positive one, in the unit of another; `-` if unidentified), and the marks `planned` and `best`.
+    /// The table of the choices, a row each: value (unit in the heading), standard error of each of the `parameters`,
+    /// and the marks `planned` and `best`. Errors are in per cent of a positive parameter, in the unit of another, and
+    /// `-` if unidentified.
     fn table(&self, parameters: &[Estimate]) -> SummaryTable {
         let heading = match self.variable {
             DesignVariable::MarkerPosition => "m from the clamp",

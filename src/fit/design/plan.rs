@@ -1,12 +1,13 @@
-//! Assessment of a planned experiment: its measurements get simulated values, and the exact fit is assessed as an optimum.
+//! Assessment of a planned experiment: its measurements get simulated values, and the exact fit is assessed as an
+//! optimum.
 //!
-//! [`PlannedFit::design`] simulates the plan and its candidate recordings at the start values, or else the values of the
-//! scenes, with derivatives. Mesh and step that the program chose are chosen again at these values. The residuals of the
-//! plan are zero, so that its Jacobian and the stated noise yield expected standard errors, budgets and undetected biases.
-//! Measurements of validation data are left out, and losses are squares. Rows after the onset of an exponential growth of
-//! sensitivities are zero, with a warning. The result, a [`Design`], also has the expected errors of candidate designs, the
-//! contribution of each measurement, and the parameters that no candidate determines. A measurement without sigma, an
-//! unknown without a value and a failed simulation are errors. `rodfit design` reports it.
+//! [`PlannedFit::design`] simulates the plan and its candidate recordings at the start values, or else the values of
+//! the scenes, with derivatives. Mesh and step that the program chose are chosen again at these values. The residuals
+//! of the plan are zero, so that its Jacobian and the stated noise yield expected standard errors, budgets and
+//! undetected biases. Measurements of validation data are left out, and losses are squares. Rows after the onset of an
+//! exponential growth of sensitivities are zero, with a warning. The result, a [`Design`], also has the expected errors
+//! of candidate designs, the contribution of each measurement, and the parameters that no candidate determines. A
+//! measurement without sigma, an unknown without a value and a failed simulation are errors.
 
 use crate::error::Error;
 use crate::fit::design::candidate_designs::CandidateDesigns;
@@ -40,10 +41,10 @@ pub(crate) struct PlannedFit<'a> {
 
 impl PlannedFit<'_> {
     /// The expected uncertainties of the plan and of its candidate designs, by a simulation with derivatives and the
-    /// assessment of the exact fit. Where the program chose mesh or step, they are chosen again at these values. Rows of
-    /// motions after the onset of an exponential growth of their sensitivities are set to zero, with a warning. A parameter
-    /// that neither the plan nor a candidate determines is listed as never identifiable. Errors: a measurement without
-    /// sigma, an unknown without a value, a simulation that fails, or a failed assessment.
+    /// assessment of the exact fit. Where the program chose mesh or step, they are chosen again at these values. Rows
+    /// of motions after the onset of an exponential growth of their sensitivities are set to zero, with a warning. A
+    /// parameter that neither the plan nor a candidate determines is listed as never identifiable. Errors: a
+    /// measurement without sigma, an unknown without a value, a simulation that fails, or a failed assessment.
     pub fn design(self) -> Result<Design, Error> {
         // 1. The plan with all candidate recordings, simulated at the given values.
         let since = Instant::now();
@@ -119,9 +120,9 @@ impl PlannedFit<'_> {
     }
 }
 
-/// The values at which the plan is simulated, one per unknown on its scale (logarithm of a positive parameter). Each is the
-/// start, or else the value of the first scene that has the parameter. Error: an unknown with neither, or with a value that
-/// has no logarithm.
+/// The values at which the plan is simulated, one per unknown on its scale (logarithm of a positive parameter). Each is
+/// the start, or else the value of the first scene that has the parameter. Error: an unknown with neither, or with a
+/// value that has no logarithm.
 fn planned_values(experiments: &[Experiment], unknowns: &[Unknown]) -> Result<Vec<f64>, Error> {
     let value = |(i, unknown): (usize, &Unknown)| {
         let mut own = experiments.iter().filter(|e| unknown.is_of(e));
@@ -140,9 +141,9 @@ fn planned_values(experiments: &[Experiment], unknowns: &[Unknown]) -> Result<Ve
     unknowns.iter().enumerate().map(value).collect()
 }
 
-/// Prepares an experiment, in place: its losses become squares. Where the program chose mesh or step, these become those that
-/// a simulation at `point` requires. Error: a measurement without a given noise, or a scene that does not allow the values at
-/// `point`.
+/// Prepares an experiment, in place: its losses become squares. Where the program chose mesh or step, these become
+/// those that a simulation at `point` requires. Error: a measurement without a given noise, or a scene that does not
+/// allow the values at `point`.
 fn prepare(experiment: &mut Experiment, point: ParameterPoint) -> Result<(), Error> {
     for i in 0..experiment.measurements.len() {
         if experiment.measurements[i].sigma().is_none() {

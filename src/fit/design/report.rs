@@ -2,10 +2,10 @@
 //!
 //! A [`Design`] has the expected uncertainties of the parameters at the values of the plan: estimates, correlations,
 //! unidentifiable combinations, budgets and undetected biases. It has the [`Contribution`] of each measurement (or
-//! coordinate of the only one), warnings with codes, and the cost in full simulations and in s. Its [`Advice`] on marker
-//! positions (m), durations (s) and frame rates (1/s) has one [`Choice`] for each value, ascending, with marks of the
-//! planned and the best one. Standard errors are one per parameter in its unit, null where it is not identifiable.
-//! `Fit::design` computes the report; `Display` writes it as tables.
+//! coordinate of the only one), warnings with codes, and the cost in full simulations and in s. Its [`Advice`] on
+//! marker positions (m), durations (s) and frame rates (1/s) has one [`Choice`] for each value, ascending, with marks
+//! of the planned and the best one. Standard errors are one per parameter in its unit, null where it is not
+//! identifiable. `Fit::design` computes the report; `Display` writes it as tables.
 
 use crate::code::Code;
 use crate::fit::uncertainty::budget::entries::BudgetLine;

@@ -2,10 +2,10 @@
 //!
 //! In a chaotic motion the derivatives by the parameters grow exponentially, and with them the errors of the model.
 //! [`UsableRows::new`] finds the onset of the growth in each experiment from the rows of the Jacobian and the simulated
-//! speeds. Rows of its motions after the onset (growth weight below 1) are not usable; all others and those of priors are.
-//! Its methods set the former to zero, return weights 0 and 1, and add a warning of the severity `Numerics` per such
-//! experiment. They withdraw recommendations of durations after the onset, and all of an experiment whose planned duration
-//! is longer. The assessment of a plan uses them.
+//! speeds. Rows of its motions after the onset (growth weight below 1) are not usable; all others and those of priors
+//! are. Its methods set the former to zero, return weights 0 and 1, and add a warning of the severity `Numerics` per
+//! such experiment. They withdraw recommendations of durations after the onset, and all of an experiment whose planned
+//! duration is longer. The assessment of a plan uses them.
 
 use crate::code::Code;
 use crate::fit::design::candidate_designs::CandidateDesigns;
@@ -24,10 +24,10 @@ pub(crate) struct UsableRows {
 }
 
 impl UsableRows {
-    /// The usable rows of experiments with all candidate recordings, from the growth of their sensitivities. `sigmas` has
-    /// the standard deviation of each measurement in its unit. `residuals` and `rows` are the unweighted residuals of the
-    /// simulation, in sigmas, and their Jacobian. Rows whose growth weight is below 1, those after the onset, are not
-    /// usable; all others and those of priors are.
+    /// The usable rows of experiments with all candidate recordings, from the growth of their sensitivities. `sigmas`
+    /// has the standard deviation of each measurement in its unit. `residuals` and `rows` are the unweighted residuals
+    /// of the simulation, in sigmas, and their Jacobian. Rows whose growth weight is below 1, those after the onset,
+    /// are not usable; all others and those of priors are.
     pub fn new(
         mut experiments: Vec<Experiment>,
         unknowns: &[Unknown],
@@ -66,8 +66,8 @@ impl UsableRows {
         if self.weights.is_empty() { Vec::new() } else { designs.planned(&self.weights) }
     }
 
-    /// Adds a warning of the severity `Numerics` for each experiment whose sensitivities grow exponentially: later values are
-    /// left out.
+    /// Adds a warning of the severity `Numerics` for each experiment whose sensitivities grow exponentially: later
+    /// values are left out.
     pub fn warn(&self, warnings: &mut Warnings) {
         for growth in self.growths.iter().flatten() {
             let words = growth.describe(
@@ -77,8 +77,9 @@ impl UsableRows {
         }
     }
 
-    /// Removes the mark `best` of durations after the onset of the growth in their experiment. If the plan itself is longer
-    /// than the onset, it removes all marks of its recordings: with removed rows a longer record is as good as a shorter one.
+    /// Removes the mark `best` of durations after the onset of the growth in their experiment. If the plan itself is
+    /// longer than the onset, it removes all marks of its recordings: with removed rows a longer record is as good as a
+    /// shorter one.
     pub fn withdraw_marks(&self, planned: &[Experiment], advice: &mut [Advice]) {
         for (experiment, growth) in planned.iter().zip(&self.growths) {
             let Some(onset) = growth.as_ref().map(|growth| growth.onset) else { continue };

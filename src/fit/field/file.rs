@@ -1,9 +1,9 @@
 //! Conversion of a fit file with `[[field]]` tables to a fit of lists along the rod.
 //!
-//! [`FitFile::field_fit`] takes over scene, recorded motions, lists and single parameters into a [`FieldFit`], in the order
-//! of the file. It returns none for a file without `[[field]]`. Keys without a meaning in such a fit are errors: several
-//! experiments, a structure, input uncertainties, `[analysis]`, validation data, and measurements that are no motion.
-//! Whether the fit can be solved is checked when it is.
+//! [`FitFile::field_fit`] takes over scene, recorded motions, lists and single parameters into a [`FieldFit`], in the
+//! order of the file. It returns none for a file without `[[field]]`. Keys without a meaning in such a fit are errors:
+//! several experiments, a structure, input uncertainties, `[analysis]`, validation data, and measurements that are no
+//! motion. Whether the fit can be solved is checked when it is.
 
 use crate::error::Error;
 use crate::fit::field::plan::FieldFit;
@@ -17,8 +17,8 @@ impl FitFile {
     ///
     /// # Errors
     ///
-    /// Keys that such a fit does not support: several experiments, other measurements than motions, validation data, inputs
-    /// with an uncertainty, and analyses.
+    /// Keys that such a fit does not support: several experiments, a structure, other measurements than motions,
+    /// validation data, inputs with an uncertainty, and analyses.
     pub fn field_fit(&self) -> Result<Option<FieldFit>, Error> {
         if self.fields.is_empty() {
             return Ok(None);

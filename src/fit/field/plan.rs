@@ -1,10 +1,10 @@
 //! Definition of a fit of lists of values along the rod ([`FieldFit`]), and its validation before it is solved.
 //!
-//! A fit consists of a problem, recorded motions with a stated noise (m), lists with a smooth prior, and single parameters
-//! with a normal prior. `FieldFit::check` accepts the cases that the adjoint of the simulation supports: given mesh, step
-//! and scheme, positions on the center line, squared losses, and samples up to the end of the simulation. At least one list
-//! and one motion are required, and no data twice. All else is an error with the key and the reason. `solve` of `search`
-//! checks and solves it.
+//! A fit consists of a problem, recorded motions with a stated noise (m), lists with a smooth prior, and single
+//! parameters with a normal prior. `FieldFit::check` accepts the cases that the adjoint of the simulation supports:
+//! given mesh, step and scheme, positions on the center line, squared losses, and samples up to the end of the
+//! simulation. At least one list and one motion are required, and no data twice. All else is an error with the key and
+//! the reason. `solve` of `search` checks and solves it.
 
 use crate::error::{Error, ensure};
 use crate::fit::duplicates::check_duplicates;
@@ -74,8 +74,9 @@ impl FieldFit {
     }
 
     /// Checks that the scene has an adjoint and a given mesh, step and scheme, and the lists and single parameters by
-    /// [`FieldSpace::new`]. At least one motion is required. Each needs sigma, a point on the center line, squared losses,
-    /// and samples up to the end of the simulation; the same data twice are rejected. Error: the key with the reason.
+    /// [`FieldSpace::new`]. At least one motion is required. Each needs sigma, a point on the center line, squared
+    /// losses, and samples up to the end of the simulation; the same data twice are rejected. Error: the key with the
+    /// reason.
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.problem.check_reversible()?;
         FieldSpace::new(&self.problem, &self.fields, &self.unknowns)?;

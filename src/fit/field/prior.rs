@@ -1,17 +1,17 @@
 //! The smooth prior of values along a rod: a Gaussian field about the values of the scene.
 //!
-//! Input: the number of values, their standard deviation in their unit, and the correlation length `l` in spacings. With
-//! independent normal numbers `z` of variance one,
+//! Input: the number of values, their standard deviation in their unit, and the correlation length `l` in spacings.
+//! With independent normal numbers `z` of variance one,
 //!
 //! ```text
 //! x = x_scene + c A^-1 z,    A = 1 - l^2 d^2/ds^2
 //! ```
 //!
-//! with zero slope at the ends, solved on equal spacings as a tridiagonal system. The prior penalizes second differences,
-//! and deviations from the scene. Its covariance is that of Matern with a smoothness of 3/2 (Lindgren, Rue and Lindstrom
-//! 2011). The factor `c` normalizes the standard deviation in the middle of the rod; at the ends it is up to 1.5 times as
-//! large. [`SmoothPrior`] multiplies a vector by `c A^-1` in place, without the mean, for the search. It returns the
-//! standard deviation of each value, in its unit, for the report.
+//! with zero slope at the ends, solved on equal spacings as a tridiagonal system. The prior penalizes second
+//! differences, and deviations from the scene. Its covariance is that of Matern with a smoothness of 3/2 (Lindgren, Rue
+//! and Lindstrom 2011). The factor `c` normalizes the standard deviation in the middle of the rod; at the ends it is up
+//! to 1.5 times as large. [`SmoothPrior`] multiplies a vector by `c A^-1` in place, without the mean, for the search.
+//! It returns the standard deviation of each value, in its unit, for the report.
 
 /// Smooth prior of values at equal spacings along a rod.
 #[derive(Clone, Debug)]
@@ -25,8 +25,8 @@ pub struct SmoothPrior {
 }
 
 impl SmoothPrior {
-    /// The prior of `count` values, at least one, with the standard deviation `sigma`, in their unit, in the middle of the
-    /// rod. Its correlation length `l` is this number of `spacings`.
+    /// The prior of `count` values, at least one, with the standard deviation `sigma`, in their unit, in the middle of
+    /// the rod. Its correlation length `l` is this number of `spacings`.
     pub fn new(count: usize, sigma: f64, spacings: f64) -> Self {
         let mut prior = Self { stiffness: spacings * spacings, factor: 1.0, count };
         // The stated deviation is that of the middle: towards the ends the field has fewer neighbors and varies more.
@@ -43,8 +43,8 @@ impl SmoothPrior {
     }
 
     /// Replaces `z` by `c A^-1 z`, the symmetric root of the covariance: independent numbers become deviations from the
-    /// scene, in their unit. `A` is tridiagonal, with `1 + 2 k` (`1 + k` at both ends) and `-k` for `k = (l/spacing)^2`,
-    /// and is solved by Gaussian elimination.
+    /// scene, in their unit. `A` is tridiagonal, with `1 + 2 k` (`1 + k` at both ends) and `-k` for
+    /// `k = (l/spacing)^2`, and is solved by Gaussian elimination.
     pub fn multiply(&self, z: &mut [f64]) {
         let (n, k) = (z.len(), self.stiffness);
         // Gaussian elimination of the tridiagonal matrix with 1 + k or 1 + 2 k on its diagonal and -k beside it.

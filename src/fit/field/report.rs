@@ -1,13 +1,15 @@
-//! Report of a fit of distributed parameters: estimates with standard errors from the directions that the data determine.
+//! Report of a fit of distributed parameters: estimates with standard errors from the directions that the data
+//! determine.
 //!
 //! [`FieldReport::new`] takes the optimum and the largest eigenpairs `(l, v)` of `J'J`. The posterior covariance is
 //! `C (1 + J'J)^-1 C'` for the root `C` of the prior covariance: every eigenvector lowers the prior variance by
-//! `l/(1 + l) (C v)^2`. Values, standard errors and prior standard deviations are one per value of each list, with
-//! its arc length in m, and per single parameter, in their units. Correlations are not computed, which is a warning
-//! with several lists or any single parameter. The report also has the effective number of parameters, the sum of
-//! `l/(1 + l)`, the root mean square residual in sigmas, and the cost. Other warnings concern convergence, residuals
-//! outside [`USUAL_RMS`], missing directions, standard errors above [`UNDETERMINED`] of the prior, and, always, the
-//! local minimum. A summary is for the terminal.
+//! `l/(1 + l) (C v)^2`. Each list has values, standard errors and prior standard deviations in its unit, with arc
+//! lengths in m. Each single parameter has a value and a standard error in its unit. The report also has the effective
+//! number of parameters, the sum of `l/(1 + l)`, the root mean square residual in sigmas, and the cost. Warnings
+//! concern convergence, residuals outside [`USUAL_RMS`], missing directions, and values of lists with standard errors
+//! above [`UNDETERMINED`] of the prior. Correlations are not computed, which is a warning with several lists or any
+//! single parameter. The warning on the local minimum is always there. [`FieldReport::values`] returns the parameters
+//! with their values, and a summary is for the terminal.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -22,11 +24,11 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::time::Instant;
 
-/// Standard error over the prior standard deviation above which the data hardly determine a value. Smaller: more values are
-/// warned of.
+/// Standard error over the prior standard deviation above which the data hardly determine a value. Smaller: more values
+/// are warned of.
 const UNDETERMINED: f64 = 0.9;
-/// Range of the root mean square residual, in sigmas, without a warning. Beyond it the standard errors, which assume sigma,
-/// are wrong.
+/// Range of the root mean square residual, in sigmas, without a warning. Beyond it the standard errors, which assume
+/// sigma, are wrong.
 const USUAL_RMS: [f64; 2] = [0.8, 1.25];
 
 /// Estimates of a list along the rod.
@@ -194,9 +196,9 @@ impl FieldReport {
         Ok(values)
     }
 
-    /// Texts of all warnings in a fixed order: no convergence, residuals outside [`USUAL_RMS`] sigmas, missing directions,
-    /// lists with values above [`UNDETERMINED`], correlations, if there are several lists or any single parameter. The last
-    /// one, on the local minimum, is always there.
+    /// Texts of all warnings in a fixed order: no convergence, residuals outside [`USUAL_RMS`] sigmas, missing
+    /// directions, lists with values above [`UNDETERMINED`], correlations, if there are several lists or any single
+    /// parameter. The last one, on the local minimum, is always there.
     fn all_warnings(&self, optimum: &FieldOptimum<'_>) -> Vec<String> {
         let mut warnings = Vec::new();
         if !self.converged {
@@ -252,10 +254,10 @@ impl fmt::Display for FieldReport {
 }
 
 impl FieldReport {
-    /// The result as text for a terminal. The first line is whether it converged, with the numbers of values along the rod
-    /// and of compared coordinates. Then follow a table of single parameters (estimate, standard error, unit), and one of
-    /// each list with a row per value: arc length, estimate, standard error. Warnings, number of determined combinations,
-    /// residuals in sigmas and cost come last.
+    /// The result as text for a terminal. The first line is whether it converged, with the numbers of values along the
+    /// rod and of compared coordinates. Then follow a table of single parameters (estimate, standard error, unit), and
+    /// one of each list with a row per value: arc length, estimate, standard error. Warnings, number of determined
+    /// combinations, residuals in sigmas and cost come last.
     pub fn summary(&self) -> Summary {
         let count: usize = self.fields.iter().map(|field| field.values.len()).sum();
         let estimates = format!("{count} values along the rod from {} coordinates", self.values);

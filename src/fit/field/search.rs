@@ -1,5 +1,5 @@
-//! The search for the optimum of a fit along the rod: the Levenberg-Marquardt method with products with the Jacobian instead
-//! of its rows.
+//! The search for the optimum of a fit along the rod: the Levenberg-Marquardt method with products with the Jacobian
+//! instead of its rows.
 //!
 //! Unknowns are independent normal numbers `z`, from 0 (scene and prior means) on. The cost is half the sum of
 //! squares of residuals (in sigmas) and of `z`. A step solves `(1 + damping + J'J) s = -gradient` in the Krylov space
@@ -29,14 +29,17 @@ use std::time::Instant;
 
 /// Largest number of steps of the search; after it the search has not converged.
 const STEPS: usize = 40;
-/// Largest number of products with `J'J` for a step. Larger: more accurate steps, each product at the cost of two runs or
-/// less.
+/// Largest number of products with `J'J` for a step. Larger: more accurate steps, each product at the cost of two runs
+/// or less.
 const STEP_PRODUCTS: usize = 40;
-/// Largest number of products with `J'J` for the standard errors; where it is reached they are too large, with a warning.
+/// Largest number of products with `J'J` for the standard errors; where it is reached they are too large, with a
+/// warning.
 const ERROR_PRODUCTS: usize = 120;
-/// Largest residual norm of the linear equations of a step, in standard errors: an upper bound of the error of the step.
+/// Largest residual norm of the linear equations of a step, in standard errors: an upper bound of the error of the
+/// step.
 const STEP_ERROR: f64 = 0.1;
-/// Smallest decrease of the misfit by a step: below it no combination moves by more than a twentieth of a standard error.
+/// Smallest decrease of the misfit by a step: below it no combination moves by more than a twentieth of a standard
+/// error.
 const LEAST_GAIN: f64 = 1e-3;
 /// Smallest fraction of the predicted decrease of the misfit that an accepted step achieves.
 const LEAST_GAIN_RATIO: f64 = 1e-3;
@@ -52,8 +55,8 @@ const FIRST_DAMPING: f64 = 1.0;
 const NEGLIGIBLE_DAMPING: f64 = 1e-2;
 /// Largest damping: above it steps are too short to change the misfit.
 const MAX_DAMPING: f64 = 1e12;
-/// Smallest eigenvalue of `J'J`, which is the information of the data over that of the prior, of the directions in the standard
-/// errors. Without smaller ones these are too large by up to half of it.
+/// Smallest eigenvalue of `J'J`, which is the information of the data over that of the prior, of the directions in the
+/// standard errors. Without smaller ones these are too large by up to half of it.
 const LEAST_INFORMATION: f64 = 0.05;
 /// Number of products between two tests whether all directions for the standard errors are found.
 const TEST_INTERVAL: usize = 4;
@@ -64,8 +67,8 @@ impl FieldFit {
     /// returned also without convergence, with a warning.
     ///
     /// # Errors
-    /// A fit that this method does not support, as an [`Error::Invalid`] with the key; those of [`Reversible::run`] at the
-    /// start; a stop; and a failed product with the Jacobian.
+    /// A fit that this method does not support, as an [`Error::Invalid`] with the key; those of [`Reversible::run`] at
+    /// the start; values that the scene does not allow; a stop; and a failed product with the Jacobian.
     pub fn solve(&self) -> Result<FieldReport, Error> {
         let since = Instant::now();
         self.check()?;
@@ -102,8 +105,8 @@ struct FieldSearch<'a> {
 
 impl FieldSearch<'_> {
     /// One row per measured coordinate of all observations, in their order. It is the residual, simulated less measured
-    /// value over the standard deviation of the value, by sigma (1 without one) and its factors. The row has it as a linear
-    /// function of the position of the point at the time of the sample, as the camera records it.
+    /// value over the standard deviation of the value, by sigma (1 without one) and its factors. The row has it as a
+    /// linear function of the position of the point at the time of the sample, as the camera records it.
     fn observation_rows(&self, problem: &Problem) -> Vec<ObservationRow> {
         let view = View::new(problem, |_, value| value);
         let all = self.fit.observations.iter().flat_map(|observation| {
@@ -128,9 +131,9 @@ impl FieldSearch<'_> {
         self.fit.observations.iter().flat_map(own_series).collect()
     }
 
-    /// Simulates the rod with the parameters at `z` up to the step of the last sample, with states for derivatives. Residuals
-    /// are those of all measured coordinates, in sigmas. The run counts as one. Error: values that the scene does not allow,
-    /// or a simulation that fails.
+    /// Simulates the rod with the parameters at `z` up to the step of the last sample, with states for derivatives.
+    /// Residuals are those of all measured coordinates, in sigmas. The run counts as one. Error: values that the scene
+    /// does not allow, or a simulation that fails.
     fn simulate(&mut self, z: Vec<f64>) -> Result<FieldTrial, Error> {
         // Same layout for all values, so that the residuals are smooth.
         let problem = self.problem.with_fixed_layout(self.space.values(&z))?;
@@ -151,8 +154,8 @@ impl FieldSearch<'_> {
         Ok(FieldTrial { z, run, residuals, cost })
     }
 
-    /// The product `J v` at a trial, one number per measured coordinate, in sigmas, by forward derivatives along the changes
-    /// `C v` of the parameters. It counts as a run. Error: the derivatives fail.
+    /// The product `J v` at a trial, one number per measured coordinate, in sigmas, by forward derivatives along the
+    /// changes `C v` of the parameters. It counts as a run. Error: the derivatives fail.
     fn multiply(&mut self, trial: &FieldTrial, v: &[f64]) -> Result<Vec<f64>, Error> {
         self.runs += 1.0;
         let problem = trial.run.problem();
@@ -173,8 +176,8 @@ impl FieldSearch<'_> {
         changes.collect()
     }
 
-    /// The product `J' w` at a trial, a gradient with one number per `z`, by the adjoint of the simulation. `w` has a number
-    /// per measured coordinate, in sigmas. It counts as a run. Error: the adjoint fails.
+    /// The product `J' w` at a trial, a gradient with one number per `z`, by the adjoint of the simulation. `w` has a
+    /// number per measured coordinate, in sigmas. It counts as a run. Error: the adjoint fails.
     fn multiply_transposed(&mut self, trial: &FieldTrial, w: &[f64]) -> Result<Vec<f64>, Error> {
         self.runs += 1.0;
         let mut slopes: TrajectorySlopes<'_> = trial.run.slopes();
@@ -186,8 +189,8 @@ impl FieldSearch<'_> {
         Ok(gradient)
     }
 
-    /// Continues Lanczos's method with products with `J'J` at a trial. It ends when `lanczos` has `most` products in total,
-    /// `is_done` is true, or the Krylov space is complete. Error: a product fails.
+    /// Continues Lanczos's method with products with `J'J` at a trial. It ends when `lanczos` has `most` products in
+    /// total, `is_done` is true, or the Krylov space is complete. Error: a product fails.
     fn iterate_lanczos(
         &mut self,
         trial: &FieldTrial,
@@ -204,13 +207,13 @@ impl FieldSearch<'_> {
     }
 
     /// Descends from a trial by Gauss-Newton steps, first without damping, at most [`STEPS`] accepted ones. A step is
-    /// accepted if it lowers the misfit by more than [`LEAST_GAIN_RATIO`] of the predicted decrease, or if both are below
-    /// [`LEAST_GAIN`]. Otherwise, or if its simulation fails, the damping is multiplied by [`MORE_DAMPING`], to
+    /// accepted if it lowers the misfit by more than [`LEAST_GAIN_RATIO`] of the predicted decrease, or if both are
+    /// below [`LEAST_GAIN`]. Otherwise, or if its simulation fails, the damping is multiplied by [`MORE_DAMPING`], to
     /// [`FIRST_DAMPING`] at least. After a gain above [`GOOD_GAIN_RATIO`] of the prediction it is divided by
-    /// [`LESS_DAMPING`], and below [`NEGLIGIBLE_DAMPING`] it becomes zero. Returns the last accepted trial, and whether the
-    /// search converged: an accepted step predicted less than [`LEAST_GAIN`], and no damping was left. It ends without
-    /// convergence after [`STEPS`], or above [`MAX_DAMPING`]. Error: a stop, a product with the Jacobian that fails, or
-    /// values that the scene does not allow.
+    /// [`LESS_DAMPING`], and below [`NEGLIGIBLE_DAMPING`] it becomes zero. Returns the last accepted trial, and whether
+    /// the search converged: an accepted step predicted less than [`LEAST_GAIN`], and no damping was left. It ends
+    /// without convergence after [`STEPS`], or above [`MAX_DAMPING`]. Error: a stop, a product with the Jacobian that
+    /// fails, or values that the scene does not allow.
     fn descend(&mut self, mut trial: FieldTrial) -> Result<(FieldTrial, bool), Error> {
         let mut damping = 0.0_f64;
         for _ in 0..STEPS {
@@ -264,10 +267,10 @@ impl FieldSearch<'_> {
         Ok((trial, false))
     }
 
-    /// The report of the trial at the optimum. Lanczos's method computes the eigenvectors of `J'J` for the standard errors.
-    /// It ends when an eigenvalue below [`LEAST_INFORMATION`] appears and all larger ones are accurate, tested every
-    /// [`TEST_INTERVAL`] products. After [`ERROR_PRODUCTS`] products the directions count as incomplete, which is a
-    /// warning. Error: a product fails.
+    /// The report of the trial at the optimum. Lanczos's method computes the eigenvectors of `J'J` for the standard
+    /// errors. It ends when an eigenvalue below [`LEAST_INFORMATION`] appears and all larger ones are accurate, tested
+    /// every [`TEST_INTERVAL`] products. After [`ERROR_PRODUCTS`] products the directions count as incomplete, which is
+    /// a warning. Error: a product fails.
     fn report(
         mut self,
         trial: &FieldTrial,

@@ -1,4 +1,5 @@
-//! The unknowns of a fit along the rod: a linear map from independent normal numbers `z` of variance one to the parameters.
+//! The unknowns of a fit along the rod: a linear map from independent normal numbers `z` of variance one to the
+//! parameters.
 //!
 //! [`FieldSpace::new`] validates the lists and single parameters and assigns each a prior: a smooth one along the
 //! rod, or a normal one. Values of natural bending are at equal distances from end to end, those of other lists in
@@ -60,11 +61,11 @@ pub struct SingleParameter {
 }
 
 impl FieldSpace {
-    /// The space of some lists (`fields`) and single parameters (`unknowns`) of a problem. Values of natural bending are at
-    /// equal distances from one end of the rod to the other. Those of other lists are in the middle of equal parts. The
-    /// correlation length of the prior is given in these spacings. Errors: no list, one that the scene lacks or that is
-    /// given twice, a sigma or length that is not positive, and parameters without derivatives. Single parameters need a
-    /// prior, must not be of camera, supports or shape of the rod, and must not stand twice.
+    /// The space of some lists (`fields`) and single parameters (`unknowns`) of a problem. Values of natural bending
+    /// are at equal distances from one end of the rod to the other. Those of other lists are in the middle of equal
+    /// parts. The correlation length of the prior is given in these spacings. Errors: no list, one that the scene lacks
+    /// or that is given twice, a sigma or length that is not positive, and parameters without derivatives. Single
+    /// parameters need a prior, must not be of camera, supports or shape of the rod, and must not stand twice.
     pub fn new(problem: &Problem, fields: &[Field], unknowns: &[Unknown]) -> Result<Self, Error> {
         let scene = problem.scene();
         let (mut lists, mut parameters): (Vec<FieldList>, Vec<Parameter>) = Default::default();
@@ -139,8 +140,8 @@ impl FieldSpace {
         chosen
     }
 
-    /// Multiplies `z`, in place, by the symmetric root `C` of the prior covariance: independent numbers become changes of the
-    /// parameters in their units.
+    /// Multiplies `z`, in place, by the symmetric root `C` of the prior covariance: independent numbers become changes
+    /// of the parameters in their units.
     pub fn multiply(&self, z: &mut [f64]) {
         // C is block diagonal: a smooth prior for each list, a standard deviation for each single parameter.
         let mut rest = z;
@@ -152,16 +153,16 @@ impl FieldSpace {
         rest.iter_mut().zip(&self.singles).for_each(|(z, single)| *z *= single.sigma);
     }
 
-    /// All parameters, in their order, with their changes `C z` in their units, along a direction `z` with one number per
-    /// parameter.
+    /// All parameters, in their order, with their changes `C z` in their units, along a direction `z` with one number
+    /// per parameter.
     pub fn changes(&self, z: &[f64]) -> Vec<(Parameter, f64)> {
         let mut changes = z.to_vec();
         self.multiply(&mut changes);
         self.parameters.iter().copied().zip(changes).collect()
     }
 
-    /// All parameters, in their order, with their values in their units at `z`: values of the scene (lists) or means of the
-    /// priors (single ones) plus the changes `C z`.
+    /// All parameters, in their order, with their values in their units at `z`: values of the scene (lists) or means of
+    /// the priors (single ones) plus the changes `C z`.
     pub fn values(&self, z: &[f64]) -> Vec<(Parameter, f64)> {
         let scene = self.lists.iter().flat_map(|list| list.scene.iter().copied());
         let all = scene.chain(self.singles.iter().map(|single| single.mean));

@@ -1,9 +1,9 @@
 //! Measured critical loads of a rod: the value of a load at which it buckles.
 //!
-//! Input: the load, a number of the scene (as `loads.point.0.force.x`), and its measured critical value, N or N m. Output:
-//! [`Buckling`], a data set whose difference in a fit is simulated less measured critical load. The simulated one is the
-//! smallest of the same sign at which the lowest mode loses its stiffness, under the other loads of the scene. A load that
-//! is no force or moment of the scene, a value of zero, and structures are errors.
+//! Input: the load, a number of the scene (as `loads.point.0.force.x`), and its measured critical value, N or N m.
+//! Output: [`Buckling`], a data set whose difference in a fit is simulated less measured critical load. The simulated
+//! one is the smallest of the same sign at which the lowest mode loses its stiffness, under the other loads of the
+//! scene. A load that is no force or moment of the scene, a value of zero, and structures are errors.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{DataKind, Dataset, Header, ValidationContext};
@@ -46,7 +46,7 @@ impl DataKind for BucklingLoad {
         "buckling"
     }
 
-    /// A name for messages: the critical value and the load.
+    /// A name for messages: `the critical` and the name of the load.
     fn label(&self, _header: &Header) -> String {
         format!("the critical {}", self.load)
     }

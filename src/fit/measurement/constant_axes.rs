@@ -1,5 +1,5 @@
-//! Detection and removal of constant coordinates of recordings, such as the z column of a planar recording. As measurements
-//! without residuals they would lower the estimated noise of the other coordinates.
+//! Detection and removal of constant coordinates of recordings, such as the z column of a planar recording. As
+//! measurements without residuals they would lower the estimated noise of the other coordinates.
 //!
 //! Input: the measurements of experiments. A coordinate of a motion is constant if all its values (at least
 //! [`FEWEST`]) are equal while another coordinate of the measurement varies. Of shapes at rest only the coordinate
@@ -10,7 +10,8 @@
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 
-/// Smallest number of equal values that are no coincidence. A larger number keeps constant coordinates of short recordings.
+/// Smallest number of equal values that are no coincidence. A larger number keeps constant coordinates of short
+/// recordings.
 const FEWEST: usize = 3;
 /// Smallest component of the unit normal of a planar model along an axis that is perpendicular to the model.
 const NORMAL: f64 = 1.0 - 1e-9;
@@ -27,8 +28,8 @@ pub(crate) struct ConstantAxis {
     pub samples: usize,
 }
 
-/// A copy of the experiment without constant coordinates of its measurements, which are equal in all samples while another
-/// coordinate varies. They are set to `None`, and standard deviations of their values are removed.
+/// A copy of the experiment without constant coordinates of its measurements, which are equal in all samples while
+/// another coordinate varies. They are set to `None`, and standard deviations of their values are removed.
 pub(crate) fn without_constant_axes(experiment: &Experiment) -> Experiment {
     let mut experiment = experiment.clone();
     let normal = planar_normal(&experiment);
@@ -47,8 +48,8 @@ fn planar_normal(experiment: &Experiment) -> Option<[f64; 3]> {
     (problem.model().0 == "planar").then(|| problem.normal())
 }
 
-/// One entry per constant coordinate of a measurement, of all experiments in the order of the measurements and then x, y, z:
-/// label, axis, value in m, and number of samples. Validation data are included.
+/// One entry per constant coordinate of a measurement, of all experiments in the order of the measurements and then x,
+/// y, z: label, axis, value in m, and number of samples. Validation data are included.
 pub(crate) fn all_constant_axes(experiments: &[Experiment]) -> Vec<ConstantAxis> {
     let mut found = Vec::new();
     for experiment in experiments {
@@ -68,9 +69,9 @@ pub(crate) fn all_constant_axes(experiments: &[Experiment]) -> Vec<ConstantAxis>
     found
 }
 
-/// Indices (0 to 2 for x to z) of the coordinates of a measurement with at least [`FEWEST`] values that are all equal, while
-/// another coordinate varies. A shape at rest may hang straight: of it only the coordinate along the `normal` of a planar
-/// model counts. Empty for planned data and markers of a recording that prescribes the ends.
+/// Indices (0 to 2 for x to z) of the coordinates of a measurement with at least [`FEWEST`] values that are all equal,
+/// while another coordinate varies. A shape at rest may hang straight: of it only the coordinate along the `normal` of
+/// a planar model counts. Empty for planned data and markers of a recording that prescribes the ends.
 fn constant_axes(measurement: &Measurement, normal: Option<[f64; 3]>) -> Vec<usize> {
     // Markers of a recording that prescribes the ends are compared in space, as the ends are.
     if measurement.planned() || measurement.marker().is_some() {
@@ -91,8 +92,8 @@ fn constant_axes(measurement: &Measurement, normal: Option<[f64; 3]>) -> Vec<usi
     (0..3).filter(is_filler).filter(is_irrelevant).collect()
 }
 
-/// Sets the coordinates with the indices `axes` of all samples to `None`, in place, and removes their entries from standard
-/// deviations per value. Those per sample stay.
+/// Sets the coordinates with the indices `axes` of all samples to `None`, in place, and removes their entries from
+/// standard deviations per value. Those per sample stay.
 fn remove(measurement: &mut Measurement, axes: &[usize]) {
     // The values that remain are noted, to remove the entries of their standard deviations.
     let (mut kept, values) = (Vec::new(), measurement.values());

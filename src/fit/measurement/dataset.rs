@@ -1,10 +1,10 @@
 //! Data sets: measured values with their header, and the interface of the kinds of data.
 //!
-//! [`Header`] has the noise (standard deviations), the loss, the use in the fit (fitted, validation, planned) and the origin
-//! of the values. A kind of data (motion, shape, frequencies, gauge) implements [`DataKind`]: its values, the outputs of a
-//! simulation that they require, and the differences of these outputs from the values. [`Dataset`] is a header with data of a
-//! kind. Everything else in a fit uses this interface. Values are in the order of the residuals: point by point, and within a
-//! point x, y, z, observed coordinates only; or scalars in their order.
+//! [`Header`] has the noise (standard deviations), the loss, the use in the fit (fitted, validation, planned) and the
+//! origin of the values. A kind of data (such as a motion, a shape or frequencies) implements [`DataKind`]. It has its
+//! values, the outputs of a simulation that they require, and the differences of these outputs from the values.
+//! [`Dataset`] is a header with data of a kind. Everything else in a fit uses this interface. Values are in the order
+//! of the residuals: point by point, and within a point x, y, z, observed coordinates only; or scalars in their order.
 
 use crate::error::Error;
 use crate::fit::measurement::loss::Loss;
@@ -53,7 +53,7 @@ pub enum Abscissa {
 
 /// The values of one coordinate of a measurement, by index and abscissa, in the order of the residuals.
 pub(crate) struct Coordinate {
-    /// x, y, z, f of frequencies, g of gauges, or the component of a sensor.
+    /// x, y, z, f of frequencies, g of gauges, P of critical loads, or the component of a sensor.
     pub axis: &'static str,
     pub values: Vec<CoordinateValue>,
 }
@@ -68,7 +68,8 @@ pub(crate) struct CoordinateValue {
 }
 
 impl Coordinate {
-    /// Index and abscissa of the values of this coordinate with an index below `count`, in ascending order of the abscissa.
+    /// Index and abscissa of the values of this coordinate with an index below `count`, in ascending order of the
+    /// abscissa.
     pub fn ascending(&self, count: usize) -> Vec<(usize, f64)> {
         let values = self.first_values(count);
         let mut pairs: Vec<(usize, f64)> = values.map(|v| (v.index, v.abscissa)).collect();
@@ -129,10 +130,10 @@ impl Header {
         format!("{name} {component}").trim_start().into()
     }
 
-    /// Sets the standard deviations of all points or of all values, in their unit. `sigma` becomes the one with their mean
-    /// information, `(mean sigma_i^-2)^(-1/2)`; the factors are theirs over it, and none if all are equal. No change for an
-    /// empty list, and no check of the length: without one per point or per value, `DataKind::sigmas` does not have one for
-    /// each value.
+    /// Sets the standard deviations of all points or of all values, in their unit. `sigma` becomes the one with their
+    /// mean information, `(mean sigma_i^-2)^(-1/2)`; the factors are theirs over it, and none if all are equal. No
+    /// change for an empty list, and no check of the length: without one per point or per value, `DataKind::sigmas`
+    /// does not have one for each value.
     fn set_sigmas(&mut self, sigmas: &[f64]) {
         let Some(first) = sigmas.first() else { return };
         self.sigma = Some(*first);
@@ -148,8 +149,8 @@ impl Header {
     }
 }
 
-/// Data of one kind, or of [any](crate::fit::MeasuredData), with their header. The fields of the data are accessible on the
-/// data set itself.
+/// Data of one kind, or of [any](crate::fit::MeasuredData), with their header. The fields of the data are accessible on
+/// the data set itself.
 #[derive(Clone, Debug)]
 pub struct Dataset<D> {
     /// Properties that all kinds of data have.
@@ -175,14 +176,15 @@ impl<D> DerefMut for Dataset<D> {
 }
 
 impl<D: DataKind> Dataset<D> {
-    /// The data set with a known standard deviation of every value, in its unit.
+    /// The data set with a known standard deviation, in the unit of the values. It is that of every value, unless
+    /// factors of points or values are set ([`sigmas`](Self::sigmas)), which stay and multiply it.
     pub fn sigma(mut self, sigma: f64) -> Self {
         self.header.sigma = Some(sigma);
         self
     }
 
-    /// The data set with a known standard deviation of each point, or of each value, point by point, in its unit. An empty
-    /// list changes nothing.
+    /// The data set with a known standard deviation of each point, or of each value, point by point, in its unit. An
+    /// empty list changes nothing.
     pub fn sigmas(mut self, sigmas: &[f64]) -> Self {
         self.header.set_sigmas(sigmas);
         self
@@ -205,7 +207,8 @@ impl<D: DataKind> Dataset<D> {
         self.data.values()
     }
 
-    /// The data set with the path of its file, the interpretation of the file, and the numbers of rows that were left out.
+    /// The data set with the path of its file, the interpretation of the file, and the numbers of rows that were left
+    /// out.
     pub(crate) fn with_source(
         mut self,
         path: &Path,
@@ -218,8 +221,8 @@ impl<D: DataKind> Dataset<D> {
         self
     }
 
-    /// The data set with the properties in the table of a fit file. A sigma in the table, in the unit of the values, replaces
-    /// that of the data file; loss and `held_out` are always replaced.
+    /// The data set with the properties in the table of a fit file. A sigma in the table, in the unit of the values,
+    /// replaces that of the data file; loss and `held_out` are always replaced.
     pub(crate) fn with_properties(
         mut self,
         sigma: Option<f64>,
@@ -241,7 +244,7 @@ pub struct ValidationContext<'a> {
     pub key: &'a str,
     /// Its file or name.
     pub label: &'a str,
-    /// Whether its times are on a clock with an unknown offset.
+    /// Whether its times are on a clock with an offset, given or unknown.
     pub other_clock: bool,
 }
 
@@ -263,8 +266,8 @@ pub trait DataKind: Debug + Send + Sync {
         None
     }
 
-    /// The quantity on the abscissa of plots: time, arc length, mode number or number of the reading; the default for readings is
-    /// time, or their number if all are at rest.
+    /// The quantity on the abscissa of plots: time, arc length, mode number, load or number of the reading. The default
+    /// is that of readings: time, or their number if all are at rest.
     fn abscissa(&self) -> Abscissa {
         match self.readings().iter().any(|r| r.time.is_some()) {
             true => Abscissa::Time,
@@ -272,8 +275,8 @@ pub trait DataKind: Debug + Send + Sync {
         }
     }
 
-    /// Abscissa of every point, in the order of the points: time, s, arc length, m, mode number or number of the reading
-    /// (from 1); the default for readings is time, or the number of a reading at rest.
+    /// Abscissa of every point, in the order of the points: time, s, arc length, m, mode number, load, N or N m, or
+    /// number of the reading (from 1). The default is that of readings: time, or the number of a reading at rest.
     fn abscissas(&self, _problem: &Problem) -> Vec<f64> {
         let number = |(k, r): (usize, &Reading)| r.time.unwrap_or((k + 1) as f64);
         self.readings().iter().enumerate().map(number).collect()
@@ -284,8 +287,8 @@ pub trait DataKind: Debug + Send + Sync {
         None
     }
 
-    /// The observed positions in the order of the points, m, with `None` for coordinates that were not observed; empty for
-    /// scalars.
+    /// The observed positions in the order of the points, m, with `None` for coordinates that were not observed; empty
+    /// for scalars.
     fn positions(&self) -> Vec<[Option<f64>; 3]> {
         Vec::new()
     }
@@ -305,8 +308,8 @@ pub trait DataKind: Debug + Send + Sync {
         self.readings_mut().into_iter().flatten().map(|r| &mut r.value).collect()
     }
 
-    /// The time of every value on the clock of the motion or of its recording, s; `None` for values at rest; the default is
-    /// the time of a reading, or `None` for every other value.
+    /// The time of every value on the clock of the motion or of its recording, s; `None` for values at rest; the
+    /// default is the time of a reading, or `None` for every other value.
     fn times(&self) -> Vec<Option<f64>> {
         match self.readings() {
             [] => vec![None; self.values()],
@@ -314,14 +317,15 @@ pub trait DataKind: Debug + Send + Sync {
         }
     }
 
-    /// Number of nuisance parameters (arc lengths, offsets) that are fitted to the values, each of which takes a degree of
-    /// freedom; 0 by default.
+    /// Number of nuisance parameters (arc lengths, offsets) that are fitted to the values, each of which takes a degree
+    /// of freedom; 0 by default.
     fn fitted_nuisances(&self) -> usize {
         0
     }
 
-    /// Typical size of the measured effect, in the unit of the values: the spread of a motion, the deflection of a shape, the
-    /// mean frequency. The default is the spread of readings about their mean, or the magnitude of a single one or of equal ones.
+    /// Typical size of the measured effect, in the unit of the values: the spread of a motion, the deflection of a
+    /// shape, the mean frequency. The default is the spread of readings about their mean, or the magnitude of a single
+    /// one or of equal ones.
     fn size(&self, _problem: &Problem) -> f64 {
         spread_or_size(self.readings())
     }
@@ -333,8 +337,8 @@ pub trait DataKind: Debug + Send + Sync {
     /// [`Error::Invalid`] with the key of the table or the label, and the allowed values.
     fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error>;
 
-    /// Removes values after the `horizon`, s, and computes approximate arc lengths of points without one, in place; by default
-    /// readings after the horizon. Residuals call it on a copy of the data.
+    /// Removes values after the `horizon`, s, and computes approximate arc lengths of points without one, in place; by
+    /// default readings after the horizon. Residuals call it on a copy of the data.
     fn prepare(&mut self, _problem: &Problem, horizon: f64) {
         let readings = self.readings_mut().into_iter();
         readings.for_each(|readings| readings.retain(|r| r.time.is_none_or(|t| t <= horizon)));
@@ -343,8 +347,8 @@ pub trait DataKind: Debug + Send + Sync {
     /// Adds the simulated outputs with which the values are compared (points, times, modes) to `outputs`.
     fn require(&self, outputs: &mut Requirements);
 
-    /// Calls `each` with simulated less measured value, over the scalar type of the `simulated` outputs, in the order of the
-    /// values and in their unit.
+    /// Calls `each` with simulated less measured value, over the scalar type of the `simulated` outputs, in the order
+    /// of the values and in their unit.
     ///
     /// # Errors
     ///
@@ -382,8 +386,9 @@ pub trait DataKind: Debug + Send + Sync {
 }
 
 impl dyn DataKind + '_ {
-    /// Standard deviations of all values, in their unit, in the order of the residuals: a given `sigma` times the factors of
-    /// the header, which are per value, per point (then for all coordinates of the point), or none (1 for all).
+    /// Standard deviations of all values, in their unit, in the order of the residuals: a given `sigma` times the
+    /// factors of the header. These are per value, per point (then for all coordinates of the point), or none (1 for
+    /// all).
     pub(crate) fn sigmas(&self, header: &Header, sigma: f64) -> Vec<f64> {
         let (factors, values) = (&header.sigma_factors, self.values());
         // The factors are given per value, per point, or not at all.
@@ -400,8 +405,8 @@ impl dyn DataKind + '_ {
         self.positions().into_iter().zip(factors).flat_map(repeated).collect()
     }
 
-    /// The values grouped by coordinate, each with its index and abscissa: x, y and z of positions, of which those without
-    /// values are left out, or the one axis of scalars. Indices are those in the order of the residuals.
+    /// The values grouped by coordinate, each with its index and abscissa: x, y and z of positions, of which those
+    /// without values are left out, or the one axis of scalars. Indices are those in the order of the residuals.
     pub(crate) fn coordinates(&self, problem: &Problem) -> Vec<Coordinate> {
         let abscissas = self.abscissas(problem).into_iter();
         if let Some(axis) = self.axis() {
@@ -424,8 +429,8 @@ impl dyn DataKind + '_ {
         axes.into_iter().filter(|axis| !axis.values.is_empty()).collect()
     }
 
-    /// Scale of rounding errors and of relevant changes, in the unit of the values. For positions it is the larger of the
-    /// rod's length and the size of its motion; for scalars [`size`](DataKind::size).
+    /// Scale of rounding errors and of relevant changes, in the unit of the values. For positions it is the larger of
+    /// the rod's length and the size of its motion; for scalars [`size`](DataKind::size).
     pub(crate) fn scale(&self, problem: &Problem) -> f64 {
         // Positions are rounded relative to the size of the rod, however little it moves.
         match self.axis() {
@@ -434,8 +439,8 @@ impl dyn DataKind + '_ {
         }
     }
 
-    /// Degrees of freedom that remain beside fitted nuisance parameters, over the number of values; 1 without these, at least one
-    /// degree.
+    /// Degrees of freedom that remain beside fitted nuisance parameters, over the number of values; 1 without these, at
+    /// least one degree.
     pub(crate) fn free_share(&self) -> f64 {
         // Each fitted nuisance removes one direction of the residuals.
         let values = self.values().max(1) as f64;

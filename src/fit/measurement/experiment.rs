@@ -1,11 +1,13 @@
 //! Experiments: the prepared problem of one scene with its measurements. Several experiments may share parameters.
 //!
-//! [`Experiment`] has a name, the problem and the measurements. Its methods return the recorded motions (readings of gauges
-//! over time included, as x coordinates), their last time, s, and the highest measured mode (0 without any). The simulation
-//! that decides the mesh is the motion, else the modes, else the equilibrium. The work is steps times segments of the motion,
-//! plus [`STEPS_OF_REST`] times segments if anything is measured at rest. Over a list of experiments, [`all`] iterates over
-//! measurements in the order of the residuals, [`full_work`] sums the work, and [`fitted`] removes validation data. A measured
-//! motion in a scene without time is an error of the work.
+//! [`Experiment`] has a name, the problem and the measurements. Its methods return the recorded motions (readings of
+//! gauges and sensors over time included, as x coordinates), their last time, s, and the highest measured mode (0
+//! without any). The simulation by whose accuracy the mesh is chosen is the motion, else the modes, else the
+//! equilibrium. The work of a simulation is steps times segments of the motion, plus [`STEPS_OF_REST`] times segments
+//! for every equilibrium if anything is measured at rest. Over a list of experiments, [`all`] iterates over
+//! measurements in the order of the residuals, [`full_work`] sums the work, and [`fitted`] removes validation data.
+//! [`named`] adds experiments to the name of a parameter. A measured motion in a scene without time is an error of the
+//! work.
 
 use crate::accuracy::Aim;
 use crate::error::Error;
@@ -36,7 +38,8 @@ impl Experiment {
         Self { name: name.into(), problem: problem.clone(), measurements: Vec::new() }
     }
 
-    /// An experiment with a structure. Its parameters are the numbers of the structure, `materials.steel.youngs_modulus`.
+    /// An experiment with a structure. Its parameters are the numbers of the structure,
+    /// `materials.steel.youngs_modulus`.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a structure that is not valid.
@@ -56,8 +59,8 @@ impl Experiment {
         self
     }
 
-    /// The recorded motions, in the order of the measurements. Readings of a gauge over time are included as the x coordinate
-    /// of a motion, in their own unit; shapes, frequencies and readings at rest are not.
+    /// The recorded motions, in the order of the measurements. Readings of a gauge or a sensor over time are included
+    /// as the x coordinate of a motion, in their own unit. Measurements at rest and frequencies are not.
     pub(crate) fn records(&self) -> impl Iterator<Item = Cow<'_, PointMotion>> {
         self.measurements.iter().filter_map(|m| match m.motion() {
             Some(motion) => Some(Cow::Borrowed(motion)),
@@ -73,18 +76,18 @@ impl Experiment {
         })
     }
 
-    /// Whether a motion or a gauge over time was measured, so that the motion of the rod is simulated.
+    /// Whether a motion, or a gauge or sensor over time, was measured, so that the motion of the rod is simulated.
     pub(crate) fn moves(&self) -> bool {
         self.records().next().is_some()
     }
 
-    /// Whether any measurement is neither a recorded motion nor a gauge with readings over time: a shape at rest, a gauge at
-    /// rest or frequencies, for which the equilibrium is solved.
+    /// Whether any measurement is no [record](Self::records) over time, so that the equilibrium is solved: a shape or
+    /// readings at rest, frequencies, a load-deflection curve or a critical load.
     pub(crate) fn rests(&self) -> bool {
         self.records().count() < self.measurements.len()
     }
 
-    /// The highest number of a mode whose frequency or critical load was measured; 0 without any.
+    /// The highest number of a mode whose frequency was measured; at least 1 with a critical load, and 0 without both.
     pub(crate) fn highest_mode(&self) -> usize {
         let highest = self.measurements.iter().filter_map(|m| {
             let required = m.requirements();
@@ -95,21 +98,23 @@ impl Experiment {
         highest.max().unwrap_or(0)
     }
 
-    /// The time of the latest sample of the recorded motions and of gauges over time, s; zero without any.
+    /// The time of the latest sample of the recorded motions, and of gauges and sensors over time, s; zero without any.
     pub(crate) fn duration(&self) -> f64 {
         let last = |o: &PointMotion| o.samples.last().map_or(0.0, |s| s.time);
         self.records().map(|o| last(&o)).fold(0.0, f64::max)
     }
 
-    /// Work of one full simulation of the experiment, steps times segments: its motion, if one was measured, and [its
-    /// equilibrium](Self::rest_work). An error if a motion was measured and the scene has no time.
+    /// Work of one full simulation of the experiment, steps times segments: all steps of the scene if a motion was
+    /// measured, plus [its equilibria](Self::rest_work). An error if a motion was measured and the scene has no time.
     pub(crate) fn full_work(&self) -> Result<f64, Error> {
         // An experiment may have a motion and measurements at rest, which are simulated separately.
         let steps = if self.moves() { self.problem.time()?.steps() as f64 } else { 0.0 };
         Ok(steps * self.problem.segments() as f64 + self.rest_work())
     }
 
-    /// Work of the static solutions, [`STEPS_OF_REST`] times segments each; zero without a measurement at rest.
+    /// Work of the static solutions, [`STEPS_OF_REST`] times segments each: one per load of the load-deflection curves
+    /// and one without the load for each curve. With any measurement at rest there is at least one; without these the
+    /// work is zero.
     pub(crate) fn rest_work(&self) -> f64 {
         // Every load of a curve has an equilibrium of its own.
         let cases = self.measurements.iter().map(|m| m.requirements().load_cases.len());
@@ -117,8 +122,8 @@ impl Experiment {
         STEPS_OF_REST * (equilibria * self.problem.segments()) as f64
     }
 
-    /// The simulation by whose accuracy the mesh is chosen: the motion if any is measured, else the modes up to the highest
-    /// measured one, else the equilibrium.
+    /// The simulation by whose accuracy the mesh is chosen: the motion if any is measured, else the modes up to the
+    /// highest measured one, else the equilibrium.
     pub(crate) fn aim(&self) -> Aim {
         match (self.moves(), self.highest_mode()) {
             (true, _) => Aim::Motion,
@@ -136,7 +141,8 @@ impl Experiment {
         }
     }
 
-    /// The label of a measurement (file or name) for messages, after the name of the experiment and a colon if it has a name.
+    /// The label of a measurement (file or name) for messages, after the name of the experiment and a colon if it has a
+    /// name.
     pub(crate) fn label(&self, measurement: &Measurement) -> String {
         self.with_name(measurement.label())
     }
@@ -146,8 +152,8 @@ impl Experiment {
         if self.name.is_empty() { text } else { format!("{}: {text}", self.name) }
     }
 
-    /// The label of the group of a measurement for statistics: its own label, or `the markers`, one group for all markers of
-    /// a recording that prescribes the ends; after the name of the experiment.
+    /// The label of the group of a measurement for statistics, after the name of the experiment: its own label, or
+    /// `the markers` for a marker of the scene's own recording. All such markers are one group.
     pub(crate) fn group(&self, measurement: &Measurement) -> String {
         match measurement.marker() {
             None => self.label(measurement),
@@ -168,8 +174,8 @@ impl Experiment {
     }
 }
 
-/// The text of a parameter's `name`, followed by the names of its `experiments` in parentheses unless that list is empty
-/// (all).
+/// The text of a parameter's `name`, followed by the names of its `experiments` in parentheses unless that list is
+/// empty (all).
 pub(crate) fn named(name: &impl std::fmt::Display, experiments: &[String]) -> String {
     match experiments.is_empty() {
         true => name.to_string(),
@@ -177,14 +183,14 @@ pub(crate) fn named(name: &impl std::fmt::Display, experiments: &[String]) -> St
     }
 }
 
-/// Copies of the experiments with only the measurements that are fitted, without validation data. Experiments may be left
-/// without any.
+/// Copies of the experiments with only the measurements that are fitted, without validation data. Experiments may be
+/// left without any.
 pub(crate) fn fitted(experiments: &[Experiment]) -> Vec<Experiment> {
     experiments.iter().map(|e| e.only(|m| !m.held_out())).collect()
 }
 
-/// Work of one full simulation of all experiments, steps times segments. An error if a motion was measured and a scene has no
-/// time.
+/// Work of one full simulation of all experiments, steps times segments. An error if a motion was measured and a scene
+/// has no time.
 pub(crate) fn full_work(experiments: &[Experiment]) -> Result<f64, Error> {
     experiments.iter().map(Experiment::full_work).sum()
 }

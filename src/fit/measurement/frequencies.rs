@@ -1,11 +1,12 @@
 //! Measured natural frequencies of small vibrations about the equilibrium, assigned to modes.
 //!
-//! Input: angular frequencies, rad/s (or Hz, converted), with one standard deviation in the same unit. Each belongs
-//! to the mode with a number up to [`MOST_MODES`], counted from 1 in rising frequency among the modes of a filter
-//! (plane, kind, direction). By default these are modes 1, 2 and so on, in the plane of a planar scene or all of a
-//! spatial one. Output: [`Frequencies`], a data set whose differences in a fit are simulated less measured angular
-//! frequency, rad/s. Frequencies that are not above 0, repeated modes, another number of modes than frequencies, and
-//! a filter for a structure (whose modes are all in its plane) are errors.
+//! Input: angular frequencies, rad/s (or Hz, converted), with one standard deviation in the same unit. Each belongs to
+//! the mode with a number up to [`MOST_MODES`], counted from 1 in rising frequency among the modes of a filter (plane,
+//! kind, direction). By default these are modes 1, 2 and so on, in the plane of a planar scene or all of a spatial one.
+//! Simulated frequencies of bending modes include shear deformation and rotary inertia on request. Output:
+//! [`Frequencies`], a data set whose differences in a fit are simulated less measured angular frequency, rad/s.
+//! Frequencies that are not above 0, repeated modes, another number of modes than frequencies, and filters that the
+//! scene does not allow (none for a structure) are errors.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{
@@ -36,8 +37,8 @@ pub struct ModeFrequencies {
     pub values: Vec<Frequency>,
     /// The modes among which the numbers count; default: those in the plane of a planar scene, all of a spatial one.
     pub among: ModeFilter,
-    /// Whether the frequencies of bending modes include shear deformation and rotary inertia; default: those of a slender
-    /// rod.
+    /// Whether the frequencies of bending modes include shear deformation and rotary inertia; default: those of a
+    /// slender rod.
     pub timoshenko: bool,
 }
 
@@ -45,8 +46,8 @@ pub struct ModeFrequencies {
 pub type Frequencies = Dataset<ModeFrequencies>;
 
 impl Frequencies {
-    /// The lowest natural frequencies of a rod, rad/s, in rising order, as those of modes 1, 2 and so on, with the standard
-    /// deviation of each, rad/s.
+    /// The lowest natural frequencies of a rod, rad/s, in rising order, as those of modes 1, 2 and so on, with the
+    /// standard deviation of each, rad/s.
     pub fn new(rad_s: &[f64], sigma: f64) -> Self {
         let number = |(k, rad_s): (usize, &f64)| Frequency { mode: k + 1, rad_s: *rad_s };
         let values = rad_s.iter().enumerate().map(number).collect();
@@ -54,8 +55,8 @@ impl Frequencies {
         Self { header: Header::with_sigma("rad/s", sigma), data }
     }
 
-    /// The lowest natural frequencies of a rod given in Hz, in rising order, with the standard deviation of each in Hz. They are
-    /// converted to rad/s; reports display Hz.
+    /// The lowest natural frequencies of a rod given in Hz, in rising order, with the standard deviation of each in Hz.
+    /// They are converted to rad/s; reports display Hz.
     ///
     /// ```
     /// use rodfit::fit::Frequencies;
@@ -82,8 +83,8 @@ impl Frequencies {
         Ok(self)
     }
 
-    /// The frequencies with mode numbers that count only the modes in or out of the plane of a planar scene, besides other
-    /// filters that are set. Without this filter those in the plane count.
+    /// The frequencies with mode numbers that count only the modes in or out of the plane of a planar scene, besides
+    /// other filters that are set. Without this filter those in the plane count.
     pub fn plane(mut self, plane: ModePlane) -> Self {
         self.among.plane = Some(plane);
         self
@@ -95,15 +96,15 @@ impl Frequencies {
         self
     }
 
-    /// The frequencies of bending modes as those of Timoshenko's beam, with shear deformation and rotary inertia. The scene
-    /// has Poisson's ratio or a shear modulus.
+    /// The frequencies of bending modes as those of Timoshenko's beam, with shear deformation and rotary inertia. The
+    /// scene must have Poisson's ratio or a shear modulus, which is checked with the fit.
     pub fn timoshenko(mut self) -> Self {
         self.timoshenko = true;
         self
     }
 
-    /// The frequencies with mode numbers that count only the modes with most of their motion along a direction in world axes,
-    /// besides other filters that are set.
+    /// The frequencies with mode numbers that count only the modes with most of their motion along a direction in world
+    /// axes, besides other filters that are set.
     pub fn along(mut self, direction: [f64; 3]) -> Self {
         self.among.direction = Some(direction);
         self
@@ -159,8 +160,8 @@ impl DataKind for ModeFrequencies {
         self.scalars().iter().sum::<f64>() / self.values.len().max(1) as f64
     }
 
-    /// Rejects frequencies that are not finite and above 0, mode numbers outside of 1 to `MOST_MODES` or given twice, and
-    /// filters that the problem does not allow. Errors have the key in the fit file.
+    /// Rejects frequencies that are not finite and above 0, mode numbers outside of 1 to `MOST_MODES` or given twice,
+    /// and filters that the problem does not allow. Errors have the key in the fit file.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, .. } = context;
         // Filters are defined for the modes of one rod. Those of a structure are all in its plane.
@@ -186,8 +187,8 @@ impl DataKind for ModeFrequencies {
         outputs.modes.extend(self.names());
     }
 
-    /// Calls `each` with simulated less measured angular frequency, rad/s, in the order of the values; `simulated` has those
-    /// of the same modes in the same order. There are no errors.
+    /// Calls `each` with simulated less measured angular frequency, rad/s, in the order of the values; `simulated` has
+    /// those of the same modes in the same order. There are no errors.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

@@ -2,9 +2,10 @@
 //!
 //! Input: a [`Quantity`], a function of positions and velocities of some points of the rod; its readings in its own
 //! unit, with times in s or at rest; one standard deviation in this unit. Output: [`Gauge`], a data set whose
-//! differences in a fit are the quantity of the simulated rod less the reading. They do not depend on the camera of
-//! the scene. Points that are not on the rod, readings that are not finite, times that do not increase within the
-//! simulation, and structures are errors. Only the library has gauges, fit files do not.
+//! differences in a fit are the quantity of the simulated rod less the reading. They do not depend on the camera of the
+//! scene. Points that are not on the rod, readings that are not finite, times that do not increase within the
+//! simulation, and structures are errors. Only the library has gauges, fit files do not. [`check_readings`] checks
+//! times and values, also of sensors.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{DataKind, Dataset, Header, ValidationContext};
@@ -29,8 +30,8 @@ pub struct GaugeReadings {
 pub type Gauge = Dataset<GaugeReadings>;
 
 impl Gauge {
-    /// Readings (time, s, and value) of a `quantity` during a motion, in the `unit`, with the standard deviation `sigma` of
-    /// each. `name` is for messages.
+    /// Readings (time, s, and value) of a `quantity` during a motion, in the `unit`, with the standard deviation
+    /// `sigma` of each. `name` is for messages.
     pub fn over_time(
         name: impl Into<String>,
         unit: impl Into<String>,
@@ -42,8 +43,8 @@ impl Gauge {
         Self::new(name, unit, quantity, readings.iter().map(reading).collect(), sigma)
     }
 
-    /// Readings of a `quantity` of the rod at rest, in the `unit`, with the standard deviation `sigma` of each. `name` is for
-    /// messages.
+    /// Readings of a `quantity` of the rod at rest, in the `unit`, with the standard deviation `sigma` of each. `name`
+    /// is for messages.
     pub fn at_rest(
         name: impl Into<String>,
         unit: impl Into<String>,
@@ -55,8 +56,8 @@ impl Gauge {
         Self::new(name, unit, quantity, values.iter().map(reading).collect(), sigma)
     }
 
-    /// A gauge with these readings in the `unit`, with the standard deviation `sigma` of each. The points are those of the
-    /// quantity.
+    /// A gauge with these readings in the `unit`, with the standard deviation `sigma` of each. The points are those of
+    /// the quantity.
     fn new(
         name: impl Into<String>,
         unit: impl Into<String>,
@@ -96,9 +97,9 @@ impl DataKind for GaugeReadings {
         Some(&mut self.readings)
     }
 
-    /// Rejects points that are not on the rod and readings that are not finite. Times must strictly increase within 0 to the
-    /// end of the simulation. Readings at rest have no times to check. Errors have the label. An error also for times with a
-    /// scene that has none.
+    /// Rejects points that are not on the rod and readings that are not finite. Times must strictly increase within 0
+    /// to the end of the simulation. Readings at rest have no times to check. Errors have the label. An error also for
+    /// times with a scene that has none.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, label, .. } = context;
         refuse_structure(problem, label, "a user-defined measurement")?;
@@ -110,8 +111,8 @@ impl DataKind for GaugeReadings {
         check_readings(&self.readings, context)
     }
 
-    /// Adds the points of the quantity to the required `outputs`. If any reading has a time, they are added to the points in
-    /// motion, with the time of the last reading. If any has none, they are added to those at rest.
+    /// Adds the points of the quantity to the required `outputs`. If any reading has a time, they are added to the
+    /// points in motion, with the time of the last reading. If any has none, they are added to those at rest.
     fn require(&self, outputs: &mut Requirements) {
         if let Some(last) = self.readings.iter().filter_map(|r| r.time).reduce(f64::max) {
             outputs.last_read = outputs.last_read.max(last);
@@ -122,9 +123,9 @@ impl DataKind for GaugeReadings {
         }
     }
 
-    /// Calls `each` with the quantity of the simulated rod less the reading, in the order of the readings and in their unit.
-    /// Readings whose kind of simulation (motion or rest) is absent are skipped. An error for points that are not on the rod
-    /// and times after the end.
+    /// Calls `each` with the quantity of the simulated rod less the reading, in the order of the readings and in their
+    /// unit. Readings whose kind of simulation (motion or rest) is absent are skipped. An error for points that are not
+    /// on the rod and times after the end.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

@@ -1,13 +1,12 @@
 //! Inspection of a marker file of a motion-capture or tracking program, before a fit (`rodfit inspect`).
 //!
 //! Input: a file, and its format, rate and scale as far as the user states them ([`Recording`]). Determined are its
-//! format, its clock (unit, rate, gaps longer than [`STEP`] usual steps) and its unit of length. For each marker
-//! follow the axes, gaps, range, noise (from differences of the samples), single-frame jumps ([`JUMP`]) and repeated
-//! frames, in the units of the file. The number of positions with a confidence below [`SURE`], which count as
-//! missing, is another result. Three or more markers are tested for lost frames and swapped labels, as if along a
-//! rod, if unit and clock are known. Output: [`Inspection`], with the `[[observation]]` table of a fit file that
-//! reads the marker that moves most. The table is checked by reading the file with it; an error is added as a
-//! comment.
+//! format, its clock (unit, rate, gaps longer than [`STEP`] usual steps) and its unit of length. For each marker it
+//! determines the axes, gaps, range, noise (from differences of the samples), single-frame jumps ([`JUMP`]) and
+//! repeated frames, in the units of the file. It counts the positions with a confidence below [`SURE`], which are taken
+//! for missing. Three or more markers are tested for lost frames and swapped labels, as if along a rod, if unit and
+//! clock are known. Output: [`Inspection`], with the `[[observation]]` table of a fit file that reads the marker that
+//! moves most. The table is checked by reading the file with it; an error is added as a comment.
 
 use crate::error::Error;
 use crate::fit::measurement::motion::Observation;
@@ -25,10 +24,11 @@ use std::path::{Path, PathBuf};
 
 /// Smallest confidence of a position that counts as detected; also the proposed `likelihood` of the observation.
 const SURE: f64 = 0.6;
-/// Smallest step of the clock that is a gap, over the usual step. A smaller ratio reports the jitter of a clock as gaps.
+/// Smallest step of the clock that is a gap, over the usual step. A smaller ratio reports the jitter of a clock as
+/// gaps.
 const STEP: f64 = 1.5;
-/// Smallest deviation of a jump from the cubic through its neighbors: over the median deviation of all frames, and over the
-/// deviations a few frames away.
+/// Smallest deviation of a jump from the cubic through its neighbors: over the median deviation of all frames, and over
+/// the deviations a few frames away.
 const JUMP: [f64; 2] = [10.0, 4.0];
 /// Largest plausible coordinate, m, in a file without a unit. Larger ones are most likely in pixels or millimeters.
 pub(super) const FAR: f64 = 20.0;
@@ -57,8 +57,8 @@ pub struct Inspection {
     pub markers: Vec<InspectedMarker>,
     /// Lost frames and swapped labels, if the markers are along a rod in this order.
     pub faults: Vec<String>,
-    /// Interpretation of the file by an observation of the marker that moves most. Keys without a value in the file or in
-    /// the given recording are none.
+    /// Interpretation of the file by an observation of the marker that moves most. Keys without a value in the file or
+    /// in the given recording are none.
     pub recording: Recording,
     /// The `[[observation]]` table of a fit file with this interpretation.
     pub observation: String,
@@ -80,9 +80,9 @@ pub struct InspectedMarker {
     pub low_confidence: Option<usize>,
     /// Smallest and largest coordinate along each of its axes, in the file's unit; none without positions.
     pub range: Vec<Option<[f64; 2]>>,
-    /// Standard deviation of the noise per coordinate, by differences of the positions, in the file's unit. It is an upper
-    /// bound, because fast motion adds to it. None where differences do not determine it, as with fewer than 20 positions
-    /// or in smoothed data.
+    /// Standard deviation of the noise per coordinate, by differences of the positions, in the file's unit. It is an
+    /// upper bound, because fast motion adds to it. None where differences do not determine it, as with fewer than 20
+    /// positions or in smoothed data.
     pub noise: Option<f64>,
     /// Clock readings at which the marker jumps for one frame.
     pub jumps: Vec<f64>,
@@ -91,10 +91,10 @@ pub struct InspectedMarker {
 }
 
 impl Inspection {
-    /// Inspects a file: format, clock with gaps, unit, markers, faults along a rod, and an `[[observation]]` table that reads
-    /// the marker that moves most. `recording` may have its format, and the `fps` and `scale` that the file lacks. The rate is
-    /// 1 over the median step of a clock of times, else that of the file or `fps`. If the table cannot be read by a fit, it
-    /// has the error as a comment.
+    /// Inspects a file: format, clock with gaps, unit, markers, faults along a rod, and an `[[observation]]` table that
+    /// reads the marker that moves most. `recording` may have its format, and the `fps` and `scale` that the file
+    /// lacks. The rate is 1 over the median step of a clock of times, else that of the file or `fps`. If the table
+    /// cannot be read by a fit, it has the error as a comment.
     ///
     /// # Errors
     ///
@@ -149,8 +149,8 @@ impl Inspection {
         Ok(inspection)
     }
 
-    /// The detected marker with the largest range of any coordinate, which is most likely at the tip; `None` if none was
-    /// detected.
+    /// The detected marker with the largest range of any coordinate, which is most likely at the tip; `None` if none
+    /// was detected.
     fn most_moving_marker(&self) -> Option<&InspectedMarker> {
         let extent =
             |m: &&InspectedMarker| m.range.iter().flatten().map(|[a, b]| b - a).fold(0.0, f64::max);
@@ -164,9 +164,10 @@ impl Inspection {
         ranges.fold(0.0, |most, x| most.max(x.abs()))
     }
 
-    /// The `given` recording completed for the file `source`. The marker that moves most is named if there are several. The
-    /// confidence threshold is [`SURE`] if the file has confidences. y points down in image coordinates unless given. Time
-    /// zero is the frame nearest to the onset of motion, or the first clock reading. Other keys of `given` stay.
+    /// The `given` recording completed for the file `source`. The marker that moves most is named if there are several.
+    /// The confidence threshold is [`SURE`] if the file has confidences. y points down in image coordinates unless
+    /// given. Time zero is the frame nearest to the onset of motion, or the first clock reading. Other keys of `given`
+    /// stay.
     fn interpretation(&self, source: &MarkerFile, given: &Recording) -> Recording {
         let marker = self.most_moving_marker();
         Recording {
@@ -178,16 +179,18 @@ impl Inspection {
         }
     }
 
-    /// Whether y points down as in an image: coordinates in pixels that are not stated to point up, or a file of TrackMate.
+    /// Whether y points down as in an image: coordinates in pixels that are not stated to point up, or a file of
+    /// TrackMate.
     fn has_image_coordinates(&self, source: &MarkerFile) -> bool {
         let pixels = matches!(source.lengths, LengthUnit::Pixels { down: None | Some(true) });
         pixels || self.format == Format::TrackMate
     }
 
-    /// The `[[observation]]` table for `source` as TOML text. Its keys are file, the format if given, marker, point (the tip),
-    /// likelihood and axes of a spatial marker. Frame rate and scale that the file lacks, y, origin, time zero and noise
-    /// follow. Values that neither file nor user state are `..`, to be filled in. The noise is omitted if it is unknown or
-    /// zero, or without a factor to meters. `file` is the name of the file as a TOML string.
+    /// The `[[observation]]` table for `source` as TOML text. Its keys are file, format and columns if given, marker
+    /// (if there are several), point (the tip), likelihood, and axes of a spatial marker. Frame rate and scale that the
+    /// file lacks, y in image coordinates, origin, time zero and noise follow. Values that neither file nor user state
+    /// are `..`, to be filled in. The noise is omitted if it is unknown or zero, or without a factor to meters. `file`
+    /// is the name of the file as a TOML string.
     fn observation_table(&self, file: &str, source: &MarkerFile) -> String {
         let read = &self.recording;
         let mut lines = vec!["[[observation]]".to_string()];
@@ -267,8 +270,8 @@ impl Inspection {
     }
 }
 
-/// Clock reading of the frame nearest to the onset of the motion (change point) of the marker with this `name`. `None` if
-/// there is no such marker, or it moves from the first frame on.
+/// Clock reading of the frame nearest to the onset of the motion (change point) of the marker with this `name`. `None`
+/// if there is no such marker, or it moves from the first frame on.
 fn onset(source: &MarkerFile, name: &str) -> Option<f64> {
     let marker = confident_positions(source.markers.iter().find(|m| m.name == name)?);
     let clocks: Vec<f64> = source.frames.iter().map(|row| row.clock).collect();
@@ -276,8 +279,8 @@ fn onset(source: &MarkerFile, name: &str) -> Option<f64> {
     clocks.into_iter().min_by(|a, b| (a - onset).abs().total_cmp(&(b - onset).abs()))
 }
 
-/// Reads the file at `path` with the keys of an `[[observation]]` table other than sigma, with 1 for the values that the user
-/// has to fill in. An error if the keys or the file are invalid.
+/// Reads the file at `path` with the keys of an `[[observation]]` table other than sigma, with 1 for the values that
+/// the user has to fill in. An error if the keys or the file are invalid.
 fn check_observation(path: &Path, observation: &str) -> Result<(), Error> {
     let text = observation.replace("= ..", "= 1.0");
     let written: Result<BTreeMap<String, Vec<toml::Table>>, _> = toml::from_str(&text);
@@ -315,9 +318,9 @@ fn confident_positions(marker: &MarkerData) -> MarkerData {
     marker
 }
 
-/// The properties of one marker in the file: axes, detected frames, gaps, confidences, ranges, noise (root mean square over
-/// the axes), jumps and repeated frames. `clocks` are the clock readings of all frames, and `step` is the usual one between
-/// frames.
+/// The properties of one marker in the file: axes, detected frames, gaps, confidences, ranges, noise (root mean square
+/// over the axes), jumps and repeated frames. `clocks` are the clock readings of all frames, and `step` is the usual
+/// one between frames.
 fn inspect_marker(marker: &MarkerData, clocks: &[f64], step: Option<f64>) -> InspectedMarker {
     let marker = &confident_positions(marker);
     // Frames next to a gap of the clock are not compared.
@@ -364,10 +367,10 @@ fn noise(clocks: &[f64], coordinate: impl Iterator<Item = Option<f64>>) -> Optio
     Some(series.noise().ok()?.sigma)
 }
 
-/// Indices of frames in which a marker jumps. Its deviation from the cubic through two positions on each side exceeds those of
-/// the two frames on each side. It also exceeds the first [`JUMP`] times the median (upper one) of all frames, and the second
-/// one times those three and four frames away. Frames for which `has_no_gap` is false, next to a gap of the clock, and frames
-/// without all five positions are left out.
+/// Indices of frames in which a marker jumps. Its deviation from the cubic through two positions on each side exceeds
+/// those of the two frames on each side. It also exceeds the first [`JUMP`] times the median (upper one) of all frames,
+/// and the second one times those three and four frames away. Frames for which `has_no_gap` is false, next to a gap of
+/// the clock, and frames without all five positions are left out.
 fn jumps(marker: &MarkerData, has_no_gap: impl Fn(Range<usize>) -> bool) -> Vec<usize> {
     // The cubic through the positions at k-2, k-1, k+1 and k+2, evaluated at k: weights -1, 4, 4, -1 over 6.
     let deviation = |k: usize| -> Option<f64> {
@@ -399,9 +402,9 @@ fn jumps(marker: &MarkerData, has_no_gap: impl Fn(Range<usize>) -> bool) -> Vec<
     (0..frames).filter(is_jump).collect()
 }
 
-/// Lost frames and swapped labels, one text each, of the markers in the order of the file, as if along a rod; the motion of
-/// all markers determines gaps, and positions without all of the marker's axes count as missing. Empty for fewer than three
-/// markers, for a unit or clock that `recording` does not convert, and for markers that form no track.
+/// Lost frames and swapped labels, one text each, of the markers in the order of the file, as if along a rod. The
+/// motion of all markers determines gaps, and positions without all of the marker's axes count as missing. Empty for
+/// fewer than three markers, for a unit or clock that `recording` does not convert, and for markers that form no track.
 fn faults(source: &MarkerFile, recording: &Recording) -> Vec<String> {
     // Only the conversion to s and m matters for the tests, not the choice of a marker.
     let known = Recording {

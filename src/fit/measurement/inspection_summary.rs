@@ -1,8 +1,9 @@
 //! The inspection of a marker file as text for a terminal.
 //!
-//! Input: an [`Inspection`]. Output: a [`Summary`] with the format, the frames and their rate, and a table of the markers
-//! (frames, range per axis, noise, gaps). Likely problems follow as warnings: positions in m beyond [`FAR`], gaps of the
-//! clock (at most [`NAMED_GAPS`] one by one), converted video, jumps, faults. The proposed `[[observation]]` table is last.
+//! Input: an [`Inspection`]. Output: a [`Summary`] with the format, the frames and their rate, and a table of the
+//! markers (frames, range per axis, noise, gaps). Likely problems follow as warnings: positions in m beyond [`FAR`],
+//! gaps of the clock (at most [`NAMED_GAPS`] one by one), converted video, jumps, faults. The proposed
+//! `[[observation]]` table is last.
 
 use crate::fit::measurement::inspection::{FAR, InspectedMarker, Inspection};
 use crate::fit::measurement::repeated_frames::is_converted_video;
@@ -25,8 +26,8 @@ impl fmt::Display for Inspection {
 }
 
 impl Inspection {
-    /// The result of the inspection for a terminal: format, frames, rate and unit as facts, the table of the markers, likely
-    /// problems as warnings, and the `[[observation]]` table as verbatim text.
+    /// The result of the inspection for a terminal: format, frames, rate and unit as facts, the table of the markers,
+    /// likely problems as warnings, and the `[[observation]]` table as verbatim text.
     pub fn summary(&self) -> Summary {
         let format = match self.format {
             Format::Csv => "a table".to_string(),
@@ -66,8 +67,9 @@ impl Inspection {
         }
     }
 
-    /// The table of the markers: one row each with name, detected frames, range per axis, noise and gaps. Columns for x, y and
-    /// z are always there. Cells are empty for axes or noise that the marker does not have, and for gaps without any.
+    /// The table of the markers: one row each with name, detected frames, range per axis, noise and gaps. Columns for
+    /// x, y and z are always there. Cells are empty for axes or noise that the marker does not have, and for gaps
+    /// without any.
     fn marker_table(&self) -> SummaryTable {
         // One column per axis, also for markers without it, keeps the table aligned.
         let range = |marker: &InspectedMarker, axis: char| -> Option<String> {
@@ -85,9 +87,9 @@ impl Inspection {
             .into()
     }
 
-    /// Likely problems of the file, as warning texts without codes. First a unit of m with a coordinate beyond [`FAR`], then
-    /// at most [`NAMED_GAPS`] gaps of the clock (further ones as a count). Converted video and jumps of each marker and faults
-    /// of markers along a rod follow.
+    /// Likely problems of the file, as warning texts without codes. First a unit of m with a coordinate beyond [`FAR`],
+    /// then at most [`NAMED_GAPS`] gaps of the clock (further ones as a count). Converted video and jumps of each
+    /// marker and faults of markers along a rod follow.
     fn likely_problems(&self) -> Vec<String> {
         let unit = self.clock_suffix();
         let mut all = Vec::new();

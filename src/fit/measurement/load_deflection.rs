@@ -1,11 +1,12 @@
 //! Measured load-deflection curves: displacements of a point of a rod at rest under several values of one load.
 //!
-//! Input: the load, a number of the scene (as `loads.point.0.force.y`), its values in the order in which they were applied
-//! (N or N m), and one coordinate of the displacement of a point under each, m, in world axes. Output: [`LoadDeflection`], a
-//! data set whose differences in a fit are simulated less measured displacement. Displacements are relative to the
-//! equilibrium at a load of zero, under the other loads of the scene. Equilibria follow each other: each search begins at
-//! the equilibrium under the load before. The camera has no effect. A load that is no force or moment of the scene or is an
-//! unknown of the fit, structures, values that are not finite, and points that are not on the rod are errors.
+//! Input: the load, a number of the scene (as `loads.point.0.force.y`), and its values in the order in which they were
+//! applied, N or N m. For each there is one coordinate of the displacement of a point, m, in world axes. Output:
+//! [`LoadDeflection`], a data set whose differences in a fit are simulated less measured displacement. Displacements
+//! are relative to the equilibrium at a load of zero, under the other loads of the scene. Equilibria follow each other:
+//! each search begins at the equilibrium under the load before. The camera has no effect. [`check_load`] rejects other
+//! parameters than loads, also for critical loads. Errors: a load that is no force or moment of the scene, or that is
+//! an unknown of the fit; structures; values that are not finite; and points that are not on the rod.
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
@@ -42,8 +43,8 @@ pub struct LoadCurve {
 pub type LoadDeflection = Dataset<LoadCurve>;
 
 impl LoadDeflection {
-    /// Displacements of a `point` along an `axis` of the world (0 to 2 for x, y and z) under several values of a `load`, with
-    /// unknown noise and squared loss.
+    /// Displacements of a `point` along an `axis` of the world (0 to 2 for x, y and z) under several values of a
+    /// `load`, with unknown noise and squared loss.
     ///
     /// ```
     /// use rodfit::Point;
@@ -112,8 +113,9 @@ impl DataKind for LoadCurve {
         (self.curve.iter().map(|own| own.displacement.powi(2)).sum::<f64>() / count).sqrt()
     }
 
-    /// Rejects structures, a load that is no force or moment of the scene, a point that is not on the rod, no value, and
-    /// values that are not finite or that the scene does not allow, as a force out of its plane.
+    /// Rejects structures, a load that is no force or moment of the scene, a point that is not on the rod, and a curve
+    /// without values. Rejects values that are not finite, and loads that the scene does not allow, as a force out of
+    /// its plane.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, label, .. } = context;
         refuse_structure(problem, label, "a load-deflection curve")?;
@@ -135,8 +137,8 @@ impl DataKind for LoadCurve {
         outputs.load_cases.extend(loads.map(case));
     }
 
-    /// Calls `each` with simulated less measured displacement, m, in the order of the loads; `simulated` has the equilibria of
-    /// this curve. An error for a point that is not on the rod.
+    /// Calls `each` with simulated less measured displacement, m, in the order of the loads; `simulated` has the
+    /// equilibria of this curve. An error for a point that is not on the rod.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

@@ -46,7 +46,8 @@ impl Loss {
         self != Self::Squares
     }
 
-    /// The loss of a residual `r` in units of the noise. With the scale `c` it is `r^2` (squares; Huber up to `c`), `c (2 |r|
+    /// The loss of a residual `r` in units of the noise. With the scale `c` it is `r^2` (squares; Huber up to `c`), `c
+    /// (2 |r|
     /// - c)` (Huber beyond), `2 c^2 (sqrt(1 + (r/c)^2) - 1)` (soft L1) or `c^2 ln(1 + (r/c)^2)` (Cauchy).
     pub fn rho(self, r: f64) -> f64 {
         let c = self.scale();
@@ -62,8 +63,8 @@ impl Loss {
         }
     }
 
-    /// Half the first and half the second derivative of the loss (psi and psi') at the residual `r` in units of the noise:
-    /// for squares `r` and 1.
+    /// Half the first and half the second derivative of the loss (psi and psi') at the residual `r` in units of the
+    /// noise: for squares `r` and 1.
     pub fn influence(self, r: f64) -> [f64; 2] {
         let c = self.scale();
         let z = (r / c).powi(2);
@@ -75,8 +76,8 @@ impl Loss {
         }
     }
 
-    /// The robust residual `sign(r) sqrt(rho(r))`, whose square is the loss of `r` in units of the noise, and its derivative
-    /// by `r`, `psi(r)` over it (1 at zero).
+    /// The robust residual `sign(r) sqrt(rho(r))`, whose square is the loss of `r` in units of the noise, and its
+    /// derivative by `r`, `psi(r)` over it (1 at zero).
     pub fn robust(self, r: f64) -> [f64; 2] {
         if !self.is_robust() || r == 0.0 {
             return [r, 1.0];
@@ -86,8 +87,8 @@ impl Loss {
         [robust, self.influence(r)[0] / robust]
     }
 
-    /// The residual, in units of the noise, whose [robust residual](Self::robust) is `robust`: the inverse function in closed
-    /// form, with the same sign. Squares leave it unchanged.
+    /// The residual, in units of the noise, whose [robust residual](Self::robust) is `robust`: the inverse function in
+    /// closed form, with the same sign. Squares leave it unchanged.
     pub fn plain(self, robust: f64) -> f64 {
         let c = self.scale();
         let size = match self {
@@ -104,8 +105,8 @@ impl Loss {
         size.copysign(robust)
     }
 
-    /// The standard deviation of the noise in these residuals, in their unit: the root mean square, or for a robust loss
-    /// 1.4826 times the median of the absolute values, which outliers hardly change. Zero without residuals.
+    /// The standard deviation of the noise in these residuals, in their unit: the root mean square, or for a robust
+    /// loss 1.4826 times the median of the absolute values, which outliers hardly change. Zero without residuals.
     pub fn spread(self, residuals: &[f64]) -> f64 {
         if residuals.is_empty() {
             return 0.0;
@@ -118,10 +119,11 @@ impl Loss {
         DEVIATION_OF_MEDIAN * Data::new(sizes).median()
     }
 
-    /// The information of the residuals under this loss, relative to normal noise of standard deviation 1 under squares. It is
-    /// the inverse of the variance of an M-estimate (Huber 1981), `(mean psi')^2 f/(mean psi^2 K^2)`. With `n` residuals and
-    /// `p` fitted `unknowns`, `f = (n - p)/n` (at least `1/n`) and `K = 1 + (p/n) var psi'/(mean psi')^2`. 1 for squares or
-    /// without residuals, 0 if the mean psi' is not positive.
+    /// The information of the residuals under this loss, relative to normal noise of standard deviation 1 under
+    /// squares. It is the inverse of the variance of an M-estimate (Huber 1981), `(mean psi')^2 f/(mean psi^2 K^2)`.
+    /// With `n` residuals and `p` fitted `unknowns`, `f = (n - p)/n` (at least `1/n`) and
+    /// `K = 1 + (p/n) var psi'/(mean psi')^2`. 1 for squares or without residuals, 0 if the mean psi' is not positive
+    /// or all residuals are zero.
     pub fn information(self, residuals: &[f64], unknowns: usize) -> f64 {
         if !self.is_robust() || residuals.is_empty() {
             return 1.0;

@@ -2,13 +2,13 @@
 //! accelerations and angles of its points, load-deflection curves, critical loads, and user-defined quantities.
 //!
 //! [`Measurement`] is a data set of any of these kinds ([`MeasuredData`]) with its header (noise, loss, source). Each
-//! kind has its file here: `motion`, `shape`, `frequencies`, `load_deflection`, `buckling`, `gauge` (with `quantity`), `sensor`
-//! (with `sensor_channel`, `point_channel` and `sensor_table`); readings of the last two are in `reading`. `dataset` has the header and
-//! the interface of the kinds, `loss` the robust losses, `simulated` the outputs of a simulation with which they are
-//! compared. Others concern their preparation: `experiment` groups measurements with a scene, `inspection` and
-//! `inspection_summary` examine marker files, `constant_axes` and `repeated_frames` detect faulty data. Every kind
-//! provides the differences simulated less measured value (`DataKind::differences`), of which `fit::misfit` makes
-//! residuals.
+//! kind has its file here: `motion`, `shape`, `frequencies`, `load_deflection`, `buckling`, `gauge` (with `quantity`),
+//! `sensor` (with `sensor_channel`, `point_channel` and `sensor_table`); readings of gauges and sensors are in
+//! `reading`. `dataset` has the header and the interface of the kinds, `loss` the robust losses, `simulated` the
+//! outputs of a simulation with which they are compared. Others concern their preparation: `experiment` groups
+//! measurements with a scene, `inspection` and `inspection_summary` examine marker files, `constant_axes` and
+//! `repeated_frames` detect faulty data. Every kind provides the differences simulated less measured value
+//! (`DataKind::differences`), of which `fit::misfit` makes residuals.
 
 pub(crate) mod buckling;
 pub(crate) mod constant_axes;
@@ -84,8 +84,8 @@ macro_rules! kinds {
         }
 
         impl MeasuredData {
-            /// Calls `each` with simulated less measured value, in the order of the values and in their unit. An error for
-            /// points that are not on the rod, and times after the end of the simulation.
+            /// Calls `each` with simulated less measured value, in the order of the values and in their unit. An error
+            /// for points that are not on the rod, and times after the end of the simulation.
             pub(crate) fn differences<D: GaugeScalar>(
                 &self,
                 simulated: &SimulatedOutput<D>,
@@ -108,7 +108,8 @@ kinds! {
     ModeFrequencies,
     /// Readings of a user-defined quantity, in its own unit.
     GaugeReadings,
-    /// Components of the reaction of a support, N or N m.
+    /// Readings of a component of a sensor: reaction of a support, N or N m; acceleration, m/s^2, or angle, rad, of a
+    /// point.
     SensorReadings,
     /// Displacements of a point at rest under several values of a load, m.
     LoadCurve,
@@ -195,25 +196,25 @@ impl Measurement {
         self.motion()?.marker.as_deref()
     }
 
-    /// Symbol of the unit of the values: m, rad/s, N, N m, or that of a gauge.
+    /// Symbol of the unit of the values: m, rad/s, N, N m, m/s^2, rad, or that of a gauge; empty for pure numbers.
     pub(crate) fn unit(&self) -> &str {
         &self.header.unit
     }
 
-    /// The unit in which the values were given and reports display them (as Hz), with its size in the unit of the values;
-    /// else the unit of the values, of size 1.
+    /// The unit in which the values were given and reports display them (as Hz), with its size in the unit of the
+    /// values. Without such a unit it is that of the values, of size 1.
     pub(crate) fn data_unit(&self) -> DataUnit<'_> {
         self.header.data_unit.unwrap_or(DataUnit { name: self.unit(), size: 1.0 })
     }
 
-    /// Standard deviations of all values, in their unit and in the order of the residuals: `sigma` in the place of that of
-    /// the header, times the factors of the header.
+    /// Standard deviations of all values, in their unit and in the order of the residuals: `sigma` in the place of that
+    /// of the header, times the factors of the header.
     pub(crate) fn sigmas(&self, sigma: f64) -> Vec<f64> {
         self.data.sigmas(&self.header, sigma)
     }
 
-    /// Adds to every value its residual times its standard deviation, in place. `residuals` are in the order of the values;
-    /// `sigma` stands in the place of that of the header.
+    /// Adds to every value its residual times its standard deviation, in place. `residuals` are in the order of the
+    /// values; `sigma` stands in the place of that of the header.
     pub(crate) fn add_residuals(&mut self, residuals: &[f64], sigma: f64) {
         // A residual is in units of the standard deviation of its own value, which may differ by factors.
         let sigmas = self.sigmas(sigma);

@@ -1,13 +1,13 @@
 //! Recorded motions: positions of a point of the rod, or of a marker beside it, over time.
 //!
-//! Input: a CSV table or a file of a tracking program, converted to s and m; or markers of the recording in
-//! `supports.path` that prescribe neither an end nor an inner node; or a plan (duration and frame rate). Output:
-//! [`Observation`], a data set whose differences in a fit are simulated less observed coordinate of the point, m, as
-//! the camera of the scene records it. Coordinates that were not observed are None and have no difference. Times are
-//! on the recording's clock, s, and must increase. Files that cannot be read, points that are not on the rod, and
-//! times after the end of the simulation are errors. Late times are allowed if the camera's clock has an offset,
-//! given or unknown. [`PointMotion`] also has the spread, the largest speed and the rise time (about half the first
-//! period), from which a search chooses horizons and steps.
+//! Input: a CSV table or a file of a tracking program, converted to s and m, or a plan (duration and frame rate). Input
+//! may also be the markers of the scene's own recording that prescribe neither an end nor an inner node; of a
+//! structure, those that have a point. Output: [`Observation`], a data set whose differences in a fit are simulated
+//! less observed coordinate of the point, m, as the camera of the scene records it. Coordinates that were not observed
+//! are None and have no difference. Times are on the recording's clock, s, and must increase. Files that cannot be
+//! read, points that are not on the rod, and times after the end of the simulation are errors. Late times are allowed
+//! if the camera's clock has an offset, given or unknown. [`PointMotion`] also has the spread, the largest speed and
+//! the rise time (about half the first period), from which a search chooses horizons and steps.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
@@ -29,10 +29,11 @@ use std::path::Path;
 
 /// Largest number of planned samples; more are a mistake in the units.
 const MOST_PLANNED: f64 = 1e6;
-/// Smallest distance of the end of the first swing, over the largest distance in the record. A smaller one takes noise as a
-/// swing.
+/// Smallest distance of the end of the first swing, over the largest distance in the record. A smaller one takes noise
+/// as a swing.
 const SWING: f64 = 0.3;
-/// Distance, over that of the first swing so far, below which the swing has ended. A larger one ends at a smaller return.
+/// Distance, over that of the first swing so far, below which the swing has ended. A larger one ends at a smaller
+/// return.
 const RETURN: f64 = 0.8;
 /// Distance that has risen, over that of the first swing: its end itself is flat, and its time uncertain.
 const RISEN: f64 = 0.9;
@@ -63,9 +64,10 @@ pub enum Glitches {
 pub struct PointMotion {
     /// The observed point of the rod.
     pub point: Point,
-    /// Position of the marker relative to that point of the centerline, m, in the axes of the rod there: along
-    /// the tangent, along the first director (the section's `up`; of a circle or a tube the y axis, or the x axis where
-    /// the rod begins along y; each less its component along the rod) and along the second, perpendicular to both.
+    /// Position of the marker relative to that point of the centerline, m, in the axes of the rod there: along the
+    /// tangent, the first director, and the second one, perpendicular to both. The first director is the section's
+    /// `up`; of a circle or a tube it is the y axis, or the x axis where the rod begins along y. Its component along
+    /// the rod is removed.
     pub offset: [f64; 3],
     /// Observed positions at increasing times.
     pub samples: Vec<Sample>,
@@ -92,9 +94,9 @@ impl Observation {
         Self { header: Header::in_meters(), data: PointMotion::new(samples) }
     }
 
-    /// A planned recording of the tip for the `duration`, s, at `rate` frames per second, in all three coordinates, from the
-    /// start of the simulation on. Times are `k/rate`, both ends included; positions are zeros as placeholders.
-    /// [`Fit::design`](crate::Fit::design) computes its expected uncertainty.
+    /// A planned recording of the tip for the `duration`, s, at `rate` frames per second, in all three coordinates,
+    /// from the start of the simulation on. Times are `k/rate`, both ends included; positions are zeros as
+    /// placeholders. [`Fit::design`](crate::Fit::design) computes its expected uncertainty.
     ///
     /// # Errors
     ///
@@ -114,10 +116,10 @@ impl Observation {
         Ok(planned)
     }
 
-    /// The free markers of the recording that prescribes the ends in `problem`: those that prescribe neither an end nor an
-    /// inner node. One observation each, at its node, at every `every`-th frame with a position up to the end of the
-    /// simulation. The first two frames, from which a recorded start begins, are left out, with `Glitches::Mask` also frames
-    /// with glitches. Markers without positions are left out.
+    /// The free markers of the recording that prescribes the ends in `problem`: those that prescribe neither an end nor
+    /// an inner node. One observation each, at its node, at every `every`-th frame with a position up to the end of the
+    /// simulation. The first two frames, from which a recorded start begins, are left out, with `Glitches::Mask` also
+    /// frames with glitches. Markers without positions are left out.
     ///
     /// # Errors
     ///
@@ -151,8 +153,9 @@ impl Observation {
         Ok(free)
     }
 
-    /// Every `every`-th frame of a marker of a track up to the time `end`, s, from the third frame on: the first two give
-    /// the places and velocities at t = 0. Spoiled frames are left out if `glitches` requests it.
+    /// Every `every`-th frame of a marker of a track up to the time `end`, s, from the third frame on: the first two
+    /// give the places and velocities at t = 0. Frames without a position of the marker, and with `Glitches::Mask` also
+    /// those with glitches and their neighbors, are left out.
     fn of_marker(
         track: &Track,
         marker: &Marker,
@@ -175,7 +178,9 @@ impl Observation {
         observation
     }
 
-    /// The observed markers of the recording of a `structure`, as [`of_free_markers`](Self::of_free_markers).
+    /// The markers of the recording of a `structure` that are assigned to its points, one observation each, with frames
+    /// as in [`of_free_markers`](Self::of_free_markers). Markers without positions are left out. Errors: no recording,
+    /// `every` = 0, and no marker with positions.
     fn of_structure_markers(
         problem: &Problem,
         structure: &StructureScene,
@@ -231,7 +236,7 @@ impl Observation {
         Ok(Self::from_trajectory(path, recording, marker_files::read(path, recording)?))
     }
 
-    /// The observation of the tip by the trajectory `read` of a marker in the file at `path`, with the interpretation
+    /// The observation of the tip by the trajectory `read` of a marker in the file at `path`. It has the interpretation
     /// `recording`, the numbers of dropped rows, and standard deviations if the file has them.
     fn from_trajectory(path: &Path, recording: &Recording, read: MarkerTrajectory) -> Self {
         let pairs = read.times.into_iter().zip(read.positions);
@@ -239,8 +244,8 @@ impl Observation {
         Self::new(samples).with_source(path, recording, read.dropped).sigmas(&read.sigmas)
     }
 
-    /// Reads several markers of a file, by their names, each at its point of the rod; one observation each, in the order of
-    /// the names.
+    /// Reads several markers of a file, by their names, each at its point of the rod; one observation each, in the
+    /// order of the names.
     ///
     /// # Errors
     ///
@@ -266,7 +271,7 @@ impl Observation {
         self
     }
 
-    /// With an observed point of a structure.
+    /// The observation of a point of a structure, `place`, instead of a point of one rod.
     ///
     /// ```
     /// use rodfit::scene::StructurePoint;
@@ -291,7 +296,8 @@ impl PointMotion {
         Self { point: Point::Tip, offset: [0.0; 3], samples, marker: None, place: None }
     }
 
-    /// The stencil of the observed point on a mesh, or among the nodes of a structure.
+    /// The stencil (nodes with weights, and the offset in the axes of the rod) of the observed point on a mesh, or
+    /// among the nodes of a structure. Error: a point that is not on it.
     pub(crate) fn stencil<D: Scalar>(
         &self,
         mesh: &Mesh<D>,
@@ -328,8 +334,8 @@ impl PointMotion {
         (sum / f64::max(count, 1.0)).sqrt()
     }
 
-    /// The largest speed from one sample to the next, m/s, along the coordinates that both have; zero with fewer than two
-    /// samples.
+    /// The largest speed from one sample to the next, m/s, along the coordinates that both have; zero with fewer than
+    /// two samples.
     pub(crate) fn largest_speed(&self) -> f64 {
         let speed = |pair: &[Sample]| {
             let both = pair[0].position.iter().zip(pair[1].position);
@@ -340,11 +346,11 @@ impl PointMotion {
         self.samples.windows(2).map(speed).fold(0.0, f64::max)
     }
 
-    /// Time, s, of the first sample at [`RISEN`] of the first swing: about half a period of a free vibration. The swing is the
-    /// largest distance in it from the first observed value of each coordinate, by samples with all coordinates of the record.
-    /// The first swing ends where the distance falls below [`RETURN`] of its maximum so far, if this is at least [`SWING`] of
-    /// the largest in the record. In space the largest may come much later, when sideways motion has built up. Zero without
-    /// samples.
+    /// Time, s, of the first sample at [`RISEN`] of the first swing: about half a period of a free vibration. The swing
+    /// is the largest distance in it from the first observed value of each coordinate, by samples with all coordinates
+    /// of the record. The first swing ends where the distance falls below [`RETURN`] of its maximum so far, if this is
+    /// at least [`SWING`] of the largest in the record. In space the largest may come much later, when sideways motion
+    /// has built up. Zero without samples.
     pub(crate) fn rise_time(&self) -> f64 {
         // Each coordinate starts at its first observed value.
         let first: [Option<f64>; 3] =
@@ -375,8 +381,8 @@ impl DataKind for PointMotion {
         "observation"
     }
 
-    /// The file, with the name of the marker if one is selected. Without a file: `marker` and its name, or `observation of`
-    /// and the point, after `planned` if it is.
+    /// The file, with the name of the marker if one is selected. Without a file: `marker` and its name, or
+    /// `observation of` and the point, after `planned` if it is.
     fn label(&self, header: &Header) -> String {
         let named = header.recording.as_ref().and_then(|r| r.marker.as_ref());
         match (&header.source, &self.marker) {
@@ -418,22 +424,23 @@ impl DataKind for PointMotion {
         self.samples.iter_mut().map(|s| &mut s.position).collect()
     }
 
-    /// The time of every value on the clock of the recording, s: that of a sample once for each of its observed coordinates.
+    /// The time of every value on the clock of the recording, s: that of a sample once for each of its observed
+    /// coordinates.
     fn times(&self) -> Vec<Option<f64>> {
         let values = |s: &Sample| s.position.iter().flatten().count();
         self.samples.iter().flat_map(|s| std::iter::repeat_n(Some(s.time), values(s))).collect()
     }
 
-    /// Root mean square distance of all observed coordinates from their means, m: the spread of the motion; zero without
-    /// samples.
+    /// Root mean square distance of all observed coordinates from their means, m: the spread of the motion; zero
+    /// without samples.
     fn size(&self, _problem: &Problem) -> f64 {
         self.spread()
     }
 
-    /// Rejects a point that is not on the rod, an offset longer than the rod, and positions that are not finite. Rejects times
-    /// that are negative, not finite or do not strictly increase. Times after the end of the simulation are rejected unless
-    /// the clock has an unknown offset (`other_clock`). Errors have the key of the table or the label. An error without a time
-    /// of the scene.
+    /// Rejects a point that is not on the rod, an offset longer than the rod, and positions that are not finite.
+    /// Rejects times that are negative, not finite or do not strictly increase. Times after the end of the simulation
+    /// are rejected unless the clock has an offset, given or unknown (`other_clock`). Errors have the key of the table
+    /// or the label. An error without a time of the scene.
     fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, label, other_clock } = context;
         match check_place(problem, self.place.as_ref(), self.offset, key)? {
@@ -507,9 +514,10 @@ impl DataKind for PointMotion {
         }
     }
 
-    /// Calls `each` with simulated less observed coordinate, m, sample by sample, observed coordinates only. The simulated
-    /// position is that of the marker at the sample's time on the clock of the motion, as the camera records it. Nothing
-    /// without a simulated motion. An error for a point that is not on the rod and times after the end of the motion.
+    /// Calls `each` with simulated less observed coordinate, m, sample by sample, observed coordinates only. The
+    /// simulated position is that of the marker at the sample's time on the clock of the motion, as the camera records
+    /// it. Nothing without a simulated motion. An error for a point that is not on the rod and times after the end of
+    /// the motion.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

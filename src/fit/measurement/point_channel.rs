@@ -1,11 +1,12 @@
-//! Channels of sensors that are fixed to a point of the rod: acceleration along an axis of the rod, or angle of its tangent.
+//! Channels of sensors that are fixed to a point of the rod: acceleration along an axis of the rod, or angle of its
+//! tangent.
 //!
-//! Input: a [`PointChannel`], and the recorded motion of the nodes and director axes around its point. Output: the component
-//! at every recorded time, m/s^2 or rad, with derivatives. Acceleration is that of the point less gravity, as an
-//! accelerometer measures it: the derivative of the recorded velocities by a parabola through three times, of second order.
-//! Its axis is fixed to the rod: numbers along tangent, first and second director. The angle is that of the tangent about an
-//! axis fixed in the world. The tangent is the sum of the directions of the edges around the point, with the cubic weights of
-//! a marker there.
+//! Input: a [`PointChannel`], and the recorded motion of the nodes and director axes around its point. Output: the
+//! component at every recorded time, m/s^2 or rad, with derivatives. Acceleration is that of the point less gravity, as
+//! an accelerometer measures it: the derivative of the recorded velocities by a parabola through three times, of second
+//! order. Its axis is fixed to the rod: numbers along tangent, first and second director. The angle is that of the
+//! tangent about an axis fixed in the world. The tangent is the sum of the directions of the edges around the point,
+//! with the cubic weights of a marker there.
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
@@ -48,20 +49,22 @@ pub struct PointChannel {
 }
 
 impl PointChannel {
-    /// The angle of the tangent at a point from the world's x axis to its y axis.
+    /// The channel of the angle of the tangent at a `point`, rad, counted from the world's x axis to its y axis, about
+    /// z.
     pub fn angle(point: Point) -> Self {
         let quantity = PointQuantity::Angle { from: [1.0, 0.0, 0.0], about: [0.0, 0.0, 1.0] };
         Self { point, quantity }
     }
 
-    /// The acceleration less gravity of a point along axis `axis` of the rod: 0 is the tangent, 1 and 2 are the directors.
+    /// The channel of the acceleration less gravity, m/s^2, of a `point` along an `axis` of the rod: 0 is the tangent,
+    /// 1 and 2 are the first and second director.
     pub fn acceleration(point: Point, axis: usize) -> Self {
         let direction = std::array::from_fn(|c| f64::from(u8::from(c == axis)));
         Self { point, quantity: PointQuantity::Acceleration { axis, direction } }
     }
 
-    /// The channel with its axes turned by the rotation vector `rotation`, rad: in axes of the rod for an acceleration, in
-    /// the world for an angle.
+    /// The channel with its axes turned by the rotation vector `rotation`, rad: in axes of the rod for an acceleration,
+    /// in the world for an angle.
     pub fn rotated(self, rotation: [f64; 3]) -> Self {
         let quantity = match self.quantity {
             PointQuantity::Acceleration { axis, direction } => {
@@ -83,7 +86,7 @@ impl PointChannel {
         }
     }
 
-    /// Symbol of the unit.
+    /// Symbol of the unit: `m/s^2` of an acceleration, `rad` of an angle.
     pub(crate) fn unit(&self) -> &'static str {
         match self.quantity {
             PointQuantity::Acceleration { .. } => "m/s^2",
@@ -91,13 +94,13 @@ impl PointChannel {
         }
     }
 
-    /// Whether values that differ by whole turns are the same.
+    /// Whether the quantity is an angle, so that values that differ by whole turns are the same.
     pub(crate) fn is_angle(&self) -> bool {
         matches!(self.quantity, PointQuantity::Angle { .. })
     }
 
-    /// Rejects a point outside the rod, readings of acceleration at rest, and an angle about an axis in the plane of a planar
-    /// motion. Errors have the key of the table.
+    /// Rejects a point outside the rod, readings of acceleration at rest, and an angle about an axis in the plane of a
+    /// planar motion. Errors have the key of the table.
     pub(crate) fn check(
         &self,
         problem: &Problem,
@@ -120,7 +123,8 @@ impl PointChannel {
         }
     }
 
-    /// Adds to the required `outputs` the point with its axes for an acceleration, or its tangent, in motion or at rest.
+    /// Adds the point to the required `outputs`: for an acceleration its motion and axes; for an angle its tangent, in
+    /// motion if `moves` and at rest if `rests`.
     pub(crate) fn require(&self, moves: bool, rests: bool, outputs: &mut Requirements) {
         if !self.is_angle() {
             outputs.moving.push(self.point);
@@ -135,7 +139,8 @@ impl PointChannel {
         }
     }
 
-    /// The quantity at every time of a record of the `simulated` rod. Error: a point outside the rod, or not recorded.
+    /// The quantity, m/s^2 or rad, at every time of a record of the `simulated` rod. Error: a point outside the rod or
+    /// not recorded, or an angle about the tangent.
     pub(crate) fn values<D: Scalar>(
         &self,
         record: &RecordView<'_, D>,
@@ -149,7 +154,8 @@ impl PointChannel {
         }
     }
 
-    /// The component of acceleration less gravity at every time of a record along an axis that is fixed to the rod.
+    /// The component of acceleration less gravity, m/s^2, at every time of a record along `direction`, which is fixed
+    /// to the rod: numbers along tangent, first and second director.
     fn accelerations<D: Scalar>(
         &self,
         direction: [f64; 3],
@@ -169,7 +175,8 @@ impl PointChannel {
         times.iter().zip(rates).map(component).collect()
     }
 
-    /// The angle of the tangent at every time of a record, in (-pi, pi], from the first direction about the second one.
+    /// The angle of the tangent at every time of a record, rad, in (-pi, pi], from the direction `from` about the axis
+    /// `about`. Error: a tangent along that axis.
     fn angles<D: Scalar>(
         &self,
         [from, about]: [[f64; 3]; 2],
@@ -205,8 +212,8 @@ impl PointChannel {
     }
 }
 
-/// The slope at each of these times of the parabola through the values there and at both neighbours; at an end the parabola
-/// is that of its neighbour. Zero for a single value.
+/// The slope at each of these times of the parabola through the values there and at both neighbours; at an end the
+/// parabola is that of its neighbour. Zero for a single value.
 fn parabola_slopes<D: Scalar>(times: &[f64], values: &[[D; 3]]) -> Vec<[D; 3]> {
     let last = times.len().saturating_sub(1);
     let secant = |k: usize| {

@@ -1,9 +1,9 @@
 //! User-defined quantities: functions of the positions and velocities of points of the rod, with exact derivatives.
 //!
-//! A user implements [`Quantity`] once over any scalar type. A fit evaluates it with `f64`, dual numbers (first derivative)
-//! and hyper-dual numbers (second derivatives), through the object-safe form [`DynQuantity`] and the dispatch
-//! [`GaugeScalar`]. Input of a quantity: time, s, positions and velocities of its points, and the scene ([`Sight`]). Output:
-//! its value in its own unit. Used by gauges (`fit::measurement::gauge`).
+//! A user implements [`Quantity`] once over any scalar type. A fit evaluates it with `f64`, dual numbers (first
+//! derivative) and hyper-dual numbers (second derivatives), through the object-safe form [`DynQuantity`] and the
+//! dispatch [`GaugeScalar`]. Input of a quantity: time, s, positions and velocities of its points, and the scene
+//! ([`Sight`]). Output: its value in its own unit.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::Point;
@@ -82,7 +82,8 @@ pub trait DynQuantity: Debug + Send + Sync {
     fn plain(&self, rod: &Sight<f64>) -> f64;
     /// The value of the quantity for the state `rod` with one first derivative, by dual numbers.
     fn dual(&self, rod: &Sight<Dual64>) -> Dual64;
-    /// The value of the quantity for the state `rod` with two first derivatives and one second one, by hyper-dual numbers.
+    /// The value of the quantity for the state `rod` with two first derivatives and one second one, by hyper-dual
+    /// numbers.
     fn hyper_dual(&self, rod: &Sight<HyperDual64>) -> HyperDual64;
 }
 
@@ -95,7 +96,8 @@ impl<Q: Quantity> DynQuantity for Q {
     fn dual(&self, rod: &Sight<Dual64>) -> Dual64 {
         self.show(rod)
     }
-    /// The value of the quantity for the state `rod` with two first derivatives and one second one, by hyper-dual numbers.
+    /// The value of the quantity for the state `rod` with two first derivatives and one second one, by hyper-dual
+    /// numbers.
     fn hyper_dual(&self, rod: &Sight<HyperDual64>) -> HyperDual64 {
         self.show(rod)
     }
@@ -103,8 +105,8 @@ impl<Q: Quantity> DynQuantity for Q {
 
 /// A scalar type of a fit, with the function of [`DynQuantity`] that belongs to it.
 pub trait GaugeScalar: Scalar {
-    /// The value of a `quantity` for the state `rod`, with the derivatives of this type, by the function of [`DynQuantity`]
-    /// for it.
+    /// The value of a `quantity` for the state `rod`, with the derivatives of this type, by the function of
+    /// [`DynQuantity`] for it.
     fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self;
 }
 

@@ -1,4 +1,5 @@
-//! A reading of a gauge or of a sensor, and the size of a list of readings.
+//! A reading of a gauge or of a sensor (value and time, s), and the typical size of a list of readings
+//! ([`spread_or_size`]).
 
 /// A reading of a gauge or of a sensor: a value, with its time in a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -9,8 +10,8 @@ pub struct Reading {
     pub value: f64,
 }
 
-/// Root mean square of readings about their mean, in their unit; the magnitude of a single reading, or of readings that are
-/// all equal.
+/// Root mean square of readings about their mean, in their unit; the magnitude of a single reading, or of readings that
+/// are all equal; zero without readings.
 pub(crate) fn spread_or_size(readings: &[Reading]) -> f64 {
     let values = || readings.iter().map(|r| r.value);
     let n = readings.len().max(1) as f64;

@@ -1,17 +1,19 @@
 //! Detection of frames that repeat the previous one, as in a video that was converted to a higher frame rate.
 //!
-//! A repeated frame has the position of an earlier time. Fitted as a measurement it delays the motion and adds a periodic
-//! residual that no noise model describes. Input: positions in the order of time. A frame repeats if its position equals the
-//! one before while the marker moves. It moves if the step after it, or that before the equal pair, exceeds in a coordinate
-//! [`COARSE_STEPS`] times its resolution, the step between neighboring distinct values. Frames without a position do not
-//! count. Output: the number of repeated frames. [`all_repeated_frames`] lists the recorded motions of experiments (not planned
-//! ones) in which it is more than [`LEAST_REPEATED`] of all frames, for warnings of the report.
+//! A repeated frame has the position of an earlier time. Fitted as a measurement it delays the motion and adds a
+//! periodic residual that no noise model describes. Input: positions in the order of time. A frame repeats if its
+//! position equals the one before while the marker moves. It moves if the step after it, or that before the equal pair,
+//! exceeds in a coordinate [`COARSE_STEPS`] times its resolution, the step between neighboring distinct values. Frames
+//! without a position do not count. Output: the number of repeated frames. [`all_repeated_frames`] lists the recorded
+//! motions of experiments (not planned ones) in which it is more than [`LEAST_REPEATED`] of all frames, for warnings of
+//! the report.
 
 use crate::fit::measurement::dataset::DataKind;
 use crate::fit::measurement::experiment::{Experiment, all};
 use crate::numerics::noise_scale::quantization_step;
 
-/// Smallest step of a moving marker, over the resolution of its positions. With larger steps equal positions are no rounding.
+/// Smallest step of a moving marker, over the resolution of its positions. With larger steps equal positions are no
+/// rounding.
 const COARSE_STEPS: f64 = 3.0;
 /// Smallest fraction of repeated frames in a converted video. From 24 to 30 frames per second it is one of five.
 const LEAST_REPEATED: f64 = 0.1;
@@ -46,9 +48,9 @@ pub(crate) fn is_converted_video(repeated: usize, frames: usize) -> bool {
     repeated as f64 > LEAST_REPEATED * frames as f64
 }
 
-/// Number of frames whose position equals the previous one while the marker moves. It moves if the step after them, or that
-/// before the equal pair, is larger in a coordinate than [`COARSE_STEPS`] times its resolution (the step between neighboring
-/// distinct values). Frames without a position do not count.
+/// Number of frames whose position equals the previous one while the marker moves. It moves if the step after them, or
+/// that before the equal pair, is larger in a coordinate than [`COARSE_STEPS`] times its resolution (the step between
+/// neighboring distinct values). Frames without a position do not count.
 pub(crate) fn count_repeated_frames(positions: &[[Option<f64>; 3]]) -> usize {
     // The resolution of a coordinate: the step between neighboring distinct values.
     let resolution = [0, 1, 2].map(|axis| {

@@ -1,12 +1,14 @@
-//! Readings of sensors: force or moment of a support on the rod, acceleration or angle of a point, over time or at rest.
+//! Readings of sensors: force or moment of a support on the rod, acceleration or angle of a point, over time or at
+//! rest.
 //!
 //! Input: a [`SensorChannel`], the measured component, and its readings (N, N m, m/s^2 or rad, with times in s or at
-//! rest). Output: [`Sensor`], a data set whose differences in a fit are simulated less measured value. The simulated value
-//! at a recorded step passes the [low-pass filter](SensorReadings::low_pass) of the sensor, and is linear between steps. A
-//! [known tare](Tare::Known) is added. A [free tare](Tare::Free) is the offset of least squares: the mean is subtracted from
-//! the differences, which takes one degree of freedom. Both are exact for the squared loss and equal standard deviations.
-//! Angles that differ by whole turns are the same. Times are on the clock of the motion, and the camera has no effect. Free
-//! ends, structures, times outside of the simulation, and a free tare of a single reading or with another loss are errors.
+//! rest). Output: [`Sensor`], a data set whose differences in a fit are simulated less measured value. The simulated
+//! value at a recorded step passes the [low-pass filter](SensorReadings::low_pass) of the sensor, if it has one, and is
+//! linear between steps. A [known tare](Tare::Known) is added to it. A [free tare](Tare::Free) is the offset of least
+//! squares: the mean is subtracted from the differences, which takes one degree of freedom. Angles that differ by whole
+//! turns are the same. Times are on the clock of the motion, and the camera has no effect. Errors: a support sensor at
+//! a free end, structures, times outside of the simulation, and a filter of readings at rest. So is a free tare of a
+//! single reading, with another loss than squares, or with unequal standard deviations.
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
@@ -80,9 +82,9 @@ impl Sensor {
 }
 
 impl SensorReadings {
-    /// The output of the sensor, without tare, at all recorded times of a motion: the component, filtered if the sensor has a
-    /// filter. The filter is exact for a component that is linear between the steps, and starts at the first value. Error: a
-    /// point outside the rod.
+    /// The output of the sensor, without tare, at all recorded times of a motion: the component, filtered if the sensor
+    /// has a filter. The filter is exact for a component that is linear between the steps, and starts at the first
+    /// value. Angles are continuous. Error: a point outside the rod.
     fn output<D: Scalar>(
         &self,
         record: &RecordView<'_, D>,
@@ -152,9 +154,10 @@ impl DataKind for SensorReadings {
         usize::from(self.tare == Tare::Free)
     }
 
-    /// Rejects structures, an end without a support, a filter that is not positive or of readings at rest, a free tare of
-    /// fewer than two readings, with another loss than squares or with unequal standard deviations, times that do not
-    /// increase within the simulation, and readings that are not finite.
+    /// Rejects structures, cases that the channel does not allow (as an end without a support), and a filter that is
+    /// not positive or of readings at rest. Rejects times that do not increase within the simulation, and readings that
+    /// are not finite. Also rejects a free tare of fewer than two readings, with another loss than squares or with
+    /// unequal standard deviations.
     fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, label, .. } = context;
         refuse_structure(problem, label, "a sensor")?;
@@ -178,7 +181,8 @@ impl DataKind for SensorReadings {
         check_readings(&self.readings, context)
     }
 
-    /// Adds the reactions or the point to the required `outputs`: in motion, with the time of the last reading, or at rest.
+    /// Adds the reactions or the point to the required `outputs`: in motion, with the time of the last reading, or at
+    /// rest.
     fn require(&self, outputs: &mut Requirements) {
         let last = self.readings.iter().filter_map(|r| r.time).reduce(f64::max);
         let rests = self.readings.iter().any(|r| r.time.is_none());
@@ -188,8 +192,9 @@ impl DataKind for SensorReadings {
         self.channel.require(last.is_some(), rests, outputs);
     }
 
-    /// Calls `each` with simulated less measured value, in the order of the readings and in their unit. Readings whose kind of
-    /// simulation (motion or rest) is absent are skipped. An error for times after the end.
+    /// Calls `each` with simulated plus tare less measured value, in the order of the readings and in their unit;
+    /// differences of angles are those without whole turns. Readings whose kind of simulation (motion or rest) is
+    /// absent are skipped. An error for times after the end, and a point outside the rod.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

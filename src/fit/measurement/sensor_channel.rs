@@ -1,8 +1,9 @@
 //! Components that sensors measure: of the force or moment of a support, or of a quantity of a point of the rod.
 //!
-//! Input: a [`Channel`] (end of the rod, part of the reaction, direction) or a [`PointChannel`], and the record of a simulated
-//! rod. Output: [`SensorChannel`], with the component at every recorded time, N, N m, m/s^2 or rad, with derivatives; its
-//! name and unit; and the outputs that a simulation must record for it. An end without a support is an error.
+//! Input: a [`Channel`] (end of the rod, part of the reaction, direction in the world) or a [`PointChannel`]
+//! (acceleration or angle), and the record of a simulated rod. Output: [`SensorChannel`], with the component at every
+//! recorded time, N, N m, m/s^2 or rad, with derivatives; its name and unit; and the outputs that a simulation must
+//! record for it. An end without a support, and a point channel that the problem does not allow, are errors.
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
@@ -24,7 +25,7 @@ pub enum ReactionPart {
 }
 
 impl ReactionPart {
-    /// Symbol of the unit.
+    /// Symbol of the unit: `N` of a force, `N m` of a moment.
     pub(crate) fn unit(self) -> &'static str {
         match self {
             Self::Force => "N",
@@ -53,12 +54,13 @@ impl Channel {
         Self { of, part, axis, direction }
     }
 
-    /// The component along an axis of a sensor whose frame is turned by the rotation vector `rotation`, rad.
+    /// The component along the axis turned by the rotation vector `rotation`, rad, in the world, as of a sensor with a
+    /// rotated frame.
     pub fn rotated(self, rotation: [f64; 3]) -> Self {
         Self { direction: rotate(rotation, self.direction), ..self }
     }
 
-    /// Name of the component in reports: `fx` of a force, `mx` of a moment.
+    /// Name of the component in reports, by its axis: `fx`, `fy` or `fz` of a force, `mx`, `my` or `mz` of a moment.
     pub fn name(&self) -> &'static str {
         let names = match self.part {
             ReactionPart::Force => ["fx", "fy", "fz"],
@@ -78,7 +80,7 @@ impl Channel {
         ensure(support != Support::Free, format!("{key}.of"), found, allowed)
     }
 
-    /// The component in these reactions, N or N m.
+    /// The component of these reactions at the end of the channel along its direction, N or N m.
     fn component<D: Scalar>(&self, reactions: &Reactions<D>) -> D {
         let reaction = match self.of {
             End::Start => &reactions.start,
@@ -116,7 +118,7 @@ impl From<PointChannel> for SensorChannel {
 }
 
 impl SensorChannel {
-    /// Name of the component in reports.
+    /// Name of the component in reports: `fx` to `fz`, `mx` to `mz`, `ax` to `az`, or `angle`.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Support(channel) => channel.name(),
@@ -124,7 +126,7 @@ impl SensorChannel {
         }
     }
 
-    /// Symbol of the unit.
+    /// Symbol of the unit: `N`, `N m`, `m/s^2` or `rad`.
     pub(crate) fn unit(&self) -> &'static str {
         match self {
             Self::Support(channel) => channel.part.unit(),
@@ -132,8 +134,8 @@ impl SensorChannel {
         }
     }
 
-    /// Rejects what the component does not allow: an end without a support, or a point, a state at rest or an axis. Errors
-    /// have the key of the table.
+    /// Rejects an end without a support. Of a point it rejects a place outside the rod, accelerations at rest
+    /// (`is_at_rest`), and an angle about an axis in the plane of the motion. Errors have the `key` of the table.
     pub(crate) fn check(
         &self,
         problem: &Problem,
@@ -146,7 +148,8 @@ impl SensorChannel {
         }
     }
 
-    /// Adds the reactions or the point to the required `outputs`, in motion or at rest.
+    /// Adds the reactions of the supports, or the point, to the required `outputs`: in motion if `moves`, at rest if
+    /// `rests`.
     pub(crate) fn require(&self, moves: bool, rests: bool, outputs: &mut Requirements) {
         match self {
             Self::Support(_) => {
@@ -157,7 +160,7 @@ impl SensorChannel {
         }
     }
 
-    /// Whether values that differ by whole turns are the same.
+    /// Whether the component is an angle, so that values that differ by whole turns are the same.
     pub(crate) fn is_angle(&self) -> bool {
         matches!(self, Self::Point(channel) if channel.is_angle())
     }

@@ -1,12 +1,13 @@
-//! Tables of sensors: columns `fx`, `fy`, `fz`, or `mx`, `ax` and so on, or `angle`, with a clock, or without one at rest.
+//! Tables of sensors: columns `fx`, `fy`, `fz`, or `mx`, `ax` and so on, or `angle`, with a clock, or without one at
+//! rest.
 //!
-//! Input: a file (table of numbers, by its header or the key `columns`), the quantity, the end of the rod, the frame rate
-//! and the start of the motion. Moments may also be named `tx`, `ty`, `tz`. Names of forces and moments may begin with the
-//! end, as `start_fx`, and end with a unit, as `fx_n`. Units in brackets are mN, N, kN; N m, mN m, N mm; m/s^2, mm/s^2, g;
-//! rad, mrad, deg. Output: the readings of every component that the file has (one of an angle), s and N, N m, m/s^2 or
-//! rad, and the numbers of rows that were left out: those before the start,
-//! and those without a value. A file that is no table or has no component, other units, a blank clock, and times that are
-//! negative without a start are errors with file and line.
+//! Input: a file (table of numbers, by its header or the key `columns`), the quantity, the end of the rod, the frame
+//! rate and the start of the motion. Moments may also be named `tx`, `ty`, `tz`. Names of forces and moments may begin
+//! with the end, as `start_fx`, and end with a unit, as `fx_n`. Units in brackets are mN, N, kN; N m, mN m, N mm;
+//! m/s^2, mm/s^2, g; rad, mrad, deg. Output: the readings of every component that the file has (one of an angle), s and
+//! N, N m, m/s^2 or rad. The numbers of rows that were left out, before the start and without a value, are output too.
+//! A file that is no table or has no component, other units, a blank clock, and times that are negative without a start
+//! are errors with file and line.
 
 use crate::error::Error;
 use crate::fit::measurement::reading::Reading;
@@ -59,8 +60,8 @@ impl SensorQuantity {
         matches!(self, Self::Force | Self::Moment)
     }
 
-    /// Names of the columns of the three components without a prefix of the end, and the units; only the first component of
-    /// an angle has names.
+    /// Names of the columns of the three components without a prefix of the end, and the units; only the first
+    /// component of an angle has names.
     fn columns(self) -> (Vec<[String; 3]>, &'static [(&'static str, f64)]) {
         let by_axis = |letter: &str, ending: &str| {
             ["x", "y", "z"].map(|axis| format!("{letter}{axis}{ending}"))
@@ -109,10 +110,12 @@ struct TableClock {
 }
 
 impl SensorTable<'_> {
-    /// Reads the components of a sensor from a file.
+    /// Reads the components of a sensor from the file at `path`, in SI units, s after the start of the motion. Rows
+    /// before a given start and rows without a value are left out and counted.
     ///
     /// # Errors
-    /// A file that cannot be read or is no table, without a component, with another unit, or with times that cannot be used.
+    /// A file that cannot be read or is no table, without a component or any reading, or with another unit. Times that
+    /// cannot be used: blank, negative without a start, or frames without a rate. A start that is not finite.
     pub fn read(&self, path: &Path) -> Result<ComponentReadings, Error> {
         let bytes = marker_files::file::data(path)?;
         let table = Table::of_columns(path, &bytes, self.columns)?;
@@ -157,7 +160,9 @@ impl SensorTable<'_> {
         }
     }
 
-    /// The columns of the three components with their units; an error without any.
+    /// The column of each of the three components, with the factor to the SI unit; `None` for a component that the
+    /// table does not have. Names may begin with the end of the rod. An error without any component, or for an unknown
+    /// unit.
     fn component_columns(&self, table: &Table) -> Result<[Option<(usize, f64)>; 3], Error> {
         let end = self.of.map(|of| match of {
             End::Start => "start",
@@ -186,7 +191,8 @@ impl SensorTable<'_> {
         Ok(columns)
     }
 
-    /// The clock of a table: `t` or `time`, or `frame` with the frame rate; `None` of a table without one, at rest.
+    /// The clock of a table, column and unit in s: `t` or `time` in its unit, or `frame` by the frame rate; `None` of a
+    /// table without one, at rest. An error for frames without a rate, and an unknown unit.
     fn clock(&self, table: &Table) -> Result<Option<TableClock>, Error> {
         if let Some(column) = table.find("t").or_else(|| table.find("time")) {
             return Ok(Some(TableClock { column, unit: table.factor(column, &TIMES, "")? }));
@@ -205,7 +211,7 @@ impl SensorTable<'_> {
 }
 
 impl TableClock {
-    /// The time of a row since the `start`, in the unit of the clock, s; an error for a blank.
+    /// The time of a `row`, s, after the `start`, which is in the unit of the clock. An error for a blank.
     fn time(self, table: &Table, row: &TableRow, start: f64) -> Result<f64, Error> {
         let reading = row.values[self.column]
             .ok_or_else(|| table.error(row.line, "found a blank time, allowed: a number"))?;

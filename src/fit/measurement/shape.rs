@@ -55,7 +55,8 @@ fn chord(a: [Option<f64>; 3], b: [Option<f64>; 3]) -> f64 {
 }
 
 impl Sighting {
-    /// The arc length of the point from the wall, m; 0 for points that are given as a node or the tip, whatever their place.
+    /// The arc length of the point from the wall, m; 0 for points that are given as a node or the tip, whatever their
+    /// place.
     fn arc_length(&self) -> f64 {
         if let Point::ArcLength(s) = self.point { s } else { 0.0 }
     }
@@ -76,9 +77,9 @@ impl RestShape {
         Self { header: Header::in_meters(), data }
     }
 
-    /// A shape of points of the centerline of a rod at rest in their order along the rod, x, y and z in m. Their arc lengths
-    /// are unknown and are fitted. Sums of the chords between the points, from the first one on, are their first
-    /// approximation.
+    /// A shape of points of the centerline of a rod at rest in their order along the rod, x, y and z in m. Their arc
+    /// lengths are unknown and are fitted. Sums of the chords between the points, from the first one on, are their
+    /// first approximation.
     pub fn center_line(positions: &[[Option<f64>; 3]]) -> Self {
         let mut along = 0.0;
         let mut before: Option<[Option<f64>; 3]> = None;
@@ -93,8 +94,8 @@ impl RestShape {
         line
     }
 
-    /// A planned shape of points at these arc lengths from the wall, m, in all three coordinates, with zeros as placeholders
-    /// for the positions.
+    /// A planned shape of points at these arc lengths from the wall, m, in all three coordinates, with zeros as
+    /// placeholders for the positions.
     pub fn planned(at: &[f64]) -> Self {
         let sighting = |s: &f64| Sighting { point: Point::ArcLength(*s), position: [Some(0.0); 3] };
         let mut planned = Self::new(at.iter().map(sighting).collect());
@@ -113,8 +114,8 @@ impl RestShape {
         Self::read_as(path, &Recording::default())
     }
 
-    /// Reads a CSV file of points of the rod with `s`, `node` or in order along the centerline, like [`read`](Self::read),
-    /// converted by the scale, origin and axes of `recording`.
+    /// Reads a CSV file of points of the rod with `s`, `node` or in order along the centerline, like
+    /// [`read`](Self::read), converted by the scale, origin and axes of `recording`.
     ///
     /// # Errors
     ///
@@ -123,9 +124,10 @@ impl RestShape {
         Ok(Self::read_file(path.as_ref(), recording)?)
     }
 
-    /// Reads a CSV file, with the scale, origin and axes of `recording`; the errors have the path and the line. Rows without
-    /// coordinates (for centerlines: with fewer than two) are dropped and counted. An error for columns that are missing or
-    /// unknown, a value that is not finite, no row, or with fewer than [`LEAST_OF_A_LINE`] points of a centerline.
+    /// Reads a CSV file, with the scale, origin and axes of `recording`; the errors have the path and the line. Rows
+    /// without coordinates (for centerlines: with fewer than two) are dropped and counted. An error for columns that
+    /// are missing or unknown, a value that is not finite, no row, or with fewer than [`LEAST_OF_A_LINE`] points of a
+    /// centerline.
     fn read_file(path: &Path, recording: &Recording) -> Result<Self, marker_files::Error> {
         // Columns are checked before the rows, so that a wrong header has one error.
         let bytes = marker_files::file::data(path)?;
@@ -194,8 +196,8 @@ enum PointColumn {
 }
 
 impl PointColumn {
-    /// The column that assigns the rows of a table to points: `s`, with its factor to meters, or `node`. `None` without both:
-    /// a centerline without arc lengths. An error for both columns, or node indices with a unit.
+    /// The column that assigns the rows of a table to points: `s`, with its factor to meters, or `node`. `None` without
+    /// both: a centerline without arc lengths. An error for both columns, or node indices with a unit.
     fn find(table: &Table) -> Result<Option<Self>, marker_files::Error> {
         match (table.find("s"), table.find("node")) {
             (Some(column), None) => {
@@ -220,8 +222,8 @@ impl PointColumn {
         }
     }
 
-    /// The point of a row of the table: a node, or an arc length in m. An error for a blank cell, and for a node that is
-    /// negative or fractional.
+    /// The point of a row of the table: a node, or an arc length in m. An error for a blank cell, and for a node that
+    /// is negative or fractional.
     fn point(&self, table: &Table, row: &TableRow) -> Result<Point, marker_files::Error> {
         let (Self::Node(column) | Self::ArcLength(column, _)) = self;
         let value = row.values[*column].ok_or_else(|| {
@@ -245,7 +247,7 @@ impl PointColumn {
 }
 
 impl EquilibriumShape {
-    /// The point of a structure; none of a scene of one rod.
+    /// The `point` on the rod of this shape as a point of a structure; `None` in a scene of one rod.
     fn place(&self, point: Point) -> Option<StructurePoint> {
         let at = match point {
             Point::Tip => RodPoint::End(RodEndName::Tip),
@@ -255,9 +257,9 @@ impl EquilibriumShape {
         Some(StructurePoint::on_rod(self.rod.clone()?, at))
     }
 
-    /// The observed positions with points of the rod, in their order. Unknown arc lengths are approximated by the sum of the
-    /// chords from the wall, along the list from the end that is nearer to the wall, at most the length of the rod. Known
-    /// ones stay.
+    /// The observed positions with points of the rod, in their order. Unknown arc lengths are approximated by the sum
+    /// of the chords from the wall, along the list from the end that is nearer to the wall, at most the length of the
+    /// rod. Known ones stay.
     pub(crate) fn with_approximate_points(&self, problem: &Problem) -> Vec<Sighting> {
         if !self.arc_lengths_fitted {
             return self.sightings.clone();
@@ -275,10 +277,10 @@ impl EquilibriumShape {
         self.sightings.iter().map(approximate).collect()
     }
 
-    /// For each point of a centerline with exactly two observed coordinates per point: its approximate arc length, m, and its
-    /// signed distance from the simulated line. `residuals` are those of the coordinates, point by point, whose unit the
-    /// distances have. The sign is that of the side of the line, whose direction is that between the neighbors. Empty with
-    /// other numbers of coordinates, as in space, where offsets have no sign.
+    /// For each point of a centerline with exactly two observed coordinates per point: its approximate arc length, m,
+    /// and its signed distance from the simulated line. `residuals` are those of the coordinates, point by point, whose
+    /// unit the distances have. The sign is that of the side of the line, whose direction is that between the
+    /// neighbors. Empty with other numbers of coordinates, as in space, where offsets have no sign.
     pub(crate) fn normal_offsets(&self, problem: &Problem, residuals: &[f64]) -> Vec<[f64; 2]> {
         let in_plane = |s: &Sighting| -> Option<[f64; 2]> {
             let values: Vec<f64> = s.position.iter().flatten().copied().collect();
@@ -319,8 +321,8 @@ impl DataKind for EquilibriumShape {
         Abscissa::ArcLength
     }
 
-    /// Arc length of every point from the wall, m, in their order; approximate if it is fitted, 0 for points that are not on
-    /// the rod.
+    /// Arc length of every point from the wall, m, in their order; approximate if it is fitted, 0 for points that are
+    /// not on the rod. In a structure it is 0 also for nodes and the tip.
     fn abscissas(&self, problem: &Problem) -> Vec<f64> {
         let arc_length = |s: Sighting| match self.rod {
             Some(_) => s.arc_length(),
@@ -344,8 +346,9 @@ impl DataKind for EquilibriumShape {
         if self.arc_lengths_fitted { self.sightings.len() } else { 0 }
     }
 
-    /// Root mean square of the differences of the observed coordinates from those of the unloaded rod, m: the deflection; zero
-    /// without any. Unknown arc lengths are approximated by chords. Points that are not on the rod are skipped.
+    /// Root mean square of the differences of the observed coordinates from those of the unloaded rod, m: the
+    /// deflection; zero without any. Unknown arc lengths are approximated by chords. Points that are not on the rod are
+    /// skipped.
     fn size(&self, problem: &Problem) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0_f64);
         for sighting in self.with_approximate_points(problem) {
@@ -388,12 +391,14 @@ impl DataKind for EquilibriumShape {
         ensure(are_finite, *label, "other positions", "finite positions")
     }
 
-    /// Replaces unknown arc lengths by approximate ones from chords, in place. Shapes have no times to cut at a horizon.
+    /// Replaces unknown arc lengths by approximate ones from chords, in place. Shapes have no times to cut at a
+    /// horizon.
     fn prepare(&mut self, problem: &Problem, _horizon: f64) {
         self.sightings = self.with_approximate_points(problem);
     }
 
-    /// Adds the points at rest to the required `outputs`, or all nodes at rest if the arc lengths are unknown.
+    /// Adds the points at rest to the required `outputs`, of a structure as its places, or all nodes at rest if the arc
+    /// lengths are unknown.
     fn require(&self, outputs: &mut Requirements) {
         match self.arc_lengths_fitted {
             _ if self.rod.is_some() => outputs
@@ -404,10 +409,10 @@ impl DataKind for EquilibriumShape {
         }
     }
 
-    /// Calls `each` with simulated less observed coordinate, m, point by point, observed coordinates only. For unknown arc
-    /// lengths it is that of the offset from the observed point to the foot of its perpendicular. The foot is on the cubic
-    /// curve through the nodes (`NodeCurve`). Positions are those that the camera records. Nothing without a simulated
-    /// equilibrium. An error for a point that is not on the rod.
+    /// Calls `each` with simulated less observed coordinate, m, point by point, observed coordinates only. For unknown
+    /// arc lengths it is that of the offset from the observed point to the foot of its perpendicular. The foot is on
+    /// the cubic curve through the nodes (`NodeCurve`). Positions are those that the camera records. Nothing without a
+    /// simulated equilibrium. An error for a point that is not on the rod.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

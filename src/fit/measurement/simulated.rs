@@ -1,10 +1,12 @@
 //! Outputs of a simulation with which data are compared.
 //!
-//! [`Requirements`] lists the outputs that the measurements of an experiment require, so that a simulation computes no others.
-//! These are points in motion and at rest (of a rod or a structure), reactions of supports, modes, and the last times, s, on the clocks of the camera
-//! and the motion. [`SimulatedOutput`] has the computed ones over a scalar type with derivatives. It has motion and
-//! equilibrium (None if not required), angular frequencies of the required modes, rad/s, equilibria of the load cases, camera, scene and mesh. Each kind of
-//! data subtracts its values from these; [`SimulatedOutput::compare`] does so for the observed coordinates of a position, m.
+//! [`Requirements`] lists the outputs that the measurements of an experiment require, so that a simulation computes no
+//! others. These are points and tangents in motion and at rest (of a rod or a structure), reactions of supports, modes,
+//! load cases and critical loads. The last times, s, on the clocks of the camera and of the motion belong to them.
+//! [`SimulatedOutput`] has the computed ones over a scalar type with derivatives: motion and equilibrium (None if not
+//! required), and angular frequencies of the required modes, rad/s. Equilibria of the load cases and critical loads, N
+//! or N m, follow. It also has camera, scene and mesh. Each kind of data subtracts its values from these;
+//! [`SimulatedOutput::compare`] does so for the observed coordinates of a position, m.
 
 use crate::dynamics::record::RecordView;
 use crate::fit::misfit::camera::View;
@@ -37,9 +39,9 @@ pub struct BucklingCase {
 /// Outputs of a simulation that measurements require, collected over all measurements of an experiment.
 #[derive(Debug, Default)]
 pub struct Requirements {
-    /// Points with a measured motion.
+    /// Points with a measured motion or acceleration.
     pub moving: Vec<Point>,
-    /// Points with a measured motion of a marker beside the centerline.
+    /// Points with a marker beside the centerline or a measured acceleration: the axes of the rod there are required.
     pub beside: Vec<Point>,
     /// Points with a measured position at rest.
     pub resting: Vec<Point>,
@@ -72,14 +74,15 @@ pub struct Requirements {
 }
 
 impl Requirements {
-    /// Whether the equilibrium of the rod is required: any point or tangent, or all nodes, or the reactions at rest.
+    /// Whether the equilibrium under the loads of the scene is required: any point or tangent, all nodes, or the
+    /// reactions at rest. Modes, load cases and critical loads do not count.
     pub fn is_at_rest(&self) -> bool {
         let has_points = !self.resting.is_empty() || !self.resting_places.is_empty();
         let has_tangents = !self.resting_tangents.is_empty();
         self.whole_rest || has_points || has_tangents || self.resting_reactions
     }
 
-    /// Whether a motion is required.
+    /// Whether a motion is required: any point, tangent or reaction in motion.
     pub fn has_motion(&self) -> bool {
         let has_points = !self.moving.is_empty() || !self.moving_places.is_empty();
         has_points || !self.moving_tangents.is_empty() || self.moving_reactions
@@ -108,8 +111,8 @@ pub struct SimulatedOutput<'a, D> {
 }
 
 impl<D: Scalar> SimulatedOutput<'_, D> {
-    /// Calls `each` with simulated less observed value, m, in the order x, y, z, of every observed coordinate. The simulated
-    /// one is that of the world `position`, m, as the camera records it.
+    /// Calls `each` with simulated less observed value, m, in the order x, y, z, of every observed coordinate. The
+    /// simulated one is that of the world `position`, m, as the camera records it.
     pub(crate) fn compare(
         &self,
         position: [D; 3],

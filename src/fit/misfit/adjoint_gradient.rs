@@ -1,13 +1,13 @@
 //! Gradient of half the sum of the losses of one experiment by all its unknowns, by the adjoint of its motion.
 //!
-//! The motion is run once forward; the derivative of the misfit by every recorded position is the source term of the
-//! adjoint (reverse) equations, which yield the derivatives by all parameters of the motion. Parameters of camera,
-//! supports and arc lengths also act on the observations at a fixed motion; this part is added by dual numbers. With
-//! it a gradient costs about 2.5 runs for any number of unknowns (Cao, Li, Petzold and Serban 2003), forward
-//! sensitivities cost more with every unknown. So it is used above [`MOST_FORWARD_UNKNOWNS`] unknowns, for recorded
-//! motions of the centerline only, where reverse equations exist. Output: [`ExperimentGradient`] for argmin's
-//! gradient solvers: plain residuals in units of sigma, and the gradient on the scales of all unknowns of the fit
-//! (zero for other experiments'). The search itself uses Jacobians.
+//! The motion is run once forward. The derivative of the misfit by every recorded position is the source term of the
+//! adjoint (reverse) equations. They yield the derivatives by all parameters of the motion. Parameters of camera,
+//! supports and arc lengths also act on the observations at a fixed motion; this part is added by dual numbers. With it
+//! a gradient costs about 2.5 runs for any number of unknowns (Cao, Li, Petzold and Serban 2003), forward sensitivities
+//! cost more with every unknown. So it is used above [`MOST_FORWARD_UNKNOWNS`] unknowns, for recorded motions of the
+//! centerline only, where reverse equations exist. Output: [`ExperimentGradient`] for argmin's gradient solvers: plain
+//! residuals in units of sigma, and the gradient on the scales of all unknowns of the fit (zero for other
+//! experiments'). The search itself uses Jacobians.
 
 use crate::dynamics::Reversible;
 use crate::error::Error;
@@ -19,8 +19,8 @@ use crate::fit::misfit::observed_experiment::{ObservedExperiment, has_halved_ste
 use crate::fit::unknown::ParameterPoint;
 use num_dual::Dual64;
 
-/// Number of unknowns above which the adjoint is used. It takes 2.4 to 2.7 times a run. Four forward derivatives of every
-/// residual take 2.1 to 2.5 times a run, and each further one 0.2 to 0.3 more.
+/// Number of unknowns above which the adjoint is used. It takes 2.4 to 2.7 times a run. Four forward derivatives of
+/// every residual take 2.1 to 2.5 times a run, and each further one 0.2 to 0.3 more.
 const MOST_FORWARD_UNKNOWNS: usize = 6;
 
 /// Residuals of an experiment, and the gradient of its part of the misfit, at one point.
@@ -35,8 +35,8 @@ pub(super) struct ExperimentGradient {
 
 impl ObservedExperiment {
     /// Whether the adjoint computes the gradient of this experiment at less cost. There must be more than
-    /// [`MOST_FORWARD_UNKNOWNS`] unknowns, only recorded motions of points of the centerline as measurements, and a motion
-    /// for which reverse equations exist (`check_reversible`).
+    /// [`MOST_FORWARD_UNKNOWNS`] unknowns, only recorded motions of points of the centerline of one rod as
+    /// measurements, and a motion for which reverse equations exist (`check_reversible`).
     pub fn has_adjoint_gradient(&self) -> bool {
         let are_motions =
             self.series.iter().all(|series| matches!(series.data, MeasuredData::PointMotion(_)));
@@ -47,10 +47,11 @@ impl ObservedExperiment {
             && self.problem.check_reversible().is_ok()
     }
 
-    /// The residuals `(simulated - measured)/sigma` of this experiment, and the gradient of half the sum of its losses at
-    /// `point` by all unknowns of the fit on their scales (zero for those of other experiments). `weights` has the leverage
-    /// weight of every residual, a factor before the loss. `count` receives the work, steps times segments, before the run.
-    /// An error if the motion cannot be simulated.
+    /// The residuals `(simulated - measured)/sigma` of this experiment, without loss and leverage weight, and the
+    /// gradient of half the sum of its losses at `point`. The gradient is by all unknowns of the fit on their scales
+    /// (zero for those of other experiments). `weights` has the leverage weight of every residual, a factor before the
+    /// loss. `count` receives the work, steps times segments, before the run. An error if the motion cannot be
+    /// simulated.
     pub(super) fn adjoint_gradient(
         &self,
         point: ParameterPoint,

@@ -1,17 +1,18 @@
 //! First-order autocorrelated (AR(1)) noise on unevenly spaced samples.
 //!
-//! An autoregressive process of first order in continuous time (an Ornstein-Uhlenbeck process): values `dt` apart have the
-//! correlation `correlation^(dt/spacing)`, at most [`MAX_FACTOR`]; a negative correlation counts as 0. So gaps and uneven
-//! sampling need no special treatment. Its correlation matrix `R` and the root of its inverse are products of bidiagonal
-//! matrices: products with a vector take one or two passes over the values. Input: ascending times, their usual spacing (the
-//! median one, [`usual_spacing`]), and the correlation at it. [`Ar1Correlation`] applies `R` (`apply`), makes white innovations
-//! of correlated noise (`whiten`) and the reverse (`color`), both with the same standard deviation, and returns the effective
-//! sample size (of a mean). Tests of residuals and the assessment of autocorrelated noise use it.
+//! An autoregressive process of first order in continuous time (an Ornstein-Uhlenbeck process): values `dt` apart have
+//! the correlation `correlation^(dt/spacing)`, at most [`MAX_FACTOR`]; a negative correlation counts as 0. So gaps and
+//! uneven sampling need no special treatment. Its correlation matrix `R` and the root of its inverse are products of
+//! bidiagonal matrices: products with a vector take one or two passes over the values. Input: ascending times, their
+//! usual spacing (the median one, [`usual_spacing`]), and the correlation at it. [`Ar1Correlation`] applies `R`
+//! (`apply`), makes white innovations of correlated noise (`whiten`) and the reverse (`color`), both with the same
+//! standard deviation, and returns the effective sample size (of a mean). [`ar1_factor`] is the correlation of two
+//! values.
 
 use crate::numerics::upper_median;
 
-/// Largest correlation of two consecutive values. Two values at the same time would have 1, and innovations are divided by
-/// the root of one less its square.
+/// Largest correlation of two consecutive values. Two values at the same time would have 1, and innovations are divided
+/// by the root of one less its square.
 const MAX_FACTOR: f64 = 0.9999;
 
 /// Correlation of a series: the correlation of every value with the one before, at least 0; 0 for the first.
@@ -20,16 +21,17 @@ pub(crate) struct Ar1Correlation(Vec<f64>);
 
 impl Ar1Correlation {
     /// The correlation of values at ascending `times`, s: each has `correlation^(dt/spacing)` with the one before, `dt`
-    /// earlier, at most [`MAX_FACTOR`]. Values one `spacing`, s, apart have the `correlation`; a negative one counts as 0.
+    /// earlier, at most [`MAX_FACTOR`]. Values one `spacing`, s, apart have the `correlation`; a negative one counts as
+    /// 0.
     pub fn new(times: &[f64], spacing: f64, correlation: f64) -> Self {
         let factor = |pair: &[f64]| ar1_factor(correlation, (pair[1] - pair[0]) / spacing);
         let after = times.windows(2).map(factor);
         Self(std::iter::once(0.0).take(times.len()).chain(after).collect())
     }
 
-    /// The product `R values` of the correlation matrix `R` with `values`, one per value of the series: a forward pass sums
-    /// correlations with earlier values, a backward pass those with later ones. `R_ij` is the product of the correlations of
-    /// neighbors between `i` and `j`, 1 for `i = j`.
+    /// The product `R values` of the correlation matrix `R` with `values`, one per value of the series. A forward pass
+    /// sums correlations with earlier values, a backward pass those with later ones. `R_ij` is the product of the
+    /// correlations of neighbors between `i` and `j`, 1 for `i = j`.
     pub fn apply(&self, values: &[f64]) -> Vec<f64> {
         // R_ij is a product over the steps between i and j, so that one recursion has all earlier values.
         let mut sums = values.to_vec();
@@ -56,8 +58,8 @@ impl Ar1Correlation {
         (0..values.len()).map(new).collect()
     }
 
-    /// Correlated noise of the same standard deviation from `white` noise: the inverse of [`whiten`](Self::whiten), one value
-    /// per value of the series.
+    /// Correlated noise of the same standard deviation from `white` noise: the inverse of [`whiten`](Self::whiten), one
+    /// value per value of the series.
     pub fn color(&self, white: impl Iterator<Item = f64>) -> Vec<f64> {
         let mut last = 0.0;
         let next = |(new, kept): (f64, &f64)| {
@@ -67,16 +69,16 @@ impl Ar1Correlation {
         white.zip(&self.0).map(next).collect()
     }
 
-    /// Number of independent values whose mean has the same variance as that of these: `n^2` over the sum of all entries of
-    /// `R`.
+    /// Number of independent values whose mean has the same variance as that of these: `n^2` over the sum of all
+    /// entries of `R`.
     pub fn effective_sample_size(&self) -> f64 {
         let n = self.0.len();
         (n * n) as f64 / self.apply(&vec![1.0; n]).iter().sum::<f64>()
     }
 }
 
-/// Correlation of two values that are this many usual spacings apart: `correlation^|spacings|`, at most [`MAX_FACTOR`]; 0 for
-/// a `correlation` that is not positive.
+/// Correlation of two values that are this many usual spacings apart: `correlation^|spacings|`, at most [`MAX_FACTOR`];
+/// 0 for a `correlation` that is not positive.
 pub(crate) fn ar1_factor(correlation: f64, spacings: f64) -> f64 {
     match correlation > 0.0 {
         true => correlation.powf(spacings.abs()).min(MAX_FACTOR),
@@ -84,8 +86,8 @@ pub(crate) fn ar1_factor(correlation: f64, spacings: f64) -> f64 {
     }
 }
 
-/// The median (the upper one of an even number) distance between consecutive ascending `times`, in their unit; `None` for
-/// fewer than two times or a median of zero.
+/// The median (the upper one of an even number) distance between consecutive ascending `times`, in their unit; `None`
+/// for fewer than two times or a median of zero.
 pub(crate) fn usual_spacing(times: &[f64]) -> Option<f64> {
     upper_median(times.windows(2).map(|pair| pair[1] - pair[0])).filter(|spacing| *spacing > 0.0)
 }

@@ -45,8 +45,9 @@ struct Lens<D> {
 }
 
 impl<D: Nestable> View<D> {
-    /// The camera of a problem, with the wall of its rod as center and the normal of its plane as axis. `seed` returns the
-    /// scalar of a parameter from its value, with derivatives where the parameter is an unknown.
+    /// The camera of a problem, with the wall of its rod (the start of the first rod of a structure) as center and the
+    /// normal of its plane as axis. `seed` returns the scalar of a parameter from its value, with derivatives where the
+    /// parameter is an unknown.
     pub fn new(problem: &Problem, seed: impl Fn(Parameter, f64) -> D) -> Self {
         let (wall, scene) = problem.wall_over(seed);
         let camera = scene.camera;

@@ -13,10 +13,11 @@
 use crate::numerics::scalar::Scalar;
 use crate::scene::Stencil;
 
-/// Half-width of the range in which the foot is searched, over the length of the rod. The range is centered at the arc length
-/// that chords between the observed points yield.
+/// Half-width of the range in which the foot is searched, over the length of the rod. The range is centered at the arc
+/// length that chords between the observed points yield.
 const SEARCH_RADIUS: f64 = 0.2;
-/// Number of bisections of the two edges at the nearest node: they determine the arc length of the foot to 1e-12 of an edge.
+/// Number of bisections of the two edges at the nearest node: they determine the arc length of the foot to 1e-12 of an
+/// edge.
 const BISECTIONS: usize = 40;
 /// Step of the difference quotient of `f`, over the length of an edge. `f` is a polynomial; an approximate slope is
 /// sufficient for Newton's method.
@@ -72,9 +73,9 @@ impl<D: Scalar> NodeCurve<'_, D> {
         parts.fold(D::from(0.0), |sum, part| sum + part)
     }
 
-    /// Position and tangent at an arc length `s`, m, by the cubic Lagrange polynomial through the four nodes around it (fewer
-    /// if the rod has fewer). Both carry the derivatives of nodes, arc lengths and `s`. The tangent is `dx/ds`, of length
-    /// about 1.
+    /// Position and tangent at an arc length `s`, m, by the cubic Lagrange polynomial through the four nodes around it
+    /// (fewer if the rod has fewer). Both carry the derivatives of nodes, arc lengths and `s`. The tangent is `dx/ds`,
+    /// of length about 1.
     fn interpolate(&self, s: D) -> CurvePoint<D> {
         let near = Stencil::around(self.arc_length, s.value());
         let zero = [D::from(0.0); 3];
@@ -101,10 +102,10 @@ impl<D: Scalar> NodeCurve<'_, D> {
 }
 
 impl NodeCurve<'_, f64> {
-    /// The arc length, m, of the point of the curve nearest to the `observed` one, and whether that point is a foot of a
-    /// perpendicular. Nodes within [`SEARCH_RADIUS`] lengths of `near`, m, compete; bisection follows between the neighbors of
-    /// the nearest. `false`: the end of that range is nearest, and its arc length is returned. If no node competes, the last
-    /// node counts as nearest. The distance is that of the observed coordinates.
+    /// The arc length, m, of the point of the curve nearest to the `observed` one, and whether that point is a foot of
+    /// a perpendicular. Nodes within [`SEARCH_RADIUS`] lengths of `near`, m, compete, by the distance in the observed
+    /// coordinates; if none does, the last node counts as nearest. Bisection follows in the two edges at the nearest
+    /// node. `false`: the distance has no minimum inside of these, and the arc length of their nearer end is returned.
     fn foot(&self, observed: &[Option<f64>; 3], near: f64) -> (f64, bool) {
         let last = self.arc_length.len() - 1;
         let (start, end) = (self.arc_length[0].max(0.0), self.arc_length[last]);

@@ -5,8 +5,8 @@
 //! of unknowns costs one simulation in hyper-dual numbers (Fike and Alonso 2011) per experiment that depends on both,
 //! about the recorded simulation without derivatives at the same point. Robust losses, leverage weights and priors
 //! are included. Output: a symmetric matrix on the unknowns' scales, in units of sigma, for standard errors with the
-//! exact Hessian (`[analysis]`) and argmin's Newton solvers. A simulation that fails is an error; so are frequencies
-//! of structures, which have no second derivatives.
+//! exact Hessian (`[analysis]`) and argmin's Newton solvers. A simulation that fails is an error; so are critical
+//! loads and frequencies of structures, which have no second derivatives.
 
 use crate::dynamics::Trajectory;
 use crate::dynamics::record::Record;
@@ -22,12 +22,14 @@ use crate::structure::Structure;
 use num_dual::HyperDual64;
 
 impl Residuals {
-    /// Second derivatives of half the sum of squares of the residuals at `x`, robust losses, leverage weights and priors
-    /// included, by the unknowns on their scales; a symmetric matrix, exact to rounding (hyper-dual numbers).
+    /// Second derivatives of half the sum of squares of the residuals at `x`, by the unknowns on their scales. Robust
+    /// losses, leverage weights and priors are included. The matrix is symmetric and exact to rounding (hyper-dual
+    /// numbers).
     ///
     /// # Errors
     ///
-    /// Another count of numbers, or a simulation that fails.
+    /// Another count of numbers, a simulation that fails, and data without second derivatives: critical loads, and
+    /// frequencies of structures.
     pub fn hessian_at(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
         self.check_length(x)?;
         let n = self.unknowns().len();
@@ -55,9 +57,9 @@ impl Residuals {
         Ok(hessian)
     }
 
-    /// The second derivative, by the unknowns `i` and `j` on their scales, of half the sum of the losses of an experiment at
-    /// `x`, by hyper-dual numbers about its `run` without derivatives there. `weights` are the leverage weights of its
-    /// residuals.
+    /// The second derivative, by the unknowns `i` and `j` on their scales, of half the sum of the losses of an
+    /// experiment at `x`, by hyper-dual numbers about its `run` without derivatives there. `weights` are the leverage
+    /// weights of its residuals. Error: a simulation that fails, critical loads, or frequencies of structures.
     fn second_derivative(
         &self,
         x: &[f64],
@@ -108,8 +110,9 @@ impl Residuals {
 }
 
 impl Residuals {
-    /// The second derivative of half the sum of the losses of an experiment with a `structure`, from runs over hyper-dual numbers
-    /// whose parts `seed` returns. `weights` are the leverage weights of its residuals. Frequencies are an error.
+    /// The second derivative of half the sum of the losses of an experiment with a `structure`, from runs over
+    /// hyper-dual numbers whose parts `seed` returns. `weights` are the leverage weights of its residuals. Frequencies
+    /// are an error.
     fn second_derivative_of_structure(
         &self,
         experiment: &ObservedExperiment,
@@ -143,15 +146,16 @@ impl Residuals {
 impl argmin::core::Hessian for Residuals {
     type Param = Vec<f64>;
     type Hessian = Vec<Vec<f64>>;
-    /// The Hessian of half the sum of squares at `x`, a symmetric matrix by the unknowns on their scales, exact by hyper-dual
-    /// numbers, for argmin's solvers.
+    /// The Hessian of half the sum of squares at `x`, a symmetric matrix by the unknowns on their scales, exact by
+    /// hyper-dual numbers, for argmin's solvers.
     fn hessian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, argmin::core::Error> {
         Ok(self.hessian_at(x)?)
     }
 }
 
-/// The mixed second derivative of half the sum of the losses of an experiment, from its `simulated` output over hyper-dual
-/// numbers: for each weighted residual `rho''/2` times the product of its slopes, plus `rho'/2` times its second derivative.
+/// The mixed second derivative of half the sum of the losses of an experiment, from its `simulated` output over
+/// hyper-dual numbers. For each residual times its leverage weight it adds `rho''/2` times the product of its slopes,
+/// plus `rho'/2` times its second derivative.
 fn second_derivative_of_loss(
     experiment: &ObservedExperiment,
     simulated: &SimulatedOutput<HyperDual64>,

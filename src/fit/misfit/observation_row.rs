@@ -2,10 +2,10 @@
 //!
 //! Input: the camera, the samples of a point and the inverse standard deviations, 1/m. Output: one [`ObservationRow`]
 //! per observed coordinate, sample by sample and x, y, z in each. Its residual (simulated less observed, in units of
-//! the standard deviation) is `axis . x(t) + offset`, with the position `x`, m, at the time `t`, s, of the motion
-//! (not of the camera). `axis` (1/m) and `offset` follow from the camera at fixed parameters. Points that are not on
-//! the rod and times after the end of the record are errors of the residual. The adjoint gradient and the fit of
-//! lists along the rod need the residual in this form.
+//! the standard deviation) is `axis . x(t) + offset`, with the position `x`, m, at the time `t`, s, of the motion (not
+//! of the camera). `axis` (1/m) and `offset` follow from the camera at fixed parameters. Points that are not on the rod
+//! and times after the end of the record are errors of the residual. [`affects_observation_operator`] returns whether a
+//! parameter changes this map.
 
 use crate::dynamics::record::Record;
 use crate::error::Error;
@@ -27,9 +27,10 @@ pub(crate) struct ObservationRow {
 }
 
 impl ObservationRow {
-    /// One row for every observed coordinate of the `samples` of a point, sample by sample and x, y, z in each, as the camera
-    /// `view` records them. `weights` has the inverse of the standard deviation of each observed coordinate in this order,
-    /// 1/m; rows end with it. The time of a row is that of the motion by the camera's clock.
+    /// One row for every observed coordinate of the `samples` of a point, sample by sample and x, y, z in each, as the
+    /// camera `view` records them. `weights` has the inverse of the standard deviation of each observed coordinate in
+    /// this order, 1/m; coordinates after the last weight have no row. The time of a row is that of the motion by the
+    /// camera's clock.
     pub fn from_samples(
         view: &View<f64>,
         point: Point,
@@ -58,16 +59,16 @@ impl ObservationRow {
     }
 
     /// Simulated less observed coordinate, in units of the standard deviation: `axis . x(t) + offset` with the position
-    /// interpolated in the recorded motion `record` of the nodes. An error for a point that is not on the rod and times after
-    /// the end of the record.
+    /// interpolated in the recorded motion `record` of the nodes. An error for a point that is not on the rod and times
+    /// after the end of the record.
     pub fn residual(&self, problem: &Problem, record: &Record) -> Result<f64, Error> {
         let position = record.read().position(&problem.stencil(self.point)?, self.time)?;
         Ok(position.iter().zip(self.axis).map(|(x, a)| x * a).sum::<f64>() + self.offset)
     }
 }
 
-/// Whether a parameter changes the recorded coordinates at a fixed motion of the nodes: those of the camera, of the supports,
-/// and of the shape (the arc length of a point).
+/// Whether a parameter changes the recorded coordinates at a fixed motion of the nodes: those of the camera, of the
+/// supports, and of the shape (the arc length of a point).
 pub(crate) fn affects_observation_operator(parameter: Parameter) -> bool {
     ["rod.shape.", "supports.", "camera."].iter().any(|place| parameter.path().starts_with(place))
 }

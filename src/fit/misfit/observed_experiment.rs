@@ -1,13 +1,15 @@
 //! One experiment as a function of the unknowns: its simulation, its plain residuals (without robust loss and leverage
 //! weights) and their exact derivatives.
 //!
-//! Input: an experiment, cut to a horizon, the unknowns, and the standard deviations of its measurements. At a point
-//! of the unknowns it simulates the motion and the equilibrium, as far as its measurements require them; natural
-//! frequencies are solved with the residuals. The simulation has forward sensitivities by the parameters that change
-//! the rod, and records only the nodes of the measurements. Output: `(simulated - measured)/sigma` of every value,
-//! and one column of the Jacobian per unknown, on the unknowns' scales. Dual numbers carry the derivatives through
-//! camera and observation. Errors are points that are not on the rod, values that the scene does not allow, and a
-//! failed simulation. So is an offset of the camera's clock that extends the motion beyond [`MAX_DURATION_RATIO`].
+//! Input: an experiment (of a rod or a structure), cut to a horizon, the unknowns, and the standard deviations of its
+//! measurements. At a point of the unknowns it simulates the motion, the equilibrium and the equilibria of load cases,
+//! as far as its measurements require them. Natural frequencies and critical loads are solved with the residuals. The
+//! simulation has forward sensitivities by the parameters that change the rod, and records only the nodes of the
+//! measurements. Output: `(simulated - measured)/sigma` of every value, and one column of the Jacobian per unknown, on
+//! the unknowns' scales. Dual numbers carry the derivatives through camera and observation. Errors are points that are
+//! not on the rod, values that the scene does not allow, and a failed simulation. So is an offset of the camera's clock
+//! that extends the motion beyond [`MAX_DURATION_RATIO`]. [`has_halved_steps`] returns whether a motion had halved time
+//! steps, and [`nodes`] the nodes on which points depend.
 
 use crate::dynamics::{Snapshot, Trajectory};
 use crate::error::Error;
@@ -27,8 +29,8 @@ use crate::vibration::{CriticalLoad, ModeName, NaturalFrequency};
 use num_dual::Dual64;
 use std::collections::BTreeSet;
 
-/// Longest simulated motion over the duration of the scene or of the recording, whichever is longer. A search may try any
-/// offset of the camera's clock; larger ones would take too long.
+/// Longest simulated motion over the duration of the scene or of the recording, whichever is longer. A search may try
+/// any offset of the camera's clock; larger ones would take too long.
 const MAX_DURATION_RATIO: f64 = 2.0;
 
 /// An experiment up to its horizon, with weighted measurements and the outputs that they require.
@@ -67,8 +69,9 @@ pub(crate) struct ExperimentRun {
 }
 
 impl ObservedExperiment {
-    /// The `experiment` with its measurements up to the `horizon`, s, and the indices of the `unknowns` that belong to it.
-    /// Each of its measurements takes the next of `sigmas`, in its unit. An error for points that are not on the rod.
+    /// The `experiment` with its measurements up to the `horizon`, s, and the indices of the `unknowns` that belong to
+    /// it. Each of its measurements takes the next of `sigmas`, in its unit. An error for points that are not on the
+    /// rod.
     pub fn new<'s>(
         experiment: &Experiment,
         unknowns: &[Unknown],
@@ -98,7 +101,7 @@ impl ObservedExperiment {
         Ok(observed)
     }
 
-    /// Work of its static solutions, steps times segments.
+    /// Work of its static solutions, steps times segments: those of [`Experiment::rest_work`].
     pub(super) fn rest_work(&self) -> f64 {
         self.rest_work
     }
@@ -123,8 +126,8 @@ impl ObservedExperiment {
         self.unknowns.contains(&i)
     }
 
-    /// The parameters of the unknowns of this experiment other than those of the camera, which do not change the motion of
-    /// the rod.
+    /// The parameters of the unknowns of this experiment other than those of the camera, which do not change the motion
+    /// of the rod.
     pub(super) fn motion_parameters(&self, unknowns: &[Unknown]) -> Vec<Parameter> {
         let own = self.unknowns.iter().map(|i| unknowns[*i].parameter);
         own.filter(|p| !p.is_of_the_camera()).collect()
@@ -168,10 +171,11 @@ impl ObservedExperiment {
         Ok((problem, steps))
     }
 
-    /// Simulates the experiment at `point`: the motion up to its last sample on the camera's clock, and the equilibrium, each
-    /// if a measurement requires it. With `derived`, both carry derivatives by the parameters of the unknowns that change the
-    /// rod. `count` receives the work, steps times segments, also that of a run that fails; a static solution counts as 20
-    /// steps. `after` is called at the start of the motion and after every step.
+    /// Simulates the experiment at `point`: the motion up to its last sample on the camera's clock, the equilibrium,
+    /// and the equilibria of load cases, each if a measurement requires it. With `derived`, they carry derivatives by
+    /// the parameters of the unknowns that change the rod. `count` receives the work, steps times segments, of a motion
+    /// also if it fails; a static solution counts as 20 steps. For one rod `after` is called at the start of the motion
+    /// and after every step. Error: a simulation that fails, or values that the scene does not allow.
     pub fn run(
         &self,
         point: ParameterPoint,
@@ -228,7 +232,8 @@ impl ObservedExperiment {
         !self.required.buckling_cases.is_empty()
     }
 
-    /// The critical loads of the required cases, in their order, with derivatives by `parameters`.
+    /// The critical loads of the required cases, in their order, in the units of the loads, with derivatives by
+    /// `parameters`. Error: one cannot be found.
     fn critical_loads(
         &self,
         problem: &Problem,
@@ -238,8 +243,10 @@ impl ObservedExperiment {
         cases.map(|case| problem.critical_load(case.load, case.expected, parameters)).collect()
     }
 
-    /// The equilibria of the required load cases, in their order, with derivatives by `parameters`. Those of one measurement
-    /// follow each other. The derivative by their load is that of a common factor.
+    /// The equilibria of the required load cases, in their order, with derivatives by `parameters`. Those of one
+    /// measurement follow each other: each starts at the one before. An error of the load in the scene scales all loads
+    /// of a measurement. So the derivative by it is multiplied by the ratio of the value of the case to that in the
+    /// scene (0 without a load there).
     fn load_case_equilibria(
         &self,
         problem: &Problem,
@@ -263,9 +270,9 @@ impl ObservedExperiment {
         Ok(equilibria)
     }
 
-    /// The plain residuals `(simulated - measured)/sigma` of a `run` at the point, in the order of measurements and values.
-    /// If `derived` also the rows of their Jacobian by all unknowns of the fit on their scales (zero for those of other
-    /// experiments); else no rows. Natural frequencies are computed here.
+    /// The plain residuals `(simulated - measured)/sigma` of a `run` at the point, in the order of measurements and
+    /// values. If `derived` also the rows of their Jacobian by all unknowns of the fit on their scales (zero for those
+    /// of other experiments); else no rows. Natural frequencies are computed here.
     pub fn residuals_and_jacobian(
         &self,
         run: &ExperimentRun,
@@ -348,9 +355,9 @@ impl ObservedExperiment {
         Ok((residuals, rows))
     }
 
-    /// Calls `each` with every plain residual (without robust loss and leverage weight) `(simulated - measured)/sigma` and its
-    /// loss, in the order of measurements and values. An error for points that are not on the rod and times after the end of
-    /// the simulation.
+    /// Calls `each` with every plain residual (without robust loss and leverage weight) `(simulated - measured)/sigma`
+    /// and its loss, in the order of measurements and values. An error for points that are not on the rod and times
+    /// after the end of the simulation.
     pub fn for_each_residual<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,
@@ -382,15 +389,15 @@ impl ObservedExperiment {
     }
 }
 
-/// Whether any time step of a motion was halved, as where it did not converge: at least as many steps were taken as there are
-/// recorded times. These are the start and the ends of the scene's steps.
+/// Whether any time step of a motion was halved, as where it did not converge: at least as many steps were taken as
+/// there are recorded times. These are the start and the ends of the scene's steps.
 pub(super) fn has_halved_steps(motion: &Trajectory) -> bool {
     motion.record().taken.len() >= motion.times().len()
 }
 
-/// Indices of the nodes that the positions of `points` depend on, ascending, each once. A point at a node depends on its
-/// neighbors too, because it moves between nodes when the length of the rod changes. An error for points that are not on the
-/// rod.
+/// Indices of the nodes that the positions of `points` depend on, ascending, each once. A point at a node depends on
+/// its neighbors too, because it moves between nodes when the length of the rod changes. An error for points that are
+/// not on the rod.
 pub(super) fn nodes(points: &[Point], problem: &Problem) -> Result<Vec<usize>, Error> {
     let mut nodes = BTreeSet::new();
     for point in points {
@@ -399,8 +406,8 @@ pub(super) fn nodes(points: &[Point], problem: &Problem) -> Result<Vec<usize>, E
     Ok(nodes.into_iter().collect())
 }
 
-/// Indices of the nodes on which the positions of `points` and the edges around `tangents` depend, ascending, each once. An
-/// error for points that are not on the rod.
+/// Indices of the nodes on which the positions of `points` and the edges around `tangents` depend, ascending, each
+/// once. An error for points that are not on the rod.
 fn nodes_and_tangents(
     points: &[Point],
     tangents: &[Point],
@@ -414,8 +421,8 @@ fn nodes_and_tangents(
     Ok(all.into_iter().collect())
 }
 
-/// Indices of the edges whose axes the markers beside `points` depend on, ascending, each once. An error for points that are
-/// not on the rod.
+/// Indices of the edges whose axes the markers beside `points` depend on, ascending, each once. An error for points
+/// that are not on the rod.
 fn edges(points: &[Point], problem: &Problem) -> Result<Vec<usize>, Error> {
     let mut edges = BTreeSet::new();
     for point in points {

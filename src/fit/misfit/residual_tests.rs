@@ -1,13 +1,14 @@
 //! Statistical tests of residuals for being noise: whiteness, normality and the absence of a trend in time.
 //!
-//! Intervals and standard errors assume independent normal residuals. A wrong model or a wrong minimum leaves residuals that
-//! are autocorrelated or grow with time. AR(1) noise is autocorrelated too; its innovations are white. Input: the residuals
-//! of one coordinate in order of time (or arc length), in units of the noise, and the correlation of their noise (0: white).
-//! With fewer than [`FEWEST_VALUES`] the output is None. Tests: Ljung-Box (autocorrelation), Anderson-Darling (normality),
-//! Student's t for a slope of the residuals or their size (trend), and for innovations also Fisher's test of the periodogram.
-//! With a robust loss whiteness and trend are tested with the influences instead of the residuals. Output: [`ResidualTests`]
-//! with a p-value each, compared with [`SIGNIFICANCE`], which Bonferroni's correction lowers for many coordinates; innovations
-//! need [`LEAST_INNOVATION_P`]. `is_noise` requires whiteness and no trend, not normality.
+//! Intervals and standard errors assume independent normal residuals. A wrong model or a wrong minimum leaves residuals
+//! that are autocorrelated or grow with time. AR(1) noise is autocorrelated too; its innovations are white. Input: the
+//! residuals of one coordinate in order of time (or arc length), in units of the noise, and the correlation of their
+//! noise (0: white). With fewer than [`FEWEST_VALUES`] the output is None. Tests: Ljung-Box (autocorrelation),
+//! Anderson-Darling (normality), Student's t for a slope of the residuals or their size (trend), and for innovations
+//! also Fisher's test of the periodogram. With a robust loss whiteness and trend are tested with the influences instead
+//! of the residuals. Output: [`ResidualTests`] with a p-value each, compared with [`SIGNIFICANCE`], which Bonferroni's
+//! correction lowers for many coordinates ([`significance_level`]). Innovations need [`LEAST_INNOVATION_P`]
+//! ([`innovation_p_value`]). `is_noise` requires whiteness and no trend, not normality.
 
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::ar1::{Ar1Correlation, usual_spacing};
@@ -21,15 +22,16 @@ use std::f64::consts::PI;
 const SIGNIFICANCE: f64 = 1e-3;
 /// Probability of a false finding among all coordinates of a fit, by one of the tests (Bonferroni's correction).
 const FAMILY_SIGNIFICANCE: f64 = 0.02;
-/// Smallest p-value of the innovations of AR(1) noise. Innovations of noise have a smaller one in 0.5 of 100 coordinates (two
-/// of 366 with the laboratories' own noise). Innovations of residual motion have a smaller one even where noise dominates.
+/// Smallest p-value of the innovations of AR(1) noise. Innovations of noise have a smaller one in 0.5 of 100
+/// coordinates (two of 366 with the laboratories' own noise). Innovations of residual motion have a smaller one even
+/// where noise dominates.
 const LEAST_INNOVATION_P: f64 = 5e-3;
 /// Largest number of frequencies of the periodogram, from the lowest one on. Its cost is proportional to it.
 const MOST_FREQUENCIES: usize = 500;
 /// Smallest number of values that are tested. With fewer the test of whiteness has less than three lags.
 const FEWEST_VALUES: usize = 12;
-/// Degrees of freedom of the denominator of F for the whiteness statistic: of no values, and in addition for each value. Fitted
-/// to the tail of simulated noise of 16 to 400 values.
+/// Degrees of freedom of the denominator of F for the whiteness statistic: of no values, and in addition for each
+/// value. Fitted to the tail of simulated noise of 16 to 400 values.
 const TAIL_FREEDOM: [f64; 2] = [15.0, 0.4];
 /// Largest lag of the autocorrelations, in samples; at most a quarter of the number of values. More lags detect slower
 /// correlations, and weaken the test of fast ones.
@@ -98,11 +100,12 @@ pub(crate) struct ResidualSeries<'a> {
 }
 
 impl ResidualTests {
-    /// Tests the residuals of the coordinate `axis` of an `observation`; `None` for fewer than [`FEWEST_VALUES`]. P-values
-    /// below `significance` are findings. Autocorrelation passes if the series has a positive correlation and its innovations
-    /// have a p-value of at least [`LEAST_INNOVATION_P`]. The verdict is a text of the findings. Whiteness and trend are tests
-    /// of the influences (half the derivatives of the loss), normality of the whitened residuals themselves. The p-value of
-    /// the trend is twice the smaller one of the slopes of values and of sizes, with the effective sample size of AR(1) noise.
+    /// Tests the residuals of the coordinate `axis` of an `observation`; `None` for fewer than [`FEWEST_VALUES`].
+    /// P-values below `significance` are findings. Autocorrelation passes if the series has a positive correlation and
+    /// its innovations have a p-value of at least [`LEAST_INNOVATION_P`]. The verdict is a text of the findings.
+    /// Whiteness and trend are tests of the influences (half the derivatives of the loss), normality of the whitened
+    /// residuals themselves. The p-value of the trend is twice the smaller one of the slopes of values and of sizes,
+    /// with the effective sample size of AR(1) noise.
     pub(crate) fn new(
         observation: String,
         axis: &str,
@@ -114,7 +117,8 @@ impl ResidualTests {
         }
         // Outliers that a robust loss down-weights influence neither the fit nor these tests.
         let influences: Vec<f64> = residuals.iter().map(|r| loss.influence(*r)[0]).collect();
-        // With a robust loss the influence of a residual, half the derivative of its loss, is tested instead of the residual.
+        // With a robust loss the influence of a residual, half the derivative of its loss, is tested instead of the
+        // residual.
         let whiteness = whiteness(&influences);
         let spacing = usual_spacing(times);
         let correlation = if spacing.is_some() { correlation } else { 0.0 };
@@ -168,8 +172,8 @@ impl ResidualTests {
         })
     }
 
-    /// Whether the residuals are white or AR(1) noise without a trend: no finding in whiteness (or white innovations) and
-    /// trend. Normality does not count, as intervals depend little on it.
+    /// Whether the residuals are white or AR(1) noise without a trend: no finding in whiteness (or white innovations)
+    /// and trend. Normality does not count, as intervals depend little on it.
     pub fn is_noise(&self) -> bool {
         let is_ar1 = self.autocorrelation > 0.0 && self.innovation_whiteness >= LEAST_INNOVATION_P;
         (self.whiteness >= self.significance_level || is_ar1)
@@ -177,19 +181,19 @@ impl ResidualTests {
     }
 }
 
-/// p-value of innovations for being white noise: the smaller one of the Ljung-Box test for autocorrelation and Fisher's for
-/// periodicity.
+/// p-value of innovations for being white noise: the smaller one of the Ljung-Box test for autocorrelation and Fisher's
+/// for periodicity.
 pub(crate) fn innovation_p_value(innovations: &[f64]) -> f64 {
     whiteness(innovations).min(periodicity_p_value(innovations))
 }
 
 /// p-value of the Ljung-Box statistic of the residuals `r`: the weighted sum of squared autocorrelations up to
-/// [`LARGEST_LAG`] (at most a quarter of the values). Autocorrelations are about zero, as a fit has no mean to remove. The
-/// p-value is 1 if all residuals are zero.
+/// [`LARGEST_LAG`] (at most a quarter of the values). Autocorrelations are about zero, as a fit has no mean to remove.
+/// The p-value is 1 if all residuals are zero.
 ///
 /// The statistic of many values is chi-squared. That of few values has a longer tail, which is close to that of F with
-/// [`tail_freedom`] degrees of freedom in the denominator. Simulated noise of 16 to 400 values exceeds the quantile of one in
-/// a thousand 0.5 to 1.15 times in a thousand; the quantile of chi-squared up to 6 times.
+/// [`tail_freedom`] degrees of freedom in the denominator. Simulated noise of 16 to 400 values exceeds the quantile of
+/// one in a thousand 0.5 to 1.15 times in a thousand; the quantile of chi-squared up to 6 times.
 fn whiteness(r: &[f64]) -> f64 {
     let n = r.len();
     let lags = LARGEST_LAG.min(n / 4);
@@ -209,13 +213,15 @@ fn whiteness(r: &[f64]) -> f64 {
     FisherSnedecor::new(lags, freedom).map_or(1.0, |f| f.sf(ratio))
 }
 
-/// Degrees of freedom of the denominator of F for the whiteness statistic of `n` values: `15 + 0.4 n` by [`TAIL_FREEDOM`].
+/// Degrees of freedom of the denominator of F for the whiteness statistic of `n` values: `15 + 0.4 n` by
+/// [`TAIL_FREEDOM`].
 fn tail_freedom(n: usize) -> f64 {
     TAIL_FREEDOM[0] + TAIL_FREEDOM[1] * n as f64
 }
 
-/// p-value of the Anderson-Darling test of the residuals `r` for a normal distribution with the mean and the variance of the
-/// sample. It is 0 for statistics above [`LARGEST_STATISTIC`], and 1 where the test is not possible, as for equal values.
+/// p-value of the Anderson-Darling test of the residuals `r` for a normal distribution with the mean and the variance
+/// of the sample. It is 0 for statistics above [`LARGEST_STATISTIC`], and 1 where the test is not possible, as for
+/// equal values.
 fn normality(r: &[f64]) -> f64 {
     let n = r.len() as f64;
     let mean = r.iter().sum::<f64>() / n;
@@ -229,8 +235,8 @@ fn normality(r: &[f64]) -> f64 {
 }
 
 /// p-value of Fisher's test for periodicity (1929) of the values `r`: for the largest share of one of the lowest `m`
-/// frequencies in the sum of their periodogram (at most [`MOST_FREQUENCIES`]). It is `m (1 - share)^(m - 1)`, at most 1; 1 if
-/// all are zero.
+/// frequencies in the sum of their periodogram (at most [`MOST_FREQUENCIES`]). It is `m (1 - share)^(m - 1)`, at most
+/// 1; 1 if all are zero.
 fn periodicity_p_value(r: &[f64]) -> f64 {
     let n = r.len();
     let count = ((n - 1) / 2).min(MOST_FREQUENCIES);
@@ -254,9 +260,9 @@ fn periodicity_p_value(r: &[f64]) -> f64 {
     (count as f64 * (1.0 - share).powi(count as i32 - 1)).min(1.0)
 }
 
-/// Two-sided p-value of the slope of `values` over `times` (linear regression) by Student's t, `r sqrt(f/(1 - r^2))` with the
-/// correlation `r` of both and `f` degrees of freedom. Degrees of freedom are the `effective` number of independent values
-/// less 2, at least 1. The p-value is 1 if all values or all times are equal.
+/// Two-sided p-value of the slope of `values` over `times` (linear regression) by Student's t, `r sqrt(f/(1 - r^2))`
+/// with the correlation `r` of both and `f` degrees of freedom. Degrees of freedom are the `effective` number of
+/// independent values less 2, at least 1. The p-value is 1 if all values or all times are equal.
 fn trend(times: &[f64], values: &[f64], effective: f64) -> f64 {
     let n = values.len() as f64;
     let mean = |x: &[f64]| x.iter().sum::<f64>() / n;
@@ -334,7 +340,8 @@ mod tests {
         }
     }
 
-    /// A wave is not white, a drift and a growing spread are trends, and exponential values and an outlier are not normal.
+    /// A wave is not white, a drift and a growing spread are trends, and exponential values and an outlier are not
+    /// normal.
     #[test]
     fn residuals_other_than_noise_are_detected() {
         let mut random = ChaCha8Rng::seed_from_u64(2);

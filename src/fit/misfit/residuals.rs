@@ -29,10 +29,10 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// positive parameters: `(simulated - measured)/sigma` of all values, [robust](Loss::robust) where the
 /// loss is robust, and `(value - mean)/sigma` of the priors.
 ///
-/// Implements argmin's `Operator` (the residuals), `Jacobian`, `CostFunction` (half the sum of
-/// squares), `Gradient` (by the adjoint of the motion at the cost of about two runs, for more than six unknowns of a
-/// reversible motion) and `Hessian` (exact, in second-order dual numbers). A simulation that
-/// fails is an error, never a made-up number.
+/// Implements argmin's `Operator` (the residuals), `Jacobian`, `CostFunction` (half the sum of squares), `Gradient` and
+/// `Hessian` (exact, in second-order dual numbers). The gradient of recorded motions by more than six unknowns is by
+/// the adjoint, where the scene has one, at the cost of about 2.5 runs. A simulation that fails is an error, never a
+/// made-up number.
 #[derive(Debug)]
 pub struct Residuals {
     unknowns: Vec<Unknown>,
@@ -68,8 +68,8 @@ struct ExperimentResiduals {
 
 impl Residuals {
     /// The residuals of `experiments` up to `horizons`, s, one per experiment, without leverage weights and with a work
-    /// counter of their own. `sigmas` has one per measurement, in its unit. `full_work` is the work of one full simulation,
-    /// steps times segments. An error for points that are not on the rod.
+    /// counter of their own. `sigmas` has one per measurement, in its unit. `full_work` is the work of one full
+    /// simulation, steps times segments. An error for points that are not on the rod.
     pub(crate) fn new(
         experiments: &[Experiment],
         sigmas: &[f64],
@@ -97,8 +97,8 @@ impl Residuals {
         Self { work, ..self }
     }
 
-    /// The residuals with a leverage weight for each, a factor before the loss: the noise counts as larger by the inverse.
-    /// Beyond the end of the list the factor is 1.
+    /// The residuals with a leverage weight for each, a factor before the loss: the noise counts as larger by the
+    /// inverse. Beyond the end of the list the factor is 1.
     pub(crate) fn with_leverage_weights(self, weights: &[f64]) -> Self {
         Self { leverage_weights: weights.to_vec(), ..self }
     }
@@ -113,15 +113,15 @@ impl Residuals {
         &self.unknowns
     }
 
-    /// One pair per unknown, in their order: its parameter, and its value in the parameter's unit at a solver's vector `x`,
-    /// which is on the unknowns' scales.
+    /// One pair per unknown, in their order: its parameter, and its value in the parameter's unit at a solver's vector
+    /// `x`, which is on the unknowns' scales.
     pub fn values(&self, x: &[f64]) -> Vec<(Parameter, f64)> {
         let pairs = self.unknowns.iter().zip(x);
         pairs.map(|(unknown, x)| (unknown.parameter, unknown.from_scale(*x))).collect()
     }
 
-    /// Work so far in full simulations: steps times segments over those of one full run. A run with derivatives counts once,
-    /// a failed run in part.
+    /// Work so far in full simulations: steps times segments over those of one full run. A run with derivatives counts
+    /// once, a failed run in part.
     pub fn simulations(&self) -> f64 {
         self.work.total() / self.full_work
     }
@@ -137,7 +137,8 @@ impl Residuals {
         self.len() == 0
     }
 
-    /// Number of residuals of each measurement, in their order. Those of the priors follow after them and are not counted.
+    /// Number of residuals of each measurement, in their order. Those of the priors follow after them and are not
+    /// counted.
     pub(crate) fn counts(&self) -> Vec<usize> {
         self.experiments.iter().flat_map(ObservedExperiment::counts).collect()
     }
@@ -163,8 +164,8 @@ impl Residuals {
         ensure(x.len() == n, "x", found, format!("{n} numbers, one for each unknown"))
     }
 
-    /// Residuals at `x`, on the unknowns' scales, in units of sigma, with robust loss and leverage weights: half their sum of
-    /// squares is the objective.
+    /// Residuals at `x`, on the unknowns' scales, in units of sigma, with robust loss and leverage weights: half their
+    /// sum of squares is the objective.
     ///
     /// # Errors
     ///
@@ -194,20 +195,21 @@ impl Residuals {
         Ok(rows)
     }
 
-    /// Residuals at `x`, on the unknowns' scales, in units of sigma, without robust loss and leverage weights: those of the
-    /// measurements in order, then those of the priors. An error if a simulation fails.
+    /// Residuals at `x`, on the unknowns' scales, in units of sigma, without robust loss and leverage weights: those of
+    /// the measurements in order, then those of the priors. An error if a simulation fails.
     pub(crate) fn plain_residuals(&self, x: &[f64]) -> Result<Vec<f64>, Error> {
         self.evaluate(x, false, |e| e.residuals.clone())
     }
 
-    /// Jacobian at `x` of the residuals without robust loss and leverage weights, by the unknowns on their scales: a row per
-    /// residual, those of the priors last. An error if a simulation fails.
+    /// Jacobian at `x` of the residuals without robust loss and leverage weights, by the unknowns on their scales: a
+    /// row per residual, those of the priors last. An error if a simulation fails.
     pub(crate) fn plain_jacobian(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
         self.evaluate(x, true, |e| e.jacobian.clone().unwrap_or_default())
     }
 
-    /// Whether the simulations of the last kept evaluation halved any time step, as they do where a step does not converge;
-    /// `false` without one. The set of halved steps depends on the unknowns, which makes the misfit discontinuous.
+    /// Whether the simulations of the last kept evaluation halved any time step, as they do where a step does not
+    /// converge; `false` without one. The set of halved steps depends on the unknowns, which makes the misfit
+    /// discontinuous.
     pub(crate) fn has_halved_steps(&self) -> bool {
         self.last().as_ref().is_some_and(|e| e.halved)
     }
@@ -217,9 +219,9 @@ impl Residuals {
         self.last.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The value of `read` for the evaluation at `x`. The last evaluation is used if it was at `x` and has the Jacobian, if
-    /// `with_jacobian`; else all experiments are simulated. The evaluation becomes the last one. An error for a wrong length
-    /// or a simulation that fails.
+    /// The value of `read` for the evaluation at `x`. The last evaluation is used if it was at `x` and has the
+    /// Jacobian, if `with_jacobian`; else all experiments are simulated. The evaluation becomes the last one. An error
+    /// for a wrong length or a simulation that fails.
     fn evaluate<T>(
         &self,
         x: &[f64],
@@ -243,14 +245,14 @@ impl Residuals {
         &self.experiments
     }
 
-    /// Simulations of all experiments at `x`, in their order and on several threads, with derivatives by the unknowns if
-    /// `derived`. Their work is counted.
+    /// Simulations of all experiments at `x`, in their order and on several threads, with derivatives by the unknowns
+    /// if `derived`. Their work is counted.
     pub(crate) fn runs(&self, x: &[f64], derived: bool) -> Result<Vec<ExperimentRun>, Error> {
         self.map_experiments(|k, _| self.run(k, x, derived, &mut |_, _| {}))
     }
 
-    /// Simulates the experiment with index `k` at `x`, with derivatives by the unknowns if `derived`, and counts the work.
-    /// `after` is called at the start of its motion and after every step.
+    /// Simulates the experiment with index `k` at `x`, with derivatives by the unknowns if `derived`, and counts the
+    /// work. `after` is called at the start of its motion and after every step.
     pub(crate) fn run(
         &self,
         k: usize,
@@ -261,8 +263,8 @@ impl Residuals {
         self.experiments[k].run(self.point(x), derived, |work| self.work.add(work), after)
     }
 
-    /// The results of `map` for every experiment and its index, on several threads. The error is that of the first experiment
-    /// that has one, whatever the number of threads.
+    /// The results of `map` for every experiment and its index, on several threads. The error is that of the first
+    /// experiment that has one, whatever the number of threads.
     fn map_experiments<T: Send>(
         &self,
         map: impl Fn(usize, &ObservedExperiment) -> Result<T, Error> + Sync,
@@ -292,8 +294,8 @@ impl Residuals {
         })
     }
 
-    /// The evaluation at `x` by simulations of all experiments: residuals without robust loss and leverage weights, whether
-    /// steps were halved, and the Jacobian if `with_jacobian`.
+    /// The evaluation at `x` by simulations of all experiments: residuals without robust loss and leverage weights,
+    /// whether steps were halved, and the Jacobian if `with_jacobian`.
     fn simulate(&self, x: &[f64], with_jacobian: bool) -> Result<Evaluation, Error> {
         let parts = self.map_experiments(|k, _| {
             self.part(k, x, &self.run(k, x, with_jacobian, &mut |_, _| {})?, with_jacobian)
@@ -301,16 +303,17 @@ impl Residuals {
         Ok(self.assembled(x, parts, with_jacobian))
     }
 
-    /// The residuals with the evaluation at `x`, Jacobian included, as the last one. It follows from `runs`, simulations of
-    /// all experiments with derivatives there, which are not repeated. It panics with fewer runs than experiments.
+    /// The residuals with the evaluation at `x`, Jacobian included, as the last one. It follows from `runs`,
+    /// simulations of all experiments with derivatives there, which are not repeated. It panics with fewer runs than
+    /// experiments.
     pub(crate) fn with_runs(self, x: &[f64], runs: &[ExperimentRun]) -> Result<Self, Error> {
         let parts = self.map_experiments(|k, _| self.part(k, x, &runs[k], true))?;
         let known = self.assembled(x, parts, true);
         Ok(self.with_evaluation(known))
     }
 
-    /// The residuals `(simulated - measured)/sigma` of experiment `k` from its simulation `run` at `x`, with their Jacobian
-    /// if `with_jacobian`, and whether time steps were halved.
+    /// The residuals `(simulated - measured)/sigma` of experiment `k` from its simulation `run` at `x`, with their
+    /// Jacobian if `with_jacobian`, and whether time steps were halved.
     fn part(
         &self,
         k: usize,
@@ -324,8 +327,9 @@ impl Residuals {
         Ok(ExperimentResiduals { residuals, jacobian, halved })
     }
 
-    /// The evaluation at `x` from those of the experiments (`parts`): residuals, and rows of the Jacobian if `with_jacobian`,
-    /// in the order of the experiments, then those of the priors. Steps are halved if any part has halved ones.
+    /// The evaluation at `x` from those of the experiments (`parts`): residuals, and rows of the Jacobian if
+    /// `with_jacobian`, in the order of the experiments, then those of the priors. Steps are halved if any part has
+    /// halved ones.
     fn assembled(
         &self,
         x: &[f64],
@@ -353,9 +357,9 @@ impl Residuals {
         Evaluation { x: x.to_vec(), residuals, jacobian, halved }
     }
 
-    /// The gradient of half the sum of squares (losses, weights and priors included) at `x`, on the unknowns' scales, by the
-    /// adjoint of the motions. The residuals there become the last evaluation. `None` if the Jacobian at `x` is already
-    /// known, or an experiment has [no such gradient](ObservedExperiment::has_adjoint_gradient) at less cost.
+    /// The gradient of half the sum of squares (losses, weights and priors included) at `x`, on the unknowns' scales,
+    /// by the adjoint of the motions. The residuals there become the last evaluation. `None` if the Jacobian at `x` is
+    /// already known, or an experiment has [no such gradient](ObservedExperiment::has_adjoint_gradient) at less cost.
     fn adjoint_gradient(&self, x: &[f64]) -> Result<Option<Vec<f64>>, Error> {
         self.check_length(x)?;
         let is_known = |e: &Evaluation| e.x == x && e.jacobian.is_some();
@@ -411,8 +415,8 @@ impl Jacobian for Residuals {
 impl CostFunction for Residuals {
     type Param = Vec<f64>;
     type Output = f64;
-    /// Half the sum of squares of the residuals at `x`, with robust loss and leverage weights: the objective of argmin's
-    /// solvers.
+    /// Half the sum of squares of the residuals at `x`, with robust loss and leverage weights: the objective of
+    /// argmin's solvers.
     fn cost(&self, x: &Vec<f64>) -> Result<f64, argmin::core::Error> {
         Ok(half_sum_of_squares(&self.residuals(x)?))
     }
@@ -421,9 +425,9 @@ impl CostFunction for Residuals {
 impl Gradient for Residuals {
     type Param = Vec<f64>;
     type Gradient = Vec<f64>;
-    /// The gradient of the objective at `x` for argmin's solvers, on the unknowns' scales: by the adjoint of the motions where
-    /// that costs less (`adjoint_gradient`), or else `J' r` with the Jacobian and the residuals with robust loss and leverage
-    /// weights.
+    /// The gradient of the objective at `x` for argmin's solvers, on the unknowns' scales. It is by the adjoint of the
+    /// motions where that costs less (`adjoint_gradient`). Else it is `J' r` with the Jacobian and the residuals with
+    /// robust loss and leverage weights.
     fn gradient(&self, x: &Vec<f64>) -> Result<Vec<f64>, argmin::core::Error> {
         if let Some(gradient) = self.adjoint_gradient(x)? {
             return Ok(gradient);

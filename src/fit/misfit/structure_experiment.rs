@@ -1,11 +1,11 @@
 //! Simulation of an experiment whose scene is a structure: its motion and equilibrium at the points of measurements.
 //!
-//! Input: an [`ObservedExperiment`], its problem and structure, a number of steps, and parameters. Tracked are the nodes on
-//! which the positions of measured points depend. `run_structure` simulates the motion if one is measured, and solves the
-//! equilibrium if a measurement at rest requires it. Output: [`ExperimentRun`] with the two records (None if not required) and
-//! their derivatives by the parameters; the work (steps times edges) goes to a counter. `structure_over` repeats both records
-//! over another number type, without derivatives of their own. `check_structure_points` is an error for points that the
-//! structure does not have. Used by `observed_experiment`.
+//! Input: an [`ObservedExperiment`], its problem and structure, a number of steps, and parameters. Tracked are the
+//! nodes on which the positions of measured points depend. `run_structure` simulates the motion if one is measured, and
+//! solves the equilibrium if a measurement at rest requires it. Output: [`ExperimentRun`] with the two records (None if
+//! not required) and their derivatives by the parameters; the work (steps times edges) goes to a counter.
+//! `structure_over` computes both records again over another number type, from numbers of the scene with derivatives.
+//! `check_structure_points` is an error for points that the structure does not have.
 
 use crate::dynamics::record::Record;
 use crate::error::Error;
@@ -22,7 +22,8 @@ use crate::scene::structure_point::StructurePoint;
 use crate::structure::Structure;
 use std::collections::BTreeSet;
 
-/// The nodes on which the positions of points of a structure depend, ascending.
+/// The nodes on which the positions of `points` of a structure depend, ascending, each once. An error for a point that
+/// the structure does not have.
 fn nodes_of(structure: &Structure, points: &[StructurePoint]) -> Result<Vec<usize>, Error> {
     let mut tracked = BTreeSet::new();
     let nodes = structure.nodes();
@@ -33,7 +34,8 @@ fn nodes_of(structure: &Structure, points: &[StructurePoint]) -> Result<Vec<usiz
 }
 
 impl ObservedExperiment {
-    /// Rejects observed points that the structure of its problem does not have.
+    /// Rejects observed points, in motion or at rest, that the structure of its problem does not have; no check of one
+    /// rod.
     pub(super) fn check_structure_points(&self) -> Result<(), Error> {
         if let Some(structure) = structure_of(&self.problem)? {
             nodes_of(&structure, &self.required.moving_places)?;
@@ -42,8 +44,9 @@ impl ObservedExperiment {
         Ok(())
     }
 
-    /// Simulates a structure over so many steps, with derivatives by `parameters`. `count` receives the work, steps times
-    /// edges.
+    /// Simulates a structure: the motion over a number of `steps`, and the equilibrium, each if a measurement requires
+    /// it, with derivatives by `parameters`. `count` receives the work, steps times edges. Error: a simulation that
+    /// fails.
     pub(super) fn run_structure(
         &self,
         problem: Problem,
@@ -74,8 +77,9 @@ impl ObservedExperiment {
 }
 
 impl ExperimentRun {
-    /// The records of a run of a structure over another number type; `seed` returns the number of a path, value and quantity
-    /// of the scene.
+    /// The records of the motion and of the equilibrium of this run of a `structure`, computed again over another
+    /// number type; `None` where the run has none. `seed` returns the number for a path, value and quantity of the
+    /// scene. The motion repeats the steps of this run.
     pub(super) fn structure_over<D: Nestable>(
         &self,
         structure: &Structure,

@@ -1,7 +1,8 @@
 //! Counter of the work of a fit: time steps times segments, summed over all simulations.
 //!
-//! The search and all residuals of a fit share one [`WorkCounter`] across threads. Its sum, divided by the work of one full
-//! simulation, is the cost in simulations of reports and of the progress display. Limits of the search use the same number.
+//! The search and all residuals of a fit share one [`WorkCounter`] across threads. Its sum, divided by the work of one
+//! full simulation, is the cost in simulations of reports and of the progress display. Limits of the search use the
+//! same number.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 

@@ -1,11 +1,11 @@
-//! Text tables of the uncertainty budget of an estimate and of its sensitivities to inputs, for the summary of a fit or a
-//! design.
+//! Text tables of the uncertainty budget of an estimate and of its sensitivities to inputs, for the summary of a fit or
+//! a design.
 //!
-//! Input: an [`Estimate`] with budget lines (source, standard uncertainty, relative sensitivity, contribution, share). The
-//! budget is listed only if the quoted interval is expanded, by inputs with a stated uncertainty; its title has the combined
-//! standard uncertainty and the coverage factor (GUM). The Monte Carlo check is a fact. Sensitivities are the change of each
-//! estimate for +1 % of an input, the first [`NAMED`] per parameter, which are the largest. Output: the summary with these
-//! tables.
+//! Input: an [`Estimate`] with budget lines (source, standard uncertainty, relative sensitivity, contribution, share).
+//! The budget is listed only if the quoted interval is expanded, by inputs with a stated uncertainty; its title has the
+//! combined standard uncertainty and the coverage factor (GUM). The Monte Carlo check is a fact. Sensitivities are the
+//! change of each estimate for +1 % of an input, the first [`NAMED`] per parameter, which are the largest. Output: the
+//! summary with these tables.
 
 use crate::fit::report::digits;
 use crate::fit::report::quoted::QuotedEstimate;
@@ -22,8 +22,8 @@ const DIGITS: usize = 2;
 const VALUE_DIGITS: usize = 4;
 
 /// The `summary` with the budget of the estimate `e` as a table, if its quoted interval is expanded by stated input
-/// uncertainties. It has one row per source in the order of the budget. Its Monte Carlo check, if there is one, is added as a
-/// fact.
+/// uncertainties. It has one row per source in the order of the budget. Its Monte Carlo check, if there is one, is
+/// added as a fact.
 pub(crate) fn add_budget(mut summary: Summary, e: &Estimate) -> Summary {
     let unit = e.name.unit();
     // Without a stated input uncertainty the budget has only the noise, which the table of estimates has already.
@@ -87,8 +87,8 @@ fn two_decimals(sensitivity: f64) -> String {
     }
 }
 
-/// The change of the estimate `e` for +1 % of an `input` (of its value) as signed text: in per cent, or without a relative
-/// change (parameters that may be zero) in the unit of the parameter.
+/// The change of the estimate `e` for +1 % of an `input` (of its value) as signed text. It is in per cent, or in the
+/// unit of the parameter if there is no relative change, as of parameters that may be zero.
 fn change(input: &InputSensitivity, e: &Estimate) -> String {
     match input.relative {
         Some(relative) => format!("{:+.2} %", 100.0 * relative),

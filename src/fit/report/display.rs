@@ -1,4 +1,5 @@
-//! The report of a fit as text for a terminal: the grade, the estimates with intervals, the warnings, then details by topic.
+//! The report of a fit as text for a terminal: the grade, the estimates with intervals, the warnings, then details by
+//! topic.
 //!
 //! Input: a [`FitReport`]. Output: a [`Summary`]. Estimates are in the units of the parameters; residuals, sigmas and
 //! errors of predictions are in the units of the data files (Hz if all frequencies are given in Hz). First are the
@@ -40,8 +41,9 @@ impl Grade {
 }
 
 impl FitReport {
-    /// The result as text for a terminal: status with the grade's code, validation error, table of estimates, determined
-    /// combinations, interval content, warnings, uncertainty, omitted effects, data, residuals, search and cost.
+    /// The result as text for a terminal: status with the grade's code, validation error, table of estimates,
+    /// determined combinations, interval content, warnings, uncertainty, omitted effects, data, residuals, search and
+    /// cost.
     pub fn summary(&self) -> Summary {
         let status = match self.grade {
             Grade::Trustworthy => "converged, no problem detected".to_string(),
@@ -67,8 +69,8 @@ impl FitReport {
         self.add_cost(self.add_data(summary))
     }
 
-    /// Mesh, step and scheme that the program chose, one text per distinct combination in the order of the experiments, with
-    /// the number of experiments if several have it.
+    /// Mesh, step and scheme that the program chose, one text per distinct combination in the order of the experiments,
+    /// with the number of experiments if several have it.
     fn resolution_texts(&self) -> Vec<String> {
         let all: Vec<String> = self.resolution.iter().flatten().map(Resolution::words).collect();
         let mut texts = Vec::new();
@@ -81,8 +83,8 @@ impl FitReport {
         texts
     }
 
-    /// The `summary` with facts: the first [`NAMED_RESOLUTIONS`] combinations of mesh, step and scheme, left-out rows, robust
-    /// losses, errors of validation data (if there are several), and errors of recordings.
+    /// The `summary` with facts: the first [`NAMED_RESOLUTIONS`] combinations of mesh, step and scheme, left-out rows,
+    /// robust losses, errors of validation data (if there are several), and errors of recordings.
     fn add_data(&self, mut summary: Summary) -> Summary {
         let chosen = self.resolution_texts().into_iter().take(NAMED_RESOLUTIONS);
         summary = summary.facts("Numerics", chosen);
@@ -110,8 +112,8 @@ impl FitReport {
     }
 
     /// The `summary` with facts. They are the RMS residual (of positions, if any) with the noise (sigma) of each fitted
-    /// measurement, and the noise estimate. Three or more equal noises in a row are one text. The summary of the local minima,
-    /// if not empty, and the work in full simulations with the wall time follow.
+    /// measurement, and the noise estimate. Three or more equal noises in a row are one text. The summary of the local
+    /// minima, if not empty, and the work in full simulations with the wall time follow.
     fn add_cost(&self, mut summary: Summary) -> Summary {
         let pairs = self.sigma.iter().zip(&self.units);
         let sigma: Vec<String> =
@@ -140,16 +142,16 @@ impl FitReport {
         summary.fact("Cost", cost)
     }
 
-    /// A value and its `unit` as text with this number of significant `digits`, converted to the unit of the data files (Hz
-    /// for rad/s if they have Hz).
+    /// A value and its `unit` as text with this number of significant `digits`, converted to the unit of the data files
+    /// (Hz for rad/s if they have Hz).
     pub(super) fn data_quantity(&self, value: f64, unit: &str, digits: usize) -> String {
         let (value, unit) = self.in_data_unit(value, unit);
         quantity(value, unit, digits)
     }
 
-    /// The noise estimated from differences of the samples, as text: its value or range over the coordinates that have an
-    /// estimate, with the number and the reasons of the others, in the unit of the first coordinate. If none has one: the
-    /// first reason. `None` without recorded motions.
+    /// The noise estimated from differences of the samples, as text, in the unit of the first coordinate. It is the
+    /// value or the range over the coordinates that have an estimate, with the number and the reasons of the others. If
+    /// none has one: the first reason. `None` without recorded motions.
     fn noise_scale_text(&self) -> Option<String> {
         let values: Vec<f64> = self.noise_scale.iter().filter_map(|scale| scale.value).collect();
         let first = self.noise_scale.first()?;

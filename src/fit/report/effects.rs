@@ -1,5 +1,5 @@
-//! Text of the effects that the model omits: those that the residuals suggest, and the biases of those that the data do not
-//! exclude.
+//! Text of the effects that the model omits: those that the residuals suggest, and the biases of those that the data do
+//! not exclude.
 //!
 //! Input: score tests and undetected biases of a fit report (or biases of a design). Output: the summary with a line
 //! for each likely omitted effect, and a table of at most three effects with the largest biases above a standard
@@ -28,9 +28,9 @@ pub(super) fn add_omitted_effects(summary: Summary, report: &FitReport) -> Summa
     add_undetected_bias(summary, &report.undetected_bias)
 }
 
-/// The `summary` with a table of the effects in `all` with the largest biases above a standard error. One row per effect and
-/// parameter: effect with its size, parameter (if there are several), bias, test. The title has the warning's code. Without
-/// effects there are no rows.
+/// The `summary` with a table of the effects in `all` with the largest biases above a standard error. One row per
+/// effect and parameter: effect with its size, parameter (if there are several), bias, test. The title has the
+/// warning's code. Without effects there are no rows.
 pub(crate) fn add_undetected_bias(summary: Summary, all: &[UndetectedBias]) -> Summary {
     let is_alone = all.windows(2).all(|pair| pair[0].parameter == pair[1].parameter);
     let mut table = SummaryTable::new([
@@ -60,8 +60,8 @@ pub(crate) fn add_undetected_bias(summary: Summary, all: &[UndetectedBias]) -> S
     summary.table(Code::UndetectedBias.behind(title), table)
 }
 
-/// The size `value` of an effect in its `unit` as text, or `+-` its magnitude if the data do not determine it (no estimate).
-/// A size without unit is a relative change of an input, in per cent.
+/// The size `value` of an effect in its `unit` as text, or `+-` its magnitude if the data do not determine it (no
+/// estimate). A size without unit is a relative change of an input, in per cent.
 fn signed(value: f64, unit: &str, bias: &UndetectedBias) -> String {
     let size = |value: f64| match unit {
         "" => number(100.0 * value, DIGITS) + " %",
@@ -73,9 +73,9 @@ fn signed(value: f64, unit: &str, bias: &UndetectedBias) -> String {
     }
 }
 
-/// The bias as text: a range in per cent where both signs of the effect have different biases (`both_signs`), else one number.
-/// It is in per cent, or without a relative bias in the unit of the parameter. The sign is `+-` if the data do not determine
-/// the size of the effect.
+/// The bias as text: a range in per cent where both signs of the effect have different biases (`both_signs`), else one
+/// number. It is in per cent, or without a relative bias in the unit of the parameter. The sign is `+-` if the data do
+/// not determine the size of the effect.
 fn size_of_bias(bias: &UndetectedBias) -> String {
     if let Some([low, high]) = bias.both_signs() {
         return format!("{:+.0} to {:+.0} %", 100.0 * low, 100.0 * high);

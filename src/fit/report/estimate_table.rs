@@ -5,7 +5,8 @@
 //! interval stands a one-sided bound or `no error`; `not identifiable` stands in place of the estimate. The sentence
 //! names the first that applies: stated input uncertainties, differences between experiments, a corrected
 //! discretization error, or noise only. The largest undetected biases (above one standard error), which are not
-//! contained, follow. Without any error or interval there is no sentence.
+//! contained, follow. Without any error or interval there is no sentence. [`relative_error`] is the text of an error,
+//! and [`is_from_clusters`] whether an interval is that of the differences between experiments.
 
 use crate::fit::report::quoted::{QuotedEstimate, QuotedInterval, error_heading, interval_heading};
 use crate::fit::report::{FitReport, digits};
@@ -15,8 +16,8 @@ use crate::fit::uncertainty::warning_list::percent;
 use crate::summary::quantity::number;
 use crate::summary::{SummaryTable, TextColumn};
 
-/// The table of parameter, estimate, error, interval and unit, one row per entry of `rows`; a statistical part is indented
-/// and has no estimate. `value_heading` is the heading of the estimates. Without numbers the unit is empty.
+/// The table of parameter, estimate, error, interval and unit, one row per entry of `rows`; a statistical part is
+/// indented and has no estimate. `value_heading` is the heading of the estimates. Without numbers the unit is empty.
 pub(crate) fn estimate_table(rows: &[QuotedEstimate], value_heading: &str) -> SummaryTable {
     let mut table = SummaryTable::new([
         TextColumn::left("parameter"),
@@ -44,10 +45,10 @@ pub(crate) fn is_from_clusters(e: &Estimate) -> bool {
     e.cluster_jackknife.as_ref().is_some_and(|clusters| clusters.reported)
 }
 
-/// A sentence with the errors that the intervals contain, and a second one with the largest undetected biases, if there are
-/// any. The first of these applies: stated input uncertainties, differences between experiments, corrected discretization
-/// error, noise only (with an estimated discretization error or without). `None` if no parameter has a standard error and no
-/// combination an interval.
+/// A sentence with the errors that the intervals contain, and a second one with the largest undetected biases, if there
+/// are any. The first of these applies: stated input uncertainties, differences between experiments, corrected
+/// discretization error, noise only (with an estimated discretization error or without). `None` if no parameter has a
+/// standard error and no combination an interval.
 pub(crate) fn interval_content(report: &FitReport) -> Option<String> {
     let is_expanded = report.parameters.iter().any(|e| QuotedEstimate::new(e).is_expanded);
     // Undetected biases may exceed the interval, and are reported beside it.
@@ -90,9 +91,9 @@ pub(crate) fn interval_content(report: &FitReport) -> Option<String> {
     })
 }
 
-/// The largest undetected bias of every parameter by [`biases_beyond_interval`] (above one standard error, of at most three
-/// parameters), as one text. Each has its size in per cent, the parameter and the effect; `+-` where the data do not determine
-/// the sign. `None` without any.
+/// The largest undetected bias of every parameter by [`biases_beyond_interval`] (above one standard error, of at most
+/// three parameters), as one text. Each has its size in per cent, the parameter and the effect; `+-` where the data do
+/// not determine the sign. `None` without any.
 fn largest_biases(report: &FitReport) -> Option<String> {
     let biases = biases_beyond_interval(&report.undetected_bias, &report.parameters);
     let text = |(relative, bias): &(f64, &UndetectedBias)| {
@@ -111,9 +112,9 @@ fn largest_biases(report: &FitReport) -> Option<String> {
     })
 }
 
-/// The table cells of estimate, error and interval of a row: of an interval, of a one-sided bound (`at least` without, `at
-/// most` with the estimate), of a value without error, or `not identifiable`. Estimate and interval have digits by the
-/// standard error ([`digits`]).
+/// The table cells of estimate, error and interval of a row. A one-sided bound is `at least` without, or `at most` with
+/// the estimate. A value without interval is `no error`, and a row without value `not identifiable`. Estimate and
+/// interval have digits by the standard error ([`digits`]).
 fn cells(row: &QuotedEstimate) -> [String; 3] {
     match (row.interval, row.value, row.std) {
         (Some(QuotedInterval::AtLeast(bound)), ..) => {
@@ -140,8 +141,8 @@ fn error_text(error: f64, relative: Option<f64>, unit: &str) -> String {
     }
 }
 
-/// The `error` of an estimate as text: in per cent of the value if the parameter is positive, or else in the unit of the
-/// parameter.
+/// The `error` of an estimate as text: in per cent of the value if the parameter is positive, or else in the unit of
+/// the parameter.
 pub(crate) fn relative_error(e: &Estimate, error: f64) -> String {
     let positive = e.value.filter(|value| e.name.is_positive() && *value > 0.0);
     error_text(error, positive.map(|value| error / value), e.name.unit())

@@ -1,9 +1,10 @@
 //! Table of the estimates by each of several experiments, where these differ by more than the residuals explain.
 //!
 //! Input: the estimates of a fit with their cluster jackknife. If the differences between experiments give the reported
-//! interval of any parameter, the output is the summary with a table. It has a row for each experiment, at most [`LISTED`]
-//! (the title counts the others), and a column for each parameter with such estimates, in its unit. Otherwise the summary is
-//! unchanged. The values are those of one Gauss-Newton step from the common estimate with the data of the experiment alone.
+//! interval of any parameter, the output is the summary with a table. It has a row for each experiment that has
+//! estimates of its own, at most [`LISTED`]; the title counts the others. It has a column for each parameter with such
+//! estimates, in its unit. Otherwise the summary is unchanged. [`compared_estimates`] returns these parameters. The
+//! values are those of one Gauss-Newton step from the common estimate with the data of the experiment alone.
 
 use crate::fit::report::digits;
 use crate::fit::uncertainty::estimate::Estimate;
@@ -12,8 +13,8 @@ use crate::summary::{Summary, SummaryTable, TextColumn};
 /// Most experiments in the table; the JSON has all.
 const LISTED: usize = 12;
 
-/// The parameters with estimates by each experiment, if the differences between experiments give an interval of any of them;
-/// empty otherwise.
+/// The parameters with estimates by each experiment, if the differences between experiments give an interval of any of
+/// them; empty otherwise.
 pub(crate) fn compared_estimates(estimates: &[Estimate]) -> Vec<&Estimate> {
     let jackknife =
         |e: &&Estimate| e.cluster_jackknife.as_ref().is_some_and(|c| !c.estimates.is_empty());
@@ -24,17 +25,17 @@ pub(crate) fn compared_estimates(estimates: &[Estimate]) -> Vec<&Estimate> {
     }
 }
 
-/// The text of the estimate of a parameter by the experiment with this name, in digits of its standard error; none without
-/// one.
+/// The text of the estimate of a parameter by the experiment with this name, with digits by the smaller one of the
+/// standard errors between experiments and of the residuals. `None` without an estimate.
 fn own_estimate(e: &Estimate, experiment: &str) -> Option<String> {
     let jackknife = e.cluster_jackknife.as_ref()?;
     let own = jackknife.estimates.iter().find(|own| own.experiment == experiment)?;
     Some(digits(own.value, jackknife.std_error.min(jackknife.residual_std_error)))
 }
 
-/// The `summary` with a table of the estimates by each experiment alone: one row per experiment, at most [`LISTED`] (the title
-/// counts the others), one column per compared parameter with its unit. Unchanged if no interval is from the differences
-/// between experiments.
+/// The `summary` with a table of the estimates by each experiment alone: one row per experiment, at most [`LISTED`]
+/// (the title counts the others), one column per compared parameter with its unit. Unchanged if no interval is from the
+/// differences between experiments.
 pub(super) fn add_experiment_estimates(summary: Summary, estimates: &[Estimate]) -> Summary {
     let compared = compared_estimates(estimates);
     let Some(names) = compared.first().and_then(|e| e.cluster_jackknife.as_ref()) else {

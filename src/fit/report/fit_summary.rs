@@ -1,9 +1,9 @@
 //! Summaries of fits for the comparison of several fits (campaigns, several fit files on one page).
 //!
-//! Input: a [`FitReport`] and a name ([`FitSummary::new`]), or a name and an error ([`FitSummary::without_result`]). Output:
-//! [`FitSummary`] with the name, the grade, the status, the estimates and the codes of the warnings. Without a result the
-//! grade is None, the status is the error, and the lists are empty. The keys that differ from the fit file are empty and the
-//! address of the fit's page is None until the caller sets them.
+//! Input: a [`FitReport`] and a name ([`FitSummary::new`]), or a name and an error ([`FitSummary::without_result`]).
+//! Output: [`FitSummary`] with the name, the grade, the status, the estimates and the codes of the warnings. Without a
+//! result the grade is None, the status is the error, and the lists are empty. The keys that differ from the fit file
+//! are empty and the address of the fit's page is None until the caller sets them.
 
 use crate::fit::report::FitReport;
 use crate::fit::uncertainty::estimate::Estimate;
@@ -30,7 +30,8 @@ pub struct FitSummary {
 }
 
 impl FitSummary {
-    /// The summary of a report under a `name`: grade, status, estimates and warning codes; without changed keys and page.
+    /// The summary of a report under a `name`: grade, status, estimates and warning codes; without changed keys and
+    /// page.
     pub fn new(name: impl Into<String>, report: &FitReport) -> Self {
         let codes = report.warning_codes.iter().map(ToString::to_string).collect();
         Self {

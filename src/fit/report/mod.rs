@@ -4,7 +4,9 @@
 //! the JSON of `rodfit fit --json`. `display` makes the text for a terminal, with the estimates (`quoted`,
 //! `estimate_table`, `experiment_estimates`), their `uncertainty` and `budget`, omitted `effects` and `validation`.
 //! `plot_data`, `replay` and `recorded_motion` make the data of the page's plots, `fit_summary` the rows of a
-//! comparison of several fits. `renamed_keys` converts stored reports of version 0.1.
+//! comparison of several fits. `renamed_keys` converts stored reports of version 0.1. Methods of the report return the
+//! values for a simulation, a line of text for a list of fits, the main findings as texts, and whether the grade is
+//! usable (exit code 0).
 
 pub(crate) mod budget;
 mod display;
@@ -78,10 +80,10 @@ pub struct FitReport {
     pub residual_rms: f64,
     /// Standard deviation of the noise of each measurement, given or estimated, in `units`.
     pub sigma: Vec<f64>,
-    /// Unit of each `sigma`: m, rad/s, N or N m.
+    /// Unit of each `sigma`: m, rad/s, N, N m, m/s^2, rad, or that of a gauge.
     pub units: Vec<String>,
-    /// Unit of each measurement in its file: m, Hz, rad/s, N or N m. The displayed report and the page use it; the values of the
-    /// JSON are in `units`.
+    /// Unit of each measurement in the displayed report and on the page: that of `units`, or Hz for frequencies in Hz. The
+    /// values of the JSON are in `units`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub data_units: Vec<String>,
     /// Singular values of the Jacobian with normalized columns, descending; near zero where
@@ -152,10 +154,10 @@ pub struct FitReport {
 }
 
 impl FitReport {
-    /// The report of the `outcome` of a fit that began at `since` (for the wall time). `experiments` include the validation
-    /// data, those of `search` do not. Sigmas, units and data units are those of the fitted measurements; resolutions and
-    /// left-out rows are those of all `experiments`. The cost is the work of `search` in full simulations on its mesh. The
-    /// budgets of all estimates are joined to one list.
+    /// The report of the `outcome` of a fit that began at `since` (for the wall time). `experiments` include the
+    /// validation data, those of `search` do not. Sigmas, units and data units are those of the fitted measurements;
+    /// resolutions and left-out rows are those of all `experiments`. The cost is the work of `search` in full
+    /// simulations on its mesh. The budgets of all estimates are joined to one list.
     pub(crate) fn new(
         outcome: FitOutcome,
         search: &Search,
@@ -205,8 +207,8 @@ impl FitReport {
         }
     }
 
-    /// A value and its unit, converted to the unit of the data files: from rad/s to Hz if frequencies were given in Hz and
-    /// none in rad/s. Other units stay.
+    /// A value and its unit, converted to the unit of the data files: from rad/s to Hz if frequencies were given in Hz
+    /// and none in rad/s. Other units stay.
     pub(crate) fn in_data_unit<'a>(&self, value: f64, unit: &'a str) -> (f64, &'a str) {
         // Reports use Hz only if no measurement was given in rad/s.
         let is_frequency = unit == "rad/s";
@@ -223,8 +225,8 @@ impl FitReport {
         self.parameters.iter().filter_map(|e| Some((e.name, e.value?))).collect()
     }
 
-    /// The identified parameters that belong to one experiment with their values, in their units. Those without a value are
-    /// left out.
+    /// The identified parameters that belong to one experiment with their values, in their units. Those without a value
+    /// are left out.
     pub fn parameters_of(&self, experiment: &Experiment) -> Vec<(Parameter, f64)> {
         let scene = experiment.problem.scene();
         // Without names of experiments an estimate belongs to all whose scenes have the parameter.
@@ -240,8 +242,8 @@ impl FitReport {
         likely_omitted_effects(&self.score_tests)
     }
 
-    /// One description per omitted effect with the largest biases above a standard error, with all its biased parameters.
-    /// Effects without such a bias are left out.
+    /// One description per omitted effect with the largest biases above a standard error, with all its biased
+    /// parameters. Effects without such a bias are left out.
     pub fn undetected_bias_texts(&self) -> Vec<String> {
         largest_biases(&self.undetected_bias).iter().map(|all| all[0].with(all)).collect()
     }
@@ -263,8 +265,9 @@ impl FitReport {
         self.parameters.iter().find(|e| e.name == parameter)
     }
 
-    /// Code of the grade and all estimates with standard errors or one-sided bounds in one line, for a list of several fits.
-    /// The code has at least 22 characters, then the estimates follow, separated by semicolons.
+    /// Code of the grade and all estimates with standard errors or one-sided bounds in one line, for a list of several
+    /// fits. Estimates without these are `no error` or `not identifiable`. The code is padded to 22 characters, then
+    /// the estimates follow, separated by semicolons.
     pub fn in_a_line(&self) -> String {
         let value = |e: &Estimate| {
             let unit = e.name.unit();
@@ -286,15 +289,16 @@ impl FitReport {
         format!("{:<22}  {}", self.grade.code(), values.join("; ")).trim_end().into()
     }
 
-    /// Whether the grade is usable, so that the exit code is 0: the fit converged, was not stopped, and every parameter is
-    /// identified. Warnings of the model or of the discretization do not count.
+    /// Whether the grade is usable, so that the exit code is 0. The fit then converged, was not stopped, every
+    /// parameter is identified, and no warning makes the values unusable. Other warnings, as of the model or of the
+    /// discretization, do not count.
     pub fn is_success(&self) -> bool {
         self.grade.is_usable()
     }
 }
 
-/// The parts of a covariance of `n` parameters for a report: correlations, singular values and unidentifiable directions.
-/// Without a covariance the `n` by `n` correlations are `None`, the other lists empty.
+/// The parts of a covariance of `n` parameters for a report: correlations, singular values and unidentifiable
+/// directions. Without a covariance the `n` by `n` correlations are `None`, the other lists empty.
 pub(crate) fn covariance_parts(
     covariance: Option<Covariance>,
     n: usize,
@@ -305,8 +309,8 @@ pub(crate) fn covariance_parts(
     }
 }
 
-/// Mesh, step and scheme of each experiment for which the program chose any of them, `None` for others; an empty list if it
-/// chose none.
+/// Mesh, step and scheme of each experiment for which the program chose any of them, `None` for others; an empty list
+/// if it chose none.
 pub(crate) fn resolutions(experiments: &[Experiment]) -> Vec<Option<Resolution>> {
     let chosen = |e: &Experiment| e.problem.resolution().copied().filter(|r| r.chosen.any());
     let all: Vec<_> = experiments.iter().map(chosen).collect();
@@ -319,8 +323,9 @@ fn dropped(experiments: &[Experiment]) -> Vec<DroppedRows> {
     all.map(|(e, m)| DroppedRows { observation: e.label(m), rows: m.dropped() }).collect()
 }
 
-/// A `value` as text in exponential form, with `ceil(log10(|value/error|)) + 1` digits after the point, 1 to 15. These reach
-/// at least the second significant digit of its `error`; 15 digits if the number is not finite, as for a value of zero.
+/// A `value` as text in exponential form, with `ceil(log10(|value/error|)) + 1` digits after the point, 1 to 15. These
+/// reach at least the second significant digit of its `error`; 15 digits if the number is not finite, as for a value of
+/// zero.
 pub(crate) fn digits(value: f64, error: f64) -> String {
     // The digits of value over error, and one more for the second significant digit of the error.
     let needed = (value.abs() / error.abs().max(f64::MIN_POSITIVE)).log10().ceil() + 1.0;

@@ -1,11 +1,12 @@
-//! Outcomes of a fit, from which its report is made: an assessed optimum ([`FitOutcome::assessed`]), a search stopped by the
-//! user (`unfinished`), or data rejected without a search (`unsearched`).
+//! Outcomes of a fit, from which its report is made: an assessed optimum ([`FitOutcome::assessed`]), a search stopped
+//! by the user (`unfinished`), or data rejected without a search (`unsearched`).
 //!
-//! [`FitOutcome`] has the assessment (estimates, noise, tests), the conclusion (grade, verdict, status, warnings), the local
-//! minima and, on demand, the data of plots. Estimates have errors only after an assessment. Of a stopped search they are the
-//! best values so far, with the grade `interrupted`; before the first simulation this is [`Error::Interrupted`]. Rejected
-//! data give estimates without values, the grade unusable and one warning (`NoMotion`). If the plots' simulation of an
-//! assessed optimum fails, a note is added. Local minima have no values if a parameter is not identifiable.
+//! [`FitOutcome`] has the assessment (estimates, noise, tests), the conclusion (grade, verdict, status, warnings), the
+//! local minima and, on demand, the data of plots. Estimates have errors only after an assessment. Of a stopped search
+//! they are the best values so far, with the grade `interrupted`; before the first simulation this is
+//! [`Error::Interrupted`]. Rejected data give estimates without values, the grade unusable and one warning
+//! (`NoMotion`). If the plots' simulation of an assessed optimum fails, a note is added. Local minima have no values if
+//! a parameter is not identifiable.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -36,10 +37,10 @@ pub(crate) struct FitOutcome {
 }
 
 impl FitOutcome {
-    /// The outcome of an assessed optimum, with its grade, warnings and local minima. `experiments` include the validation
-    /// data; `keeps_plots`: with data of plots, which need one more simulation. If that fails, there is a note and no shapes.
-    /// The fit counts as interrupted if the stop flag is set by now. The summary of the local minima has no values if a
-    /// parameter is not identifiable.
+    /// The outcome of an assessed optimum, with its grade, warnings and local minima. `experiments` include the
+    /// validation data; `keeps_plots`: with data of plots, which need one more simulation. If that fails, there is a
+    /// note and no shapes. The fit counts as interrupted if the stop flag is set by now. The summary of the local
+    /// minima has no values if a parameter is not identifiable.
     pub fn assessed(
         Fitted { search, optimum }: Fitted,
         mut assessment: FitAssessment,
@@ -82,9 +83,9 @@ impl FitOutcome {
         }
     }
 
-    /// The outcome of a search that the user stopped: the best values so far, without errors, the noise estimated at them,
-    /// and the grade `interrupted`. Plots have series only if that point is of the whole records. [`Error::Interrupted`] if
-    /// nothing was simulated yet.
+    /// The outcome of a search that the user stopped: the best values so far, without errors, the noise estimated at
+    /// them, and the grade `interrupted`. Plots have series only if that point is of the whole records.
+    /// [`Error::Interrupted`] if nothing was simulated yet.
     pub fn unfinished(search: &Search, keeps_plots: bool) -> Result<Self, Error> {
         let best = search.journal.best().ok_or(Error::Interrupted)?;
         // Only residuals of the whole records can be shown against all data.
@@ -125,9 +126,10 @@ impl FitOutcome {
         })
     }
 
-    /// The outcome of recordings that cannot be fitted for a `reason`, as without motion: the grade is unusable, parameters
-    /// have no values, and the only warning is the reason with the code `NoMotion`. The sigmas are the sizes of the observed
-    /// motions, and the RMS residual is the largest of them. Local minima and series of plots are empty.
+    /// The outcome of recordings that cannot be fitted for a `reason`, as without motion. The grade is unusable,
+    /// parameters have no values, and the only warning is the reason with the code `NoMotion`. The sigmas are the sizes
+    /// of the observed motions, and the RMS residual is the largest of them. Local minima and series of plots are
+    /// empty.
     pub fn unsearched(search: &Search, reason: &str, keeps_plots: bool) -> Self {
         let sizes: Vec<f64> = all(search.experiments).map(|(e, m)| m.size(&e.problem)).collect();
         let estimates = search.unknowns.iter().map(|u| Estimate::without_error(u, None));

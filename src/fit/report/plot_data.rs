@@ -2,10 +2,10 @@
 //!
 //! [`PlotData`] has per coordinate the observed and simulated values ([`Series`]), and shapes of the rod
 //! ([`RodShape`]). Of the search it has the ranges, the convergence history, the scan and profile likelihoods.
-//! Comparisons with recordings that drive the ends and the settings of the simulations complete it. Nothing is
-//! computed here: `report::replay` and `report::recorded_motion` fill it, if
-//! [`Fit::keep_plot_data`](super::Fit::keep_plot_data) requests it, at the cost of one more simulation of each
-//! experiment, and of several free runs of recordings that drive the ends.
+//! Comparisons with recordings that drive the ends and the settings of the simulations complete it.
+//! [`Series::residuals`] are simulated less observed values in sigmas. All else is only stored here: `report::replay`
+//! and `report::recorded_motion` fill it, if [`Fit::keep_plot_data`](super::Fit::keep_plot_data) requests it, at the
+//! cost of one more simulation of each experiment, and of several free runs of recordings that drive the ends.
 
 use crate::fit::measurement::dataset::Abscissa;
 use crate::fit::report::recorded_motion::RecordingPlots;
@@ -64,7 +64,8 @@ pub struct Series {
     pub experiment: String,
     /// Name of the measurement.
     pub label: String,
-    /// Coordinate: x, y or z; f for frequencies, g for user-defined measurements, fx to mz for sensors.
+    /// Coordinate: x, y or z; f for frequencies, g for user-defined measurements, ux to uz for load-deflection curves, P for
+    /// critical loads, or the component of a sensor, such as fx.
     pub axis: String,
     /// Unit of `observed`, `simulated` and `sigma`.
     pub unit: String,

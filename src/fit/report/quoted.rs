@@ -38,8 +38,8 @@ pub(crate) struct QuotedEstimate {
 }
 
 impl QuotedEstimate {
-    /// The row of an estimate with its quoted interval: expanded, with the combined standard uncertainty, if a budget line
-    /// has a stated uncertainty; else statistical, with the standard error.
+    /// The row of an estimate with its quoted interval: expanded, with the combined standard uncertainty, if a budget
+    /// line has a stated uncertainty; else statistical, with the standard error.
     pub fn new(e: &Estimate) -> Self {
         // Without a stated input uncertainty the statistical interval is the one to quote.
         let has_inputs = e.budget.iter().any(|line| line.std.is_some());
@@ -51,8 +51,8 @@ impl QuotedEstimate {
         }
     }
 
-    /// The row of the estimate `e` with this standard error `std` and the `ends` of its interval. One-sided bounds of the
-    /// estimate replace the interval, the lower one first; without ends there is none.
+    /// The row of the estimate `e` with this standard error `std` and the `ends` of its interval. One-sided bounds of
+    /// the estimate replace the interval, the lower one first; without ends there is none.
     fn with_interval(e: &Estimate, std: Option<f64>, ends: Option<[f64; 2]>) -> Self {
         let positive = e.value.filter(|value| e.name.is_positive() && *value > 0.0);
         // A bound replaces the interval of a parameter that the data bound from one side only.
@@ -73,8 +73,8 @@ impl QuotedEstimate {
         }
     }
 
-    /// The row of a combination of parameters that are not identifiable by themselves, with its 95 % interval. `None` for
-    /// groups without an interval, the ratios to the density.
+    /// The row of a combination of parameters that are not identifiable by themselves, with its 95 % interval. `None`
+    /// for groups without an interval, the ratios to the density.
     fn from_combination(group: &DeterminedGroup) -> Option<Self> {
         Some(Self {
             label: group.name.clone(),
@@ -88,8 +88,8 @@ impl QuotedEstimate {
         })
     }
 
-    /// The number by which the page chooses the unit of the row: the lower bound, the estimate if it is not zero, or the
-    /// upper bound; else zero.
+    /// The number by which the page chooses the unit of the row: the lower bound, the estimate if it is not zero, or
+    /// the upper bound; else zero.
     #[cfg(feature = "page")]
     pub fn size(&self) -> f64 {
         match (self.interval, self.value.filter(|value| *value != 0.0)) {
@@ -101,8 +101,8 @@ impl QuotedEstimate {
     }
 }
 
-/// The rows of the table of estimates: all `parameters` in order, each followed by the statistical part if its interval is
-/// expanded, then the combinations in `groups` that have an interval.
+/// The rows of the table of estimates: all `parameters` in order, each followed by the statistical part if its interval
+/// is expanded, then the combinations in `groups` that have an interval.
 pub(crate) fn quoted_estimates(
     parameters: &[Estimate],
     groups: &[DeterminedGroup],
@@ -124,8 +124,8 @@ pub(crate) fn quoted_estimates(
     rows
 }
 
-/// The column heading of the errors on a terminal: `std. uncertainty`, the term of the GUM, if any interval is expanded, else
-/// `standard error`.
+/// The column heading of the errors on a terminal: `std. uncertainty`, the term of the GUM, if any interval is
+/// expanded, else `standard error`.
 pub(crate) fn error_heading(rows: &[QuotedEstimate]) -> &'static str {
     match rows.iter().any(|row| row.is_expanded) {
         true => "std. uncertainty",

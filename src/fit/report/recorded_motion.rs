@@ -20,8 +20,8 @@ use crate::scene::{Point, Track};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Largest number of nodes times steps of which all positions are recorded, for the memory. In longer simulations only those
-/// of nodes with markers are.
+/// Largest number of nodes times steps of which all positions are recorded, for the memory. In longer simulations only
+/// those of nodes with markers are.
 const MOST_POSITIONS: usize = 2_000_000;
 /// Number of snapshots of a recording, evenly spaced in time.
 const SNAPSHOTS: usize = 12;
@@ -144,7 +144,8 @@ struct SampleError {
 }
 
 /// The comparison of all experiments whose ends are prescribed by a recording, at `x`, the unknowns on their scales; on
-/// several threads. Those that cannot be simulated are left out, as the report has their errors. `None` if none remains.
+/// several threads. Those that cannot be simulated are left out, as the report has their errors. `None` if none
+/// remains.
 pub(crate) fn recording_plots(
     experiments: &[Experiment],
     search: &Search,
@@ -162,8 +163,8 @@ pub(crate) fn recording_plots(
 
 /// The comparison of one recording at `x`, the unknowns on their scales: over its whole duration, and in windows of the
 /// shorter [`DURATIONS`], with errors of free markers and snapshots. Only nodes with markers are recorded beyond
-/// [`MOST_POSITIONS`]. The recording counts as validation data if all its measurements do. An error if the free run over the
-/// whole recording fails.
+/// [`MOST_POSITIONS`]. The recording counts as validation data if all its measurements do. An error if the free run
+/// over the whole recording fails.
 fn compare_recording(
     experiment: &Experiment,
     search: &Search,
@@ -194,10 +195,10 @@ fn compare_recording(
     Ok(RecordingComparison { motion, windows, speeds: sample_errors(&problem, &free_run) })
 }
 
-/// The mean errors over markers and frames, m, of free runs in evenly spread windows of a `duration`, s; `None` for a failed
-/// run. There are as many windows as fit into the recording, at least 1 and at most [`WINDOWS`]; their first frames are evenly
-/// spaced. Each run starts from the first [`START_FRAMES`] frames of its window. Windows with a missing marker or a glitch in
-/// these frames, or with fewer than two frames after these, are left out.
+/// The mean errors over markers and frames, m, of free runs in evenly spread windows of a `duration`, s; `None` for a
+/// failed run. There are as many windows as fit into the recording, at least 1 and at most [`WINDOWS`]; their first
+/// frames are evenly spaced. Each run starts from the first [`START_FRAMES`] frames of its window. Windows with a
+/// missing marker or a glitch in these frames, or with fewer than two frames after these, are left out.
 fn errors_in_windows(
     problem: &Problem,
     track: &Track,
@@ -234,9 +235,9 @@ fn errors_in_windows(
     errors
 }
 
-/// The simulated nodes, the recorded markers and the mean error of all markers, m, of a free run, at [`SNAPSHOTS`] evenly
-/// spaced frames after its start (fewer in short runs). The first is the frame after the first [`START_FRAMES`]. An error for
-/// a time after the end of the run.
+/// The simulated nodes, the recorded markers and the mean error of all markers, m, of a free run, at [`SNAPSHOTS`]
+/// evenly spaced frames after its start (fewer in short runs). The first is the frame after the first [`START_FRAMES`].
+/// An error for a time after the end of the run.
 fn snapshots(free_run: &FreeRun) -> Result<Vec<RecordedSnapshot>, Error> {
     let FreeRun { track, run, end, .. } = free_run;
     let frames = track.times().partition_point(|t| *t <= end * (1.0 + 1e-9));
@@ -263,9 +264,10 @@ fn snapshots(free_run: &FreeRun) -> Result<Vec<RecordedSnapshot>, Error> {
     chosen.iter().filter(|frame| **frame < frames).map(snapshot).collect()
 }
 
-/// Speed, m/s, and error, m, of every free marker in every compared frame of a free run. The speed is the recorded distance
-/// from the frame before to the one after over their time; the error is the mean of the three absolute coordinate differences.
-/// Frames with a glitch of the marker or without these neighbors are left out. Empty without recorded ends.
+/// Speed, m/s, and error, m, of every free marker in every compared frame of a free run. The speed is the recorded
+/// distance from the frame before to the one after over their time; the error is the mean of the three absolute
+/// coordinate differences. Frames with a glitch of the marker or without these neighbors are left out. Empty without
+/// recorded ends.
 fn sample_errors(problem: &Problem, free_run: &FreeRun) -> Vec<SampleError> {
     let (track, supports) = (&free_run.track, &problem.scene().supports);
     let Some(path) = &supports.path else { return Vec::new() };
@@ -291,8 +293,8 @@ fn mean(errors: impl Iterator<Item = f64>) -> Option<MeanError> {
     (count > 0).then(|| MeanError { mean: sum / count as f64, count })
 }
 
-/// Mean errors, m, of all free runs for each of [`DURATIONS`], ascending, of fitted and of validation recordings apart. The
-/// number of failed runs is that of both together. Durations without a run are left out.
+/// Mean errors, m, of all free runs for each of [`DURATIONS`], ascending, of fitted and of validation recordings apart.
+/// The number of failed runs is that of both together. Durations without a run are left out.
 fn window_errors(all: &[RecordingComparison]) -> Vec<WindowError> {
     let of_duration = |length: f64| {
         let own = |held_out: bool| {
@@ -308,10 +310,10 @@ fn window_errors(all: &[RecordingComparison]) -> Vec<WindowError> {
     DURATIONS.map(of_duration).into_iter().filter(has_runs).collect()
 }
 
-/// Mean errors of the free markers by ranges of their speed, of fitted and of validation recordings apart, ascending. Ranges
-/// begin at zero and have one round width ([`round_step`]): the [`SLOWER`] quantile of all speeds over [`SPEED_RANGES`] (the
-/// largest speed, if the quantile is zero). The last range begins below that quantile and includes all faster ones. A range
-/// without samples has no means. Empty without motion.
+/// Mean errors of the free markers by ranges of their speed, of fitted and of validation recordings apart, ascending.
+/// Ranges begin at zero and have one round width ([`round_step`]): the [`SLOWER`] quantile of all speeds over
+/// [`SPEED_RANGES`] (the largest speed, if the quantile is zero). The last range begins below that quantile and
+/// includes all faster ones. A range without samples has no means. Empty without motion.
 fn speed_errors(all: &[RecordingComparison]) -> Vec<SpeedError> {
     let mut sorted: Vec<f64> = all.iter().flat_map(|one| &one.speeds).map(|s| s.speed).collect();
     sorted.sort_by(f64::total_cmp);

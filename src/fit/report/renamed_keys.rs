@@ -1,9 +1,9 @@
 //! Keys of reports that were renamed after version 0.1, and the conversion of stored reports.
 //!
-//! Campaigns and other programs keep reports as JSON. [`with_current_names`] takes a JSON value and replaces former keys by the
-//! current ones, in place, at any depth; no number changes, and current reports stay as they are. A former key is recognized
-//! by the current key of the object or array that contains it (empty for the report), by the table [`RENAMED_KEYS`]. Former
-//! codes are replaced in `warning_codes`, and in brackets at the end of any text.
+//! Campaigns and other programs keep reports as JSON. [`with_current_names`] takes a JSON value and replaces former
+//! keys by the current ones, in place, at any depth; no number changes, and current reports stay as they are. A former
+//! key is recognized by the current key of the object or array that contains it (empty for the report), by the table
+//! [`RENAMED_KEYS`]. Former codes are replaced in `warning_codes`, and in brackets at the end of any text.
 
 use crate::code::{Code, named};
 use serde_json::{Map, Value};
@@ -72,8 +72,8 @@ pub fn with_current_names(report: &mut Value) {
     rename(report, "");
 }
 
-/// Replaces former keys and codes in a `value`, in place, and in all values that it contains. `within` is its (current) key
-/// in its container; elements of an array have that of the array.
+/// Replaces former keys and codes in a `value`, in place, and in all values that it contains. `within` is its (current)
+/// key in its container; elements of an array have that of the array.
 fn rename(value: &mut Value, within: &str) {
     match value {
         Value::Object(object) => {
@@ -99,8 +99,8 @@ fn rename(value: &mut Value, within: &str) {
     }
 }
 
-/// The text with the current code in the place of a former one: of a message that ends with the code in brackets, or, if
-/// `is_code`, of a code alone. `None` for other texts.
+/// The text with the current code in the place of a former one: of a message that ends with the code in brackets, or,
+/// if `is_code`, of a code alone. `None` for other texts.
 fn with_current_code(text: &str, is_code: bool) -> Option<String> {
     // Brackets inside a text are no codes: only the last ones of a warning are.
     let (message, name) = match is_code {

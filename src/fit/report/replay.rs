@@ -2,11 +2,11 @@
 //!
 //! Input: a search, its optimum, and the reported noise of each measurement. [`static_plots`] needs no simulation:
 //! search ranges, history, scan, settings, and per coordinate the observed and simulated values (observed plus
-//! residual) in the unit of the data file. Without an optimum there are no such values. [`add_motion`] simulates once
-//! more at the optimum (an equilibrium or a structure again for all nodes). It adds the model's curves between the
-//! data, over the recording's clock, s ([`CURVE`] intervals), or the arc length, m. It also adds shapes of the rod in
-//! recorded coordinates: about [`SHAPES`] at evenly spaced times, and the one at rest. A simulation that fails is an
-//! error; results before it remain.
+//! residual) in the unit of the data file. Without an optimum there are no such values. [`measurement_series`] makes
+//! those of one measurement. [`add_motion`] simulates once more at the optimum (an equilibrium or a structure again for
+//! all nodes). It adds the model's curves between the data, over the recording's clock, s ([`CURVE`] intervals), or the
+//! arc length, m. It also adds shapes of the rod in recorded coordinates: about [`SHAPES`] at evenly spaced times, and
+//! the one at rest. A simulation that fails is an error; results before it remain.
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
@@ -35,8 +35,8 @@ const CURVE: usize = 400;
 /// Largest number of fixed-point iterations for the time at which a row of a rolling shutter is read.
 const ROW_ITERATIONS: usize = 20;
 
-/// The data of plots without a simulation: search ranges, history, scan, settings, version, and the series at the `optimum`,
-/// if there is one. `sigma` is the reported noise of each measurement, in its unit.
+/// The data of plots without a simulation: search ranges, history, scan, settings, version, and the series at the
+/// `optimum`, if there is one. `sigma` is the reported noise of each measurement, in its unit.
 pub(crate) fn static_plots(search: &Search, optimum: Option<&Optimum>, sigma: &[f64]) -> PlotData {
     let range = |unknown: &Unknown| SearchRange {
         name: unknown.parameter,
@@ -109,9 +109,9 @@ fn series(fitted: Fitted, sigma: &[f64]) -> Vec<Series> {
     all
 }
 
-/// Observed and simulated values of a measurement, one series per coordinate, in the unit of its file, without curve and name
-/// of the experiment. A simulated value is the observed one plus its residual; `residuals` are in units of `residual_sigma`.
-/// `sigma` is the reported noise.
+/// Observed and simulated values of a measurement, one series per coordinate, in the unit of its file, without curve
+/// and name of the experiment. A simulated value is the observed one plus its residual; `residuals` are in units of
+/// `residual_sigma`. `sigma` is the reported noise.
 pub(crate) fn measurement_series(
     problem: &Problem,
     measurement: &Measurement,
@@ -143,9 +143,9 @@ pub(crate) fn measurement_series(
 }
 
 /// Simulates every fitted experiment at `x`, the unknowns on their scales, and adds the results to `plots`, in recorded
-/// coordinates. These are the curves of the model in the series of motions and shapes at rest. Shapes of the rod follow: about
-/// [`SHAPES`] at evenly spaced times of a motion, and the one at rest. `plots` must have the series of [`static_plots`] in
-/// their order. Results before an error remain.
+/// coordinates. These are the curves of the model in the series of motions, and of shapes at rest of one rod. Shapes of
+/// the rod follow: about [`SHAPES`] at evenly spaced times of a motion, and the one at rest. `plots` must have the
+/// series of [`static_plots`] in their order. Results before an error remain.
 pub(crate) fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Result<(), Error> {
     let residuals = search.all_residuals()?;
     let mut all = plots.series.iter_mut();
@@ -197,8 +197,8 @@ pub(crate) fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Re
 /// Curves of x, y and z: pairs of abscissa (s or m) and value, m.
 type CoordinateCurves = [Vec<[f64; 2]>; 3];
 
-/// The simulated x, y and z of a recorded point, m, as the camera records them, over the clock of its recording, s. There are
-/// [`CURVE`] intervals between its first and last sample; empty without a simulated motion.
+/// The simulated x, y and z of a recorded point, m, as the camera records them, over the clock of its recording, s.
+/// There are [`CURVE`] intervals between its first and last sample; empty without a simulated motion.
 fn motion_curves(
     own: &PointMotion,
     run: &ExperimentRun,
@@ -232,7 +232,9 @@ fn motion_curves(
     Ok(curves)
 }
 
-/// The rods of a structure at evenly spaced times, or at rest, one shape for each rod; none of a scene of one rod.
+/// Shapes of a structure in recorded coordinates, one per rod: at [`SHAPES`] evenly spaced steps of the motion, and at
+/// rest, each if a measurement requires it. Motion and equilibrium are computed again for all nodes. Empty for a scene
+/// of one rod.
 fn structure_shapes(
     experiment: &Experiment,
     run: &ExperimentRun,
@@ -267,7 +269,7 @@ fn structure_shapes(
 }
 
 /// The shape of the rod in equilibrium, all nodes in recorded coordinates, by a further static solution; `None` if no
-/// measurement requires it.
+/// measurement requires it, and for structures.
 fn equilibrium_shape(
     experiment: &Experiment,
     run: &ExperimentRun,

@@ -1,10 +1,11 @@
 //! Text of the uncertainty of the estimates, beyond the table of estimates.
 //!
-//! Input: a [`FitReport`]. Output: its summary with the discretization error of each parameter (correction and remaining
-//! error), in per cent, or in the unit of a parameter that may be zero. Intervals by other methods follow, as far as they were
-//! computed: observed information, differences between experiments, profile likelihood (an open end is `none`), bootstrap.
-//! The table of estimates by each experiment is next, if the differences give a reported interval. The strongest correlations
-//! (at most [`CORRELATIONS`]), ratios to the density, uncertainty budgets and input sensitivities are last.
+//! Input: a [`FitReport`]. Output: its summary with the discretization error of each parameter (correction and
+//! remaining error), in per cent, or in the unit of a parameter that may be zero. Intervals by other methods follow, as
+//! far as they were computed: observed information, differences between experiments, profile likelihood (an open end is
+//! `none`), bootstrap. The table of estimates by each experiment is next, if the differences give a reported interval.
+//! The strongest correlations (at most [`CORRELATIONS`]), ratios to the density, uncertainty budgets and input
+//! sensitivities are last.
 
 use crate::fit::report::estimate_table::is_from_clusters;
 use crate::fit::report::experiment_estimates::add_experiment_estimates;
@@ -16,14 +17,15 @@ use crate::numerics::total_order;
 use crate::summary::Summary;
 use std::cmp::Reverse;
 
-/// Ratio of the standard error between experiments to that of the residuals above which the experiments differ by more than
-/// noise. A smaller ratio reports chance differences of few experiments.
+/// Ratio of the standard error between experiments to that of the residuals above which the experiments differ by more
+/// than noise. A smaller ratio reports chance differences of few experiments.
 const DIFFERENCE: f64 = 2.0;
 /// Number of listed correlations, the strongest first.
 const CORRELATIONS: usize = 6;
 
-/// The `summary` with discretization errors, intervals by other methods, correlations, ratios to the density (with the source
-/// of their error), budgets and input sensitivities of the `report`; each only if there is one.
+/// The `summary` with discretization errors, intervals by other methods, estimates by experiment, correlations, ratios
+/// to the density (with the source of their error), budgets and input sensitivities. Each part is added only if the
+/// `report` has it.
 pub(super) fn add_uncertainty(mut summary: Summary, report: &FitReport) -> Summary {
     summary = summary.facts("Discretization error", discretization(report));
     summary = report.parameters.iter().fold(summary, add_intervals);
@@ -39,8 +41,8 @@ pub(super) fn add_uncertainty(mut summary: Summary, report: &FitReport) -> Summa
     budget::add_input_sensitivities(summary, &report.parameters)
 }
 
-/// The estimated discretization error of every parameter as text: its correction, if any, and the remaining error, in per
-/// cent or in the unit of a parameter that may be zero. Parameters without an estimate of it are left out.
+/// The estimated discretization error of every parameter as text: its correction, if any, and the remaining error, in
+/// per cent or in the unit of a parameter that may be zero. Parameters without an estimate of it are left out.
 fn discretization(report: &FitReport) -> Vec<String> {
     let mut texts = Vec::new();
     for (e, error) in report.parameters.iter().zip(&report.discretization_error) {
@@ -67,9 +69,9 @@ fn discretization(report: &FitReport) -> Vec<String> {
     texts
 }
 
-/// The `summary` with one fact for each other interval of an estimate that was computed: observed information, differences
-/// between experiments, profile likelihood (an open end as `none`), bootstrap. That of the differences has the reason for the
-/// reported interval.
+/// The `summary` with one fact for each other interval of an estimate that was computed: observed information,
+/// differences between experiments, profile likelihood (an open end as `none`), bootstrap. That of the differences has
+/// the reason for the reported interval.
 fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
     let (unit, label) = (e.name.unit(), e.label());
     let error = e.std_error.unwrap_or(0.0);
@@ -112,8 +114,8 @@ fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
     summary
 }
 
-/// The correlations between two estimates as text, the largest magnitudes first, at most [`CORRELATIONS`]. Pairs without a
-/// value are left out.
+/// The correlations between two estimates as text, the largest magnitudes first, at most [`CORRELATIONS`]. Pairs
+/// without a value are left out.
 fn correlations(report: &FitReport) -> Vec<String> {
     let n = report.parameters.len();
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();

@@ -1,10 +1,12 @@
-//! The errors of the validation data of a fit, as one line of its text.
+//! The line on the errors of the validation data in the summary of a fit. Validation data are measurements that were
+//! held out of the fit.
 //!
-//! Input: a [`FitReport`]. For recordings with prescribed ends it is the mean error per coordinate, m, of the
-//! held-out recordings: mean, median and worst, or the mean alone of a single one. Otherwise it is the RMS error of
-//! the held-out measurements with the unit of the first one (others are left out). It has the median and the worst,
-//! or of a single one its error and the expected one. Output: the summary with this line; unchanged without
-//! validation data.
+//! Input: a [`FitReport`] and the summary. If recordings with prescribed ends were held out, an error is the mean
+//! absolute difference per coordinate, m, of the simulated markers from the recording. The line then has the mean,
+//! median and worst of these errors, or the mean alone of a single recording. Otherwise an error is the RMS difference
+//! of a held-out measurement. Only measurements with the unit of the first one count. The line then has the median and
+//! the worst, or of a single measurement its error and the expected one. The worst one is named. Output of
+//! [`add_validation_error`]: the summary with this line; unchanged without validation data.
 
 use crate::fit::report::FitReport;
 use crate::fit::uncertainty::discrepancy::prediction::Prediction;
@@ -20,9 +22,10 @@ pub(crate) fn add_validation_error(summary: Summary, report: &FitReport) -> Summ
     summary.facts("Validation error", validation_text(report))
 }
 
-/// With held-out recordings of driven ends the text of their errors: mean, median and worst of the mean errors, m per
-/// coordinate. Otherwise that of the RMS errors of the held-out observations in the unit of the first one: median and worst,
-/// of a single one the expected error too. The worst has its name. `None` without validation data.
+/// The text of the errors of the validation data of a `report`; `None` without any. For held-out recordings with
+/// prescribed ends it has the mean, median and worst of their mean errors, m per coordinate, or the mean alone of a
+/// single one. Otherwise it has the RMS errors of the held-out measurements with the unit of the first one: median and
+/// worst, or of a single one its error and the expected one. The worst is named.
 fn validation_text(report: &FitReport) -> Option<String> {
     if let Some(held_out) = report.recordings.as_ref().and_then(|r| r.held_out.as_ref()) {
         let [mean, median, worst] =

@@ -1,13 +1,16 @@
 //! Coarse models of the experiments: few edges and large time steps, for the many simulations of a scan.
 //!
-//! Input: a search with its experiments and the first period of each. The mesh has at least [`COARSE_SEGMENTS`] edges
-//! (per rod of a structure), [`COARSE_PER_MODE`] edges per measured mode, and a turning angle per edge of at most
-//! [`COARSE_TURN`] ([`COARSE_CORRECTED_TURN`] for corrected elements). A mesh that is coarser already stays. The step
-//! is a fraction of the first period, at most one that resolves moving supports, never below that of the scene. It
-//! keeps the numerical damping of the scene, and it stays if Newmark's beta is unknown. If it does not, a scheme with
-//! a stability limit becomes the default one. Meshes of rods driven by a recording stay too. Output: [`ScanModel`].
-//! Its points are converted to the full model by a shift of `ln E` only, by the ratio of the free lengths of the rod
-//! on both meshes.
+//! Input: a search with its experiments, the first period of each, s, and a number of steps in it. The mesh has at
+//! least [`COARSE_SEGMENTS`] edges (per rod of a structure) and [`COARSE_PER_MODE`] per measured mode. Its turning
+//! angle per edge is at most [`COARSE_TURN`], or [`COARSE_CORRECTED_TURN`] for elements that are corrected for the
+//! curvature. A mesh that is coarser already stays. The step is the first period over the number of steps, at most one
+//! that resolves moving supports and signals, never below that of the scene. The numerical damping of the scene stays,
+//! and a scheme with a stability limit becomes the default one. Step and scheme stay if Newmark's beta is an unknown of
+//! the experiment. A rod driven by a recording keeps its mesh, a structure with a recording also its step and scheme.
+//!
+//! Output: [`ScanModel`] with these experiments, or with copies of the full ones. It returns a search over them, and
+//! converts points between both models. `ln E` differs by four times the logarithm of the ratio of the free lengths on
+//! both meshes; other unknowns are equal. A coarse scene that is not valid is an error.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -18,13 +21,14 @@ use crate::scene::{Clamp, Discretization, Parameter, Scheme, Support};
 
 /// Smallest number of edges of a coarse model. Fewer are faster, but shift the minimum from that of the full model.
 const COARSE_SEGMENTS: usize = 12;
-/// Largest turning angle per edge of a curved rod, rad. A coarser polygon is too stiff for the modulus to be within the basin
-/// of the minimum.
+/// Largest turning angle per edge of a curved rod, rad. A coarser polygon is too stiff for the modulus to be within the
+/// basin of the minimum.
 const COARSE_TURN: f64 = 0.2;
 /// Like [`COARSE_TURN`], for elements that are [corrected](Discretization) for the curvature of a helix or an arc: the
 /// modulus has an error of 0.1 % with the correction, and of 30 % without.
 const COARSE_CORRECTED_TURN: f64 = 1.0;
-/// Smallest number of edges per mode, up to the highest measured one: twelve edges have 44 modes, higher ones need two each.
+/// Smallest number of edges over the number of the highest measured mode: twelve edges have 44 modes, higher ones need
+/// two each.
 const COARSE_PER_MODE: usize = 2;
 
 /// The experiments of a search on coarse meshes and with large steps, with their measurements.
@@ -33,8 +37,9 @@ pub(crate) struct ScanModel {
 }
 
 impl ScanModel {
-    /// The coarse models of all experiments of a search. `first` is the first period of each experiment, s, and `steps` the
-    /// number of time steps in it: the step is about `first/steps`. An error if a coarse scene is invalid.
+    /// The coarse models of all experiments of a search, in their order. `first` is the first period of each
+    /// experiment, s, and `steps` the number of time steps in it: the step is `first/steps` within the limits of the
+    /// header. An error if a coarse scene is invalid.
     pub fn new(search: &Search, first: &[f64], steps: f64) -> Result<Self, Error> {
         let coarse = |(experiment, first): (&Experiment, &f64)| {
             let unknowns: Vec<&Unknown> =
@@ -45,22 +50,22 @@ impl ScanModel {
         Ok(Self { experiments: experiments.collect::<Result<_, _>>()? })
     }
 
-    /// A `ScanModel` with clones of the search's experiments on their own meshes and with their own steps. It is used where
-    /// coarse ones fail.
+    /// A `ScanModel` with clones of the search's experiments on their own meshes and with their own steps. It is used
+    /// where coarse ones fail.
     pub fn from_full_model(search: &Search) -> Self {
         Self { experiments: search.experiments.to_vec() }
     }
 
-    /// A search over the coarse experiments, with unknowns, sigmas, weights and tolerance of the `full` search. Its counter
-    /// of the work and its journal are new, and it has no progress callback.
+    /// A search over the coarse experiments, with unknowns, sigmas, weights and tolerance of the `full` search. Its
+    /// counter of the work and its journal are new, and it has no progress callback.
     pub fn search<'a>(&'a self, full: &Search<'a>) -> Search<'a> {
         Search { experiments: &self.experiments, ..full.detached() }
     }
 
     /// The point of the full model with the same frequencies as the point `x` of the coarse one, both on the unknowns'
-    /// scales. Walls at nodes make a rod half an edge too short, which is more on the coarse mesh. Frequencies are
-    /// proportional to `sqrt(E)/length^2`. So `ln E` rises by `4 ln(full/coarse)`, with the free lengths of both meshes in
-    /// the first experiment of the modulus; other unknowns stay.
+    /// scales. Clamps at nodes make a rod half an edge too short, which is more on the coarse mesh. Frequencies are
+    /// proportional to `sqrt(E)/length^2`. So `ln E` rises by `4 ln(full/coarse)`, with the free lengths of both meshes
+    /// in the first experiment of the modulus; other unknowns stay.
     pub fn to_full_model(&self, search: &Search, mut x: Vec<f64>) -> Vec<f64> {
         for (x, unknown) in x.iter_mut().zip(search.unknowns) {
             let mut both = search.experiments.iter().zip(&self.experiments);
@@ -84,8 +89,8 @@ impl ScanModel {
     }
 }
 
-/// Free length of a rod over its length: `1 - walls/(2 n)` with clamps at nodes, `n` edges and zero to two clamped ends; 1
-/// with clamps in the middle of an edge.
+/// Free length of a rod over its length: `1 - w/(2 n)` with clamps at nodes, `n` edges and `w` clamped ends (0 to 2).
+/// It is 1 with clamps in the middle of an edge.
 fn free_length_ratio(problem: &Problem) -> f64 {
     let supports = &problem.scene().supports;
     let walls = [supports.start, supports.end].iter().filter(|s| **s == Support::Clamped).count();
@@ -95,10 +100,11 @@ fn free_length_ratio(problem: &Problem) -> f64 {
     }
 }
 
-/// The problem of an experiment on a coarse mesh with steps of `step`, s, at most those that resolve moving supports, and
-/// never below the scene's own. The numerical damping `(beta - 1/2) h` stays. With the step, schemes with a stability limit
-/// become the default one. The mesh is described in the module's header. The mesh stays where it is coarse already or a
-/// recording drives the rod, whose markers are at nodes. The step stays if Newmark's beta is among the `unknowns`.
+/// The problem of an experiment on a coarse mesh, as the module's header describes it, with steps of `step`, s. Steps
+/// are at most those that resolve moving supports and signals, and never below the scene's own. The numerical damping
+/// `(beta - 1/2) h` of Newmark's scheme stays, and schemes with a stability limit become the default one. Step and
+/// scheme stay if beta is among the `unknowns`. The mesh stays where it is coarse already or a recording drives the
+/// rod. A structure with a recording is unchanged. An error if the new scene is invalid.
 fn coarse(experiment: &Experiment, unknowns: &[&Unknown], step: f64) -> Result<Problem, Error> {
     let problem = &experiment.problem;
     let mut scene = problem.scene().clone();

@@ -1,16 +1,18 @@
 //! Plausibility checks of data and scene before the search, without a simulation.
 //!
-//! Input: the fitted experiments and the unknowns. Recordings without motion of a driven rod are a fatal reason: the
-//! fit is not searched. For rods released at rest, three properties of each recorded motion are checked. These are
-//! the distance of the first samples from the point's position in the scene ([`START_DISTANCE`] of the length), rest
-//! after t = 0 (onset of motion), and the time scale under gravity ([`TIME_SCALE`]). Experiments of structures, and
-//! those with an unknown of the camera or the clamp angle, have no such checks. Output: [`DataPrecheck`] with the
-//! fatal reason, or suspicions with likely causes and corrections. The report has the suspicions if the fit does not
-//! explain the data. A start beyond the second [`START_DISTANCE`] is an error.
+//! Input: the fitted experiments and the unknowns. If the scene drives a rod and its recordings show no motion, that is
+//! a fatal reason: the fit is not searched. For rods released at rest, up to three properties of each recorded motion
+//! are checked. These are the distance of the first samples from the point's position in the scene ([`START_DISTANCE`]
+//! of the length), rest after t = 0 (a late release), and the time scale under gravity ([`TIME_SCALE`]). Experiments of
+//! structures, and those with an unknown of the camera or the clamp angle, have no such checks. Output:
+//! [`DataPrecheck`] with the fatal reason, and with suspicions that name likely causes and corrections. The report has
+//! the suspicions if the fit does not explain the data. A start beyond the second [`START_DISTANCE`] is an error, and
+//! so is a point that is not on the rod.
 //!
-//! Time scale: consider a straight rod at rest that is released under its weight alone. The mean of a point's way down times
-//! the square of its circular frequency is about the acceleration of gravity, whatever the material of the rod. It is 1.55 of
-//! it at the tip of a cantilever, 1.30 in the middle between two walls. Wrong clocks and wrong scales change that number.
+//! Time scale: consider a straight rod at rest that is released under its weight alone. The mean of a point's way down
+//! times the square of its circular frequency is about the acceleration of gravity, whatever the material of the rod.
+//! It is 1.55 of it at the tip of a cantilever, 1.30 in the middle between two walls. Wrong clocks and wrong scales
+//! change that number.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -28,45 +30,46 @@ use crate::numerics::upper_median;
 use crate::numerics::vector::{Vector, dot, scale, sub};
 use crate::scene::{InitialState, Parameter, Point, Shape, Support};
 
-/// Distances of the first sample from the start in the scene, over the length of the rod: above the first one a suspicion is
-/// reported, above the second one the recording is rejected.
+/// Distances of the first sample from the start in the scene, over the length of the rod: above the first one a
+/// suspicion is reported, above the second one the recording is rejected.
 const START_DISTANCE: [f64; 2] = [0.05, 0.25];
 /// Largest distance from the first sample to a node that the recording may have followed instead, over the first start
 /// distance. A larger one names a node that is not the tracked point.
 const NODE_DISTANCE: f64 = 0.5;
-/// Distance of a first sample, in standard deviations of the noise, that noise explains. A larger number accepts starts that are
-/// farther away in noisy data.
+/// Distance of a first sample, in standard deviations of the noise, that noise explains. A larger number accepts starts
+/// that are farther away in noisy data.
 const START_NOISE: f64 = 6.0;
-/// Smallest spread of the way down whose time scale is checked, in standard deviations of the noise. A smaller one checks motions
-/// that noise dominates.
+/// Smallest spread of the way down whose time scale is checked, in standard deviations of the noise. A smaller one
+/// checks motions that noise dominates.
 const SWING_NOISE: f64 = 4.0;
-/// Smallest cosine of the angle between the directions from the wall to the start in the scene and the recorded start at
-/// which a wrong scale is the likely cause. A smaller one attributes wrong origins to the scale.
+/// Smallest cosine of the angle between the directions from the wall to the start in the scene and the recorded start
+/// at which a wrong scale is the likely cause. A smaller one attributes wrong origins to the scale.
 const SAME_DIRECTION: f64 = 0.98;
-/// Plausible range of the mean way down times the square of the circular frequency, over gravity (no unit). A wider range
-/// finds fewer wrong clocks and scales, a narrower one suspects correct ones.
+/// Plausible range of the mean way down times the square of the circular frequency, over gravity (no unit). A wider
+/// range finds fewer wrong clocks and scales, a narrower one suspects correct ones.
 const TIME_SCALE: [f64; 2] = [0.3, 6.0];
 /// The typical value in that range, by which the warning computes the likely factors.
 const TYPICAL_TIME_SCALE: f64 = 1.4;
-/// Largest cosine of the angle between the straight rod and gravity at which the time scale is checked: a rod along gravity does
-/// not fall.
+/// Largest cosine of the angle between the straight rod and gravity at which the time scale is checked: a rod along
+/// gravity does not fall.
 const LARGEST_SLOPE: f64 = 0.9;
-/// Mean way up, over the spread of the way, above which the point moves against gravity. A smaller ratio suspects noisy or
-/// sideways motions.
+/// Mean way up, over the spread of the way, above which the point moves against gravity. A smaller ratio suspects noisy
+/// or sideways motions.
 const UPWARD: f64 = 0.5;
-/// Distance from the mean, over the spread of the way, after which a return counts as a pass of the mean. A smaller one counts
-/// noise.
+/// Distance from the mean, over the spread of the way, after which a return counts as a pass of the mean. A smaller one
+/// counts noise.
 const SWING: f64 = 0.3;
 /// Smallest fraction of the last quarter of the record in the whole way of a point that still falls. A smaller fraction
 /// includes points that have come to rest.
 const STILL_FALLING: f64 = 0.2;
-/// Smallest plausible way of a point that still falls at the end of the recording, over that of a free fall in the same time.
-/// A larger one suspects more recordings.
+/// Smallest plausible way of a point that still falls at the end of the recording, over that of a free fall in the same
+/// time. A larger one suspects more recordings.
 const SLOWEST_FALL: f64 = 0.2;
-/// Largest spread (standard deviation) of positions that may be noise without motion, over the length of the rod. Larger
-/// motions are fitted without the test.
+/// Largest spread (standard deviation) of positions that may be noise without motion, over the length of the rod.
+/// Larger motions are fitted without the test.
 const STILL: f64 = 5e-3;
-/// Largest spread of positions that may be noise without motion, in given sigmas. Larger motions are fitted without the test.
+/// Largest spread of positions that may be noise without motion, in given sigmas. Larger motions are fitted without the
+/// test.
 const STILL_SIGMAS: f64 = 1.5;
 /// Smallest number of samples for the test of whether a small spread is white noise.
 const ENOUGH: usize = 30;
@@ -78,7 +81,8 @@ const DEVIATION_OF_MEDIAN: f64 = 1.5;
 pub(crate) struct DataPrecheck {
     /// The reason why no search can succeed.
     pub fatal: Option<String>,
-    /// Likely errors of the set-up, with the codes of their warnings. They are reported if the fit does not explain the data.
+    /// Likely errors of the set-up, with the codes of their warnings. They are reported if the fit does not explain the
+    /// data.
     pub suspicions: Vec<Suspicion>,
     /// Constant coordinates, which are left out of the fit.
     pub constant_axes: Vec<ConstantAxis>,
@@ -94,11 +98,11 @@ pub(crate) struct Suspicion {
 }
 
 impl DataPrecheck {
-    /// Checks the `fitted` experiments. The last one without any motion gives the fatal reason. Experiments with an unknown of
-    /// the camera or the clamp angle, which change the recorded start, have no other checks. In the others each released
-    /// motion may add suspicions: a late release, a far start, and (without a late release) an implausible time scale.
-    /// Constant coordinates and repeated frames are left empty, for the caller to set. An error for a start too far from the
-    /// point in the scene, or a point that is not on the rod.
+    /// Checks the `fitted` experiments. The last one without any motion gives the fatal reason. Experiments with an
+    /// unknown of the camera or the clamp angle, which change the recorded start, have no other checks. In the others
+    /// each released motion may add suspicions: a late release, a far start, and (without a late release) an
+    /// implausible time scale. Constant coordinates and repeated frames are left empty, for the caller to set. An error
+    /// for a start too far from the point in the scene, or a point that is not on the rod.
     pub fn new(fitted: &[Experiment], unknowns: &[Unknown]) -> Result<Self, Error> {
         let mut precheck = Self::default();
         let mut add = |code: Code, text: Option<String>| {
@@ -131,8 +135,8 @@ impl DataPrecheck {
         Ok(precheck)
     }
 
-    /// The `error` of a failed search; with suspicions an [`Error::Fit`] whose text has all of them before that of the error,
-    /// separated by semicolons.
+    /// The `error` of a failed search; with suspicions an [`Error::Fit`] whose text has all of them before that of the
+    /// error, separated by semicolons.
     pub fn explain(&self, error: Error) -> Error {
         if self.suspicions.is_empty() {
             return error;
@@ -143,9 +147,9 @@ impl DataPrecheck {
 }
 
 impl Experiment {
-    /// Whether the scene releases the rod from its rest shape (`initial.state`), something drives it, and all measurements (at
-    /// least one) are recorded motions [without motion](PointMotion::is_still). Gravity, forces, flow, moving ends and an
-    /// initial velocity drive it.
+    /// Whether the scene releases the rod from its rest shape (`initial.state`), something drives it, and all
+    /// measurements (at least one) are recorded motions [without motion](PointMotion::is_still). Gravity, forces, flow,
+    /// moving ends and an initial velocity drive it.
     fn has_no_motion(&self) -> bool {
         let scene = self.problem.scene();
         // A rod that the scene keeps at rest, or starts with a velocity, may be recorded without motion.
@@ -161,8 +165,8 @@ impl Experiment {
         released && driven && !self.measurements.is_empty() && self.measurements.iter().all(still)
     }
 
-    /// The text why recordings without motion cannot be fitted, with the label of the first measurement, the largest spread
-    /// of the positions of all, m, and the rod's length, m.
+    /// The text why recordings without motion cannot be fitted, with the label of the first measurement, the largest
+    /// spread of the positions of all, m, and the rod's length, m.
     fn no_motion_message(&self) -> String {
         let spread = self.measurements.iter().map(|m| m.size(&self.problem)).fold(0.0, f64::max);
         let label = self.measurements.first().map(|m| self.label(m)).unwrap_or_default();
@@ -177,9 +181,9 @@ impl Experiment {
 
 impl PointMotion {
     /// Whether the positions are constant but for white noise. Spreads (standard deviations) up to 1e-9 of the rod's
-    /// `length`, m, are. Those above [`STILL`] lengths, or [`STILL_SIGMAS`] times a given noise `sigma`, m, are not. Between,
-    /// the deviations from the mean of every observed coordinate must be white noise by all tests, with at least [`ENOUGH`]
-    /// samples.
+    /// `length`, m, are. Those above [`STILL`] lengths, or [`STILL_SIGMAS`] times a given noise `sigma`, m, are not.
+    /// Between, the deviations from the mean of every observed coordinate must be white noise by all tests, with at
+    /// least [`ENOUGH`] samples.
     fn is_still(&self, length: f64, sigma: Option<f64>) -> bool {
         let spread = self.spread();
         // Exactly equal positions have no noise to test.
@@ -210,9 +214,9 @@ impl PointMotion {
         })
     }
 
-    /// Standard deviation of the noise of a coordinate, m: the median over samples and coordinates of the absolute second
-    /// differences `|a - 2 b + c|` over sqrt(6), times [`DEVIATION_OF_MEDIAN`]. Zero with fewer than three consecutive
-    /// observed samples.
+    /// Standard deviation of the noise of a coordinate, m: the median over samples and coordinates of the absolute
+    /// second differences `|a - 2 b + c|` over sqrt(6), times [`DEVIATION_OF_MEDIAN`]. Zero with fewer than three
+    /// consecutive observed samples.
     fn noise(&self) -> f64 {
         let differences = self.samples.windows(3).flat_map(|w| {
             (0..3).filter_map(|c| {
@@ -243,9 +247,9 @@ struct Release<'a> {
 }
 
 impl<'a> Release<'a> {
-    /// The release in a `measurement`, with the position of the point at rest as the camera records it and the noise (given,
-    /// or [estimated](PointMotion::noise)). `None` if it is no motion, the scene does not start at rest, or there are no
-    /// samples. An error for a point that is not on the rod.
+    /// The release in a `measurement`, with the position of the point at rest as the camera records it and the noise
+    /// (given, or [estimated](PointMotion::noise)). `None` if it is no motion, the scene does not start at rest, or
+    /// there are no samples. An error for a point that is not on the rod.
     fn new(
         experiment: &'a Experiment,
         measurement: &'a Measurement,
@@ -269,15 +273,16 @@ impl<'a> Release<'a> {
         Ok(Some(Self { experiment, observation, time_zero, view, start, noise }))
     }
 
-    /// The displacement from `position`, m, to the position of a sample, m; zero along coordinates that were not observed.
+    /// The displacement from `position`, m, to the position of a sample, m; zero along coordinates that were not
+    /// observed.
     fn displacement(position: Vector<f64>, sample: &Sample) -> Vector<f64> {
         std::array::from_fn(|c| sample.position[c].map_or(0.0, |x| x - position[c]))
     }
 
-    /// The warning text that the recording began before the release of the rod: the point rests until the onset of motion,
-    /// after the scene's t = 0. The onset is the sample nearest to the change point of the recorded positions. `None` if it
-    /// is not after zero, no change point is found, or ends move. `label` names the measurement. The text has the correction
-    /// of `time_zero`.
+    /// The warning text that the recording began before the release of the rod: the point rests until the onset of
+    /// motion, after the scene's t = 0. The onset is the sample nearest to the change point of the recorded positions.
+    /// `None` if it is not after zero, no change point is found, or ends move. `label` names the measurement. The text
+    /// has the correction of `time_zero`.
     fn check_release_time(&self, label: &str) -> Option<String> {
         let samples = &self.observation.samples;
         // Ends that move may leave the point at rest for a while.
@@ -300,10 +305,10 @@ impl<'a> Release<'a> {
         })
     }
 
-    /// The warning text that the recording starts away from the position of the point in the scene, with the likely cause. Of
-    /// the first three observed samples the nearest counts. Its distance is that less the largest speed times its time and
-    /// less [`START_NOISE`] standard deviations of the noise. `None` up to the first [`START_DISTANCE`] of the length; an
-    /// error above the second. `label` names the measurement.
+    /// The warning text that the recording starts away from the position of the point in the scene, with the likely
+    /// cause. Of the first three observed samples the nearest counts. Its distance is that less the largest speed times
+    /// its time and less [`START_NOISE`] standard deviations of the noise. `None` up to the first [`START_DISTANCE`] of
+    /// the length; an error above the second. `label` names the measurement.
     fn check_start_position(&self, label: &str) -> Result<Option<String>, Error> {
         let samples = &self.observation.samples;
         let length = self.experiment.problem.length();
@@ -339,9 +344,10 @@ impl<'a> Release<'a> {
         Ok(Some(format!("{label}: {found}; {cause}")))
     }
 
-    /// The likely cause, as text, of a recorded start at `position`, m: the first that fits. The mirrored position is near
-    /// the expected one: y points down. Another node of the rod is within [`NODE_DISTANCE`]: another point. The direction
-    /// from the wall is the same ([`SAME_DIRECTION`]): the scale, with its factor. Else the origin, with the shift, m.
+    /// The likely cause, as text, of a recorded start at `position`, m: the first that fits. The mirrored position is
+    /// near the expected one: y points down. Another node of the rod is within [`NODE_DISTANCE`] times the first
+    /// [`START_DISTANCE`] of the length: another point. The direction from the wall is the same ([`SAME_DIRECTION`]):
+    /// the scale, with its factor. Else the origin, with the shift, m.
     fn likely_cause(&self, position: Vector<f64>) -> String {
         let problem = &self.experiment.problem;
         let (wall, length) = (problem.wall(), problem.length());
@@ -379,13 +385,14 @@ impl<'a> Release<'a> {
         )
     }
 
-    /// The warning text for a straight rod under its weight whose point moves up, falls too slowly, or swings too slowly or
-    /// too fast. It has consistent factors on time or length. Below two passes of the mean position a point that still falls
-    /// is compared with a free fall ([`SLOWEST_FALL`]). With three or more passes, `mean way down * (pi/half period)^2/g` must
-    /// be in [`TIME_SCALE`]; the half period is the mean time between passes, at least three samples. `None` if plausible,
-    /// with two passes, within [`SWING_NOISE`] of the noise, or not checked. Checked are points in the half of a rod away from
-    /// its only support, or in the middle half between two supports. Not checked are other shapes, free rods, no gravity,
-    /// other loads, drag, driven ends, initial velocities, and rods nearly along gravity.
+    /// The warning text for a straight rod under its weight whose point moves up, falls too slowly, or swings too
+    /// slowly or too fast. `label` names the measurement. The text has factors on time or length that would be
+    /// consistent. Below two passes of the mean position a point that still falls is compared with a free fall
+    /// ([`SLOWEST_FALL`]). With three or more passes, `mean way down * (pi/half period)^2/g` must be in [`TIME_SCALE`];
+    /// the half period is the mean time between passes, at least three samples. `None` if plausible, with two passes,
+    /// within [`SWING_NOISE`] of the noise, or not checked. Checked are points in the half of a rod away from its only
+    /// support, or in the middle half between two supports. Not checked are other shapes, free rods, no gravity, other
+    /// loads, drag, driven ends, initial velocities, and rods nearly along gravity.
     fn check_time_scale(&self, label: &str) -> Option<String> {
         let problem = &self.experiment.problem;
         let scene = problem.scene();

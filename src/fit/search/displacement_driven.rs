@@ -1,19 +1,22 @@
 //! Search of fits of rods whose ends are prescribed by a recording (displacement driven).
 //!
-//! Input: a search whose moving rods all have recorded ends. The recording forces the motion: no period can be
-//! missed, as in a free vibration. The fit therefore begins at one start over the whole recordings: given start, else
-//! prior mean, else the scene's value. If Young's modulus has neither start nor prior, or another parameter no value
-//! to start from, the full model is scanned over the first period instead. Only Young's modulus has several values
-//! there. Then up to [`DESCENTS`] minima of the scan (at most [`COMPETITIVE`] times the lowest) are refined. Output:
-//! the optimum with the lowest objective, and its leverage weights in the search. No start that leads to an optimum
-//! is an error.
+//! Input: a search whose moving rods all have recorded ends. The recording forces the motion: no period can be missed,
+//! as in a free vibration. The fit therefore begins at one start over the whole recordings: given start, else prior
+//! mean, else the scene's value. If the only Young's modulus has neither start nor prior, or another parameter has no
+//! value to start from, the full model is scanned over the first period instead. Only Young's modulus has several
+//! values there. Up to [`DESCENTS`] minima of the scan (at most [`COMPETITIVE`] times the lowest) are then starts. Each
+//! fit is repeated from larger dampings where these are near zero. Output: the optimum with the lowest objective, and
+//! its leverage weights in the search. If no start leads to an optimum, that is an error; so is an interruption.
 //!
-//! Where such a rod whips, the motion depends extremely on the parameters and on effects that the model lacks: values there
-//! have derivatives far above all others, and would dominate the fit. The leverage of a value is the root of a sum over the
-//! unknowns, of its share of the squared derivatives of all values by the unknown. Values whose leverage exceeds
-//! [`MAX_LEVERAGE`] medians get the weight limit over leverage; weights and fits alternate, at most [`WEIGHTINGS`] times. The
-//! sum over the unknowns keeps local effects: a curvature of the rod at one place moves the markers there far more than the
-//! others without a whip.
+//! Where such a rod whips, the motion depends extremely on the parameters and on effects that the model lacks: values
+//! there have derivatives far above all others, and would dominate the fit. The leverage of a value is `sqrt(sum_j
+//! J_ij^2/sum_k J_kj^2)`: its share of the squared derivatives of all values by an unknown, summed over the unknowns.
+//! Values whose leverage exceeds [`MAX_LEVERAGE`] medians get the weight limit over leverage. Weights and fits
+//! alternate; the weights are computed at most [`WEIGHTINGS`] times. The sum over the unknowns keeps local effects: a
+//! curvature of the rod at one place moves the markers there far more than the others without a whip.
+//!
+//! `is_displacement_driven` returns whether a search is of this kind, and `driven_optimum` is the search.
+//! `driven_start` and `scene_value` return the start of an unknown and its value in the scene, in its unit.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -32,20 +35,20 @@ use statrs::statistics::{Data, Median};
 
 /// Largest leverage of a value with weight 1, over the median leverage. A smaller number down-weights more values.
 const MAX_LEVERAGE: f64 = 10.0;
-/// Root of the sum of squares of an unknown's derivatives, in units of the noise, below which the unknown is left out of the
-/// leverage. With a smaller bound unknowns without effect on the data change the weights.
+/// Root of the sum of squares of an unknown's derivatives, in units of the noise, below which the unknown is left out
+/// of the leverage. With a smaller bound unknowns without effect on the data change the weights.
 const NO_EFFECT: f64 = 0.1;
 /// Largest number of times that the weights are computed: at the start, and after the fits with them.
 const WEIGHTINGS: usize = 3;
 /// Tolerances of the fits between two weightings: only their end matters, as the start of the next one.
 const BETWEEN_WEIGHTINGS: Tolerances = Tolerances { step: 1e-10, noise: 0.1, iterations: 12 };
-/// Largest difference of the logarithms of two weights that are taken to be the same. At it the iteration of weights and fits
-/// ends.
+/// Largest difference of the logarithms of two weights that are taken to be the same. At it the iteration of weights
+/// and fits ends.
 const SAME_WEIGHT: f64 = 0.2;
 /// Largest number of minima of a scan that are refined. Each costs a complete fit.
 const DESCENTS: usize = 2;
-/// Largest misfit of a minimum of the scan that is refined, over the lowest one. A larger ratio refines worse minima, at the
-/// cost of a fit each.
+/// Largest misfit of a minimum of the scan that is refined, over the lowest one. A larger ratio refines worse minima,
+/// at the cost of a fit each.
 const COMPETITIVE: f64 = 1.5;
 
 /// An optimum with the leverage weight of each of its residuals, with which it was found.
@@ -55,8 +58,8 @@ struct WeightedOptimum {
 }
 
 impl Search<'_> {
-    /// Whether any experiment has a recorded motion, and in all that have one, a recording prescribes ends: `supports.path` of
-    /// a rod, recorded supports of a structure.
+    /// Whether any experiment has a recorded motion (or a gauge over time), and in all that have one, a recording
+    /// prescribes ends: `supports.path` of a rod, recorded supports of a structure.
     pub fn is_displacement_driven(&self) -> bool {
         let is_driven = |experiment: &Experiment| {
             let scene = experiment.problem.scene();
@@ -67,9 +70,9 @@ impl Search<'_> {
         moving.peek().is_some() && moving.all(is_driven)
     }
 
-    /// The optimum with the lowest objective of all starts on the whole recordings. Two optima are compared with the smaller
-    /// of both leverage weights of each value. The weights of the best one become those of the search. An error if no start
-    /// leads to an optimum, or if the user stops the fit.
+    /// The optimum with the lowest objective of all starts on the whole recordings. Each start has leverage weights of
+    /// its own: two optima are compared with the smaller of both weights of each value. The weights of the best one
+    /// become those of the search. An error if no start leads to an optimum, or if the user stops the fit.
     pub fn driven_optimum(&mut self) -> Result<Optimum, Error> {
         // Each start has its own leverage weights, so that costs are compared with common ones.
         let mut best: Option<WeightedOptimum> = None;
@@ -101,8 +104,8 @@ impl Search<'_> {
         Ok(best.optimum)
     }
 
-    /// The objective (half the sum of the robust losses, priors included) at an optimum, where each value has the smaller one
-    /// of two weights: those of this search and `weights`. Beyond the end of `weights` it is 1.
+    /// The objective (half the sum of the robust losses, priors included) at an optimum, where each value has the
+    /// smaller one of two weights: those of this search and `weights`. Beyond the end of `weights` it is 1.
     fn cost_with(&self, optimum: &Optimum, weights: &[f64]) -> f64 {
         let weight = |k: usize| weights.get(k).copied().unwrap_or(1.0).min(self.leverage_weight(k));
         // Residuals of the priors have no leverage weights.
@@ -115,10 +118,11 @@ impl Search<'_> {
         cost
     }
 
-    /// The start points, on the unknowns' scales. If every unknown has a [start](Self::driven_start) this is the only point.
-    /// Else they are minima of a scan of the full model over the first period, the lowest first. These are points not above
-    /// those before and after in the order of the grid. At most [`DESCENTS`] are taken, with a misfit of at most
-    /// [`COMPETITIVE`] times the lowest.
+    /// The start points, on the unknowns' scales. If every unknown has a [start](Self::driven_start) this is the only
+    /// point. Else they are minima of a scan of the full model over the first period, the lowest first. These are
+    /// points not above those before and after in the order of the grid. At most [`DESCENTS`] are taken, with a misfit
+    /// of at most [`COMPETITIVE`] times the lowest. An error if no point of the scan can be simulated, or if the user
+    /// stops.
     fn driven_starts(&self) -> Result<Vec<Vec<f64>>, Error> {
         // A start of all unknowns makes a scan unnecessary: the recording forces the motion.
         let given = |u: &Unknown| Some(u.to_scale(self.driven_start(u)?));
@@ -143,9 +147,9 @@ impl Search<'_> {
         Ok(competitive.take(DESCENTS).map(|c| c.x.clone()).collect())
     }
 
-    /// The start of an unknown, in its unit: the given one, else the mean of the prior, else the value of the scene. `None`
-    /// for Young's modulus without start and prior, which is scanned, and where the scene has no value to start from. Of
-    /// several moduli of a structure none is scanned: that would cost the product of their values.
+    /// The start of an unknown, in its unit: the given one, else the mean of the prior, else the value of the scene.
+    /// `None` for Young's modulus without start and prior, which is scanned, and where the scene has no value to start
+    /// from. Of several moduli of a structure none is scanned: that would cost the product of their values.
     pub(super) fn driven_start(&self, unknown: &Unknown) -> Option<f64> {
         let hint = unknown.start.or(unknown.prior.map(|prior| prior.mean));
         let of_structure = |unknown: &Unknown| unknown.parameter.is_of_structure();
@@ -157,18 +161,19 @@ impl Search<'_> {
         self.scene_value(unknown)
     }
 
-    /// The value of an unknown in the first scene that it belongs to, in its unit. `None` if that has none, or if a positive
-    /// parameter is zero there, whose logarithm is no start.
+    /// The value of an unknown in the first scene that it belongs to, in its unit. `None` if that has none, or if a
+    /// positive parameter is zero there, whose logarithm is no start.
     pub(super) fn scene_value(&self, unknown: &Unknown) -> Option<f64> {
         let own = self.experiments.iter().find(|e| unknown.is_of(e))?;
         let value = unknown.parameter.of(own.problem.scene())?;
         (value > 0.0 || !unknown.parameter.is_positive()).then_some(value)
     }
 
-    /// Fits the whole recordings from the start `x`, on the unknowns' scales. Leverage weights at the start, loose fits and
-    /// weights at their ends alternate until no weight changes by [`SAME_WEIGHT`], with at most [`WEIGHTINGS`] weightings. A
-    /// final fit with full tolerances follows, and is recorded as a minimum. The weights become those of the search. An error
-    /// if the start or one of the fits fails.
+    /// Fits the whole recordings from the start `x`, on the unknowns' scales. Leverage weights at the start, loose fits
+    /// and weights at their ends alternate until no weight changes by [`SAME_WEIGHT`], with at most [`WEIGHTINGS`]
+    /// weightings. A final fit with full tolerances follows, and another one from [larger
+    /// dampings](Search::with_raised_damping) where these are near zero. Its end is recorded as a minimum in the
+    /// journal. The weights become those of the search. An error if the start or one of the fits fails.
     fn fit_driven(&mut self, x: Vec<f64>) -> Result<Optimum, Error> {
         self.leverage_weights.clear();
         let residuals = self.all_residuals()?;
@@ -199,9 +204,9 @@ impl Search<'_> {
     }
 }
 
-/// The leverage weight of every residual, from the rows of the Jacobian in units of the noise. The leverage of row `i` is
-/// `sqrt(sum_j J_ij^2/sum_k J_kj^2)`, without columns below [`NO_EFFECT`]; above [`MAX_LEVERAGE`] medians of the nonzero
-/// leverages the weight is this limit over the leverage, else 1. Empty where all are 1.
+/// The leverage weight of every residual, from the rows of the Jacobian in units of the noise. The leverage of row `i`
+/// is `sqrt(sum_j J_ij^2/sum_k J_kj^2)`, without columns below [`NO_EFFECT`]; above [`MAX_LEVERAGE`] medians of the
+/// nonzero leverages the weight is this limit over the leverage, else 1. Empty where all are 1.
 fn weights_by_leverage(rows: &[Vec<f64>]) -> Vec<f64> {
     // The leverage of a row: its part of the squared norm of each column, summed over the columns.
     let mut squares = vec![0.0; rows.len()];

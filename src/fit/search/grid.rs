@@ -1,12 +1,13 @@
-//! The misfit of the coarse model on a rectangular grid of values of the unknowns, as the scan computes it.
+//! The misfit of a model on a rectangular grid of values of the unknowns, as the scan computes it.
 //!
 //! [`ScanGrid`] has the misfit at all combinations of values on the unknowns' scales; it is infinite where a simulation
-//! failed. Three results are computed from it. `landscape` is the misfit over each unknown with at least [`FEWEST_VALUES`]
-//! values (in its unit), minimized over the others, for reports. `minima` are the points below all neighbors, diagonal ones
-//! included, the lowest first. Points at the end of an axis with [`FEWEST_VALUES`] or more values are none. `descent_bound` is
-//! a lower bound of the misfit that a descent from a point can reach, by which the search omits hopeless starts. It is
-//! infinite for a point not below all its neighbors, and minus infinity if an axis has fewer than [`FEWEST_VALUES`] values.
-//! Else it is the misfit less the rises to the neighbors on both sides along every axis (at an end, twice the one side).
+//! failed. Three results are computed from it. `landscape` is the misfit over each unknown with at least
+//! [`FEWEST_VALUES`] values (in its unit), minimized over the others, for reports; `line` is the same for one unknown
+//! on its scale. `minima` are the points below all neighbors, diagonal ones included, the lowest first. Points at the
+//! end of an axis with [`FEWEST_VALUES`] or more values are none. `descent_bound` is a lower bound of the misfit that a
+//! descent from a point can reach, by which the search omits hopeless starts. It is minus infinity if an axis has fewer
+//! than [`FEWEST_VALUES`] values, else infinite for a point that is not below all its neighbors. Otherwise it is the
+//! misfit less the rises to the neighbors on both sides along every axis (at an end, twice the one side).
 
 use crate::fit::unknown::Unknown;
 use crate::numerics::total_order;
@@ -61,8 +62,9 @@ pub(crate) struct GridMinimum {
 const FEWEST_VALUES: usize = 3;
 
 impl ScanGrid {
-    /// One curve for each unknown with at least [`FEWEST_VALUES`] scanned values. It has the values in its unit, ascending,
-    /// and at each the smallest misfit over all values of the other unknowns (infinite where nothing could be simulated).
+    /// One curve for each unknown with at least [`FEWEST_VALUES`] scanned values. It has the values in its unit,
+    /// ascending, and at each the smallest misfit over all values of the other unknowns (infinite where nothing could
+    /// be simulated).
     pub fn landscape(&self, unknowns: &[Unknown]) -> Vec<Landscape> {
         // One curve per scanned unknown: the misfit minimized over the grid of all others.
         let over = |(i, _): (usize, &Vec<f64>)| {
@@ -78,8 +80,8 @@ impl ScanGrid {
         axes.filter(|(_, axis)| axis.len() >= FEWEST_VALUES).map(over).collect()
     }
 
-    /// The scanned values of the unknown with this index on its scale, ascending, each with the smallest misfit over all
-    /// values of the others (infinite where all simulations failed). Empty without such an axis.
+    /// The scanned values of the unknown with this index on its scale, ascending, each with the smallest misfit over
+    /// all values of the others (infinite where all simulations failed). Empty without such an axis.
     pub fn line(&self, unknown: usize) -> Vec<(f64, f64)> {
         let least = |x: &f64| {
             let slice = self.points.iter().filter(|point| point.x[unknown] == *x);
@@ -99,14 +101,14 @@ impl ScanGrid {
         indices
     }
 
-    /// The misfit at the grid point that is given by its index on every axis.
+    /// The misfit at the grid point with these `indices`, one on every axis; infinite where the simulation failed.
     fn misfit(&self, indices: &[usize]) -> f64 {
         let pairs = indices.iter().zip(&self.axes);
         self.points[pairs.fold(0, |point, (i, axis)| point * axis.len() + i)].misfit
     }
 
-    /// Whether the misfit of the point with this number is below those of all its neighbors, diagonal ones included. Of equal
-    /// ones the first in the order of the indices is lowest.
+    /// Whether the misfit of the point with this number is below those of all its neighbors, diagonal ones included. Of
+    /// equal ones the first in the order of the indices is lowest.
     fn is_lowest(&self, point: usize) -> bool {
         let (own, misfit) = (self.indices(point), self.points[point].misfit);
         self.neighbors(&own).iter().all(|other| {
@@ -116,8 +118,8 @@ impl ScanGrid {
         })
     }
 
-    /// Indices on the axes of all other points that differ by at most one step on each axis from the point with the indices
-    /// `own`.
+    /// Indices on the axes of all other points that differ by at most one step on each axis from the point with the
+    /// indices `own`.
     fn neighbors(&self, own: &[usize]) -> Vec<Vec<usize>> {
         let mut all = vec![Vec::new()];
         for (i, axis) in own.iter().zip(&self.axes) {
@@ -133,11 +135,11 @@ impl ScanGrid {
         all
     }
 
-    /// A lower bound of the misfit at which a descent from the point with this number may end. It is infinite for a point
-    /// that is not below all its neighbors: a descent from it leads into the basin of a better point. Else it is the misfit
-    /// less the sum, over all axes, of the rises to both neighbors: eight times the largest drop of parabolas, because basins
-    /// are sharper. At an end of an axis the other side's rise counts twice. Minus infinity if any axis has fewer than
-    /// [`FEWEST_VALUES`] values.
+    /// A lower bound of the misfit at which a descent from the point with this number may end. Minus infinity if any
+    /// axis has fewer than [`FEWEST_VALUES`] values. Else it is infinite for a point that is not below all its
+    /// neighbors: a descent from it leads into the basin of a better point. Otherwise it is the misfit less the sum,
+    /// over all axes, of the rises to both neighbors: eight times the largest drop of parabolas, because basins are
+    /// sharper. At an end of an axis the other side's rise counts twice.
     pub fn descent_bound(&self, point: usize) -> f64 {
         if self.axes.iter().any(|axis| axis.len() < FEWEST_VALUES) {
             return f64::NEG_INFINITY;
@@ -160,9 +162,9 @@ impl ScanGrid {
         misfit - self.axes.iter().enumerate().map(rise).sum::<f64>()
     }
 
-    /// The points with a finite misfit below those of all neighbors, diagonal ones included, the lowest first. Each has its
-    /// spacing on every axis, the larger distance to the next value. A point at an end of an axis is none, unless the axis has
-    /// fewer than [`FEWEST_VALUES`] values.
+    /// The points with a finite misfit below those of all neighbors, diagonal ones included, the lowest first. Each has
+    /// its spacing on every axis, the larger distance to the next value. A point at an end of an axis is none, unless
+    /// the axis has fewer than [`FEWEST_VALUES`] values.
     pub fn minima(&self) -> Vec<GridMinimum> {
         let is_minimum = |point: usize| {
             let is_inner = |(i, axis): (&usize, &Vec<f64>)| {

@@ -1,7 +1,8 @@
-//! The journal of a search: a record, shared by its threads, of evaluated points, the best point, the last scan and
-//! the minima.
+//! The journal of a search: a record, shared by its threads, of visited points, the best point, the last scan and the
+//! minima.
 //!
-//! Each evaluated point enters with its stage, residuals and work. The journal stores sums of squares by measurement
+//! A point enters with its stage, residuals and work; a scan enters its new lowest points, a descent of the coarse
+//! model its end, and other fits of the search their iterates. The journal stores sums of squares by measurement
 //! ([`Squares`]), because sigmas change during a search. So [`Journal::history`] returns all misfits in units of the
 //! final sigmas. Its values are in the parameters' units, its costs in full simulations.
 //!
@@ -9,9 +10,11 @@
 //! residuals, and of these the one of the lowest cost. There is none before the first point and after a change of the
 //! sigmas (`reweight`).
 //!
-//! A scan replaces the last one. `move_minimum` removes all minima within [`SAME`] of a point and adds another one.
-//! Their distance is the largest difference of any unknown, on its scale (logarithm of a positive parameter). The
-//! convergence history, the scan and the local minima of the fit report come from here.
+//! A scan replaces the last one. Minima are ends of fits of the full model to the whole records. `move_minimum` removes
+//! all minima within [`SAME`] of a point and adds another one. Their distance is the largest difference of any unknown,
+//! on its scale (logarithm of a positive parameter). The convergence history, the scan and the local minima of the fit
+//! report come from here. `scanned_line` and `scanned_values` return the last scan along one unknown. `add_numerics`
+//! numbers the meshes and steps, by which minima are distinguished.
 
 use crate::fit::search::grid::{Landscape, ScanGrid};
 use crate::fit::search::local_minima::{LocalMinima, SAME, distance, local_minima};
@@ -123,8 +126,9 @@ impl Journal {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Adds an evaluated point to the history, with the `work` so far, steps times segments. It becomes the best one if it is
-    /// of a later stage, has more residuals in the same stage, or has no higher cost on the same number of residuals.
+    /// Adds an evaluated point to the history, with the `work` so far, steps times segments. It becomes the best one if
+    /// it is of a later stage than the best so far, or has more residuals in the same stage. On the same number of
+    /// residuals it must have no higher cost.
     pub fn visit(&self, visit: Visit, work: f64) {
         let mut records = self.records();
         let Visit { stage, x, cost, residuals, counts } = &visit;
@@ -151,8 +155,8 @@ impl Journal {
         self.records().grid = Some(grid);
     }
 
-    /// Counts a change of mesh and steps, and returns its number from 1 on (0 is the first mesh). Minima of different meshes
-    /// are distinguished by it.
+    /// Counts a change of mesh and steps, and returns its number from 1 on (0 is the first mesh). Minima of different
+    /// meshes are distinguished by it.
     pub fn add_numerics(&self) -> usize {
         let mut records = self.records();
         records.numerics += 1;
@@ -164,8 +168,8 @@ impl Journal {
         self.records().minima.push(minimum);
     }
 
-    /// Removes the minima within [`SAME`] of the point `before` (on the unknowns' scales), and adds the `minimum` to which
-    /// they moved on another mesh or with other weights.
+    /// Removes the minima within [`SAME`] of the point `before` (on the unknowns' scales), and adds the `minimum` to
+    /// which they moved on another mesh or with other weights.
     pub fn move_minimum(&self, before: &[f64], minimum: Minimum) {
         let mut records = self.records();
         // A minimum that moved must not be listed a second time.
@@ -192,8 +196,8 @@ impl Journal {
         axis.cloned().unwrap_or_default()
     }
 
-    /// Sets the `sigmas` in whose units later residuals are, one per measurement. The best point is dropped, as costs with
-    /// other sigmas are not comparable; history and minima stay.
+    /// Sets the `sigmas` in whose units later residuals are, one per measurement. The best point is dropped, as costs
+    /// with other sigmas are not comparable; history and minima stay.
     pub fn reweight(&self, sigmas: &[f64]) {
         let mut records = self.records();
         // Costs in other units cannot be compared. Sums of squares in the history can be converted.
@@ -201,14 +205,15 @@ impl Journal {
         records.sigmas = sigmas.to_vec();
     }
 
-    /// The best point: of the latest stage, in it of the most residuals, and of these of the lowest cost. `None` before the
-    /// first evaluation, and after a change of the sigmas.
+    /// The best point: of the latest stage, in it of the most residuals, and of these of the lowest cost. `None` before
+    /// the first evaluation, and after a change of the sigmas.
     pub fn best(&self) -> Option<Visit> {
         self.records().best.clone()
     }
 
-    /// One [`Iterate`] per evaluated point, in ascending order of the work, with values in the units of the parameters and
-    /// misfits in units of `sigmas`. `full_work` is the work of one full simulation on the final mesh, the unit of all costs.
+    /// One [`Iterate`] per recorded point, in ascending order of the work, with values in the units of the parameters
+    /// and misfits in units of `sigmas`. `full_work` is the work (steps times segments) of one full simulation on the
+    /// final mesh, the unit of all costs.
     pub fn history(&self, unknowns: &[Unknown], sigmas: &[f64], full_work: f64) -> Vec<Iterate> {
         let iterate = |entry: &JournalEntry| Iterate {
             stage: entry.stage.name().into(),
@@ -223,14 +228,15 @@ impl Journal {
         history
     }
 
-    /// The last scan as one curve for each unknown with at least three values in it: its values in its unit, and the misfit
-    /// minimized over the others. Empty without a scan.
+    /// The last scan as one curve for each unknown with at least three values in it: its values in its unit, and the
+    /// misfit minimized over the others. Empty without a scan.
     pub fn landscape(&self, unknowns: &[Unknown]) -> Vec<Landscape> {
         self.records().grid.as_ref().map_or(Vec::new(), |grid| grid.landscape(unknowns))
     }
 
     /// The report of the recorded minima of the full model and those of the last scan, of which `chosen` is the result
-    /// (`None` if the search was interrupted). All misfits are in units of `sigmas`, one per measurement.
+    /// (`None` if the search was interrupted). Misfits of minima of the full model are in units of `sigmas`, one per
+    /// measurement; those of the scan are as it computed them.
     pub fn local_minima(
         &self,
         unknowns: &[Unknown],
@@ -255,7 +261,8 @@ mod tests {
     use super::*;
     use crate::scene::Parameter;
 
-    /// A point of the full model is better than any of the coarse model, and a larger part of the records than a smaller one.
+    /// A point of the full model is better than any of the coarse model, and a larger part of the records than a
+    /// smaller one.
     #[test]
     fn best_point_is_lowest_of_last_stage() {
         let journal = Journal::default();

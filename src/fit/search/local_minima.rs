@@ -1,11 +1,14 @@
 //! The report of the local minima that a search found.
 //!
-//! Input: the minima of the full model (ends of complete fits), the grid of the scan, and the chosen minimum. Minima within
-//! [`SAME`] of each other on the unknowns' scales are one. Minima of other meshes that are lower than the chosen one are left
-//! out, as their misfits are not comparable. A minimum of the scan within [`SAME_BASIN`] grid spacings of a fitted one was
-//! refined to it. Output: [`LocalMinima`] with the chosen minimum first, other minima of the full model by misfit, and
-//! unrefined minima of the scan (at most [`LISTED`]; the count has all). Each has its values, its misfit and the ratio of
-//! that to the lowest one of the same model. A summary is text.
+//! Input: the minima of the full model (ends of complete fits), the grid of the scan, and the chosen minimum. Minima
+//! within [`SAME`] of each other on the unknowns' scales are one. Minima of other meshes that are lower than the chosen
+//! one are left out, as their misfits are not comparable. A minimum of the scan within [`SAME_BASIN`] grid spacings of
+//! one of the full model counts as refined to it, and is left out. Output: [`LocalMinima`] with the chosen minimum
+//! first, other minima of the full model by misfit, and unrefined minima of the scan (at most [`LISTED`]; the count has
+//! all). Each has its values, its misfit and the ratio of that to the lowest one of the same model. Misfits of the full
+//! model are in units of the given sigmas. The summary is a text on the selection, empty without a chosen minimum
+//! (after an interruption). [`distance`] is the largest difference of two points in any unknown. `without_values`
+//! removes the values of minima from the summary, for parameters that the data do not determine.
 
 use crate::fit::search::grid::{GridMinimum, ScanGrid};
 use crate::fit::search::minimum::Minimum;
@@ -15,11 +18,11 @@ use serde::{Deserialize, Serialize};
 
 /// Largest number of listed minima of the scan. `LocalMinima::count` includes all.
 const LISTED: usize = 20;
-/// Largest distance, along each unknown, from a minimum of the scan to a minimum of the full model that was reached from it,
-/// over the spacing of the grid. A larger one merges separate minima, a smaller one counts a minimum twice.
+/// Largest distance, along each unknown, from a minimum of the scan to a minimum of the full model that was reached
+/// from it, over the spacing of the grid. A larger one merges separate minima, a smaller one counts a minimum twice.
 const SAME_BASIN: f64 = 1.5;
-/// Largest distance of two points on the unknowns' scales that are the same optimum; 1 % of a positive parameter. A larger
-/// one merges separate minima, a smaller one lists one several times.
+/// Largest distance of two points on the unknowns' scales that are the same optimum; 1 % of a positive parameter. A
+/// larger one merges separate minima, a smaller one lists one several times.
 pub(crate) const SAME: f64 = 1e-2;
 
 /// Local minima of the misfit that the search found.
@@ -69,9 +72,9 @@ pub enum MinimumSource {
 }
 
 impl LocalMinima {
-    /// The report for parameters that are not all identifiable. The summary keeps its text up to the first semicolon, and a
-    /// standard text replaces the values, which are arbitrary along the combinations that the data do not determine. Counts
-    /// and list stay.
+    /// The report for parameters that are not all identifiable. The summary keeps its text up to the first semicolon,
+    /// and a standard text replaces the values, which are arbitrary along the combinations that the data do not
+    /// determine. Counts and list stay.
     pub(crate) fn without_values(mut self) -> Self {
         if let Some((first, _)) = self.summary.split_once("; ") {
             self.summary = format!(
@@ -82,10 +85,10 @@ impl LocalMinima {
     }
 }
 
-/// The report of the `minima` of the full model and those of the scan's `grid`, of which `chosen` is the result. All misfits
-/// are half sums of squares in units of `sigmas`, one per measurement. Lower minima on other meshes than the chosen one's are
-/// left out. The list has the chosen minimum, the other fitted ones by misfit, and at most [`LISTED`] unrefined ones of the
-/// scan.
+/// The report of the `minima` of the full model and those of the scan's `grid`, of which `chosen` is the result.
+/// Misfits of the full model are in units of `sigmas`, one per measurement; those of the scan are as it computed them.
+/// Lower minima on other meshes than the chosen one's are left out. The list has the chosen minimum, the other fitted
+/// ones by misfit, and at most [`LISTED`] of those of the scan that are near none of these.
 pub(crate) fn local_minima(
     unknowns: &[Unknown],
     minima: &[Minimum],
@@ -151,8 +154,9 @@ pub(crate) fn local_minima(
 
 /// The selection as text: the number of scanned `points` (0: from the given start), the number of minima, and the next
 /// `fitted` one after the chosen one with the ratio of the misfits. The best unrefined minimum of the scan (`scanned`)
-/// follows, with the number of worse ones. `next_is_comparable`: the next one has the mesh of the chosen one. Ratios are over
-/// the chosen minimum for fitted ones, and over the lowest of the scan for scanned ones. Empty without a chosen minimum.
+/// follows, with the number of worse ones. `next_is_comparable`: the next one has the mesh of the chosen one. Ratios
+/// are over the chosen minimum for fitted ones, and over the lowest of the scan for scanned ones. Empty without a
+/// chosen minimum.
 fn summary(
     unknowns: &[Unknown],
     fitted: &[LocalMinimum],
@@ -198,7 +202,8 @@ fn summary(
     words
 }
 
-/// A value as text with four significant digits, with an exponent outside of 0.01 to 10 000.
+/// A value as text with four significant digits. Absolute values below 0.01 or from 10 000 on have an exponent; zero is
+/// `0`.
 fn four_digits(value: f64) -> String {
     match value.abs() {
         0.0 => "0".into(),
@@ -215,7 +220,7 @@ fn times(ratio: f64) -> String {
     if ratio < 100.0 { format!("{ratio:.2}") } else { format!("{ratio:.0e}") }
 }
 
-/// The largest absolute difference of two coordinates of two points on the unknowns' scales (maximum norm).
+/// The largest absolute difference of the points `x` and `y`, on the unknowns' scales, in any unknown (maximum norm).
 pub(crate) fn distance(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }

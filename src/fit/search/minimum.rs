@@ -1,10 +1,11 @@
 //! Minima of the full model, with objectives that can be computed for any weights.
 //!
-//! Two objectives are comparable only on the same mesh, with the same steps and the same weights. Each [`Minimum`] therefore
-//! has its point on the unknowns' scales, whether the fit converged, the number of its mesh and steps ("numerics"), and
-//! [`Squares`]. These are the sum of squared residuals of each measurement in its own unit squared, and that of the priors.
-//! A third number is the ratio of the robust losses to the squares at the sigmas of the fit (1 if all residuals are zero).
-//! `Squares::misfit` returns half the sum of squares in units of any sigmas, priors included, times this ratio.
+//! Two objectives are comparable only on the same mesh, with the same steps and the same weights. Each [`Minimum`]
+//! therefore has its point on the unknowns' scales, whether the fit converged, the number of its mesh and steps
+//! ("numerics"), and [`Squares`]. These are the sum of squared residuals of each measurement in its own unit squared,
+//! and that of the priors. A third number is the ratio of the robust losses to the squares at the sigmas of the fit (1
+//! if all residuals are zero). `Squares::misfit` returns half the sum of squares in units of any sigmas, priors
+//! included, times this ratio.
 
 /// Sums of squared residuals of one point, without the weights of the measurements.
 #[derive(Clone, Debug)]
@@ -19,8 +20,8 @@ pub(crate) struct Squares {
 
 impl Squares {
     /// The sums of squares of the `residuals` of one point, in units of `sigmas` and without robust loss and leverage
-    /// weights. They are `counts` values of each measurement in order, then those of the priors. `cost` is half the sum of
-    /// their losses; `2 cost/squares` is kept as the ratio of losses to squares (1 if all residuals are zero).
+    /// weights. They are `counts` values of each measurement in order, then those of the priors. `cost` is half the sum
+    /// of their losses; `2 cost/squares` is kept as the ratio of losses to squares (1 if all residuals are zero).
     pub fn new(residuals: &[f64], counts: &[usize], sigmas: &[f64], cost: f64) -> Self {
         let square = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
         let mut rest = residuals;
@@ -36,8 +37,8 @@ impl Squares {
         Self { measurements, priors: square(rest), robust }
     }
 
-    /// The objective in units of other `sigmas`, one per measurement: half the sum of squares, priors included, times the
-    /// kept ratio of robust losses to squares.
+    /// The objective in units of other `sigmas`, one per measurement: half the sum of squares, priors included, times
+    /// the kept ratio of robust losses to squares.
     pub fn misfit(&self, sigmas: &[f64]) -> f64 {
         let pairs = self.measurements.iter().zip(sigmas);
         let squares: f64 = pairs.map(|(square, sigma)| square / (sigma * sigma)).sum();

@@ -1,13 +1,16 @@
 //! Comparison of the chosen minimum with other recorded minima, which may be lower on the final mesh.
 //!
-//! A search begins on a coarse mesh and with preliminary weights. The order of two minima may change with the mesh
-//! and the weights. So the recorded minima whose objective is below that of the chosen one (on other meshes: below
-//! [`NEAR_OBJECTIVE`] times) are fitted again, on the final mesh and with the final weights, at most
-//! [`MOST_FOLLOWED`], the lowest first. Their records are replaced by the ends of these fits; fits that fail are
-//! skipped. Output: [`MinimumComparison`] with the lowest end if it is lower than the chosen one, and converged if
-//! that has. Minima within [`SAME`] of the chosen one do not compete. A clearly lower end without convergence (twice
-//! the difference above [`EXPLAINED_BY_NOISE`] noise variances) is returned for a warning, if the chosen one has
-//! converged. `follow` records the end of a fit on a new mesh: in place of the former minimum, or as another one.
+//! A search begins on a coarse mesh and with preliminary weights. The order of two minima may change with the mesh and
+//! the weights. Input: the chosen optimum, the variance of the noise, and the minima in the journal. Recorded minima
+//! compete if their objective is below that of the chosen one (on other meshes: below [`NEAR_OBJECTIVE`] times it), and
+//! if they are more than [`SAME`] away from it. At most [`MOST_FOLLOWED`], the lowest first, are fitted again, on the
+//! final mesh and with the final weights. Their records are replaced by the ends of these fits; fits that fail are
+//! skipped. Output: [`MinimumComparison`] with the lowest end if it is lower than the chosen one, and converged if that
+//! has. If the chosen one has converged, a clearly lower end without convergence is returned for a warning. It is
+//! clearly lower if twice the difference of the objectives exceeds [`EXPLAINED_BY_NOISE`] noise variances. `follow`
+//! records the end of a fit on a new mesh: in place of the former minimum, or as another one. An interruption is an
+//! error. `compare_minima` is this comparison, and [`unreached_minimum_warning`] the text of the warning. `minimum` and
+//! `add_minimum` record the end of a fit in the journal.
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;
@@ -17,8 +20,8 @@ use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::{ParameterPoint, Unknown};
 use crate::numerics::total_order;
 
-/// Largest recorded objective of a competing minimum of another mesh, over that of the chosen minimum. Another mesh changes
-/// an objective by some tens of per cent.
+/// Largest recorded objective of a competing minimum of another mesh, over that of the chosen minimum. Another mesh
+/// changes an objective by some tens of per cent.
 const NEAR_OBJECTIVE: f64 = 1.5;
 /// Largest number of minima that are fitted again, the lowest first. Each costs a complete fit on the final mesh.
 const MOST_FOLLOWED: usize = 3;
@@ -42,19 +45,20 @@ impl<'a> Search<'a> {
         self.journal.add_minimum(self.minimum(optimum));
     }
 
-    /// The record of an optimum for the journal: point, sums of squares by measurement, convergence, and number of mesh and
-    /// steps.
+    /// The record of an optimum for the journal: point, sums of squares by measurement, convergence, and number of mesh
+    /// and steps.
     pub fn minimum(&self, optimum: &Optimum) -> Minimum {
         let Optimum { x, cost, residuals, counts, converged, .. } = optimum;
         let squares = Squares::new(residuals, counts, &self.sigmas, *cost);
         Minimum { x: x.clone(), squares, converged: *converged, numerics: self.numerics }
     }
 
-    /// Fits at most [`MOST_FOLLOWED`] recorded minima again that may be lower than `optimum`, and replaces their records.
-    /// `variance` is that of the noise of the residuals, in units of the sigmas squared. `lower` is the lowest of their ends,
+    /// Fits at most [`MOST_FOLLOWED`] recorded minima again that may be lower than `optimum`, and replaces their
+    /// records. `variance` is that of the noise of the residuals, in units of the sigmas squared. `search` in the
+    /// result is a copy whose optimizer ends where the objective hardly changes. `lower` is the lowest of their ends,
     /// if lower than `optimum` and more than [`SAME`] away; it must have converged if `optimum` has. If `optimum` has
-    /// converged, `unreached` is the last end without convergence whose doubled objective is below the lowest so far by more
-    /// than [`EXPLAINED_BY_NOISE`] variances. Failed fits are skipped; an interruption is an error.
+    /// converged, `unreached` is the last end without convergence whose doubled objective is below the lowest so far by
+    /// more than [`EXPLAINED_BY_NOISE`] variances. Failed fits are skipped; an interruption is an error.
     pub fn compare_minima(
         &self,
         optimum: &Optimum,
@@ -89,8 +93,8 @@ impl<'a> Search<'a> {
     }
 
     /// Records the optimum `found` by a fit that began from the minimum at `before`; on the mesh of this search that is
-    /// expected at `expected`. Within half of the expected shift (at least [`SAME`]) of `expected` it replaces the minimum at
-    /// `before`; elsewhere it is added as another one. All points are on the unknowns' scales.
+    /// expected at `expected`. Within half of the expected shift (at least [`SAME`]) of `expected` it replaces the
+    /// minimum at `before`; elsewhere it is added as another one. All points are on the unknowns' scales.
     pub fn follow(&self, before: &[f64], expected: &[f64], found: &Optimum) {
         // A basin moves with the mesh by about the expected shift. An end farther away is in another basin.
         let moved = SAME.max(0.5 * distance(before, expected));
@@ -100,9 +104,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The recorded minima more than [`SAME`] away from `optimum` whose objective, with the present sigmas, is below its own;
-    /// on other meshes below [`NEAR_OBJECTIVE`] times it. Of several within [`SAME`] of each other the lowest stays. The
-    /// lowest come first, at most [`MOST_FOLLOWED`].
+    /// The recorded minima more than [`SAME`] away from `optimum` whose objective, with the present sigmas, is below
+    /// its own; on other meshes below [`NEAR_OBJECTIVE`] times it. Of several within [`SAME`] of each other the lowest
+    /// stays. The lowest come first, at most [`MOST_FOLLOWED`].
     fn competing_minima(&self, optimum: &Optimum) -> Vec<Minimum> {
         let misfit = |minimum: &Minimum| minimum.squares.misfit(&self.sigmas);
         let mut minima = self.journal.minima();
@@ -123,8 +127,8 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The warning text that the misfit is lower at the point `x`, on the unknowns' scales, where the optimizer did not converge.
-/// It has the values in their units, and recommends a start, bounds or a shorter record.
+/// The warning text that the misfit is lower at the point `x`, on the unknowns' scales, where the optimizer did not
+/// converge. It has the values in their units, and recommends a start, bounds or a shorter record.
 pub(crate) fn unreached_minimum_warning(unknowns: &[Unknown], x: &[f64]) -> String {
     let value = |(unknown, value): (&Unknown, f64)| {
         format!("{unknown} = {value:.3e} {}", unknown.parameter.unit()).trim_end().to_string()
@@ -162,8 +166,8 @@ mod tests {
         [Experiment::new("", &problem).observe(Observation::new(samples.collect()).sigma(1e-3))]
     }
 
-    /// A minimum of a coarser mesh is fitted again if its objective there was lower or up to 1.5 times as high, and chosen if
-    /// it is lower here. A minimum with 1.6 times the objective, or near the chosen one, is not.
+    /// A minimum of a coarser mesh is fitted again if its objective there was lower or up to 1.5 times as high, and
+    /// chosen if it is lower here. A minimum with 1.6 times the objective, or near the chosen one, is not.
     #[test]
     fn lower_minimum_of_another_mesh_is_chosen() {
         let experiments = experiments();

@@ -1,7 +1,8 @@
 //! The search for the optimum of a fit.
 //!
-//! [`Search`] is the state that all stages share: the experiments with the standard deviations (sigmas, in the unit of each)
-//! of their measurements, the unknowns, the counter of the work and the journal of evaluated points. The stages are:
+//! [`Search`] is the state that all stages share: the experiments with the standard deviations (sigmas, in the unit of
+//! each) of their measurements, the unknowns, the counter of the work and the journal of evaluated points. The stages
+//! are:
 //!
 //! - a scan of a coarse model over a grid of values (`scan`, `grid`, `coarse`);
 //! - descents from its best points over growing parts of the records (`starts`);
@@ -15,6 +16,11 @@
 //! analyses; `minimum` and `local_minima` are the records of minima and their report. Output: an optimum on the
 //! unknowns' scales, which are natural logarithms of positive parameters and values of others. A measured motion in a
 //! scene without time, a stop by the user, and a search in which no start leads to an optimum are errors.
+//!
+//! Methods of [`Search`] here are common to the stages. `residuals` and `all_residuals` are functions of the unknowns
+//! up to given times and over the whole records. `first_periods` and `durations` are such times, s, of each experiment.
+//! `detached` copies a search for a thread, and `with_experiments` continues it on other meshes. `record_visit` adds a
+//! point to the journal, and `report` calls the progress callback.
 
 pub(crate) mod coarse;
 pub(crate) mod damping;
@@ -49,8 +55,8 @@ pub type Progress = Arc<dyn Fn(&str, f64) + Send + Sync>;
 
 /// Smallest number of samples in the first horizon of a search. Fewer may not determine the unknowns.
 const FIRST_SAMPLES: usize = 8;
-/// Additional samples in the first horizon for each unknown. More lengthen the first horizon, over which the misfit should
-/// have few minima.
+/// Additional samples in the first horizon for each unknown. More lengthen the first horizon, over which the misfit
+/// should have few minima.
 const FIRST_SAMPLES_PER_UNKNOWN: usize = 4;
 
 /// State of a search that all its stages share: problem, weights, counters and journal.
@@ -59,9 +65,9 @@ pub(crate) struct Search<'a> {
     pub experiments: &'a [Experiment],
     /// Standard deviation of each measurement, in its unit.
     pub sigmas: Vec<f64>,
-    /// Leverage weights: factors on all residuals of the whole records, below 1 at a
-    /// [high leverage](displacement_driven) and where [sensitivities grow exponentially](sensitivity_growth); empty where
-    /// all are 1.
+    /// Leverage weights: factors on all residuals of the whole records, below 1 at a [high
+    /// leverage](displacement_driven) and where [sensitivities grow exponentially](sensitivity_growth); empty where all
+    /// are 1.
     pub leverage_weights: Vec<f64>,
     pub unknowns: &'a [Unknown],
     /// Work of one full simulation, steps times segments.
@@ -72,8 +78,8 @@ pub(crate) struct Search<'a> {
     pub journal: Arc<Journal>,
     /// Whether the data precheck found a likely error of the set-up: no finer scan is worth its cost.
     pub suspicious: bool,
-    /// Whether the search ends at the first optimum that explains most of the motion, because mesh and step are still too
-    /// coarse for residuals at the level of the noise.
+    /// Whether the search ends at the first optimum that explains most of the motion, because mesh and step are still
+    /// too coarse for residuals at the level of the noise.
     pub stops_at_first_fit: bool,
     /// Tolerance of the minimum, in standard errors.
     pub tolerance: f64,
@@ -84,9 +90,9 @@ pub(crate) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// A search before its first evaluation, with the given sigmas, or preliminary ones by [`first_sigmas`], and no leverage
-    /// weights. `tolerance` is that of the minimum, in standard errors. An error if a motion was measured and its scene has no
-    /// time.
+    /// A search before its first evaluation, with the given sigmas, or preliminary ones by [`first_sigmas`], and no
+    /// leverage weights. `tolerance` is that of the minimum, in standard errors, and `progress` a callback that
+    /// receives the stage and the work. An error if a motion was measured and its scene has no time.
     pub fn new(
         experiments: &'a [Experiment],
         unknowns: &'a [Unknown],
@@ -111,10 +117,10 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// A copy of the search with the same experiments, unknowns, sigmas, leverage weights and tolerance. Its counter of the
-    /// work is zero and its journal empty, both its own; `numerics` is 0. It has no progress callback, no suspicion, and stops
-    /// neither at the first fit nor where the objective hardly changes. Threads run such searches side by side, and the caller
-    /// adds their work.
+    /// A copy of the search with the same experiments, unknowns, sigmas, leverage weights and tolerance. Its counter of
+    /// the work is zero and its journal empty, both its own; `numerics` is 0. It has no progress callback, no
+    /// suspicion, and stops neither at the first fit nor where the objective hardly changes. Threads run such searches
+    /// side by side, and the caller adds their work.
     pub fn detached(&self) -> Self {
         Self {
             // The caller adds the work of threads in a fixed order, and decides which points enter the journal.
@@ -129,9 +135,10 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The search continued with the same experiments on other meshes or with other steps. The journal counts a new number of
-    /// mesh and steps for it. Journal and work counter are shared with this search; sigmas, leverage weights and tolerance are
-    /// copied. It does not stop at the first fit. An error if a motion was measured and its scene has no time.
+    /// The search continued with the same experiments on other meshes or with other steps. The journal counts a new
+    /// number of mesh and steps for it. Journal and work counter are shared with this search; sigmas, leverage weights
+    /// and tolerance are copied. It does not stop at the first fit. An error if a motion was measured and its scene has
+    /// no time.
     pub fn with_experiments<'b>(&self, experiments: &'b [Experiment]) -> Result<Search<'b>, Error>
     where
         'a: 'b,
@@ -152,16 +159,16 @@ impl<'a> Search<'a> {
         self.work.total() / self.full_work
     }
 
-    /// The time of the last sample of each experiment's recorded motions and timed gauges, s, in their order; zero for an
-    /// experiment without any.
+    /// The time of the last sample of each experiment's recorded motions and timed gauges, s, in their order; zero for
+    /// an experiment without any.
     pub fn durations(&self) -> Vec<f64> {
         self.experiments.iter().map(Experiment::duration).collect()
     }
 
-    /// About the first period of every experiment times `stretch`, s: twice the shortest rise time of its recorded motions
-    /// times `stretch`. It is at least the earliest time of the sample with index [`FIRST_SAMPLES`] plus
-    /// [`FIRST_SAMPLES_PER_UNKNOWN`] per unknown, and at most the duration. Records with fewer samples do not count for this;
-    /// if all have fewer, it is the duration. Zero without recorded motions.
+    /// About the first period of every experiment times `stretch`, s: twice the shortest rise time of its records
+    /// (motions and gauges over time) times `stretch`. It is at least the earliest time of the sample with index
+    /// [`FIRST_SAMPLES`] plus [`FIRST_SAMPLES_PER_UNKNOWN`] per unknown, and at most the duration. Records with fewer
+    /// samples do not count for this; if all have fewer, it is the duration. Zero without records.
     pub fn first_periods(&self, stretch: f64) -> Vec<f64> {
         let enough = FIRST_SAMPLES + FIRST_SAMPLES_PER_UNKNOWN * self.unknowns.len();
         // Fewer samples than these may not determine all unknowns.
@@ -177,7 +184,8 @@ impl<'a> Search<'a> {
         self.experiments.iter().map(first).collect()
     }
 
-    /// Calls the progress callback, if there is one, with the name of the `stage` and the work so far, in full simulations.
+    /// Calls the progress callback, if there is one, with the name of the `stage` and the work so far, in full
+    /// simulations.
     pub fn report(&self, stage: &str) {
         if let Some(progress) = &self.progress {
             progress(stage, self.simulations());
@@ -194,16 +202,17 @@ impl<'a> Search<'a> {
         self.journal.visit(visit, self.work.total());
     }
 
-    /// The residuals of the whole records, as functions of the unknowns on their scales, with robust losses and the leverage
-    /// weights of the search. Their evaluations add to the work of this search. An error for a measured point that is not on
-    /// the rod.
+    /// The residuals of the whole records, as functions of the unknowns on their scales, with robust losses and the
+    /// leverage weights of the search. Their evaluations add to the work of this search. An error for a measured point
+    /// that is not on the rod.
     pub fn all_residuals(&self) -> Result<Residuals, Error> {
         Ok(self.residuals(&self.durations())?.with_leverage_weights(&self.leverage_weights))
     }
 
-    /// The residuals of the records up to `horizons`, s, one per experiment, as functions of the unknowns on their scales,
-    /// with robust losses, without leverage weights. Shapes, frequencies and readings at rest are complete at any horizon.
-    /// Their evaluations add to the work of this search. An error for a measured point that is not on the rod.
+    /// The residuals of the records up to `horizons`, s, one per experiment, as functions of the unknowns on their
+    /// scales, with robust losses, without leverage weights. Shapes, frequencies and readings at rest are complete at
+    /// any horizon. Their evaluations add to the work of this search. An error for a measured point that is not on the
+    /// rod.
     pub fn residuals(&self, horizons: &[f64]) -> Result<Residuals, Error> {
         let (sigmas, unknowns) = (&self.sigmas, self.unknowns);
         let residuals =

@@ -1,13 +1,14 @@
 //! Starts near a minimum whose residuals are more than white noise.
 //!
-//! Where the stiffness hardly changes the motion, as that of a pendulum's arm, every value explains most of it. The grid of
-//! the scan is then too coarse for the minima. A fit ends in a wrong minimum with residuals of about 1 % of the motion, which
-//! are correlated. So the objective of a coarse model over [`PERIODS`] first periods is evaluated on lines through the
-//! optimum. Their steps are [`SPACING`] on the logarithmic scale, finer than those of the scan. If the coarse model fails at
-//! the optimum, the full one is used. There are at most [`MOST_LINES`] lines, along scanned positive parameters other than
-//! dampings; points are strictly within the bounds. Output: starts on the unknowns' scales, at most [`MOST_STARTS`], the
-//! lowest first. They are the minima on these lines farther than half a [`SPACING`] from the optimum and below [`HIGHEST`]
-//! times its objective.
+//! Where the stiffness hardly changes the motion, as that of a pendulum's arm, every value explains most of it. The
+//! grid of the scan is then too coarse for the minima. A fit ends in a wrong minimum with residuals of about 1 % of the
+//! motion, which are correlated. Input: such an optimum. The objective of a coarse model over [`PERIODS`] first periods
+//! is evaluated on lines through it, along one unknown each. Their steps are [`SPACING`] on the logarithmic scale,
+//! finer than those of the scan. If the coarse model fails at the optimum, the full one is used. There are at most
+//! [`MOST_LINES`] lines, along scanned positive parameters other than dampings; points are strictly within the bounds.
+//! Output: starts on the unknowns' scales, at most [`MOST_STARTS`], the lowest first. They are the minima on these
+//! lines farther than half a [`SPACING`] from the optimum and below [`HIGHEST`] times its objective in the same model.
+//! An interruption, and a coarse scene that is not valid, are errors. `neighboring_starts` returns them.
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;
@@ -22,14 +23,14 @@ use rayon::prelude::*;
 const SPACING: f64 = 0.18;
 /// Number of points to each side of the minimum: they span a factor of four.
 const POINTS: i32 = 8;
-/// Time steps of the coarse model in the first period: their error of the frequency is 0.6 %, and points of the line differ
-/// by 9 %.
+/// Time steps of the coarse model in the first period: their error of the frequency is 0.6 %, and points of the line
+/// differ by 9 %.
 const COARSE_STEPS: f64 = 24.0;
 /// Horizon of the objective, in first periods. Over longer horizons the minima along a stiffness are
 /// narrower than the spacing.
 pub(crate) const PERIODS: f64 = 4.0;
-/// Largest objective of a start over that of the minimum, both of the coarse model. A larger one adds starts that are less
-/// likely to end lower.
+/// Largest objective of a start over that of the minimum, both of the coarse model. A larger one adds starts that are
+/// less likely to end lower.
 const HIGHEST: f64 = 4.0;
 /// Largest number of unknowns along which lines are evaluated. Each line costs 17 simulations of the coarse model.
 const MOST_LINES: usize = 3;
@@ -43,10 +44,11 @@ struct LinePoint {
 }
 
 impl Search<'_> {
-    /// Starts near an optimum, on the unknowns' scales: minima of the coarse objective along at most [`MOST_LINES`] scanned
-    /// unknowns, all others as at the optimum. They are more than half a [`SPACING`] from it and below [`HIGHEST`] times its
-    /// objective, the lowest first, at most [`MOST_STARTS`]. Each experiment ends after [`PERIODS`] first periods. If the
-    /// coarse model fails at the optimum the full one is evaluated. An error if the user stops.
+    /// Starts near an optimum, on the unknowns' scales: minima of the coarse objective along at most [`MOST_LINES`]
+    /// scanned unknowns, all others as at the optimum. They are more than half a [`SPACING`] from it and below
+    /// [`HIGHEST`] times its objective, the lowest first, at most [`MOST_STARTS`]. Each experiment ends after
+    /// [`PERIODS`] first periods. If the coarse model fails at the optimum the full one is evaluated. Empty without
+    /// such minima. An error if the user stops, or a coarse scene is invalid.
     pub fn neighboring_starts(&self, optimum: &Optimum) -> Result<Vec<Vec<f64>>, Error> {
         let first = self.first_periods(1.0);
         let horizons: Vec<f64> =
@@ -83,8 +85,8 @@ impl Search<'_> {
         Ok(starts.into_iter().map(|point| point.x).collect())
     }
 
-    /// Whether the scan had at least three values of the unknown with index `j`, and it is positive and no damping. Along a
-    /// damping the objective has one minimum.
+    /// Whether the scan had at least three values of the unknown with index `j`, and it is positive and no damping.
+    /// Along a damping the objective has one minimum.
     fn is_scanned(&self, j: usize) -> bool {
         let unknown = &self.unknowns[j];
         unknown.parameter.is_positive()
@@ -92,8 +94,9 @@ impl Search<'_> {
             && self.journal.scanned_values(j).len() > 2
     }
 
-    /// The points of all unknowns, on their scales, on the line through an optimum along unknown `j`. They are [`SPACING`]
-    /// apart, up to [`POINTS`] to each side, strictly within the bounds, ascending, the optimum included.
+    /// The points of all unknowns, on their scales, on the line through an optimum along unknown `j`. They are
+    /// [`SPACING`] apart, up to [`POINTS`] to each side, strictly within the bounds, ascending. The optimum is one of
+    /// them, unless it is at a bound.
     fn line(&self, optimum: &Optimum, j: usize) -> Vec<Vec<f64>> {
         let [low, high] = self.unknowns[j].scaled_bounds();
         let values = (-POINTS..=POINTS).map(|k| optimum.x[j] + SPACING * f64::from(k));
@@ -106,10 +109,11 @@ impl Search<'_> {
         values.map(point).collect()
     }
 
-    /// The objective of a `coarse` model at each of `points` of the full model, in their order. It is half the sum of squares
-    /// of the robust residuals, priors included: one number for all experiments. Each experiment is simulated up to its own of
-    /// the `horizons`, s. The returned points stay those of the full model. Infinite where a simulation fails; an interruption
-    /// is an error. Several threads compute; the work is added to that of this search.
+    /// The objective of a `coarse` model at each of `points` of the full model, in their order. It is half the sum of
+    /// squares of the robust residuals, priors included: one number for all experiments. Each experiment is simulated
+    /// up to its own of the `horizons`, s. The returned points stay those of the full model. Infinite where a
+    /// simulation fails; an interruption is an error. Several threads compute; the work is added to that of this
+    /// search.
     fn coarse_objectives(
         &self,
         coarse: &ScanModel,

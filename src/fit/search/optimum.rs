@@ -1,13 +1,16 @@
 //! Runs of the Levenberg-Marquardt optimizer, and the optimum at which a run ends.
 //!
-//! Input: residuals as functions of the unknowns, and a start on the unknowns' scales (moved to the nearest bound). A run ends
-//! by [`Tolerances`]: a small Gauss-Newton step, a change of the model below a fraction of the residuals' standard deviation,
-//! or the number of iterations, which is no convergence. Runs of rods with recorded ends, and of the comparison of minima, also
-//! end after [`PATIENCE`] steps that hardly lower the objective. Bounds and the length of logarithmic steps
-//! ([`LONGEST_LOG_STEP`]) limit each step. A last step below [`LAST_STEP`] standard errors is taken without a simulation.
-//! Output: [`Optimum`] with the point, the cost (half the sum of the losses), residuals and Jacobian (robust loss and leverage
-//! weights inverted), and the reason of the end. A start that cannot be simulated is an error. `polish` fits the full model to
-//! the whole records. Iterates of a run with a stage enter the journal of the search.
+//! Input: residuals as functions of the unknowns, and a start on the unknowns' scales (moved to the nearest bound). A
+//! run converges by [`Tolerances`]: a small Gauss-Newton step, or a change of the linear model by it below a fraction
+//! of the residuals' standard deviation. Runs of rods with recorded ends, and of the comparison of minima, also
+//! converge after [`PATIENCE`] steps that hardly lower the objective. The largest number of iterations, and a point
+//! from which no step lowers the objective, end a run without convergence. Bounds and the length of logarithmic steps
+//! ([`LONGEST_LOG_STEP`]) limit each step. A last step below [`LAST_STEP`] standard errors is taken without a
+//! simulation. Output: [`Optimum`] with the point, the cost (half the sum of the losses), residuals and Jacobian
+//! (robust loss and leverage weights inverted), and the reason of the end. A start that cannot be simulated is an
+//! error, and so are a last step that cannot be, and an interruption. `polish` fits the full model to the whole
+//! records; `polish_from_runs`, `polish_reweighted` and `polish_from` do so from a start that is simulated already.
+//! Iterates of a run with a stage enter the journal of the search.
 
 use crate::error::Error;
 use crate::fit::measurement::loss::WeightedLoss;
@@ -29,8 +32,8 @@ const LONGEST_LOG_STEP: f64 = 4.6;
 /// Size of the last step, in standard errors, below which it is taken without another simulation. A larger one saves
 /// simulations and leaves a larger error of the linear model.
 const LAST_STEP: f64 = 0.05;
-/// Number of consecutive steps that hardly lower a rough objective, after which a fit ends. The objective of a cable whose
-/// parts slip on each other is rough.
+/// Number of consecutive steps that hardly lower a rough objective, after which a fit ends. The objective of a cable
+/// whose parts slip on each other is rough.
 const PATIENCE: usize = 3;
 /// Gauss-Newton step, on the unknowns' scales, at which a fit of the full model to the whole records ends.
 const FULL_STEP: f64 = 1e-10;
@@ -45,7 +48,7 @@ pub(crate) const NO_START: &str =
 pub(crate) struct Tolerances {
     /// Largest Gauss-Newton step that ends it, on the scales of the unknowns.
     pub step: f64,
-    /// Change of the model by that step that ends it, over the standard deviation of the residuals.
+    /// Change of the linear model by the Gauss-Newton step that ends it, over the standard deviation of the residuals.
     pub noise: f64,
     /// Largest number of iterations.
     pub iterations: u64,
@@ -80,15 +83,16 @@ impl Optimum {
 }
 
 impl Search<'_> {
-    /// Fits the full model to the whole records by the Levenberg-Marquardt method from the point `start`, on the unknowns'
-    /// scales. Sigmas and leverage weights are those of the search. Iterates enter the journal. An error if the start cannot
-    /// be simulated or the user stops.
+    /// Fits the full model to the whole records by the Levenberg-Marquardt method from the point `start`, on the
+    /// unknowns' scales. Sigmas and leverage weights are those of the search. Iterates enter the journal. An error if
+    /// the start or the last step cannot be simulated, or the user stops.
     pub fn polish(&self, start: &[f64]) -> Result<Optimum, Error> {
         self.finish(self.all_residuals()?, start)
     }
 
-    /// Fits the full model to the whole records by the Levenberg-Marquardt method from the point `start`, on the unknowns'
-    /// scales. `runs` are the simulations of all experiments with derivatives there, so that it is not simulated again.
+    /// Fits the full model to the whole records by the Levenberg-Marquardt method from the point `start`, on the
+    /// unknowns' scales. `runs` are the simulations of all experiments with derivatives there, so that it is not
+    /// simulated again. Errors as of [`polish`](Self::polish).
     pub fn polish_from_runs(
         &self,
         start: &[f64],
@@ -97,9 +101,9 @@ impl Search<'_> {
         self.finish(self.all_residuals()?.with_runs(start, runs)?, start)
     }
 
-    /// Fits the full model to the whole records from the optimum `known`, found with the sigmas `before`. Its residuals and
-    /// Jacobian are converted to the present sigmas by the factor old over new sigma, instead of being simulated again; those
-    /// of priors stay.
+    /// Fits the full model to the whole records from the optimum `known`, found with the sigmas `before`. Its residuals
+    /// and Jacobian are converted to the present sigmas by the factor old over new sigma, instead of being simulated
+    /// again; those of priors stay. Errors as of [`polish`](Self::polish).
     pub fn polish_reweighted(&self, known: &Optimum, before: &[f64]) -> Result<Optimum, Error> {
         // Residuals and derivatives are proportional to the inverse of their sigma; those of priors stay.
         let units = before.iter().zip(&self.sigmas).zip(&known.counts);
@@ -112,17 +116,17 @@ impl Search<'_> {
         self.polish_from(start.into_evaluation())
     }
 
-    /// Fits the full model to the whole records by the Levenberg-Marquardt method from the evaluation `start`, which is not
-    /// simulated again. It is a point on the unknowns' scales, with residuals and Jacobian without robust loss and leverage
-    /// weights.
+    /// Fits the full model to the whole records by the Levenberg-Marquardt method from the evaluation `start`, which is
+    /// not simulated again. It is a point on the unknowns' scales, with residuals and Jacobian without robust loss and
+    /// leverage weights. Errors as of [`polish`](Self::polish).
     pub fn polish_from(&self, start: Evaluation) -> Result<Optimum, Error> {
         let x = start.x.clone();
         self.finish(self.all_residuals()?.with_evaluation(start), &x)
     }
 
-    /// Fits the `residuals` of the whole records from `start`, with the tolerances [`FULL_STEP`], [`FULL_ITERATIONS`] and the
-    /// search's own. Iterates enter the journal as of the full model. An optimum with residuals at rounding level
-    /// ([`Search::is_rounding`]) counts as converged.
+    /// Fits the `residuals` of the whole records from `start`, with the tolerances [`FULL_STEP`], [`FULL_ITERATIONS`]
+    /// and the search's own. Iterates enter the journal as of the full model. An optimum with residuals at rounding
+    /// level ([`Search::is_rounding`]) counts as converged.
     fn finish(&self, residuals: Residuals, start: &[f64]) -> Result<Optimum, Error> {
         let tolerances =
             Tolerances { step: FULL_STEP, noise: self.tolerance, iterations: FULL_ITERATIONS };
@@ -132,12 +136,13 @@ impl Search<'_> {
         Ok(optimum)
     }
 
-    /// Minimizes half the sum of squares of `residuals` (robust losses and weights applied) from the point `start`, within the
-    /// unknowns' bounds, by the Levenberg-Marquardt method. Iterates enter the journal as of `stage`, or not at all without
-    /// one. The optimum has residuals and Jacobian without losses and weights, and `converged` only if a convergence criterion
-    /// ended the run. A last step below [`LAST_STEP`] standard errors (less for a smaller search tolerance) is taken without
-    /// another simulation. A start outside of the bounds begins at the nearest bound. The other rules are those of the
-    /// module's header. An error if the start cannot be simulated or the user stops.
+    /// Minimizes half the sum of squares of `residuals` (robust losses and weights applied) from the point `start`,
+    /// within the unknowns' bounds, by the Levenberg-Marquardt method. Iterates enter the journal as of `stage`, or not
+    /// at all without one. The optimum has residuals and Jacobian without losses and weights, and `converged` only if a
+    /// convergence criterion ended the run. A last step below [`LAST_STEP`] standard errors (less for a smaller search
+    /// tolerance) is taken without another simulation. A start outside of the bounds begins at the nearest bound. The
+    /// other rules are those of the module's header. An error if the start or the last step cannot be simulated, or the
+    /// user stops.
     pub fn optimize(
         &self,
         residuals: Residuals,
@@ -208,8 +213,8 @@ impl Search<'_> {
         })
     }
 
-    /// The report of the local minima in the journal, with misfits in units of the present sigmas. `chosen` is the result;
-    /// `None` after an interruption, and then no minimum is marked as chosen.
+    /// The report of the local minima in the journal, with misfits of the full model in units of the present sigmas.
+    /// `chosen` is the result; `None` after an interruption, and then no minimum is marked as chosen.
     pub fn local_minima(&self, chosen: Option<&Optimum>) -> LocalMinima {
         let chosen = chosen.map(|optimum| self.minimum(optimum));
         self.journal.local_minima(self.unknowns, &self.sigmas, chosen.as_ref())
@@ -260,8 +265,8 @@ impl Observe<LeastSquaresState> for Observer {
         Ok(())
     }
 
-    /// Records an iterate in the journal, and calls the progress callback with iteration number and misfit (as text) and the
-    /// work so far in full simulations.
+    /// Records an iterate in the journal, and calls the progress callback with iteration number and misfit (as text)
+    /// and the work so far in full simulations.
     fn observe_iter(
         &mut self,
         state: &LeastSquaresState,

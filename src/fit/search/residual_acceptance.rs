@@ -1,14 +1,17 @@
 //! Classification of the residuals at an optimum: rounding errors, noise, or motion that the model does not explain.
 //!
-//! Input: an optimum with the residuals of all measurements. Acceptable are an RMS residual of at most
-//! [`UNEXPLAINED`] of the motion or [`ACCEPTABLE_SIGMAS`] given sigmas, or white noise of at most [`WRONG_MINIMUM`]
-//! of the motion. Noise is decided by the tests of `misfit::residual_tests`, with at least [`ENOUGH`] values per
-//! coordinate. Plausible is at most [`WRONG_MINIMUM`] of the motion; rounding is at most [`ROUNDING`] of the scale of
-//! the values. That is the rod's length, or a larger motion; of frequencies and readings it is their size. Every
-//! measurement must satisfy a criterion; those without motion are acceptable and plausible. RMS residuals are in the
-//! unit of the measurement, by a median with a robust loss. The search uses these predicates to stop or to continue
-//! with other starts. [`residual_tests()`] returns the tests per coordinate (none of frequencies). They and
-//! [`are_residuals_noise`] serve the warnings and the grade, also for AR(1) noise.
+//! Input: an optimum with the residuals of all measurements. Each predicate holds if every measurement satisfies its
+//! criterion. Acceptable (`has_acceptable_residuals`) is an RMS residual of at most [`UNEXPLAINED`] of the motion or
+//! [`ACCEPTABLE_SIGMAS`] given sigmas, or white noise of at most [`WRONG_MINIMUM`] of the motion. Plausible
+//! (`has_plausible_residuals`) is at most [`WRONG_MINIMUM`] of the motion. Measurements of zero size are acceptable and
+//! plausible. Rounding (`is_rounding`) is at most [`ROUNDING`] of the scale of the values: of positions the rod's
+//! length, or a larger motion, of frequencies and readings their size. Noise (`is_noise`: white noise, or rounding
+//! errors of all measurements) is decided by the tests of `misfit::residual_tests` on each coordinate; as an acceptable
+//! residual it needs [`ENOUGH`] values per coordinate. RMS residuals are in the unit of the measurement, by a median
+//! with a robust loss (`spreads`). The search uses these predicates to stop or to continue with other starts.
+//! [`residual_tests()`] returns the tests per coordinate (none of frequencies). They and [`are_residuals_noise`] serve
+//! the warnings and the grade, also for AR(1) noise. `unexplained_fraction` is the RMS residual of all measurements
+//! over the RMS size of their motions, both in sigmas.
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all};
@@ -19,14 +22,14 @@ use crate::fit::search::fitted::MeasuredResiduals;
 use crate::fit::search::optimum::Optimum;
 use crate::numerics::total_order;
 
-/// Largest RMS residual that is ascribed to rounding errors of exact data, over the length of the rod (the scale of the
-/// measurement).
+/// Largest RMS residual that is ascribed to rounding errors of exact data, over the scale of the measurement (of
+/// positions mostly the length of the rod).
 const ROUNDING: f64 = 1e-8;
-/// Smallest RMS residual of a wrong minimum, over the RMS of the motion. Below it mesh and step may explain the residuals,
-/// above it hardly.
+/// Smallest RMS residual of a wrong minimum, over the RMS of the motion. Below it mesh and step may explain the
+/// residuals, above it hardly.
 const WRONG_MINIMUM: f64 = 0.5;
-/// Largest RMS residual of an acceptable fit, in given sigmas. A smaller number continues the search where the given sigma is
-/// too small.
+/// Largest RMS residual of an acceptable fit, in given sigmas. A smaller number continues the search where the given
+/// sigma is too small.
 const ACCEPTABLE_SIGMAS: f64 = 3.0;
 /// Smallest number of values per coordinate with which the tests detect residuals other than noise.
 const ENOUGH: usize = 30;
@@ -34,9 +37,9 @@ const ENOUGH: usize = 30;
 pub(crate) const NORMAL: &str = "normal";
 
 impl Search<'_> {
-    /// Whether each measurement satisfies one of three criteria. Its RMS residual is at most [`UNEXPLAINED`] (a tenth) of its
-    /// motion or [`ACCEPTABLE_SIGMAS`] (three) given sigmas; it has no motion at all; or its residuals are [white
-    /// noise](are_residuals_noise). The RMS residual is that of [`spreads`](Self::spreads).
+    /// Whether each measurement satisfies one of three criteria. Its RMS residual is at most [`UNEXPLAINED`] (a tenth)
+    /// of its motion or [`ACCEPTABLE_SIGMAS`] (three) given sigmas; it has no motion at all; or its residuals are
+    /// [white noise](are_residuals_noise). The RMS residual is that of [`spreads`](Self::spreads).
     pub fn has_acceptable_residuals(&self, optimum: &Optimum) -> bool {
         let spreads = self.spreads(optimum);
         self.measured(optimum).zip(spreads).all(|(own, rms)| {
@@ -49,8 +52,8 @@ impl Search<'_> {
         })
     }
 
-    /// Whether the RMS residual of every measurement with a motion is at most [`WRONG_MINIMUM`] (half) of that: not a wrong
-    /// minimum, while mesh and step may still be too coarse.
+    /// Whether the RMS residual of every measurement with a motion is at most [`WRONG_MINIMUM`] (half) of that: not a
+    /// wrong minimum, while mesh and step may still be too coarse.
     pub fn has_plausible_residuals(&self, optimum: &Optimum) -> bool {
         let spreads = self.spreads(optimum);
         self.measured(optimum).zip(spreads).all(|(own, rms)| {
@@ -59,8 +62,9 @@ impl Search<'_> {
         })
     }
 
-    /// RMS residual over the RMS size of the motion, both in sigmas: `sqrt(2 cost/sum(count (size/sigma)^2))`. `cost` is the
-    /// objective, `counts` the number of residuals of each measurement in it, which may be a part of the record.
+    /// RMS residual over the RMS size of the measured motions, both in sigmas (no unit): `sqrt(2 cost/sum(count
+    /// (size/sigma)^2))`. `cost` is the objective, `counts` the number of residuals of each measurement in it, which
+    /// may be a part of the record.
     pub fn unexplained_fraction(&self, cost: f64, counts: &[usize]) -> f64 {
         let own = all(self.experiments).zip(&self.sigmas).zip(counts);
         // The size of the motion in sigmas is about the RMS residual of a rod that does not move.
@@ -70,7 +74,8 @@ impl Search<'_> {
         (2.0 * cost / own.map(square).sum::<f64>()).sqrt()
     }
 
-    /// Whether the RMS residual of every measurement is at most [`ROUNDING`] times its scale (the length of the rod).
+    /// Whether the RMS residual of every measurement is at most [`ROUNDING`] times its scale: of positions the length
+    /// of the rod or a larger motion, of other values their size.
     pub fn is_rounding(&self, optimum: &Optimum) -> bool {
         let spreads = self.spreads(optimum);
         let mut measured = self.measured(optimum).zip(spreads);
@@ -79,8 +84,8 @@ impl Search<'_> {
         })
     }
 
-    /// Whether the residuals of every coordinate are white noise by all tests, or those of all measurements are [rounding
-    /// errors](Self::is_rounding). Coordinates without tests, as frequencies, do not count.
+    /// Whether the residuals of every coordinate are white noise by all tests, or those of all measurements are
+    /// [rounding errors](Self::is_rounding). Coordinates without tests, as frequencies, do not count.
     pub fn is_noise(&self, optimum: &Optimum) -> bool {
         let significance = self.significance_level();
         let mut tests =
@@ -88,17 +93,17 @@ impl Search<'_> {
         self.is_rounding(optimum) || tests.all(|tests| tests.is_noise())
     }
 
-    /// Significance level of the tests of one coordinate, by Bonferroni's correction for the number of measured coordinates of
-    /// all measurements: `min(0.001, 0.02/number)`.
+    /// Significance level of the tests of one coordinate, by Bonferroni's correction for the number of measured
+    /// coordinates of all measurements: `min(0.001, 0.02/number)`.
     pub fn significance_level(&self) -> f64 {
         let coordinates = all(self.experiments).map(|(e, m)| m.coordinates(&e.problem).len());
         residual_tests::significance_level(coordinates.sum())
     }
 
     /// Root mean square residual of each measurement, in its unit, by
-    /// [`Loss::spread`](crate::fit::measurement::loss::Loss::spread), which hardly depends on outliers with a robust loss.
-    /// With leverage weights of growing sensitivities the residuals are weighted, and the result is divided by the root mean
-    /// square weight.
+    /// [`Loss::spread`](crate::fit::measurement::loss::Loss::spread), which hardly depends on outliers with a robust
+    /// loss. With leverage weights of growing sensitivities the residuals are weighted, and the result is divided by
+    /// the root mean square weight.
     pub fn spreads(&self, optimum: &Optimum) -> Vec<f64> {
         let weights = self.growth_weights();
         let spread = |MeasuredResiduals { measurement, sigma, residuals, rows, .. }| {
@@ -134,10 +139,10 @@ impl SortedValues {
     }
 }
 
-/// Tests of the residuals of every coordinate of a measurement, in ascending order of time or arc length, at this level of
-/// `significance`. `correlation` returns the lag-1 correlation of the noise of an axis (0: white). A shape with fitted arc
-/// lengths has one test, of the offsets along the normal of the line. Empty for frequencies, which have no order; coordinates
-/// with too few values have none.
+/// Tests of the residuals of every coordinate of a measurement, in ascending order of time or arc length, at this level
+/// of `significance`. `correlation` returns the lag-1 correlation of the noise of an axis (0: white). A shape with
+/// fitted arc lengths has one test, of the offsets along the normal of the line. Empty for frequencies, which have no
+/// order; coordinates with too few values have none.
 pub(crate) fn residual_tests(
     MeasuredResiduals { experiment, measurement, residuals, .. }: &MeasuredResiduals,
     correlation: impl Fn(&str) -> f64,
@@ -172,9 +177,9 @@ pub(crate) fn residual_tests(
     tests.collect()
 }
 
-/// Whether the residuals of the measurement `own` are white or AR(1) noise by all tests at this level of `significance`.
-/// Their root mean square `rms`, in its unit, must be at most [`WRONG_MINIMUM`] of the motion, with at least [`ENOUGH`]
-/// values per tested coordinate. `correlation` returns the lag-1 correlation of the noise of an axis.
+/// Whether the residuals of the measurement `own` are white or AR(1) noise by all tests at this level of
+/// `significance`. Their root mean square `rms`, in its unit, must be at most [`WRONG_MINIMUM`] of the motion, with at
+/// least [`ENOUGH`] values per tested coordinate. `correlation` returns the lag-1 correlation of the noise of an axis.
 pub(crate) fn are_residuals_noise(
     own: &MeasuredResiduals,
     rms: f64,

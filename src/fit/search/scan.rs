@@ -1,15 +1,18 @@
-//! The scan: the misfit of the coarse model over the first period at every point of a grid of values of the unknowns. Over
-//! the first period the misfit has few minima, with wide basins, and the grid is fine enough for all of them.
+//! The scan: the misfit of the coarse model over the first period at every point of a grid of values of the unknowns.
+//! Over the first period the misfit has few minima, with wide basins, and the grid is fine enough for all of them.
 //!
-//! The values of an unknown are a range about its start or prior ([`MODULUS_RANGE`], [`HINT_RANGE`]), or else the
-//! range of its kind of parameter, within the bounds. With a start or prior, a parameter that may be negative has
-//! only that value. Some kinds have only their start or the scene's value. With driven ends all but Young's modulus
-//! have one value. A refined scan adds values half-way. The grid has at most [`MOST_POINTS`] points: longer lists are
-//! halved. A shear modulus beside an unknown Young's modulus, without start and prior, is [`SHEAR_OF_YOUNGS`] times
-//! that. Where the coarse model fails at a given start, the full model is evaluated. Output: [`Candidate`]s, all
-//! points with a finite misfit, with it and a lower bound for a descent from them, on the unknowns' scales, and the
-//! grid in the journal. No point that can be simulated is an error. Threads share the points. The results are
-//! processed in the order of the grid, so that neither the results nor the history depend on the number of threads.
+//! Input: a search, its coarse model and the first period of each experiment, s. The values of an unknown are a range
+//! about its start or prior ([`MODULUS_RANGE`], [`HINT_RANGE`]), or else the range of its kind of parameter, within the
+//! bounds. With a start or prior, a parameter that may be negative has only that value. Some kinds have only their
+//! start or the scene's value, and so have numbers of a structure other than moduli. With driven ends all but Young's
+//! modulus have one value. A refined scan adds values half-way. The grid has at most [`MOST_POINTS`] points: longer
+//! lists are halved. A shear modulus beside an unknown Young's modulus, without start and prior, is [`SHEAR_OF_YOUNGS`]
+//! times that. Where the coarse model fails at a given start, the full model is evaluated.
+//!
+//! Output: [`Candidate`]s, all points with a finite misfit, with it and a lower bound for a descent from them, on the
+//! unknowns' scales and in coordinates of the coarse model. The grid is stored in the journal. No point that can be
+//! simulated is an error. Threads share the points. The results are processed in the order of the grid, so that neither
+//! the results nor the history depend on the number of threads.
 
 use crate::error::Error;
 use crate::fit::misfit::residuals::Residuals;
@@ -26,28 +29,28 @@ use rayon::prelude::*;
 
 /// Shear modulus over Young's modulus in the scan where both are unknown: Poisson's ratio 0.3.
 const SHEAR_OF_YOUNGS: f64 = 1.0 / 2.6;
-/// Largest number of points of the scan, each of which costs a simulation of the coarse model. With more unknowns each has
-/// fewer values.
+/// Largest number of points of the scan, each of which costs a simulation of the coarse model. With more unknowns each
+/// has fewer values.
 const MOST_POINTS: usize = 6000;
-/// Number of points between two reports of progress and checks for an interruption. A smaller number reports more often, but
-/// leaves threads idle at the end of each batch.
+/// Number of points between two reports of progress and checks for an interruption. A smaller number reports more
+/// often, but leaves threads idle at the end of each batch.
 const BATCH: usize = 16;
-/// Number of points that a thread evaluates at a time. Points of a share have one set of residuals in common, which takes
-/// time to prepare.
+/// Number of points that a thread evaluates at a time. Points of a share have one set of residuals in common, which
+/// takes time to prepare.
 const SHARE: usize = 2;
-/// Range of the scanned values of Young's modulus about its start or prior mean, as factors to both sides. A wider range
-/// finds the minimum from a worse start, at the cost of more points.
+/// Range of the scanned values of Young's modulus about its start or prior mean, as factors to both sides. A wider
+/// range finds the minimum from a worse start, at the cost of more points.
 const MODULUS_RANGE: [f64; 2] = [1e-3, 1e3];
-/// Number of scanned values per decade of Young's modulus in that range. More values cost more simulations; fewer may miss
-/// the basin of the minimum.
+/// Number of scanned values per decade of Young's modulus in that range. More values cost more simulations; fewer may
+/// miss the basin of the minimum.
 const MODULUS_PER_DECADE: f64 = 3.0;
 /// Range of the scanned values of any other positive parameter about its start or prior mean: the factor to both sides.
 const HINT_RANGE: f64 = 30.0;
-/// Number of scanned values per decade in that range. More values cost more simulations; fewer may miss the basin of the
-/// minimum.
+/// Number of scanned values per decade in that range. More values cost more simulations; fewer may miss the basin of
+/// the minimum.
 const HINT_PER_DECADE: f64 = 1.4;
-/// Factor by which the list of Young's modulus may be longer than others before it is halved: the misfit has most minima over
-/// Young's modulus.
+/// Factor by which the list of Young's modulus may be longer than others before it is halved: the misfit has most
+/// minima over Young's modulus.
 const MODULUS_SHARE: usize = 8;
 
 /// A point on the unknowns' scales from which the coarse model may descend.
@@ -70,9 +73,10 @@ struct ScannedPoint {
     is_full: bool,
 }
 
-/// Evaluates the model of the `coarse` search at `points` up to the horizons `first`, s, one per experiment. Where this fails
-/// at the given start, the `full` model is evaluated instead. Returns for each point the misfit with the residuals without
-/// robust loss (or the error), the work, and which model was evaluated.
+/// Evaluates the model of the `coarse` search at `points` up to the horizons `first`, s, one per experiment. Where this
+/// fails at the given start, the `full` model is evaluated instead. Returns for each point the misfit with the
+/// residuals without robust loss (or the error), the work, and which model was evaluated. An error if a measured point
+/// is not on the rod.
 fn evaluate_points(
     coarse: &Search,
     full: &Search,
@@ -97,25 +101,25 @@ fn evaluate_points(
     Ok(points.iter().map(evaluate).collect())
 }
 
-/// Half the sum of squares of the residuals at `x`, with robust losses, and the residuals without robust loss. An error if
-/// the simulation fails.
+/// Half the sum of squares of the residuals at `x`, with robust losses, and the residuals without robust loss. An error
+/// if the simulation fails.
 fn misfit(residuals: &Residuals, x: &[f64]) -> Result<(f64, Vec<f64>), Error> {
     Ok((half_sum_of_squares(&residuals.residuals(x)?), residuals.plain_residuals(x)?))
 }
 
-/// Whether at least one unknown has a given start, and the point `x`, on the unknowns' scales, is within 1e-9 of all given
-/// ones.
+/// Whether at least one unknown has a given start, and the point `x`, on the unknowns' scales, is within 1e-9 of all
+/// given ones.
 fn is_start(unknowns: &[Unknown], x: &[f64]) -> bool {
     let starts = || unknowns.iter().zip(x).filter_map(|(u, x)| Some((u.to_scale(u.start?), x)));
     starts().next().is_some() && starts().all(|(start, x)| (start - x).abs() < 1e-9)
 }
 
 impl Search<'_> {
-    /// Evaluates the coarse model over the first periods `first`, s, at every combination of scanned values; `refinement`
-    /// above 1 adds values half-way. Returns all points with a finite misfit, in the order of the grid and in coordinates of
-    /// the coarse model; an error if there is none, or if the user stops. Where the coarse model fails at the given start, the
-    /// full model is evaluated. The grid replaces that of the journal, and new lowest points enter its history. Reports
-    /// progress.
+    /// Evaluates the coarse model over the first periods `first`, s, at every combination of scanned values;
+    /// `refinement` above 1 adds values half-way. Returns all points with a finite misfit, in the order of the grid and
+    /// in coordinates of the coarse model; an error if there is none, or if the user stops. Where the coarse model
+    /// fails at the given start, the full model is evaluated. The grid replaces that of the journal, and new lowest
+    /// points enter its history. Reports progress.
     pub fn scan(
         &self,
         coarse: &ScanModel,
@@ -196,11 +200,11 @@ impl Search<'_> {
         }
     }
 
-    /// Scanned values of each unknown on its scale, and all their combinations, of which the values of the last unknown vary
-    /// fastest. `first` are the first periods, s; a `refinement` above 1 adds values half-way on the scale. At most
-    /// [`MOST_POINTS`] combinations. In these a shear modulus without start and prior is replaced by [`SHEAR_OF_YOUNGS`] times
-    /// the unknown Young's modulus of the same rod, within its bounds. Returns the lists, one per unknown, and the
-    /// combinations.
+    /// Scanned values of each unknown on its scale, and all their combinations, of which the values of the last unknown
+    /// vary fastest. `first` are the first periods, s; a `refinement` above 1 adds values half-way on the scale. At
+    /// most [`MOST_POINTS`] combinations. In these a shear modulus without start and prior is replaced by
+    /// [`SHEAR_OF_YOUNGS`] times the unknown Young's modulus of the same rod, within its bounds. Returns the lists, one
+    /// per unknown, and the combinations.
     fn grid(&self, first: &[f64], refinement: usize) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
         let candidates = |unknown: &Unknown| {
             let mut values = self.candidates(unknown, first);
@@ -246,9 +250,10 @@ impl Search<'_> {
         (axes, points)
     }
 
-    /// Values of an unknown in the scan, in its unit: a range in the first experiment with measurements that has it. `first`
-    /// are the first periods, s. For rods with recorded ends an unknown other than Young's modulus has one value: its start,
-    /// prior mean or scene value, or else the middle of the range. Empty for an unknown of no experiment.
+    /// Values of an unknown in the scan, in its unit: a range in the first experiment with measurements that has it.
+    /// `first` are the first periods, s. For rods with recorded ends an unknown other than Young's modulus has one
+    /// value: its start, prior mean or scene value, or else the middle of the range. Empty for an unknown of no
+    /// experiment.
     fn candidates(&self, unknown: &Unknown, first: &[f64]) -> Vec<f64> {
         let is_single = self.is_displacement_driven() && !unknown.is_stiffness();
         if let Some(start) = self.driven_start(unknown).filter(|_| is_single) {
@@ -269,7 +274,8 @@ impl Search<'_> {
         }
     }
 
-    /// The index of the unknown Young's modulus that shares an experiment with the given unknown; `None` if there is none.
+    /// The index of the unknown Young's modulus that shares an experiment with the given unknown; `None` if there is
+    /// none.
     fn youngs_modulus_of_rod(&self, unknown: &Unknown) -> Option<usize> {
         self.unknowns.iter().position(|u| {
             u.parameter == Parameter::YoungsModulus
@@ -284,20 +290,22 @@ fn follows_recording(problem: &Problem) -> bool {
 }
 
 impl Unknown {
-    /// Whether the unknown's parameter is Young's modulus, which determines the period of the motion and is scanned over
-    /// decades.
+    /// Whether the unknown's parameter is Young's modulus, which determines the period of the motion and is scanned
+    /// over decades.
     pub(super) fn is_stiffness(&self) -> bool {
         self.parameter == Parameter::YoungsModulus
             || self.parameter.is_of_structure() && self.parameter.path().ends_with("youngs_modulus")
     }
 
-    /// Values in the scan, in the unit of the parameter, strictly within the bounds; if none is, the values moved to the
-    /// nearest bounds. Parameters of kind [`Candidates::Here`] have their start or the scene's value only. Others have, about
-    /// the start or the prior mean: factors [`MODULUS_RANGE`] for Young's modulus, [`HINT_RANGE`] for positive parameters, the
-    /// value itself for the rest. Without start and prior it is the range of the parameter's kind. It is absolute, relative to
-    /// the rod's length or the scene's Young's modulus, or to `duration` and `rise`. These are the length of the record and
-    /// the time of its first swing, s. With an unknown Young's modulus of the same rod (`beside_youngs_modulus`), a shear
-    /// modulus has the scene's Young's modulus as a placeholder, which [`Search::grid`] replaces.
+    /// Values in the scan, in the unit of the parameter, strictly within the bounds; if none is, the values moved to
+    /// the nearest bounds. Parameters of kind [`Candidates::Here`] have their start or the scene's value only. Others
+    /// have, about the start or the prior mean: factors [`MODULUS_RANGE`] for Young's modulus, [`HINT_RANGE`] for
+    /// positive parameters, the value itself for the rest. Without start and prior it is the range of the parameter's
+    /// kind, or the scene's value for numbers of a structure other than moduli. In a structure with a recording a start
+    /// or prior mean is the only value. The range is absolute, or relative to the rod's length, the scene's Young's
+    /// modulus, `duration` or `rise`: the length of the record and the time of its first swing, s. With an unknown
+    /// Young's modulus of the same rod (`beside_youngs_modulus`), a shear modulus has the scene's Young's modulus as a
+    /// placeholder, which [`Search::grid`] replaces.
     fn candidates(
         &self,
         problem: &Problem,

@@ -1,22 +1,26 @@
 //! Sensitivities that grow exponentially along a motion, and the leverage weights of the values there.
 //!
-//! In a vibration a parameter changes phases, and the change of a position by one unit of the logarithm of a parameter is at
-//! most of the order of `v t`, the largest speed times the time: for Young's modulus of a free vibration of amplitude `a` it
-//! is `a omega t/2`. A limp rod that whips about without enough damping is chaotic: neighboring motions diverge
-//! exponentially, and `dx/dp` with them. Errors of the model, of mesh and step diverge likewise, by the same factor. So a
-//! value there has an error that is as many times larger than its noise as the sensitivities are larger than a vibration has
-//! them: the linear model of the fit, in which only the noise counts, does not hold.
+//! In a vibration a parameter changes phases, and the change of a position by one unit of the logarithm of a parameter
+//! is at most of the order of `v t`, the largest speed times the time: for Young's modulus of a free vibration of
+//! amplitude `a` it is `a omega t/2`. A limp rod that whips about without enough damping is chaotic: neighboring
+//! motions diverge exponentially, and `dx/dp` with them. Errors of the model, of mesh and step diverge likewise, by the
+//! same factor. So a value there has an error that is as many times larger than its noise as the sensitivities are
+//! larger than a vibration has them: the linear model of the fit, in which only the noise counts, does not hold.
 //!
-//! The growth is found where both of these hold for a parameter, `M(t)` being the largest `|dx/dp|` up to `t`, and on the
-//! right `M(T)/T` the largest `|dx/dp|` within the first period, over its length:
+//! Input: an optimum with its Jacobian. Let `M(t)` be the largest `|dx/dp|` up to the time `t`, and `M(T)/T` that
+//! within the first period, over its length. The growth is found where both of these hold for a parameter at a time
+//! `t`:
 //!
 //! ```text
 //! M(t) > MAX_PHASE_SENSITIVITY (L + v t)        M(t)/t > MAX_LINEAR_GROWTH M(T)/T
 //! ```
 //!
 //! with the length `L` of the rod and about the first period `T`. Derivatives are multiplied by the typical size of the
-//! parameter. Values after the second has begun to hold get the weight `MAX_LINEAR_GROWTH (M(T)/T)/(M(t)/t)`. Output:
-//! [`SensitivityGrowth`] per experiment, for warnings, and weights for the search; rods with recorded ends have none.
+//! parameter. From the time on at which the second begins to hold, values get the weight `MAX_LINEAR_GROWTH
+//! (M(T)/T)/(M(t)/t)`, the smallest so far of all such parameters. Output: [`SensitivityGrowth`] per experiment, for
+//! warnings, and a weight of each value. [`Search::with_growth_weights`] fits with these weights, and weights and fits
+//! alternate up to [`MOST_WEIGHTINGS`] times; rods with recorded ends have none. [`are_alike`] compares two lists of
+//! weights.
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::measurement::experiment::Experiment;
@@ -29,12 +33,13 @@ use statrs::statistics::{Data, Median};
 /// Largest `|dx/d ln p|` over `L + v t` of a vibration. A phase proportional to `p^k` has `k`, at most 2 for
 /// the length of a rod; shapes at rest have less.
 const MAX_PHASE_SENSITIVITY: f64 = 10.0;
-/// Largest growth rate of the sensitivities of a vibration, over that in the first period. Beats and large amplitudes have
-/// 2 to 3.
+/// Largest growth rate of the sensitivities of a vibration, over that in the first period. Beats and large amplitudes
+/// have 2 to 3.
 const MAX_LINEAR_GROWTH: f64 = 5.0;
 /// About a first period over the time in which a record reaches its first extreme.
 const PERIOD_OF_RISE: f64 = 2.0;
-/// Largest number of fits by which weights and optimum are brought into agreement. Each costs a fit of the whole records.
+/// Largest number of fits by which weights and optimum are brought into agreement. Each costs a fit of the whole
+/// records.
 const MOST_WEIGHTINGS: usize = 4;
 /// Largest ratio of two weights that are taken to be the same; at it the iteration of weights and fits ends.
 const SAME_WEIGHT: f64 = 1.2;
@@ -46,7 +51,7 @@ pub(crate) struct SensitivityGrowth {
     pub experiment: String,
     /// The last time at which the sensitivities are those of a vibration, s.
     pub onset: f64,
-    /// The largest ratio of the sensitivities to those of a vibration.
+    /// The largest ratio of the sensitivities to [`MAX_LINEAR_GROWTH`] times the linear growth of a vibration.
     pub excess: f64,
     /// Number of recorded positions after the onset.
     pub later: usize,
@@ -73,9 +78,10 @@ struct SampleSensitivity {
 }
 
 impl SensitivityGrowth {
-    /// The growth in an experiment; `None` if its sensitivities grow as those of a vibration, or without recorded motions.
-    /// `rows` are the derivatives of its residuals by the unknowns on their scales, plain and in units of `sigmas`, the
-    /// standard deviation of each of its measurements.
+    /// The growth in an experiment; `None` if its sensitivities grow as those of a vibration, or without recorded
+    /// motions. The first period is [`PERIOD_OF_RISE`] times the median rise time of its records. `rows` are the
+    /// derivatives of its residuals by the unknowns on their scales, plain and in units of `sigmas`, the standard
+    /// deviation of each of its measurements.
     pub fn new(
         experiment: &Experiment,
         unknowns: &[Unknown],
@@ -134,8 +140,8 @@ impl SensitivityGrowth {
         Some(Self { experiment, onset, excess, later, values, weights })
     }
 
-    /// The text of a warning: experiment, onset and largest excess of the growth, the `consequence` for later values, and the
-    /// recommended action (shorter record or damping).
+    /// The text of a warning: experiment, onset and largest excess of the growth, the `consequence` for later values,
+    /// and the recommended action (shorter record or damping).
     pub fn describe(&self, consequence: &str) -> String {
         let Self { experiment, onset, excess, .. } = self;
         let of = if experiment.is_empty() { String::new() } else { format!("{experiment}: ") };
@@ -153,9 +159,10 @@ impl SensitivityGrowth {
     }
 }
 
-/// The sensitivities of all recorded positions of an experiment, in ascending order of their times: per unknown the Euclidean
-/// norm of the derivatives of the observed coordinates, m, times the typical size of the unknown. `rows` are the derivatives
-/// of its residuals in units of `sigmas`, one per measurement. Rows of other measurements than motions are skipped.
+/// The sensitivities of all recorded positions of an experiment, in ascending order of their times: per unknown the
+/// Euclidean norm of the derivatives of the observed coordinates, m, times the typical size of the unknown. `rows` are
+/// the derivatives of its residuals in units of `sigmas`, one per measurement. Rows of other measurements than motions
+/// are skipped.
 fn samples(
     experiment: &Experiment,
     unknowns: &[Unknown],
@@ -192,8 +199,8 @@ fn samples(
 }
 
 /// The growth of sensitivities of every experiment, in their order; `None` where there is none. `rows` are the plain
-/// derivatives of all residuals by the unknowns on their scales, experiment by experiment, in units of `sigmas`, one per
-/// measurement of all experiments. Rows of priors at the end are not used.
+/// derivatives of all residuals by the unknowns on their scales, experiment by experiment, in units of `sigmas`, one
+/// per measurement of all experiments. Rows of priors at the end are not used.
 pub(crate) fn growths(
     experiments: &[Experiment],
     unknowns: &[Unknown],
@@ -211,8 +218,8 @@ pub(crate) fn growths(
     experiments.iter().map(of).collect()
 }
 
-/// The weight of every value of the experiments, in the order of the residuals: that of its time by the experiment's growth,
-/// 1 for values without a time or growth. Empty where no experiment has growth.
+/// The weight of every value of the experiments, in the order of the residuals: that of its time by the experiment's
+/// growth, 1 for values without a time or growth. Empty where no experiment has growth.
 pub(crate) fn growth_weights(
     experiments: &[Experiment],
     growths: &[Option<SensitivityGrowth>],
@@ -236,8 +243,8 @@ pub(crate) fn growth_weights(
 }
 
 impl Search<'_> {
-    /// The leverage weights of growing sensitivities, in the order of the residuals. Empty where there are none, and for rods
-    /// with recorded ends, whose weights are by the size of derivatives instead.
+    /// The leverage weights of growing sensitivities, in the order of the residuals. Empty where there are none, and
+    /// for rods with recorded ends, whose weights are by the size of derivatives instead.
     pub fn growth_weights(&self) -> &[f64] {
         if self.is_displacement_driven() { &[] } else { &self.leverage_weights }
     }
@@ -247,15 +254,16 @@ impl Search<'_> {
         self.growth_weights().get(k).copied().unwrap_or(1.0)
     }
 
-    /// For every experiment, the growth in time of its sensitivities at an optimum, by the optimum's Jacobian; `None` where
-    /// there is none.
+    /// For every experiment, the growth in time of its sensitivities at an optimum, by the optimum's Jacobian; `None`
+    /// where there is none.
     pub fn growths(&self, optimum: &Optimum) -> Vec<Option<SensitivityGrowth>> {
         growths(self.experiments, self.unknowns, &self.sigmas, &optimum.jacobian)
     }
 
     /// The optimum with the leverage weights of the growing sensitivities at it. Weights and fits alternate, at most
-    /// [`MOST_WEIGHTINGS`] times, until no weight changes by a factor of [`SAME_WEIGHT`]. The weights become those of the
-    /// search. Without growth, for rods with recorded ends, or if the first fit fails, it is the same optimum.
+    /// [`MOST_WEIGHTINGS`] times, until no weight changes by a factor of [`SAME_WEIGHT`]. The weights become those of
+    /// the search. Without growth, for rods with recorded ends, or if the first fit fails, it is the same optimum. An
+    /// interruption is an error.
     pub fn with_growth_weights(&mut self, mut optimum: Optimum) -> Result<Optimum, Error> {
         // Motions between recorded ends have leverage weights by the size of their derivatives.
         if self.is_displacement_driven() {
@@ -277,8 +285,8 @@ impl Search<'_> {
     }
 }
 
-/// Whether at every index the logarithms of the weights in `a` and `b` differ by less than `tolerance`. Beyond the end of a
-/// list weights are 1.
+/// Whether at every index the logarithms of the weights in `a` and `b` differ by less than `tolerance`. Beyond the end
+/// of a list weights are 1.
 pub(crate) fn are_alike(a: &[f64], b: &[f64], tolerance: f64) -> bool {
     let at = |weights: &[f64], i: usize| weights.get(i).copied().unwrap_or(1.0);
     (0..a.len().max(b.len())).all(|i| (at(a, i) / at(b, i)).ln().abs() < tolerance)

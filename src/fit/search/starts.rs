@@ -1,17 +1,21 @@
 //! The global search of the optimum, without a given start, or where the given one may be far from the optimum.
 //!
 //! The misfit over Young's modulus has many minima: a wrong stiffness can match a long vibration every few periods.
-//! Over the first period there is only one. So a coarse model is scanned over the first period. It descends from the
-//! best candidate and from those that may end lower, over a growing horizon. The full model follows from the best
-//! two, over growing parts of the records, from the horizon up to which the coarse model is trusted. The remaining
-//! candidates descend only if the residuals of the optimum are more than noise. Then the given start is tried, if it
-//! is outside of the basin of the best optimum and the search does not stop at the first fit. Finer scans follow
-//! ([`LEVELS`]) while the optimum is not acceptable (`residual_acceptance`), and starts near an acceptable minimum
-//! (`neighbors`). The search ends at the first converged optimum with acceptable residuals that are white noise (if
-//! it stops at the first fit, as on an open mesh: with plausible ones). After an optimum it begins no finer scan
-//! beyond [`MOST_WORK`], or if the data are suspicious. Output: the optimum with the lowest objective of all starts;
-//! without one the last error. A stop by the user, and a scan without a point that can be simulated, are errors in
-//! any case.
+//! Over the first period there is only one. Input: a search with its sigmas. A coarse model is scanned over the first
+//! period. It descends from the best point of the scan and from those that may end lower, over a growing part of the
+//! records. The full model is fitted from the ends of the best two, over growing parts of the records, from the horizon
+//! up to which the coarse model is trusted. The remaining points descend only if the residuals of the optimum are more
+//! than noise. Then the given start is tried, if it is outside of the basin of the best optimum and the search does not
+//! stop at the first fit. Further levels ([`LEVELS`]) follow while the optimum is not acceptable or not converged: the
+//! full model from the first period on, then finer scans. Starts near an acceptable minimum follow (`neighbors`) if its
+//! residuals are more than white noise. The search ends at the first converged optimum with acceptable residuals
+//! (`residual_acceptance`) that are white noise. If it stops at the first fit, as on a mesh that the program chose,
+//! plausible residuals suffice. After an optimum it begins no finer scan beyond [`MOST_WORK`], or if the data precheck
+//! found a likely error of the set-up.
+//!
+//! Output: the optimum with the lowest objective of all starts; without one the last error. A stop by the user, and a
+//! scan without a point that can be simulated, are errors in any case. `global_optimum` is this search. `given_start`
+//! returns the point of the given starts, with other values of the best optimum or of the scene.
 
 use crate::error::Error;
 use crate::fit::search::Search;
@@ -26,39 +30,40 @@ use crate::numerics::half_sum_of_squares;
 use crate::numerics::total_order;
 use rayon::prelude::*;
 
-/// Largest number of candidates of a scan that descend, on a grid that is not refined. More find more minima, at the cost of
-/// a descent each.
+/// Largest number of candidates of a scan that descend, on a grid that is not refined. More find more minima, at the
+/// cost of a descent each.
 const CANDIDATES: usize = 4;
 /// Smallest distance of two candidates on the scales of the unknowns: a factor of 2.5 of a positive parameter.
 const CANDIDATE_DISTANCE: f64 = 0.9;
 /// Largest distance, on the scales of the unknowns, of two points that are the same to the coarse model.
 const SAME_COARSE: f64 = 1e-2;
-/// Largest misfit of a candidate over the best one, while the horizon of the coarse model grows. A larger ratio keeps more
-/// candidates, at the cost of a descent of each per horizon.
+/// Largest misfit of a candidate over the best one, while the horizon of the coarse model grows. A larger ratio keeps
+/// more candidates, at the cost of a descent of each per horizon.
 const COMPETITIVE: f64 = 4.0;
 /// Number of candidates of the coarse model from which the full one starts. Each costs a fit of the full model.
 const FULL_STARTS: usize = 2;
 
 /// Time steps of the coarse model in the first period, in the scan, which determines only the basin.
 const SCAN_STEPS: f64 = 24.0;
-/// Time steps of the coarse model in the first period, in its descents. More leave less bias at the end of a descent, at a
-/// proportional cost.
+/// Time steps of the coarse model in the first period, in its descents. More leave less bias at the end of a descent,
+/// at a proportional cost.
 const COARSE_STEPS: f64 = 48.0;
 
 /// Smallest factor by which the horizon of the coarse model grows from descent to descent. A larger factor takes fewer
 /// descents, but may leave the basin between two horizons.
 const LEAST_GROWTH: f64 = 2.0;
-/// Relative RMS residual up to which the horizon grows faster. The residuals of wrong unknowns grow in proportion to the
-/// horizon.
+/// Relative RMS residual up to which the horizon grows faster. The residuals of wrong unknowns grow in proportion to
+/// the horizon.
 const UNEXPLAINED_AT_HORIZON: f64 = 0.1;
 
-/// Largest distance from a start to an optimum in the same basin, on the scales of the unknowns. A larger distance omits
-/// given starts that would lead to another optimum; a smaller one repeats fits.
+/// Largest distance from a start to an optimum in the same basin, on the scales of the unknowns. A larger distance
+/// omits given starts that would lead to another optimum; a smaller one repeats fits.
 const BASIN: f64 = 0.3;
 /// Largest number of times that the search continues from a minimum to a lower one near it. Each costs lines of coarse
 /// simulations and up to three fits.
 const MOST_NEIGHBORHOODS: usize = 4;
-/// Work, in full simulations, after which no finer scan and no further neighborhood begins. Most optima are found within 50.
+/// Work, in full simulations, after which no finer scan and no further neighborhood begins. Most optima are found
+/// within 50.
 const MOST_WORK: f64 = 1000.0;
 
 /// Stopping criteria of the descents of the coarse model. They are loose, because its optimum is only a start.
@@ -78,9 +83,9 @@ struct ScanLevel {
     growth: f64,
 }
 
-/// Levels of the search in their order, until an optimum is acceptable. The coarse model identifies the modulus of a stiff
-/// rod to a few per cent, which is inside the basin of a record of 16 periods. A soft rod that whips needs the full model
-/// from the first period on.
+/// Levels of the search in their order, until an optimum is acceptable. The coarse model identifies the modulus of a
+/// stiff rod to a few per cent, which is inside the basin of a record of 16 periods. A soft rod that whips needs the
+/// full model from the first period on.
 const LEVELS: [ScanLevel; 4] = [
     ScanLevel { stretch: 1.0, grid: 1, trusted_periods: 16.0, growth: 4.0 },
     ScanLevel { stretch: 1.0, grid: 1, trusted_periods: 1.0, growth: 1.5 },
@@ -133,11 +138,12 @@ impl StartResults {
 }
 
 impl Search<'_> {
-    /// The optimum with the lowest objective of all starts. The search ends at a converged optimum with acceptable residuals
-    /// that are white noise; one that stops at the first fit needs only plausible residuals. Finer scans follow as long as the
-    /// best optimum is not acceptable or not converged, up to [`MOST_WORK`] or a suspicion. An acceptable one without white
-    /// noise is compared with minima near it, then the lower one found with those near that, at most [`MOST_NEIGHBORHOODS`]
-    /// times. An error if no start leads to an optimum, a scan has no point, or the user stops.
+    /// The optimum with the lowest objective of all starts. The search ends at a converged optimum with acceptable
+    /// residuals that are white noise; one that stops at the first fit needs only plausible residuals. Finer scans
+    /// follow as long as the best optimum is not acceptable or not converged, up to [`MOST_WORK`] or a suspicion. An
+    /// acceptable one without white noise is compared with minima near it, then the lower one found with those near
+    /// that, at most [`MOST_NEIGHBORHOODS`] times. An error if no start leads to an optimum, a scan has no point, or
+    /// the user stops.
     pub fn global_optimum(&self) -> Result<Optimum, Error> {
         let is_acceptable = |b: &Optimum| {
             b.converged
@@ -208,9 +214,9 @@ impl Search<'_> {
         best.ok_or_else(|| failure.unwrap_or_else(|| Error::Fit(NO_START.into())))
     }
 
-    /// Fits the full model from the point `start` over the growing horizons of the `level`. The optimum becomes the best one
-    /// in `results` if its objective is lower; a failure becomes the last one there. An error only if the user stopped the
-    /// fit.
+    /// Fits the full model from the point `start` over the growing horizons of the `level`. The optimum becomes the
+    /// best one in `results` if its objective is lower; a failure becomes the last one there. An error only if the user
+    /// stopped the fit.
     fn try_start(
         &self,
         start: &[f64],
@@ -226,10 +232,10 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// The start point of the full model, on the unknowns' scales: given starts within the bounds, else the values of the
-    /// `best` optimum, else those of the scene. If no unknown has a start it is the point of the scene, and only if its cost
-    /// is below that of `best`. `None` if `best` is within [`BASIN`] of it, or a value is missing. Without `best` it is
-    /// always returned.
+    /// The start point of the full model, on the unknowns' scales: given starts within the bounds, else the values of
+    /// the `best` optimum, else those of the scene. If no unknown has a start it is the point of the scene, and only if
+    /// its cost is below that of `best`. `None` if a value is missing, or `best` is within [`BASIN`] of it. Without
+    /// `best` it is always returned, if no value is missing.
     pub fn given_start(&self, best: Option<&Optimum>) -> Option<Vec<f64>> {
         let has_start = self.unknowns.iter().any(|unknown| unknown.start.is_some());
         let at = |(i, unknown): (usize, &Unknown)| {
@@ -250,11 +256,11 @@ impl Search<'_> {
         is_other.then_some(start)
     }
 
-    /// Scans the coarse model over the first periods of this `level` on its grid; the full model instead if no point of the
-    /// coarse one has a finite misfit. Returns the scan with at most [`CANDIDATES`] times the refinement [distinct
-    /// candidates](distinct_candidates), none descended yet. Its coarse model for the descents has [`COARSE_STEPS`] steps per
-    /// first period, that of the scan [`SCAN_STEPS`]. An error if the full model has no finite misfit either, a coarse scene
-    /// is invalid, or the user stops.
+    /// Scans the coarse model over the first periods of this `level` on its grid; the full model instead if no point of
+    /// the coarse one has a finite misfit. Returns the scan with at most [`CANDIDATES`] times the refinement [distinct
+    /// candidates](distinct_candidates), none descended yet. Its coarse model for the descents has [`COARSE_STEPS`]
+    /// steps per first period, that of the scan [`SCAN_STEPS`]. An error if the full model has no finite misfit either,
+    /// a coarse scene is invalid, or the user stops.
     fn coarse_scan(&self, level: &ScanLevel) -> Result<CoarseScan, Error> {
         let ScanLevel { stretch, grid, .. } = *level;
         let first = self.first_periods(stretch);
@@ -268,13 +274,13 @@ impl Search<'_> {
         Ok(CoarseScan { stretch, grid, coarse, first, descended: Vec::new(), others })
     }
 
-    /// Starts of the full model, on the unknowns' scales, at most [`FULL_STARTS`], the best first. Candidates of a `scan`
-    /// descend over the first periods: all, or (`Competitive`) the best one, then those whose bound is not above the lowest
-    /// end so far. Then the horizon grows to the trusted one of the `level`, with a descent at each. The factor is
-    /// [`UNEXPLAINED_AT_HORIZON`] over the unexplained fraction, at least [`LEAST_GROWTH`]. Before each growth candidates
-    /// above [`COMPETITIVE`] times the lowest misfit are dropped, and neighbors in the order of misfits within [`SAME_COARSE`]
-    /// are merged. In the `scan` descended candidates move from `others` to `descended`, with their ends over the first
-    /// periods. An error if the user stops.
+    /// Starts of the full model, on the unknowns' scales, at most [`FULL_STARTS`], the best first. Candidates of a
+    /// `scan` descend over the first periods: all, or (`Competitive`) the best one, then those whose bound is not above
+    /// the lowest end so far. Then the horizon grows to the trusted one of the `level`, with a descent at each. The
+    /// factor is [`UNEXPLAINED_AT_HORIZON`] over the unexplained fraction, at least [`LEAST_GROWTH`]. Before each
+    /// growth candidates above [`COMPETITIVE`] times the lowest misfit are dropped, and neighbors in the order of
+    /// misfits within [`SAME_COARSE`] are merged. In the `scan` descended candidates move from `others` to `descended`,
+    /// with their ends over the first periods. An error if the user stops.
     fn starts(
         &self,
         scan: &mut CoarseScan,
@@ -325,9 +331,9 @@ impl Search<'_> {
         Ok(starts.map(|c| coarse.to_full_model(self, c.x)).collect())
     }
 
-    /// Fits the coarse model up to `horizons`, s, from every candidate on several threads, and replaces point and misfit of
-    /// each by the end of its fit. A candidate whose fit fails stays. The ends enter the journal, the work is counted; an
-    /// interruption is an error.
+    /// Fits the coarse model up to `horizons`, s, from every candidate on several threads, and replaces point and
+    /// misfit of each by the end of its fit. A candidate whose fit fails stays. The ends enter the journal, the work is
+    /// counted; an interruption is an error.
     fn descend(
         &self,
         coarse: &ScanModel,
@@ -367,10 +373,10 @@ impl Search<'_> {
         if stopped { Err(Error::Interrupted) } else { Ok(()) }
     }
 
-    /// Fits the full model from the point `start`: over growing parts of the records, from the first horizon of the `level`
-    /// on, by its growth factor. Parts end when every horizon reaches `1/(0.5 + 0.5 growth)` of its record. Then follow the
-    /// whole records, and [raised dampings](Search::with_raised_damping). The end is recorded as a minimum. An error if any of
-    /// the fits fails, except that with raised dampings.
+    /// Fits the full model from the point `start`: over growing parts of the records, from the first horizon of the
+    /// `level` on, by its growth factor. Parts end when every horizon reaches `1/(0.5 + 0.5 growth)` of its record.
+    /// Then follow the whole records, and [raised dampings](Search::with_raised_damping). The end is recorded as a
+    /// minimum. An error if any of the fits fails, except that with raised dampings.
     fn refine(&self, start: &[f64], level: &ScanLevel) -> Result<Optimum, Error> {
         let durations = self.durations();
         let first = self.first_periods(level.stretch);
@@ -390,8 +396,8 @@ impl Search<'_> {
     }
 }
 
-/// The scanned points with the lowest misfits that are farther than [`CANDIDATE_DISTANCE`] (maximum norm) from every better
-/// one kept, at most `most`, the lowest first.
+/// The scanned points with the lowest misfits that are farther than [`CANDIDATE_DISTANCE`] (maximum norm) from every
+/// better one kept, at most `most`, the lowest first.
 fn distinct_candidates(mut scanned: Vec<Candidate>, most: usize) -> Vec<Candidate> {
     scanned.sort_by_cached_key(|x| total_order(x.cost));
     let mut candidates: Vec<Candidate> = Vec::new();
@@ -404,8 +410,8 @@ fn distinct_candidates(mut scanned: Vec<Candidate>, most: usize) -> Vec<Candidat
     candidates
 }
 
-/// Whether the largest coordinate difference of two points on the unknowns' scales is below [`SAME_COARSE`]: the same to the
-/// coarse model.
+/// Whether the points `x` and `y`, on the unknowns' scales, differ by less than [`SAME_COARSE`] in every unknown: they
+/// are the same to the coarse model.
 fn is_near(x: &[f64], y: &[f64]) -> bool {
     distance(x, y) < SAME_COARSE
 }

@@ -1,12 +1,14 @@
 //! The optimum with the weights that belong to it: sigmas (standard deviations of measurements) that are not given are
 //! estimated from its residuals, by iteratively reweighted least squares.
 //!
-//! Input: a search with preliminary sigmas. At the global optimum each sigma that is not given is set to the RMS residual of
-//! its measurement. With a robust loss it is a median; both are corrected for the degrees of freedom. The fit is repeated from
-//! there until all sigmas change by less than [`SIGMA_TOLERANCE`], at most [`MOST_WEIGHTINGS`] times; then dampings near zero
+//! Input: a search with preliminary sigmas. [`Search::find_optimum`] searches the global optimum, and adds leverage
+//! weights where sensitivities grow. Each sigma that is not given is then set to the RMS residual of its measurement.
+//! With a robust loss it is a median; both are corrected for the degrees of freedom. The fit is repeated from there
+//! until all sigmas change by less than [`SIGMA_TOLERANCE`], at most [`MOST_WEIGHTINGS`] times; then dampings near zero
 //! are raised. Where missing sigmas do not change the optimum, as of a single measurement with squared loss and without
-//! priors, nothing is repeated and the preliminary sigmas stay. Output: the optimum, with the sigmas (in the unit of each
-//! measurement) and leverage weights in the search; `estimated_sigmas` returns the sigmas of any optimum.
+//! priors, nothing is repeated and the preliminary sigmas stay. Output: the optimum, with the sigmas (in the unit of
+//! each measurement) and leverage weights in the search, and its minimum in the journal; `estimated_sigmas` returns the
+//! sigmas of any optimum. A search without an optimum, a repeated fit that fails, and a stop are errors.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::all;
@@ -23,9 +25,10 @@ const SIGMA_TOLERANCE: f64 = 1e-3;
 const EXACT: f64 = 1e-12;
 
 impl Search<'_> {
-    /// The global optimum; the search's sigmas and leverage weights become those that belong to it. Sigmas and fits alternate
-    /// up to [`MOST_WEIGHTINGS`] times, then dampings near zero are raised, and the minimum in the journal is replaced. Where
-    /// sigmas that are not given do not change the optimum, the first optimum is the result, with preliminary sigmas.
+    /// The global optimum; the search's sigmas and leverage weights become those that belong to it. Sigmas and fits
+    /// alternate up to [`MOST_WEIGHTINGS`] times, then dampings near zero are raised, and the minimum in the journal is
+    /// replaced. Where sigmas that are not given do not change the optimum, the first optimum is the result, with
+    /// preliminary sigmas. An error if the search has no optimum, a repeated fit fails, or the user stops.
     pub fn find_optimum(&mut self) -> Result<Optimum, Error> {
         self.journal.reweight(&self.sigmas);
         let optimum = match self.is_displacement_driven() {
@@ -53,10 +56,10 @@ impl Search<'_> {
         Ok(optimum)
     }
 
-    /// The sigma of every measurement, in its unit: the given one, or else `s/sqrt((1 - unknowns/values) share)`. `s` is the
-    /// [spread](Search::spreads) of its residuals at an optimum (RMS, or a median with a robust loss). `values` counts all
-    /// residuals, those of the priors included. The `share` is that of the measurement's values not taken by fitted arc
-    /// lengths. The result is at least [`EXACT`] times the scale; zero residuals keep the present sigma.
+    /// The sigma of every measurement, in its unit: the given one, or else `s/sqrt((1 - unknowns/values) share)`. `s`
+    /// is the [spread](Search::spreads) of its residuals at an optimum (RMS, or a median with a robust loss). `values`
+    /// counts all residuals, those of the priors included. The `share` is that of the measurement's values not taken by
+    /// fitted arc lengths. The result is at least [`EXACT`] times the scale; zero residuals keep the present sigma.
     pub fn estimated_sigmas(&self, optimum: &Optimum) -> Vec<f64> {
         let total = optimum.residuals.len() as f64;
         // Fitted unknowns make residuals smaller than the noise.

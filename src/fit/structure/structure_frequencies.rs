@@ -1,9 +1,12 @@
-//! Natural frequencies of a structure in a plane with their derivatives by parameters, for comparison with measured ones.
+//! Natural frequencies of a structure in a plane with their derivatives by parameters, for comparison with measured
+//! ones.
 //!
 //! Input: a structure, modes by their numbers (from 1, in the plane of the structure), and a list of parameters.
-//! Output: one [`NaturalFrequency`] per mode in the same order, rad/s, with its derivatives by all parameters (one
-//! run over dual numbers for each). Names of modes with a filter (plane, kind or direction), structures in space, and
-//! fewer stable modes than the highest number are errors.
+//! Output: one [`NaturalFrequency`] per mode in the same order, rad/s, with its derivatives by all parameters (one run
+//! over dual numbers for each). Modes are those with stiffness about the equilibrium. Names of modes with a filter
+//! (plane, kind or direction) or the correction for thick rods (`timoshenko`) are errors. So are structures in space,
+//! an unstable mode among the lowest, and fewer modes than the highest number. [`check_names`] rejects such names
+//! alone.
 
 use crate::error::{Error, ensure};
 use crate::scene::Parameter;
@@ -11,10 +14,12 @@ use crate::structure::Structure;
 use crate::vibration::{ModeFilter, ModeName, NaturalFrequency};
 use num_dual::Dual64;
 
-/// The frequencies of modes by their numbers in the plane of a structure, with derivatives by `parameters`.
+/// The frequencies, rad/s, of modes by their numbers in the plane of a structure, about its equilibrium, in the order
+/// of `modes`. Each has its derivatives by the `parameters`, in their units.
 ///
 /// # Errors
-/// Those of the modes, and names of modes with a filter.
+/// Names of modes with a filter or `timoshenko`, a structure in space, an equilibrium that cannot be computed, unstable
+/// modes, and fewer modes than the highest number.
 pub(crate) fn structure_frequencies(
     structure: &Structure,
     modes: &[ModeName],
@@ -40,7 +45,8 @@ pub(crate) fn structure_frequencies(
     Ok(frequencies)
 }
 
-/// Rejects filters of modes, which are all in the plane of a structure, and the correction for thick rods.
+/// Rejects filters of modes, as all modes of a structure are in its plane, and the correction for thick rods
+/// (`timoshenko`). `key` is that of the frequencies, for the error.
 pub(crate) fn check_names(modes: &[ModeName], key: &str) -> Result<(), Error> {
     let is_plain = modes.iter().all(|mode| mode.among == ModeFilter::default());
     let allowed = "no such keys for a structure, whose modes are all in its plane";

@@ -1,10 +1,10 @@
 //! Validation of measured points and rods in scenes of structures, and the position of a point at rest.
 //!
 //! Input: a problem, the point or the rod's name of a measurement, and its key for messages. [`check_place`] and
-//! [`check_rod`] return whether the scene is a structure. Errors are a point or name of a structure in a scene of one rod, and
-//! a structure without it. So are points and rods that the structure does not have, and an offset beside a rod in a
-//! structure. [`rest_position`] returns the position at rest, m: in a structure that of the place, else that of the point of
-//! the rod. Used by the validation and the conversion of measurements.
+//! [`check_rod`] return whether the scene is a structure. Errors are a point or name of a structure in a scene of one
+//! rod, and a structure without it. So are points and rods that the structure does not have, and an offset beside a rod
+//! in a structure. [`rest_position`] returns the position at rest, m: in a structure that of the place, else that of
+//! the point of the rod.
 
 use crate::error::{Error, ensure};
 use crate::fit::structure::structure_problem::structure_of;
@@ -12,9 +12,9 @@ use crate::problem::Problem;
 use crate::scene::marker::is_beside;
 use crate::scene::{Point, StructurePoint};
 
-/// Rejects a point of a structure in a scene of one rod, a point of one rod in a structure, and points that the structure
-/// does not have. Returns whether the scene is a structure. `key` is that of the measurement, and `offset`, m, that of a
-/// marker beside a rod.
+/// Rejects a `place` (point of a structure) in a scene of one rod, its lack in a structure, and places that the
+/// structure does not have. Returns whether the scene is a structure. `key` is that of the measurement; an `offset`, m,
+/// of a marker beside a rod is rejected in a structure.
 pub(crate) fn check_place(
     problem: &Problem,
     place: Option<&StructurePoint>,
@@ -42,8 +42,8 @@ pub(crate) fn check_place(
     structure.nodes().stencil(place, &point).map(|_| true)
 }
 
-/// Rejects a rod's name in a scene of one rod, and its lack in a structure. Returns whether the scene is a structure. `key`
-/// is that of the measurement.
+/// Rejects a rod's name in a scene of one rod, and its lack in a structure. Returns whether the scene is a structure.
+/// `key` is that of the measurement.
 pub(crate) fn check_rod(problem: &Problem, rod: Option<&str>, key: &str) -> Result<bool, Error> {
     let key = format!("{key}.rod");
     match (&problem.scene().structure, rod) {
@@ -59,10 +59,10 @@ pub(crate) fn check_rod(problem: &Problem, rod: Option<&str>, key: &str) -> Resu
     }
 }
 
-/// Position of a point at rest, m: of a structure that of its `place`.
+/// Position of a point at rest, m, in the world: of a structure that of its `place`, of one rod that of `point`.
 ///
 /// # Errors
-/// Points that are not on the rod.
+/// A point that is not on the rod, a place that the structure does not have, and a structure that is not valid.
 pub(crate) fn rest_position(
     problem: &Problem,
     point: Point,

@@ -1,12 +1,13 @@
-//! The problem of a structure in a fit: a straight planar rod that represents it, and the structure of such a problem.
+//! The problem of a structure in a fit: a straight rod that represents it, and the structure of such a problem.
 //!
-//! [`representative_problem`] converts a structure's scene to a problem of one straight rod. It has the total length and the
-//! total number of edges of all rods, in the plane of the structure, with section and material of the first rod. It is never
-//! simulated: it gives the scales of length and work, the plane, the time and the camera. Its scene contains the structure,
-//! whose numbers are the parameters. A structure in space is an error.
+//! [`representative_problem`] converts a structure's scene to a problem of one straight rod. It has the total length
+//! and the total number of edges of all rods, with section and material of the first rod. For a structure in a plane it
+//! is planar and in this plane, else spatial. It is never simulated: it gives the scales of length and work, the plane,
+//! the time, the damping and the camera. Its scene contains the structure, whose numbers are the parameters. A scene
+//! that is not valid is an error.
 //!
-//! [`structure_of`] returns the structure with the time step of the problem (its own `beta` and `rho_inf`), or None for a
-//! scene of one rod. If the problem is remeshed, the edges of each rod change by the same factor, to at least
+//! [`structure_of`] returns the structure with the time step of the problem (its own `beta` and `rho_inf`), or None for
+//! a scene of one rod. If the problem is remeshed, the edges of each rod change by the same factor, to at least
 //! [`FEWEST_EDGES`]. [`refuse_structure`] is an error for functions that are defined for one rod only.
 
 use crate::error::{Error, ensure};
@@ -20,7 +21,8 @@ const ORIENTING_GRAVITY: f64 = 9.81;
 /// Fewest edges of a rod on another mesh.
 const FEWEST_EDGES: f64 = 6.0;
 
-/// The problem that stands for a structure.
+/// The problem of a straight rod that represents a structure, with the structure in its scene, as the header describes
+/// it.
 ///
 /// # Errors
 /// [`Error::Invalid`] for scenes that are not valid.
@@ -49,7 +51,8 @@ pub(crate) fn representative_problem(scene: StructureScene) -> Result<Problem, E
     rod.build()
 }
 
-/// The structure of a problem, on the mesh and with the time step of the problem; none of one rod.
+/// The structure of a problem, on the mesh and with the time step of the problem; None for a problem of one rod.
+/// Derivatives of energies are by hand-derived formulas or dual numbers, as in the problem.
 ///
 /// # Errors
 /// [`Error::Invalid`] for numbers that are not allowed.
@@ -73,7 +76,8 @@ pub(crate) fn structure_of(problem: &Problem) -> Result<Option<Structure>, Error
     Ok(Some(Structure::new(scene)?.with_derivatives(problem.derivatives())))
 }
 
-/// Rejects a structure in a function that is defined for one rod only; `name` is that of the function, for the message.
+/// Rejects the problem of a structure in a function that is defined for one rod only. The error is [`Error::Invalid`]
+/// with the `key`; `name` is that of the function, for the message.
 pub(crate) fn refuse_structure(problem: &Problem, key: &str, name: &str) -> Result<(), Error> {
     let is_rod = problem.scene().structure.is_none();
     let allowed = format!("a scene of one rod, as {name} is not defined for structures");

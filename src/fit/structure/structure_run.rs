@@ -1,13 +1,15 @@
-//! Motions and equilibria of the nodes of a structure with their derivatives by parameters, as records for measurements.
+//! Motions and equilibria of the nodes of a structure with their derivatives by parameters, as records for
+//! measurements.
 //!
-//! Input: a problem with its structure, ascending indices of tracked nodes, a number of steps, and parameters. The motion is
-//! first simulated in plain numbers, where a step that fails is halved. It is then repeated with the steps taken in plain and
-//! in dual numbers side by side, up to `LANES` parameters per run, on several threads. Each step in dual numbers is one linear
-//! solution with the factors of the plain one. Output of [`simulated_motion`]: a [`Trajectory`] at the start
-//! and at the end of every step of the scene. It has positions, m, and velocities, m/s, of the tracked nodes, and their
-//! derivatives by each parameter. [`equilibrium`] is the same at rest: one time, zero velocities. Failed steps or equilibria
-//! and an interruption are errors. Both are used by experiments of structures; [`repeated_motion`] and [`motion_at_rest`]
-//! serve other number types.
+//! Input: a problem with its structure, ascending indices of tracked nodes, a number of steps, and parameters. The
+//! motion is first simulated in plain numbers, where a step that fails is halved. It is then repeated with the steps
+//! taken in plain and in dual numbers side by side, up to `LANES` parameters per run, on several threads. Each step in
+//! dual numbers is one linear solution with the factors of the plain one. Output of [`simulated_motion`]: a
+//! [`Trajectory`] at the start and at the end of every step of the scene. It has positions, m, and velocities, m/s, of
+//! the tracked nodes, and their derivatives by each parameter. [`equilibrium`] is the same at rest: one time (0), zero
+//! velocities. A step or an equilibrium that fails, and a stop of the motion by the user, are errors.
+//! [`repeated_motion`] and [`motion_at_rest`] return positions and velocities alone, over other number types, such as
+//! dual numbers.
 
 use crate::dynamics::Trajectory;
 use crate::dynamics::record::Record;
@@ -28,7 +30,8 @@ type LanesDual = DualSVec64<LANES>;
 /// Derivatives of the motions of all tracked nodes at all times, by some parameters.
 type MotionRates = Vec<Vec<NodeMotion<f64>>>;
 
-/// The number of a path with the seeded derivatives of `parameters`.
+/// The `value` of the number of the scene at `path`, as a dual number. It has the derivative 1 by its own parameter, if
+/// that is one of the `parameters` (at most [`LANES`]), and 0 by all others.
 fn seeded(parameters: &[Parameter], path: &str, value: f64) -> LanesDual {
     let mut number = LanesDual::from(value);
     if let Some(k) = parameters.iter().position(|parameter| parameter.path() == path) {
@@ -37,13 +40,15 @@ fn seeded(parameters: &[Parameter], path: &str, value: f64) -> LanesDual {
     number
 }
 
-/// The derivative by parameter `k` of motions in dual numbers.
+/// The derivatives of positions and velocities of a node, in dual numbers, by the parameter with index `k` in its run.
 fn rates_by(motion: &NodeMotion<LanesDual>, k: usize) -> NodeMotion<f64> {
     let rate = |x: LanesDual| x.eps.0.map_or(0.0, |eps| eps[k]);
     [0, 1].map(|part| [0, 1, 2].map(|c| rate(motion[part][c])))
 }
 
-/// Derivatives by all `parameters`, of which `run` computes those by up to [`LANES`] at once.
+/// Derivatives of the motions of all tracked nodes at all times by all `parameters`, one list per parameter in their
+/// order. `run` computes the motions in dual numbers for up to [`LANES`] parameters; several runs are made in parallel.
+/// An error if any run fails.
 fn rates(
     parameters: &[Parameter],
     run: impl Fn(&[Parameter]) -> Result<Vec<NodeMotion<LanesDual>>, Error> + Sync,
@@ -60,8 +65,10 @@ fn rates(
     Ok(all.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 
-/// The motions of the nodes `tracked` of a structure that repeats the steps which end at `taken`, s; those at the times of
-/// the record, which are `times`, s, one after the other.
+/// Positions and velocities of the nodes `tracked` of a structure, of all nodes at one time after the other. The motion
+/// repeats the steps that end at `taken`, s, the steps of an earlier simulation with the halved ones. `times`, s, are
+/// those of the record: the start, and then ends of these steps. `seed` returns each number of the scene in the number
+/// type, from its path, value and quantity. Error: a step fails.
 pub(crate) fn repeated_motion<D: Nestable>(
     structure: &Structure,
     tracked: &[usize],
@@ -95,11 +102,12 @@ pub(crate) fn repeated_motion<D: Nestable>(
     Ok(motions)
 }
 
-/// The motion of the nodes `tracked`, ascending, over the first `steps` steps of a problem with this structure, with
-/// derivatives by `parameters`. `count` receives the number of steps, also that of a run that fails.
+/// The motion of the nodes `tracked`, ascending, over the first `steps` steps of a problem with this structure:
+/// positions, m, and velocities, m/s, with derivatives by `parameters`. `count` receives the number of steps taken,
+/// also that of a run that fails.
 ///
 /// # Errors
-/// Those of a step, and [`Error::Interrupted`].
+/// A scene without a time, a step that fails, and [`Error::Interrupted`].
 pub(crate) fn simulated_motion(
     problem: &Problem,
     structure: &Structure,
@@ -145,7 +153,9 @@ pub(crate) fn simulated_motion(
     Ok(Trajectory::recorded(problem, parameters, record))
 }
 
-/// The positions of the nodes `tracked` at equilibrium over another number type, with velocities of zero.
+/// The positions of the nodes `tracked` at equilibrium over another number type, with velocities of zero. `seed`
+/// returns each number of the scene in that type, from its path, value and quantity. Error: the equilibrium cannot be
+/// computed.
 pub(crate) fn motion_at_rest<D: Nestable>(
     structure: &Structure,
     tracked: &[usize],
@@ -157,10 +167,11 @@ pub(crate) fn motion_at_rest<D: Nestable>(
     Ok(tracked.iter().map(|node| all[*node]).collect())
 }
 
-/// The equilibrium of the nodes `tracked`, ascending, of a problem with this structure, with derivatives by `parameters`.
+/// The equilibrium of the nodes `tracked`, ascending, of a problem with this structure, as a record of the time 0:
+/// positions, m, and zero velocities, with derivatives by `parameters`.
 ///
 /// # Errors
-/// Those of the equilibrium.
+/// An equilibrium that cannot be computed.
 pub(crate) fn equilibrium(
     problem: &Problem,
     structure: &Structure,

@@ -44,8 +44,8 @@ pub struct Analysis {
     pub tolerance: f64,
 }
 
-/// Default convergence criterion: largest parameter step at the optimum, in standard errors. A thousandth does not change a
-/// reported digit.
+/// Default convergence criterion: largest parameter step at the optimum, in standard errors. A thousandth does not
+/// change a reported digit.
 pub(crate) const TOLERANCE: f64 = 1e-3;
 
 impl Default for Analysis {

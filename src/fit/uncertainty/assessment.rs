@@ -1,13 +1,15 @@
 //! Assessment of an optimum: all analyses of a fit in their order, with their warnings.
 //!
-//! [`assess`] receives a converged or unconverged optimum (unknowns, residuals, Jacobian) with its local analysis,
-//! and returns a [`FitAssessment`] for the report of a fit. The order: sensitivities to known inputs; residuals
-//! without the probable errors of known inputs and, unless they are then noise, without the discretization errors of
-//! a chosen mesh or step; estimates and intervals; discretization error, score tests and other input sensitivities in
-//! parallel; tests of the residuals; requested intervals; uncertainty budgets; validity of the model; predictions of
-//! validation data. An analysis that is not possible or fails has an empty result. Errors are a failed local analysis
-//! of the corrected residuals, and a stop during it or during the estimate of the discretization error. [`expected`]
-//! is the shorter assessment of a planned experiment, which has no data.
+//! [`assess`] receives a converged or unconverged optimum (unknowns, residuals, Jacobian) with its local analysis, and
+//! returns a [`FitAssessment`] for the report of a fit. Further inputs are the bias by mesh and step, warnings and
+//! suspicions of earlier stages, the experiments with validation data, the options of the fit and the known inputs
+//! (with a standard uncertainty). The order: sensitivities to known inputs; residuals without the probable errors of
+//! known inputs and, unless they are then noise, without the discretization errors of a chosen mesh or step; estimates
+//! and intervals; discretization error, score tests and other input sensitivities in parallel; tests of the residuals;
+//! requested intervals; uncertainty budgets; validity of the model; predictions of validation data. An analysis that is
+//! not possible or fails has an empty result. Errors are a failed local analysis of the corrected residuals, and a stop
+//! during it or during the estimate of the discretization error. [`expected`] is the shorter assessment of a planned
+//! experiment, which has no data.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -63,8 +65,8 @@ use crate::fit::uncertainty::warnings::residuals::{
     doubtful_sigmas, excess_over_noise_scale, is_noise, test_residuals, unexplained_motion,
 };
 
-/// Result of an assessment: estimates with their uncertainty, and all findings about an optimum. Lists are empty where an
-/// analysis was not requested, not possible or failed.
+/// Result of an assessment: estimates with their uncertainty, and all findings about an optimum. Lists are empty where
+/// an analysis was not requested, not possible or failed.
 #[derive(Default)]
 pub(crate) struct FitAssessment {
     /// One per unknown, in their order.
@@ -110,13 +112,13 @@ pub(crate) struct AssessmentInputs<'a> {
     pub experiments: &'a [Experiment],
 }
 
-/// Assesses an optimum: estimates with intervals and budgets, tests of residuals and model, and all warnings. `chosen` is the
-/// bias by a mesh and a step that the program chose; without one it is computed here for given mesh and step. `knowns` are
-/// the inputs with a standard uncertainty. The residuals that are tested lack the probable errors of these inputs; unless
-/// they are then noise, they also lack the discretization errors. If discretization explains a misfit, its warnings become
-/// one note. Profiles, bootstrap and observed information need convergence and no unidentifiable direction. A failed analysis
-/// is left out. Errors: failure of the local analysis, and a stop during it or the estimate of the discretization
-/// error.
+/// Assesses an optimum: estimates with intervals and budgets, tests of residuals and model, and all warnings. `chosen`
+/// is the bias by a mesh and a step that the program chose; without one it is computed here for given mesh and step.
+/// `knowns` are the inputs with a standard uncertainty. The residuals that are tested lack the probable errors of these
+/// inputs; unless they are then noise, they also lack the discretization errors. If discretization explains a misfit,
+/// its warnings become one note. Profiles, bootstrap and observed information need convergence and no unidentifiable
+/// direction. A failed analysis is left out. Errors: failure of the local analysis, and a stop during it or the
+/// estimate of the discretization error.
 pub(crate) fn assess(
     fitted: Fitted,
     AssessmentInputs { local, bias: chosen, warnings, suspicions, experiments }: AssessmentInputs,
@@ -313,9 +315,9 @@ pub(crate) fn assess(
 }
 
 /// Responses of the unknowns to one standard uncertainty of each of the `knowns`, from one run with derivatives. If
-/// `with_unstated`, they include those to +1 % of every other input. If the run with unstated inputs fails, a note is added
-/// and it is repeated for the `knowns` alone. If a run without them fails, another note is added. None after a failure,
-/// after an interruption, or where `fit` has no identified unknown. Also returns the notes.
+/// `with_unstated`, they include those to +1 % of every other input. If the run with unstated inputs fails, a note is
+/// added and it is repeated for the `knowns` alone. If a run without them fails, another note is added. None after a
+/// failure, after an interruption, or where `fit` has no identified unknown. Also returns the notes.
 fn sensitivities(
     fitted: Fitted,
     fit: &LinearFit,
@@ -350,10 +352,10 @@ fn sensitivities(
     (found.ok(), warnings)
 }
 
-/// Expected assessment of planned data, at an optimum without residuals: estimates, covariance, budget, sensitivities, score
-/// tests with undetected biases, and warnings. Sensitivities to unstated inputs are computed unless the analysis excludes
-/// them. Monte Carlo, requested intervals, tests of the residuals and discretization errors are omitted. Other fields of the
-/// result keep their defaults. Error: failure of the local analysis.
+/// Expected assessment of planned data, at an optimum without residuals: estimates, covariance, budget, sensitivities,
+/// score tests with undetected biases, and warnings. Sensitivities to unstated inputs are computed unless the analysis
+/// excludes them. Monte Carlo, requested intervals, tests of the residuals and discretization errors are omitted. Other
+/// fields of the result keep their defaults. Error: failure of the local analysis.
 pub(crate) fn expected(
     fitted: Fitted,
     analysis: &Analysis,
@@ -391,9 +393,9 @@ pub(crate) fn expected(
 }
 
 /// Sets the results of other methods in the `estimates`, each only if the analysis requests it: standard errors by the
-/// observed information (`observed_std_error`), intervals of the profile likelihood (`profile95`) and the bootstrap with
-/// resampled residuals (`bootstrap`). `sigma` is the noise of each measurement, in its unit. Failures add warnings. Returns
-/// the profiles of the unknowns that have one; empty unless requested.
+/// observed information (`observed_std_error`), intervals of the profile likelihood (`profile95`) and the bootstrap
+/// with resampled residuals (`bootstrap`). `sigma` is the noise of each measurement, in its unit. Failures add
+/// warnings. Returns the profiles of the unknowns that have one; empty unless requested.
 fn add_requested_intervals(
     estimates: &mut [Estimate],
     fitted: Fitted,

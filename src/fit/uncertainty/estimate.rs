@@ -28,7 +28,8 @@ use serde::{Deserialize, Serialize};
 pub struct ExperimentEstimate {
     /// Name of the experiment.
     pub experiment: String,
-    /// Estimate by the data of the experiment alone, in the parameter's unit: one Gauss-Newton step from the common estimate.
+    /// Estimate by the data of the experiment alone, in the parameter's unit: one Gauss-Newton step from the common
+    /// estimate.
     pub value: f64,
 }
 
@@ -128,8 +129,8 @@ impl Estimate {
         named(&self.name, &self.experiments)
     }
 
-    /// Estimate of an unknown with this value in its unit, and with its name, experiments, unit and prior. It is marked as
-    /// not identifiable; all other fields are none or empty.
+    /// Estimate of an unknown with this value in its unit, and with its name, experiments, unit and prior. It is marked
+    /// as not identifiable; all other fields are none or empty.
     pub(crate) fn without_error(unknown: &Unknown, value: Option<f64>) -> Self {
         Self {
             name: unknown.parameter,
@@ -166,9 +167,9 @@ pub(crate) struct ParameterBias {
 }
 
 impl ParameterBias {
-    /// Bias of an estimate `value`, in its unit, that is `shift` too large on the unknown's scale. For a positive parameter
-    /// (logarithm) the change is `value (1 - exp(-shift))` and the relative bias `exp(shift) - 1`. Otherwise the change is
-    /// `shift` times the derivative of the value by the scale, without a relative bias.
+    /// Bias of an estimate `value`, in its unit, that is `shift` too large on the unknown's scale. For a positive
+    /// parameter (logarithm) the change is `value (1 - exp(-shift))` and the relative bias `exp(shift) - 1`. Otherwise
+    /// the change is `shift` times the derivative of the value by the scale, without a relative bias.
     pub fn new(unknown: &Unknown, value: f64, shift: f64) -> Self {
         match unknown.parameter.is_positive() {
             true => Self { change: -value * (-shift).exp_m1(), relative: Some(shift.exp_m1()) },
@@ -177,12 +178,13 @@ impl ParameterBias {
     }
 }
 
-/// Estimates of all unknowns, in their order, from an optimum and its local analysis. Values are corrected by the `bias` of
-/// a mesh and step that the program chose. The 95 % intervals contain the remaining discretization error, within the limits
-/// of the parameter. Without convergence there is no standard error and no two-sided interval. An upper bound gives the
-/// interval from 0 to the bound, a lower bound none. With the correction `c` and the remaining error `e` an upper bound `u`
-/// of the value `v` becomes `v (1 + c) + sqrt((u - v)^2 + (v e)^2)`; the value with a lower bound is not corrected. A
-/// damping near zero without a bound has an interval that is symmetric in its unit. An unidentifiable unknown has no value.
+/// Estimates of all unknowns, in their order, from an optimum and its local analysis. Values are corrected by the
+/// `bias` of a mesh and step that the program chose. The 95 % intervals contain the remaining discretization error,
+/// within the limits of the parameter. Without convergence there is no standard error and no two-sided interval. An
+/// upper bound gives the interval from 0 to the bound, a lower bound none. With the correction `c` and the remaining
+/// error `e` an upper bound `u` of the value `v` becomes `v (1 + c) + sqrt((u - v)^2 + (v e)^2)`, if that is positive;
+/// the value with a lower bound is not corrected. A damping near zero without a bound has an interval that is symmetric
+/// in its unit. An unidentifiable unknown has no value.
 pub(crate) fn local_estimates(
     Fitted { search, optimum }: Fitted,
     LocalAnalysis { covariance, correlations, bounds, .. }: &LocalAnalysis,

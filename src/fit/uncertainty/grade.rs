@@ -124,11 +124,11 @@ pub(crate) struct Conclusion {
 }
 
 impl Conclusion {
-    /// Grades a result by its end, its unidentifiable directions (`findings`) and its `warnings`, and composes status and
-    /// verdict. In this order: unusable without convergence; not identifiable, unless a warning is worthless; interrupted,
-    /// if all parameters are identified; else the grade of `Grade::from_warnings`. The first suspicion of the check before
-    /// the search is named as the probable cause. For an unusable result the directions are added as notes. The warnings
-    /// are returned sorted and summarized.
+    /// Grades a result by its end, its unidentifiable directions (`findings`) and its `warnings`, and composes status
+    /// and verdict. In this order: unusable without convergence; not identifiable, unless a warning is worthless;
+    /// interrupted, if all parameters are identified; else the grade of `Grade::from_warnings`. The first suspicion of
+    /// the check before the search is named as the probable cause. For an unusable result the directions are added as
+    /// notes. The warnings are returned sorted and summarized.
     pub fn new(end: FitEnd, findings: &[UnidentifiableDirection], mut warnings: Warnings) -> Self {
         let unidentifiable = summarize(findings);
         // A likely error of the set-up is named as the cause of a bad result.
@@ -197,8 +197,8 @@ fn coarse_discretization(warnings: &Warnings) -> String {
     )
 }
 
-/// Verdict on residuals that are autocorrelated noise or a missing effect: [`MINOR`] if all misfits are minor, on outliers if
-/// the first ambiguity is one, else on both causes.
+/// Verdict on residuals that are autocorrelated noise or a missing effect: [`MINOR`] if all misfits are minor, on
+/// outliers if the first ambiguity is one, else on both causes.
 fn correlated_or_missing(warnings: &Warnings) -> &'static str {
     if warnings.has_only_minor_misfits() {
         MINOR
@@ -212,10 +212,10 @@ fn correlated_or_missing(warnings: &Warnings) -> &'static str {
     }
 }
 
-/// Verdict on an inadequate model or set-up, by the first of these that has a warning: error of the set-up, bound or prior,
-/// large residuals, validity of the model, misfits that are all minor ([`MINOR`]), contradiction without misfit, or misfit. A
-/// verdict on a misfit names the outlying experiments. It calls intervals too narrow unless `compares_experiments`: they then
-/// contain the differences between experiments.
+/// Verdict on an inadequate model or set-up, by the first of these that has a warning: error of the set-up, bound or
+/// prior, large residuals, validity of the model, misfits that are all minor ([`MINOR`]), contradiction without misfit,
+/// or misfit. A verdict on a misfit names the outlying experiments. It calls intervals too narrow unless
+/// `compares_experiments`: they then contain the differences between experiments.
 fn inadequate_model(warnings: &Warnings, compares_experiments: bool) -> String {
     // A likely error of the set-up explains all else.
     if let Some(text) = warnings.first(Severity::Suspicion) {

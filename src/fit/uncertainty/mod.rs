@@ -1,12 +1,13 @@
-//! Uncertainty of an optimum: from the residuals and the Jacobian of a fit to estimates with intervals, warnings and a grade.
+//! Uncertainty of an optimum: from the residuals and the Jacobian of a fit to estimates with intervals, warnings and a
+//! grade.
 //!
 //! `assessment` runs all analyses in their order, for a fit or for a planned experiment. `noise` estimates variance and
-//! autocorrelation of the residuals. `covariance` computes the Gauss-Newton covariance, unidentifiable directions, one-sided
-//! bounds and profiles. `budget` propagates standard uncertainties of inputs (GUM). `resampling` refits simulated data
-//! (bootstrap, Monte Carlo) and compares experiments (jackknife). `discretization` estimates the errors by mesh and time
-//! step. `discrepancy` tests for omitted effects and predicts validation data. `warnings` checks data, residuals and
-//! parameters. All findings are in a `warning_list`, from which [`grade`] derives grade, status and verdict. `estimate` is
-//! the result for each parameter, `analysis` the options of a fit.
+//! autocorrelation of the residuals. `covariance` computes the Gauss-Newton covariance, unidentifiable directions,
+//! one-sided bounds and profiles. `budget` propagates standard uncertainties of inputs (GUM). `resampling` refits
+//! simulated data (bootstrap, Monte Carlo) and compares experiments (jackknife). `discretization` estimates the errors
+//! by mesh and time step. `discrepancy` tests for omitted effects and predicts validation data. `warnings` checks data,
+//! residuals and parameters. All findings are in a `warning_list`, from which [`grade`] derives grade, status and
+//! verdict. `estimate` is the result for each parameter, `analysis` the options of a fit.
 
 pub(crate) mod analysis;
 pub(crate) mod assessment;

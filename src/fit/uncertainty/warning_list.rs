@@ -1,20 +1,23 @@
 //! List of the warnings of a result, by severity, with summaries of warnings that many experiments share.
 //!
-//! [`Warnings`] collects findings, each with a [`Severity`], a code and a text. Later findings may replace earlier
-//! ones by a note. If discretization errors explain a misfit, warnings of the severities `Misfit` and `Ambiguous` are
-//! removed, but not those of large residuals; if they are only visible, those of `Ambiguous` alone.
-//! [`Warnings::into_report`] sorts them, the most severe first and minor ones last, else in the order of addition. It
-//! appends the code to each text. Of warnings that were added for an experiment (`add_for`), [`SUMMARIZED`] or more
-//! of one kind (severity and plural noun) are one line. That has the first one and the number of the others by
-//! experiment. The grade of a fit follows from the worst severity; notes do not affect it.
+//! [`Warnings`] collects findings, each with a [`Severity`], a code and a text. Later findings may replace earlier ones
+//! by a note (`downgrade_misfit`, `downgrade_ambiguity`). If discretization errors explain a misfit, warnings of the
+//! severities `Misfit` and `Ambiguous` are removed, but not those of large residuals; if they are only visible, those
+//! of `Ambiguous` alone. [`Warnings::into_report`] sorts them, the most severe first and minor ones last, else in the
+//! order of addition. It appends the code to each text. Of warnings that were added for an experiment (`add_for`),
+//! [`SUMMARIZED`] or more of one kind (severity and plural noun) are one line. That has the first one and the number of
+//! the others by experiment. The grade of a fit follows from the worst severity; notes do not affect it. `first`,
+//! `first_code` and `first_of` return the first added warning of a severity or code. [`percent`] is the text of a
+//! fraction in per cent.
 
 use crate::code::Code;
 use std::cmp::Reverse;
 
-/// Number of warnings of one kind from which on one line has the first of them and the number of the others. Larger: longer
-/// lists.
+/// Number of warnings of one kind from which on one line has the first of them and the number of the others. Larger:
+/// longer lists.
 const SUMMARIZED: usize = 3;
-/// Number of experiments that a summary names with their counts, those with the most warnings first; the rest is counted.
+/// Number of experiments that a summary names with their counts, those with the most warnings first; the rest is
+/// counted.
 const NAMED: usize = 5;
 
 /// Severity of a warning, the most severe first; the worst one determines the grade.
@@ -61,16 +64,16 @@ struct Warning {
     severity: Severity,
     code: Code,
     text: String,
-    /// Name of the experiment, of a kind of warning that several observations may have; empty: an observation without one.
-    /// None: a warning that is never summarized.
+    /// Name of the experiment, of a kind of warning that several observations may have; empty: an observation without
+    /// one. None: a warning that is never summarized.
     experiment: Option<String>,
     /// Whether the finding changes the estimates by less than their standard errors.
     is_minor: bool,
 }
 
 impl Warning {
-    /// Whether both are of one kind that a summary can count: both were added for an experiment, with the same severity and
-    /// the same plural text.
+    /// Whether both are of one kind that a summary can count: both were added for an experiment, with the same severity
+    /// and the same plural text.
     fn is_like(&self, other: &Self) -> bool {
         self.experiment.is_some()
             && other.experiment.is_some()
@@ -79,8 +82,8 @@ impl Warning {
     }
 }
 
-/// Plural noun phrase for a summary, such as `coordinates with outliers`, by severity and code of a kind of warning. Codes
-/// without one of their own are `warnings of simulations`.
+/// Plural noun phrase for a summary, such as `coordinates with outliers`, by severity and code of a kind of warning.
+/// Codes without one of their own are `warnings of simulations`.
 fn plural(severity: Severity, code: Code) -> &'static str {
     match code {
         Code::OutlyingExperiment => "that stand out",
@@ -110,14 +113,14 @@ impl Warnings {
         self.0.push(Warning { severity, code, text, experiment, is_minor });
     }
 
-    /// Adds a warning of a finding that changes the estimates by less than their standard errors. The report lists it after
-    /// all others, whatever its severity.
+    /// Adds a warning of a finding that changes the estimates by less than their standard errors. The report lists it
+    /// after all others, whatever its severity.
     pub fn add_minor(&mut self, severity: Severity, code: Code, text: String) {
         self.0.push(Warning { severity, code, text, experiment: None, is_minor: true });
     }
 
-    /// Adds a warning of an `experiment` (empty: none) of a kind that other observations may have as well. [`SUMMARIZED`] or
-    /// more of one kind are one line of the report.
+    /// Adds a warning of an `experiment` (empty: none) of a kind that other observations may have as well.
+    /// [`SUMMARIZED`] or more of one kind are one line of the report.
     pub fn add_for(&mut self, experiment: &str, severity: Severity, code: Code, text: String) {
         let experiment = Some(experiment.into());
         self.0.push(Warning { severity, code, text, experiment, is_minor: false });
@@ -148,15 +151,16 @@ impl Warnings {
         self.0.iter().find(|w| codes.contains(&w.code)).map(|w| &w.text[..])
     }
 
-    /// Whether the residuals are no noise, or may not be: any warning of the severity `Unexplained`, `Misfit` or `Ambiguous`.
+    /// Whether the residuals are no noise, or may not be: any warning of the severity `Unexplained`, `Misfit` or
+    /// `Ambiguous`.
     pub fn has_misfit(&self) -> bool {
         let misfits = [Severity::Unexplained, Severity::Misfit, Severity::Ambiguous];
         self.0.iter().any(|w| misfits.contains(&w.severity))
     }
 
-    /// Replaces all warnings of the severities `Misfit` and `Ambiguous` by one note with this code and text on another cause
-    /// of the residuals. Warnings of large residuals (`Unexplained`) stay, and also lead to the note. Without any of the
-    /// three nothing changes.
+    /// Replaces all warnings of the severities `Misfit` and `Ambiguous` by one note with this code and text on another
+    /// cause of the residuals. Warnings of large residuals (`Unexplained`) stay, and also lead to the note. Without any
+    /// of the three nothing changes.
     pub fn downgrade_misfit(&mut self, code: Code, text: &str) {
         if self.has_misfit() {
             // Residuals that are large compared with the motion keep their warning, whatever their cause.
@@ -165,8 +169,8 @@ impl Warnings {
         }
     }
 
-    /// Replaces all warnings of the severity `Ambiguous` (autocorrelated noise or a missing effect) by one note with this
-    /// code and text, if there are any; else nothing changes.
+    /// Replaces all warnings of the severity `Ambiguous` (autocorrelated noise or a missing effect) by one note with
+    /// this code and text, if there are any; else nothing changes.
     pub fn downgrade_ambiguity(&mut self, code: Code, text: &str) {
         if self.first(Severity::Ambiguous).is_some() {
             self.0.retain(|w| w.severity != Severity::Ambiguous);
@@ -182,8 +186,8 @@ impl Warnings {
         own.peek().is_some() && own.all(|w| w.is_minor)
     }
 
-    /// Names of the experiments with a warning `OutlyingExperiment`, in the order of addition; equal neighbors are merged.
-    /// Empty without such warnings.
+    /// Names of the experiments with a warning `OutlyingExperiment`, in the order of addition; equal neighbors are
+    /// merged. Empty without such warnings.
     pub fn outlying_experiments(&self) -> Vec<&str> {
         let own = self.0.iter().filter(|w| w.code == Code::OutlyingExperiment);
         let mut names: Vec<&str> = own.filter_map(|w| w.experiment.as_deref()).collect();
@@ -192,8 +196,8 @@ impl Warnings {
         names
     }
 
-    /// Texts, each followed by its code, and codes: sorted by severity, minor ones last, else in the order of addition. Of
-    /// [`SUMMARIZED`] or more warnings of one kind only the first is listed, with the number of the others and their
+    /// Texts, each followed by its code, and codes: sorted by severity, minor ones last, else in the order of addition.
+    /// Of [`SUMMARIZED`] or more warnings of one kind only the first is listed, with the number of the others and their
     /// experiments.
     pub fn into_report(mut self) -> ReportedWarnings {
         // The sort is stable: within one severity the order of addition stays.
@@ -218,9 +222,9 @@ impl Warnings {
     }
 }
 
-/// Text on the further warnings of one kind, such as `4 more coordinates with outliers: 3 in a, 1 in b`. Up to [`NAMED`]
-/// experiments are named, those with the most warnings first, and the rest is counted. Without names of experiments only the
-/// number remains.
+/// Text on the further warnings of one kind, such as `4 more coordinates with outliers: 3 in a, 1 in b`. Up to
+/// [`NAMED`] experiments are named, those with the most warnings first, and the rest is counted. Without names of
+/// experiments only the number remains.
 fn summary(others: &[&Warning]) -> String {
     let mut experiments: Vec<(&str, usize)> = Vec::new();
     for name in others.iter().filter_map(|w| w.experiment.as_deref()).filter(|e| !e.is_empty()) {
@@ -245,8 +249,8 @@ fn summary(others: &[&Warning]) -> String {
     }
 }
 
-/// Text of a fraction (0.01 is 1 %) in per cent: one significant digit below 0.01 %, two decimals up to 9.5 %, whole numbers
-/// above. Values above 1000 % and NaN are `more than 1000 %`.
+/// Text of a fraction (0.01 is 1 %) in per cent: one significant digit below 0.01 %, two decimals up to 9.5 %, whole
+/// numbers above. Values above 1000 % and NaN are `more than 1000 %`.
 pub(crate) fn percent(fraction: f64) -> String {
     match 100.0 * fraction {
         p if p.is_nan() || p > 1000.0 => "more than 1000 %".into(),

@@ -1,13 +1,13 @@
 //! Computation of validation errors: every experiment is simulated with the values of its scene, and compared with its
 //! measurements, without a fit.
 //!
-//! Input: experiments. Mesh and step, where the scenes leave them open, are chosen by the accuracy of a simulation of the
-//! scene. Constant coordinates are left out. The mean, median, largest and RMS absolute difference of each measurement are
-//! computed in the unit of its data file. The RMS is also divided by the measured change (none if that is 0). All markers of
-//! a recording that prescribes the ends are one measurement. Output: [`ValidationReport`] with these errors, a summary of
-//! the mean errors per unit, and the errors of recordings with prescribed ends. It also has the experiments that could not
-//! be simulated, warnings, and on demand data of plots. It is an error only if no experiment can be simulated, or after an
-//! interruption.
+//! Input: experiments. Mesh, step and scheme, where the scenes leave them open, are chosen for the accuracy that the
+//! scene requests. Constant coordinates are left out. The mean, median, largest and RMS absolute difference of each
+//! measurement are computed in the unit of its data file. The RMS is also divided by the measured change (none if that
+//! is 0). All markers of a recording that prescribes the ends are one measurement. Output of `compare_all`:
+//! [`ValidationReport`] with these errors, a summary of the mean errors per unit, and the errors of recordings with
+//! prescribed ends. It also has the experiments that could not be simulated, warnings, and on demand data of plots. It
+//! is an error only if no experiment can be simulated, or after an interruption.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -39,10 +39,10 @@ struct ExperimentComparison {
 }
 
 /// Compares every experiment with its measurements, in parallel; results are in the order of the experiments. With
-/// `keeps_plots` the report has data of plots. Experiments that cannot be simulated are listed with the reason. The wall
-/// time is 0, to be set by the caller. Recordings that prescribe the ends are simulated once more for their errors.
-/// Warnings begin with the name of the experiment, if it has one, and end with their code. Error: the first failure if no
-/// experiment can be simulated, and an interruption.
+/// `keeps_plots` the report has data of plots. Experiments that cannot be simulated are listed with the reason. The
+/// wall time is 0, to be set by the caller. Recordings that prescribe the ends are simulated once more for their
+/// errors. Warnings begin with the name of the experiment, if it has one, and end with their code. Error: the first
+/// failure if no experiment can be simulated, and an interruption.
 pub(super) fn compare_all(
     experiments: &[Experiment],
     keeps_plots: bool,
@@ -107,8 +107,8 @@ pub(super) fn compare_all(
     })
 }
 
-/// A copy of the experiment without constant coordinates. Where its scene leaves mesh, step or scheme open, they are chosen
-/// for the accuracy of the measured motion, modes or equilibrium. Error: that choice fails.
+/// A copy of the experiment without constant coordinates. Where its scene leaves mesh, step or scheme open, they are
+/// chosen for the accuracy of the measured motion, modes or equilibrium. Error: that choice fails.
 fn with_resolved_mesh(experiment: &Experiment) -> Result<Experiment, Error> {
     let experiment = without_constant_axes(experiment);
     let problem = &experiment.problem;
@@ -120,8 +120,8 @@ fn with_resolved_mesh(experiment: &Experiment) -> Result<Experiment, Error> {
 }
 
 /// The comparison of one experiment on its mesh, by the residuals of a simulation with the values of its scene. With
-/// `keeps_plots` it has data of plots; if shapes of the rod cannot be computed, that is a warning. Error: the simulation
-/// fails.
+/// `keeps_plots` it has data of plots; if shapes of the rod cannot be computed, that is a warning. Error: the
+/// simulation fails.
 fn compare(experiment: Experiment, keeps_plots: bool) -> Result<ExperimentComparison, Error> {
     let search = Search::new(std::slice::from_ref(&experiment), &[], None, TOLERANCE)?;
     let residuals = search.all_residuals()?;
@@ -172,9 +172,9 @@ struct DifferenceGroup {
     size: f64,
 }
 
-/// The errors of all measurements of the one experiment of `search`, in their order and in the units of the data files. A
-/// difference is the residual times the standard deviation of its value. Consecutive markers of a recording that prescribes
-/// the ends are one measurement.
+/// The errors of all measurements of the one experiment of `search`, in their order and in the units of the data files.
+/// A difference is the residual times the standard deviation of its value. Consecutive markers of a recording that
+/// prescribes the ends are one measurement.
 fn measurement_errors(search: &Search, found: &Optimum) -> Vec<MeasurementError> {
     // Consecutive markers of a recording form one group.
     let mut groups: Vec<DifferenceGroup> = Vec::new();
@@ -212,9 +212,9 @@ fn measurement_errors(search: &Search, found: &Optimum) -> Vec<MeasurementError>
 }
 
 impl DifferenceGroup {
-    /// Mean, median, largest and RMS absolute difference, all 0 without values, and the RMS over the size of the measured
-    /// effect, none if that is 0. The size of several markers is the root mean square of theirs, weighted by their numbers
-    /// of values. `experiment` is the name of the experiment.
+    /// Mean, median, largest and RMS absolute difference, all 0 without values, and the RMS over the size of the
+    /// measured effect, none if that is 0. The size of several markers is the root mean square of theirs, weighted by
+    /// their numbers of values. `experiment` is the name of the experiment.
     fn error(self, experiment: String) -> MeasurementError {
         let mut absolute: Vec<f64> = self.differences.iter().map(|d| d.abs()).collect();
         absolute.sort_by(f64::total_cmp);
@@ -236,8 +236,8 @@ impl DifferenceGroup {
     }
 }
 
-/// One summary per unit, in the order of first appearance: mean, median and largest of the mean errors of all measurements in
-/// this unit, each measurement counting once.
+/// One summary per unit, in the order of first appearance: mean, median and largest of the mean errors of all
+/// measurements in this unit, each measurement counting once.
 fn summaries(errors: &[MeasurementError]) -> Vec<ValidationSummary> {
     // Errors in different units have summaries of their own.
     let mut units: Vec<&str> = Vec::new();

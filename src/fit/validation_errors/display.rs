@@ -1,10 +1,11 @@
 //! The report of validation errors as text for a terminal.
 //!
-//! Input: a [`ValidationReport`]. Output: a [`Summary`] that begins with the experiments that could not be simulated. For
-//! each unit with several measurements it has the mean, median and largest of their mean errors. A table has a row per
-//! measurement with mean, median, largest and RMS error in the unit of the data. A last column has the RMS over the stated
-//! sigma and in per cent of the measured change, where available. Warnings, the errors of recordings with prescribed ends,
-//! and the wall time follow.
+//! Input: a [`ValidationReport`]. Output: a [`Summary`]. Its status and first notes are the experiments that could not
+//! be simulated with their reasons, if any, else that nothing was fitted. For each unit with several measurements it
+//! has the mean, median and largest of their mean errors. A table has a row per measurement with mean, median, largest
+//! and RMS error in the unit of the data. Its last column has the RMS over the stated sigma and in per cent of the
+//! measured change, where available. The number of compared values, warnings, the errors of recordings with prescribed
+//! ends, and the wall time follow.
 
 use crate::fit::validation_errors::report::{MeasurementError, ValidationReport};
 use crate::summary::quantity::{duration, quantity};
@@ -22,9 +23,10 @@ impl fmt::Display for ValidationReport {
 }
 
 impl ValidationReport {
-    /// The result as text for a terminal, in this order: experiments that could not be simulated, summaries of units with
-    /// several measurements, and the table of measurements. Warnings, errors of recordings with prescribed ends, and the wall
-    /// time follow.
+    /// The result as text for a terminal. First are the experiments that could not be simulated, with reasons. The
+    /// mean, median and largest mean error of each unit with several measurements, the table of measurements, and the
+    /// number of compared values come next. Warnings, errors of recordings with prescribed ends, and the wall time
+    /// follow.
     pub fn to_summary(&self) -> Summary {
         // Failures come first: the errors below do not contain them.
         let status = "prediction with the values of the scene; no parameter was fitted";
@@ -62,8 +64,9 @@ impl ValidationReport {
         summary.fact("Cost", duration(self.wall_seconds))
     }
 
-    /// The table of all measurements, a row each, in their order. Columns: name, mean, median, largest and RMS absolute
-    /// error with unit, and the [`remarks`](MeasurementError::remarks) with the RMS over noise and measured change.
+    /// The table of all simulated measurements, a row each, in their order. Columns: name, mean, median, largest and
+    /// RMS absolute error with unit, and the [`remarks`](MeasurementError::remarks) with the RMS over noise and
+    /// measured change.
     fn error_table(&self) -> SummaryTable {
         let shown = |e: &MeasurementError, x: f64| quantity(x, &e.unit, DIGITS);
         ItemTable::new(&self.errors)
@@ -78,8 +81,8 @@ impl ValidationReport {
 }
 
 impl MeasurementError {
-    /// The RMS error over the given noise, as `1.20 sigma`, and in per cent of the measured change, separated by a comma;
-    /// empty if neither is available.
+    /// The RMS error over the given noise, as `1.20 sigma`, and in per cent of the measured change, separated by a
+    /// comma; empty if neither is available.
     pub fn remarks(&self) -> String {
         let noise = self.sigma.map(|sigma| format!("{:.2} sigma", self.rms / sigma));
         let motion =

@@ -4,8 +4,9 @@
 //! [`Fit::predict`] checks the data and compares every experiment with its measurements (`compute`), fitted or held out
 //! alike. It adds a warning, the first one, if the fit has parameters: none of them is fitted. Output: a
 //! [`ValidationReport`] (`report`) with the errors of each measurement, whose text for a terminal is in `display`.
-//! Experiments that cannot be simulated are listed; it is an error if none can, or if measurements do not fit their scenes
-//! or have no data. [`Fit::is_validation_only`] returns whether there are measurements and all are validation data.
+//! Experiments that cannot be simulated are listed. It is an error if none can, after an interruption, if an experiment
+//! has no measurement, or if measurements do not fit their scenes or have no data. [`Fit::is_validation_only`] returns
+//! whether there are measurements and all are validation data.
 
 mod compute;
 mod display;
@@ -26,14 +27,14 @@ impl Fit {
         is_validation_only(&self.experiments)
     }
 
-    /// Compares the scenes, with their own values, with all measurements. No parameter is fitted; parameters of the fit are
-    /// a warning, which comes first. Fitted and held-out measurements are treated alike. Experiments that cannot be
+    /// Compares the scenes, with their own values, with all measurements. No parameter is fitted; parameters of the fit
+    /// are a warning, which comes first. Fitted and held-out measurements are treated alike. Experiments that cannot be
     /// simulated are listed in the report.
     ///
     /// # Errors
     ///
-    /// Measurements that cannot be compared with their scenes, planned measurements without data, an interruption, or no
-    /// experiment that can be simulated.
+    /// Experiments without measurements or with equal names, measurements that cannot be compared with their scenes,
+    /// planned measurements without data, an interruption, or no experiment that can be simulated.
     pub fn predict(&self) -> Result<ValidationReport, Error> {
         let since = Instant::now();
         check_predicted(&self.experiments)?;

@@ -1,12 +1,14 @@
 //! The report of validation errors: data types and their JSON.
 //!
 //! [`ValidationReport`] has the errors of each measurement ([`MeasurementError`]: mean, median, largest and RMS
-//! absolute difference in the unit of the data). The RMS is also a fraction of the measured change: of motions about
-//! their mean, of shapes from the unloaded rod. Of frequencies it is a fraction of their mean. It is absent where
-//! that is zero. [`ValidationSummary`] has mean, median and largest of the mean errors of all measurements in one
-//! unit. The report also has the errors of recordings with prescribed ends, the experiments that could not be
-//! simulated ([`FailedPrediction`]), and the chosen mesh, step and scheme per experiment. It has warnings with codes,
-//! the wall time in s, and optional data of plots. `Fit::predict` computes it.
+//! absolute difference in the unit of the data). The RMS is also given as a fraction of the size of the measured
+//! effect. That is the spread of a motion about its mean, the deflection of a shape from the unloaded rod, or the mean
+//! of frequencies. Of other data it is the RMS of displacements, the critical load, or the spread of readings. The
+//! fraction is absent where the size is zero. [`ValidationSummary`] has mean, median and largest of the mean errors of
+//! all measurements in one unit; `in_a_line` returns the means as one line. The report also has the errors of
+//! recordings with prescribed ends, and the experiments that could not be simulated ([`FailedPrediction`]). It has the
+//! mesh, step and scheme that the program chose per experiment, warnings with codes, the wall time in s, and optional
+//! data of plots. `Fit::predict` computes it.
 
 use crate::code::Code;
 use crate::fit::report::plot_data::PlotData;

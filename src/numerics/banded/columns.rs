@@ -1,8 +1,9 @@
 //! Columns of band matrices in the order of their elimination: from both ends at once, or from the first row.
 //!
-//! [`WeightedSum`] is `scale diag(masses) + factor matrix`, the matrix of a time step, which is never formed. Its
-//! [`EndColumns`] provide the first columns from the top and, mirrored, from the bottom. A `BandMatrix` provides its
-//! own columns, for the rows in the middle. `Elimination` reads both as a [`ColumnSource`].
+//! [`WeightedSum`] is `scale diag(masses) + factor matrix` over a range of rows, the matrix of a time step, which is
+//! never formed. Its [`EndColumns`] are the first columns from the top and, mirrored, from the bottom. A `BandMatrix`
+//! provides its own columns, for the rows in the middle. `Elimination` reads both as a [`ColumnSource`]: column `k` is
+//! the diagonal entry and the `W` entries below it.
 
 use crate::numerics::banded::elimination::{BandColumn, ColumnSource};
 use crate::numerics::banded::{BandMatrix, array};

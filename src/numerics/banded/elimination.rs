@@ -1,10 +1,10 @@
 //! Elimination `L D L^T` of `S` symmetric band matrices at once, column by column from the first row.
 //!
 //! Input: a [`ColumnSource`] with the columns of `S` independent matrices of half-bandwidth `W`; their numbers are
-//! adjacent, as lanes of vector instructions. [`Elimination`] stores `L`, the pivots `D` and their reciprocals for
-//! the first `n` columns, without pivoting. A pivot that is zero or not finite is an error with column and band.
-//! `schur_update` returns the update of a column that follows; `negative_pivots` counts those of all bands together.
-//! `Ldlt` uses `S = 2` for the two ends of a matrix and `S = 1` for its middle.
+//! adjacent, as lanes of vector instructions. [`Elimination`] stores `L`, the pivots `D` and their reciprocals for the
+//! first `n` columns, without pivoting. A pivot that is zero or not finite is an error with column and band.
+//! `schur_update` returns the update of one of the `W` columns that follow, to be added to it; `negative_pivots` counts
+//! those of all bands together. `Ldlt` uses `S = 2` for the two ends of a matrix and `S = 1` for its middle.
 
 use crate::numerics::banded::array;
 use crate::numerics::banded::products::{subtract_products, unrolled};
@@ -34,8 +34,8 @@ pub(super) struct SingularColumn {
 
 /// The factors of `S` bands.
 ///
-/// Columns are computed one after the other, each from the `W` columns before it (left-looking): every entry is read once
-/// from the matrix, accumulated in a register and written once.
+/// Columns are computed one after the other, each from the `W` columns before it (left-looking): every entry is read
+/// once from the matrix, accumulated in a register and written once.
 #[derive(Clone, Debug)]
 pub(super) struct Elimination<D, const W: usize, const S: usize> {
     /// Reciprocals of the pivots.
@@ -112,8 +112,8 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         if ones.iter().all(|sum| sum.is_finite()) { Ok(()) } else { Err(self.first_singular(n)) }
     }
 
-    /// Column and band of the first of `n` pivots whose inverse is zero or not finite. The last column of the first band
-    /// if there is none.
+    /// Column and band of the first of `n` pivots whose inverse is zero or not finite. The last column of the first
+    /// band if there is none.
     #[cold]
     fn first_singular(&self, n: usize) -> SingularColumn {
         let singular = |inverse: &D| inverse.value() == 0.0 || !inverse.value().is_finite();

@@ -1,11 +1,11 @@
 //! Factors `L D L^T` of one band matrix, eliminated from both ends at once (see [`banded`](crate::numerics::banded)).
 //!
 //! [`Ldlt`] factors the rows and columns of a range, of a matrix or of `scale diag(d) + factor matrix`, without
-//! pivoting: both ends by `Elimination` with two bands, then the Schur complement of `W` or `W + 1` rows in the
-//! middle. A pivot that is zero or not finite is an error with its row. It solves in place for several right-hand
-//! sides in blocks (rows outside of the range become zero) and counts negative pivots, as many as negative
-//! eigenvalues. On x86-64 with AVX2 and FMA, numbers without derivatives use vector instructions. A matrix that is not
-//! symmetric has [`BandLu`] factors instead.
+//! pivoting: both ends by `Elimination` with two bands, then the Schur complement of `W` or `W + 1` rows in the middle.
+//! A pivot that is zero or not finite is an error with its row. It solves in place for several right-hand sides in
+//! blocks (rows outside of the range become zero) and counts negative pivots, as many as negative eigenvalues. On
+//! x86-64 with AVX2 and FMA, numbers without derivatives use vector instructions. A matrix that is not symmetric has
+//! [`BandLu`] factors instead, whose negative pivots are no count of eigenvalues.
 
 use crate::numerics::banded::columns::WeightedSum;
 use crate::numerics::banded::elimination::{BandColumn, Elimination};
@@ -71,8 +71,8 @@ where
     }
 }
 
-/// The number of right-hand sides that leave the window of solved rows in registers, with four or two numbers per register
-/// (`is_wide`), and a half-bandwidth of at most 5 or more (`is_narrow`).
+/// The largest number of right-hand sides at once whose window of solved rows fits into the vector registers.
+/// `is_wide`: registers have four numbers instead of two; `is_narrow`: the half-bandwidth is at most 5.
 const fn most_at_once(is_wide: bool, is_narrow: bool) -> usize {
     match (is_wide, is_narrow) {
         (true, true) => 4,
@@ -97,8 +97,8 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
 impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
     type Matrix = BandMatrix<D, W>;
 
-    /// Factors the rows and columns of `range` of the matrix and replaces earlier factors; allocates nothing. An error
-    /// has the row of a pivot that is zero or not finite.
+    /// Factors the rows and columns of `range` of the matrix and replaces earlier factors; allocates nothing for a
+    /// symmetric matrix. An error has the row of a pivot that is zero or not finite.
     fn factor(&mut self, matrix: &BandMatrix<D, W>, range: Range<usize>) -> Result<(), Singular> {
         let diagonal = &matrix.diagonal;
         self.factor_sum(diagonal, D::from(0.0), matrix, D::from(1.0), range)
@@ -134,8 +134,8 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
         self.ends.negative_pivots(m) + self.middle.negative_pivots(self.range.len() - 2 * m)
     }
 
-    /// Solves `A x = b` in place for `R` right-hand sides (`x[i][r]` is row `i` of number `r`), over the factored range.
-    /// Rows outside of it become zero.
+    /// Solves `A x = b` in place for `R` right-hand sides (`x[i][r]` is row `i` of number `r`), over the factored
+    /// range. Rows outside of it become zero.
     fn solve_many<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
         let Range { start, end } = self.range;
         // Rows outside of the range belong to held unknowns, which do not change.
@@ -156,8 +156,8 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
 }
 
 impl<D: Scalar, const W: usize> Ldlt<D, W> {
-    /// Factors a matrix over its range, with AVX2 instructions for numbers without derivatives if the processor has them.
-    /// An error has the row of a pivot that is zero or not finite.
+    /// Factors a matrix over its range, with AVX2 instructions for numbers without derivatives if the processor has
+    /// them. An error has the row of a pivot that is zero or not finite.
     fn eliminate(&mut self, sum: WeightedSum<'_, D, W>) -> Result<(), Singular> {
         #[cfg(target_arch = "x86_64")]
         if const { D::PLAIN }
@@ -168,8 +168,8 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         self.eliminate_inlined((), sum)
     }
 
-    /// Factors a matrix with the instructions of `level`: both ends at once, the Schur complement of the rows between them, then
-    /// these rows. An error has the row of a pivot that is zero or not finite.
+    /// Factors a matrix with the instructions of `level`: both ends at once, the Schur complement of the rows between
+    /// them, then these rows. An error has the row of a pivot that is zero or not finite.
     #[inline(always)]
     fn eliminate_inlined<V: PairLevel>(
         &mut self,
@@ -213,8 +213,9 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
             .map_err(|singular| Singular { row: first + singular.column })
     }
 
-    /// Number of rows that are eliminated from either end: half of those of the range, rounded down, after `W` are set
-    /// aside. At least `W` rows remain in the middle (all in a shorter range), so that the ends are not coupled.
+    /// Number of rows that are eliminated from either end: half of the rows of the range less `W`, rounded down; 0 if
+    /// it has at most `W + 1`. At least `W` rows remain in the middle (all in a shorter range), so that the ends are
+    /// not coupled.
     fn end_rows(&self) -> usize {
         self.range.len().saturating_sub(W) / 2
     }
@@ -247,8 +248,8 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         }
     }
 
-    /// Solves in place for the `C` right-hand sides from index `first` on: forward substitution from both ends, solution in the
-    /// middle, backward substitution to both ends.
+    /// Solves in place for the `C` right-hand sides from index `first` on: forward substitution from both ends,
+    /// solution in the middle, backward substitution to both ends.
     #[inline(always)]
     fn solve_block<V: PairLevel, E: RightHandSide<D>, const R: usize, const C: usize>(
         &self,

@@ -31,7 +31,8 @@ impl<D: Scalar, const W: usize> BandLu<D, W> {
         Self { lower: Vec::new(), upper: Vec::new(), inverse: Vec::new(), row }
     }
 
-    /// Factors `scale diag(diagonal) + factor matrix` over the rows and columns of `range`, and replaces earlier factors.
+    /// Factors `scale diag(diagonal) + factor matrix` over the rows and columns of `range`, and replaces earlier
+    /// factors.
     ///
     /// # Errors
     /// The row of a pivot that is zero or not finite.

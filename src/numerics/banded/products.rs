@@ -8,8 +8,9 @@ use crate::numerics::scalar::Scalar;
 use crate::numerics::simd::PairLevel;
 use crate::numerics::tangent::RightHandSide;
 
-/// The statement for each index below a number, at most 10 of them. Unrolled by hand: compilers keep a loop whose inner loop
-/// depends on its index, and then arrays that are indexed by it are no registers.
+/// Repeats `statement` once for each listed number below `count` (at most 10), as the constant `index`, in the order of
+/// the list. Unrolled by hand: compilers keep a loop whose inner loop depends on its index, and then arrays that are
+/// indexed by it are no registers.
 macro_rules! unrolled {
     ($index:ident in $($number:literal)*, $count:ident: $statement:block) => {
         const { assert!($count <= 10, "the loop is unrolled for at most 10 indices") }

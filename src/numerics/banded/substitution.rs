@@ -1,11 +1,11 @@
 //! Triangular solves with the factors `L` and `D` of an [`Elimination`]: `L y = x` (forward) and `D L^T x = y`
 //! (backward).
 //!
-//! Input: right-hand sides of one or two bands, of which `C` are overwritten by their solutions. Row `k` of `y` is
-//! that of `x`, less the products of the `W` rows before it with entries of `L`. Backward, each row is divided by its
-//! pivot first, and the `W` rows after it are subtracted. These rows stay in registers (the window). `forward`
-//! returns the contribution to the `W` rows after the last. `Ldlt` solves with it from both ends of a matrix and in
-//! the middle.
+//! Input: right-hand sides of one or two bands, of which `C` are overwritten by their solutions. Forward, row `k` of
+//! `y` is that of `x`, less the products of the `W` rows of `y` before it with entries of `L`. Backward, each row is
+//! divided by its pivot, and the products of the `W` rows of the solution after it with entries of `L` are subtracted.
+//! These rows stay in registers (the window). `forward` returns the contribution to the `W` rows after the last, to be
+//! added to them. `Ldlt` solves with it from both ends of a matrix and in the middle.
 
 use crate::numerics::banded::array;
 use crate::numerics::banded::elimination::Elimination;
@@ -15,7 +15,8 @@ use crate::numerics::simd::PairLevel;
 use crate::numerics::tangent::RightHandSide;
 use std::ops::Range;
 
-/// Right-hand sides of the rows that are eliminated downwards, and of those that are eliminated upwards, in reverse order.
+/// Right-hand sides of the rows that are eliminated downwards, and of those that are eliminated upwards, in reverse
+/// order.
 pub(super) struct EndRows<'a, E, const R: usize> {
     pub top: &'a mut [[E; R]],
     /// As many rows; none of a single band.
@@ -29,9 +30,9 @@ const PARTS: usize = 2;
 pub(super) type Row<E, const S: usize, const C: usize> = [[E; S]; C];
 
 impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
-    /// Solves `L y = x` in place, for the `C` right-hand sides from index `first` on. Returns the contribution to the `W`
-    /// rows after the last, to be added to their right-hand sides. The rows of a second band (`x.bottom`) are in reverse
-    /// order.
+    /// Solves `L y = x` in place, for the `C` right-hand sides from index `first` on. Returns the contribution to the
+    /// `W` rows after the last, to be added to their right-hand sides. The rows of a second band (`x.bottom`) are in
+    /// reverse order.
     #[inline(always)]
     pub fn forward<V: PairLevel, E: RightHandSide<D>, const R: usize, const C: usize>(
         &self,
@@ -52,8 +53,8 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         contribution
     }
 
-    /// Solves `D L^T x = y` in place, for the `C` right-hand sides from index `first` on, from the last row to the first.
-    /// `after` has the solution in the `W` rows after the last, the nearest one first.
+    /// Solves `D L^T x = y` in place, for the `C` right-hand sides from index `first` on, from the last row to the
+    /// first. `after` has the solution in the `W` rows after the last, the nearest one first.
     #[inline(always)]
     pub fn backward<V: PairLevel, E: RightHandSide<D>, const R: usize, const C: usize>(
         &self,
@@ -97,9 +98,9 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         }
     }
 
-    /// [`substitute`](Self::substitute) for the given `rows`, which are counted in the order of their solution, in blocks
-    /// of `B` rows (1 or `W`). In a block of `W` rows, each takes the place in the window of the one `W` rows before it,
-    /// so that no row is moved.
+    /// [`substitute`](Self::substitute) for the given `rows`, which are counted in the order of their solution, in
+    /// blocks of `B` rows (1 or `W`). In a block of `W` rows, each takes the place in the window of the one `W` rows
+    /// before it, so that no row is moved.
     #[inline(always)]
     fn substitute_rows<V, E, const R: usize, const C: usize, const FORWARD: bool, const B: usize>(
         &self,

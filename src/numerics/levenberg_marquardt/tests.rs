@@ -113,8 +113,8 @@ impl Jacobian for &Corner {
     }
 }
 
-/// At a corner the search ends after a few runs, within a tenth of a standard error of the minimum that a search without
-/// noise tolerance finds. This holds also where the linear model predicts a standard error more.
+/// At a corner the search ends after a few runs, within a tenth of a standard error of the minimum that a search
+/// without noise tolerance finds. This holds also where the linear model predicts a standard error more.
 #[test]
 fn search_at_a_corner_ends_within_few_runs() {
     for (beyond, bend, most, saved) in [(0.005, 0.6, 20, 4), (0.04, 1.2, 40, 2)] {

@@ -1,12 +1,12 @@
 //! Preparation of a series for the noise estimate of [`noise_scale`](super), and its normalized divided differences.
 //!
-//! Excluded samples and values that repeat the one before (repeated frames) are removed. Repeats stay if the series
-//! has fewer distinct values than [`DISTINCT`] of the samples. Outliers are marked: samples in the middle of second
-//! differences that are peaks above [`OUTLYING`] robust standard deviations (from the median of absolute values), in
-//! up to [`ROUNDS`] rounds. [`NoiseSamples::difference`] returns a divided difference of every n-th sample in the
-//! unit of the values. Its weights times the relative standard deviations of the samples have length one, so that
-//! white noise keeps its standard deviation. It is None across an outlier, or a step of time above [`GAP`] median
-//! steps.
+//! Excluded samples and values that repeat the one before (repeated frames) are removed. Repeats stay if the series has
+//! fewer distinct values than [`DISTINCT`] of the samples. Outliers are marked: samples in the middle of second
+//! differences that are peaks above [`OUTLYING`] robust standard deviations (from the median of absolute values), in up
+//! to [`ROUNDS`] rounds. [`NoiseSamples::difference`] returns a divided difference of every n-th sample in the unit of
+//! the values. Its weights times the relative standard deviations of the samples have length one, so that white noise
+//! keeps its standard deviation. It is None across an outlier or a step of time above [`GAP`] median steps, and beyond
+//! the end of the series.
 
 use crate::numerics::noise_scale::{HIGHEST_ORDER, NoisySeries};
 use crate::numerics::upper_median;
@@ -102,9 +102,9 @@ impl NoiseSamples {
         count
     }
 
-    /// The normalized divided difference of `order` over every `stride`-th sample from number `first` on, divided by the
-    /// norm of its weights times the factors. Also these normalized products; entries above `order` are zero. `None` if
-    /// it crosses a gap or an outlier, exceeds the series, or has no finite weights.
+    /// The normalized divided difference of `order` over every `stride`-th sample from number `first` on, divided by
+    /// the norm of its weights times the factors. Also these normalized products; entries above `order` are zero.
+    /// `None` if it crosses a gap or an outlier, exceeds the series, or has no finite weights.
     pub fn difference(
         &self,
         first: usize,

@@ -43,7 +43,8 @@ fn noise(times: &[f64], values: &[f64]) -> Result<NoiseEstimate, NoEstimate> {
     NoisySeries { times, values, factors: &[], excluded: &[] }.noise()
 }
 
-/// Mean and standard deviation of the estimate over `runs` series of times and values, and the share without an estimate.
+/// Mean and standard deviation of the estimate over `runs` series of times and values, and the share without an
+/// estimate.
 fn spread(runs: u64, make: impl Fn(&mut ChaCha8Rng) -> [Vec<f64>; 2]) -> [f64; 3] {
     let mut found = Vec::new();
     for seed in 0..runs {

@@ -10,8 +10,8 @@
 pub struct CarriedNode<P> {
     /// Index of the node in its rod.
     pub node: usize,
-    /// Number of its unknowns that are carried: the coordinates, and in space the angle of the edge after it if that edge is
-    /// carried.
+    /// Number of its unknowns that are carried: the coordinates, and in space the angle of the edge after it if that
+    /// edge is carried.
     pub width: usize,
     /// Arm on the body, from its center, m, at rest, in the axes of the body.
     pub on_body: P,

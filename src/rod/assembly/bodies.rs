@@ -10,11 +10,12 @@
 //! X = x + R(theta) a + R(psi) b.
 //! ```
 //!
-//! Second derivatives by different coordinates vanish, and those by a rotation are minus the rotated arm over
-//! `length^2`. The spring has the energy `k (psi - theta - rest angle)^2/2`, J; `theta` is zero for a body without
-//! rotation, the point of a ball joint. A dead load on a body has minus force times position as potential, J. Output:
-//! positions with derivatives, and gradient (N) and second derivatives (N/m) of these energies by the coordinates.
-//! Masses, kg (inertia over `length^2` for a rotation), are constant and diagonal.
+//! Second derivatives of `X` by different coordinates vanish, and those by a rotation are minus the rotated arm over
+//! `length^2`. The spring has the energy `k (psi - theta - rest angle)^2/2`, J. A body without rotation is the point of
+//! a ball joint; its `theta` is zero. A dead load on a body has the potential minus force times position of its load
+//! point, J. Output: positions of carried nodes with derivatives, and energies, gradient (N) and second derivatives
+//! (N/m) of springs and loads by the coordinates. Masses, kg (inertia over `length^2` for a rotation), are constant and
+//! diagonal. In a time step the viscous moment of a spring is added by another stiffness and rest angle.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::rod::assembly::attachment::Attachment;
@@ -334,18 +335,20 @@ impl<D: Nestable> CarryingBodies<D, [D; 2]> for Bodies<D> {
         bodies
     }
 
-    /// Whether a spring has a viscous moment.
+    /// Whether the viscous time of a spring, or a derivative of it, is not zero.
     fn has_viscous_springs(&self) -> bool {
         self.springs.iter().any(|spring| is_viscous(spring.damping))
     }
 
-    /// Appends the rotation of each spring from its rest, rad.
+    /// Appends to `strains` the rotation of each spring from its rest, rad: that of the clamp less that of the body and
+    /// the rest angle.
     fn add_spring_strains(&self, z: &[D], _: &AssemblyFrames<D>, strains: &mut Vec<D>) {
         strains.extend(self.springs.iter().map(|spring| self.spring_angle(z, spring)));
     }
 
-    /// Overwrites stiffnesses and rest angles: the moment `k (a + time (rate a - past))` of the elastic angle `a` is that
-    /// of another elastic spring.
+    /// Overwrites stiffnesses and rest angles by those of the springs of `elastic` with viscous moments in a time step:
+    /// the moment `k (a + time (rate a - past))` of the elastic angle `a` is that of another elastic spring. `rate` and
+    /// `past` (from index `first` on) are those of `viscosity.own`; nothing changes without it.
     fn set_viscous_springs(&mut self, elastic: &Self, viscosity: &Viscosity<D>, first: usize) {
         let Some(own) = &viscosity.own else { return };
         for (i, (to, from)) in self.springs.iter_mut().zip(&elastic.springs).enumerate() {

@@ -1,11 +1,12 @@
-//! Tangent and factors of an assembly as enums: [`AssemblyTangent`] and [`AssemblyFactors`], with a bordered matrix
-//! of the plane or of space, N/m.
+//! Tangent and factors of an assembly as enums: [`AssemblyTangent`], the second derivatives of its energy (N/m), and
+//! [`AssemblyFactors`], in the plane or in space.
 //!
-//! Every operation is that of the matrix inside. Factorizations cover the whole matrix, whatever the requested range;
-//! the row of a pivot that is zero or not finite is the error. Products and entries leave unsymmetric blocks out,
-//! factorizations include them. Two matrices of different layouts are an error in the program. Sums then leave the
-//! matrix unchanged (a debug build panics), and factorizations return [`Singular`] at row 0. Steppers, equilibria and
-//! modes of assemblies use both enums.
+//! Each has a bordered matrix: one band per rod, bordered by the rows of the bodies (module `tangent`), which does
+//! every operation. Factorizations cover the whole matrix, whatever the requested range; the row of a pivot that is
+//! zero or not finite is the error. In the steps of a simulation the matrix of the bodies may have unsymmetric blocks,
+//! of rotating bodies in space. Products and entries leave these out, factorizations include them. Two matrices of
+//! different layouts (plane, space) are an error in the program: sums then leave the matrix unchanged (a debug build
+//! panics), and factorizations return [`Singular`] at row 0.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::{Factors, RightHandSide, Singular, Tangent};

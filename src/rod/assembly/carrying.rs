@@ -4,8 +4,10 @@
 //! Bodies map their coordinates `z`, m, to the unknowns of carried nodes (positions, m, and in space the angle of a
 //! carried edge, zero in the carried frame), with first and second derivatives. In space those by rotations are by
 //! increments times their scale, unless `convert_derivatives` converts them to the coordinates. Bodies also have
-//! masses, kg, and energies, gradients (N) and second derivatives (N/m) of their loads and joint springs. Implemented
-//! by planar and spatial bodies and by [`DiscreteRod`]; used by `JoinedRods`.
+//! masses, kg, and energies, gradients (N) and second derivatives (N/m) of their loads and joint springs, the latter
+//! also with viscous moments. A [`MemberRod`] returns its numbers of edges and strains, and takes its viscous stress
+//! from lists of the strains of several rods. Mass and load of a carried node can be removed from it. Planar and
+//! spatial bodies and [`DiscreteRod`] implement the traits.
 
 use crate::energy::frame::EdgeFrame;
 use crate::numerics::scalar::Nestable;
@@ -26,12 +28,14 @@ pub trait MemberRod<D: Nestable>: AssembledRod<D> + Debug {
     /// Number of strains: one per edge, and one (plane) or three (space) per joint.
     fn strain_count(&self) -> usize;
 
-    /// [`set_viscous`](crate::rod::Rod::set_viscous) by a `viscosity` that has the strains of several rods; those of
-    /// this rod begin at index `first`.
+    /// Overwrites the laws of the elements with those of `elastic` under the viscous stress of a time step, as
+    /// [`set_viscous`](crate::rod::Rod::set_viscous) does. The lists of `viscosity` have the strains of several rods;
+    /// those of this rod begin at index `first`.
     fn set_viscous_part(&mut self, elastic: &Self, viscosity: &Viscosity<D>, first: usize);
 
-    /// [`set_dashpots`](crate::rod::Rod::set_dashpots) by a `viscosity` that has the strains of several rods; those of
-    /// this rod begin at index `first`.
+    /// Overwrites the laws of the elements with those of `dashpots` times the factors of `viscosity`, as
+    /// [`set_dashpots`](crate::rod::Rod::set_dashpots) does. The lists of `viscosity` have the strains of several rods;
+    /// those of this rod begin at index `first`.
     fn set_dashpots_part(&mut self, dashpots: &Self, viscosity: &Viscosity<D>, first: usize);
 
     /// Sets mass and dead load of the coordinates of a node to zero; the inertia of an angle stays.
@@ -51,14 +55,15 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> MemberRod<D>
         self.stretch.len() + S * self.joint.len()
     }
 
-    /// Overwrites the laws with those of `elastic` under the stress of a `viscosity` of several rods. The strains of
-    /// this rod begin at index `first` of it.
+    /// Overwrites the laws of the elements with those of `elastic` under the viscous stress of a time step. The lists
+    /// of `viscosity` have the strains of several rods; those of this rod begin at index `first`.
     fn set_viscous_part(&mut self, elastic: &Self, viscosity: &Viscosity<D>, first: usize) {
         self.set_viscous_from(elastic, viscosity, first);
     }
 
-    /// Overwrites the laws with those of `dashpots` times the factors of a `viscosity` of several rods. The strains of
-    /// this rod begin at index `first` of it.
+    /// Overwrites the laws of the elements with those of `dashpots`, with stiffnesses times the factors of `viscosity`
+    /// and its shifts as natural strains. Its lists have the strains of several rods; those of this rod begin at index
+    /// `first`.
     fn set_dashpots_part(&mut self, dashpots: &Self, viscosity: &Viscosity<D>, first: usize) {
         self.set_dashpots_from(dashpots, viscosity, first);
     }
@@ -97,7 +102,8 @@ pub(super) fn is_viscous<D: Nestable>(time: D) -> bool {
     !time.is_identically_zero()
 }
 
-/// All bodies and springs of an assembly. Coordinates are counted from the first one of all bodies; `z` are those of all.
+/// All bodies and springs of an assembly. Coordinates are counted from the first one of all bodies; `z` are those of
+/// all.
 pub trait CarryingBodies<D: Nestable, P>: Clone + Debug + Send + Sync {
     /// The unknowns of a carried node.
     type Motion: CarriedMotion<D> + Debug + Send;
@@ -180,7 +186,7 @@ pub trait CarryingBodies<D: Nestable, P>: Clone + Debug + Send + Sync {
     /// space.
     fn add_spring_strains(&self, z: &[D], frames: &AssemblyFrames<D>, strains: &mut Vec<D>);
 
-    /// Overwrites the laws of all springs with those of `elastic` plus their viscous moments. The strains of the springs
-    /// begin at index `first` of the viscosity, which has none without a viscous spring.
+    /// Overwrites the laws of all springs with those of `elastic` plus their viscous moments in a time step. The
+    /// strains of the springs begin at index `first` of the lists of `viscosity.own`; nothing changes without it.
     fn set_viscous_springs(&mut self, elastic: &Self, viscosity: &Viscosity<D>, first: usize);
 }

@@ -22,8 +22,8 @@ fn map_entries<D: Scalar>(map: &Matrix3<D>, entries: [&mut D; 3]) {
     [*a, *b, *c] = transposed_times(map, [*a, *b, *c]);
 }
 
-/// Replaces the three entries `g` of one rotation in `gradient`, which has all coordinates of bodies, by `T' g`.
-/// `vector` is the rotation vector, rad.
+/// Replaces the three entries `g` of one rotation in `gradient`, which has all coordinates of bodies, by `T' g`. `T` is
+/// the tangent map at the rotation vector `vector`, rad. Derivatives by increments become those by the coordinates.
 pub(super) fn convert_gradient<D: Scalar>(
     rotation: &SpatialRotation<D>,
     vector: Vector<D>,
@@ -34,9 +34,10 @@ pub(super) fn convert_gradient<D: Scalar>(
     map_entries(&map, [a, b, c]);
 }
 
-/// Converts the rows and columns of one rotation in `tangent`, in place, at the rotation vector `vector`, rad.
-/// Couplings to rods and to other coordinates are multiplied by `T`, the own block becomes `T' H T` plus the slope
-/// term. `gradient` of all body coordinates is still by increments.
+/// Converts the rows and columns of one rotation in `tangent`, in place, from derivatives by increments to those by the
+/// coordinates. Couplings to rods and to other coordinates are multiplied by the tangent map `T` at the rotation vector
+/// `vector`, rad. The own block `H` becomes `T' H T` plus the derivative of `T' g` at fixed `g`, its symmetric part.
+/// The entries `g` of `gradient`, which has all body coordinates, are still by increments.
 pub(super) fn convert_tangent<D: Scalar, T: Tangent<D>>(
     rotation: &SpatialRotation<D>,
     vector: Vector<D>,

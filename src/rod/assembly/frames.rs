@@ -1,8 +1,9 @@
 //! Frames of an assembly in space: those of the edges of all rods, and the reference rotations of bodies and sprung
 //! clamps.
 //!
-//! A rotation is `R0 exp((z - z0)/length)`, with its coordinates `z` and the reference `R0` at `z0`. References move
-//! to accepted states, so that the exponential map is taken of small vectors. In a plane both lists are empty.
+//! A rotation is `R0 exp((z - z0)/length)`, with its coordinates `z` and the reference `R0` at `z0`. References move to
+//! accepted states, so that the exponential map is taken of small vectors. In a plane both lists are empty.
+//! [`AssemblyFrames::map`] converts all numbers to another number type.
 
 use crate::energy::frame::{EdgeFrame, Frames};
 use crate::numerics::rotation::Matrix3;

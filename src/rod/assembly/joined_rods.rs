@@ -1,13 +1,15 @@
 //! Rods whose ends are carried by bodies ([`JoinedRods`]), in the plane or in space: gradient, tangent, energies and
 //! checks.
 //!
-//! Unknowns are those of all rods, one rod after the other, and then the coordinates of the bodies. Each evaluation
-//! at given unknowns copies those of a rod, places its carried and fixed nodes, and evaluates the rod. Derivatives by
-//! carried nodes are added to those by the bodies. The unknowns of carried nodes have no effect: gradients there are
-//! zero, and rows and columns of the tangent are those of the identity. Output: gradient (N, N m), tangent (N/m),
-//! energies (J; kinetic and user-defined ones are zero), strains, and the first fold or large rotation of a step,
-//! None without one. In space the unknowns of each rod and body begin at a multiple of four, and the gaps have no
-//! effect either.
+//! Unknowns are those of all rods, one rod after the other, and then the coordinates of the bodies. Each evaluation at
+//! given unknowns copies those of a rod, places its carried and fixed nodes, and evaluates the rod. Derivatives by
+//! carried nodes are added to those by the bodies. The unknowns of carried and fixed nodes have no effect: gradients
+//! there are zero, and rows and columns of the tangent are those of the identity. `place_carried` and
+//! `set_carried_rates` overwrite them with positions and velocities that follow from the bodies. Output: gradient (N, N
+//! m), tangent (N/m), predicted axial forces (N), energies (J; kinetic and user-defined ones are zero), strains, and
+//! the first fold or large rotation of a step, `None` without one. `move_frames` moves the frames of rods and rotations
+//! to other unknowns. `set_viscous` and `set_dashpots` overwrite the laws for the viscous stress of a step. In space
+//! the unknowns of each rod and body begin at a multiple of four, and the gaps have no effect either.
 
 use crate::energy::Derivatives;
 use crate::numerics::envelope::Envelope;
@@ -136,7 +138,7 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
     }
 
     /// The first place that `find` returns for a rod, in order, from its frames and its unknowns `before` and `now`.
-    /// Its index is increased by `count` of each rod before. `None` if `find` returns none for every rod.
+    /// Its index is increased by the sum of `count` of the rods before. `None` if `find` returns none for every rod.
     fn find_place(
         &self,
         [before, now]: [&[D]; 2],
@@ -189,7 +191,7 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
     }
 
     /// Overwrites `gradient` with that of elastic energy less work of the loads at `q`, N (N m for angles). Derivatives
-    /// by carried nodes are added to those by the bodies; tied unknowns and gaps have zeros.
+    /// by carried nodes are added to those by the bodies; carried and fixed unknowns and gaps have zeros.
     pub fn gradient(
         &self,
         q: &[D],
@@ -363,8 +365,9 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         sums
     }
 
-    /// Overwrites the laws of all rods with those of `elastic` under the viscous stress, as stiffnesses and natural
-    /// strains. The `viscosity` has the strains of all rods in order, then those of joint springs.
+    /// Overwrites the laws of all rods and joint springs with those of `elastic` under the viscous stress, as
+    /// stiffnesses and natural strains. The lists of `viscosity` have the strains of all rods in order, then those of
+    /// joint springs, which change only with `viscosity.own`.
     pub fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
         let mut first = 0;
         for (to, from) in self.members.iter_mut().zip(&elastic.members) {
@@ -374,8 +377,8 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
         self.bodies.set_viscous_springs(&elastic.bodies, viscosity, first);
     }
 
-    /// Overwrites the laws of all rods with those of `dashpots`: every stiffness times its factor, the shifts as
-    /// natural strains.
+    /// Overwrites the laws of all rods with those of `dashpots`: every stiffness times its factor, the shifts of
+    /// `viscosity` as natural strains. Joint springs do not change.
     pub fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>) {
         let mut first = 0;
         for (to, from) in self.members.iter_mut().zip(&dashpots.members) {

@@ -1,11 +1,13 @@
 //! Elastic joints between a body and a clamp in space: rotational springs and hinges, with energy and derivatives.
 //!
-//! With the rotation `Q` of the clamp in the axes of the body, and `Q0` at rest, the relative rotation is `W = Q0' Q` in the
-//! axes of the clamp. A spring has the energy `sum k_c (xi_c - n_c)^2/2`, J, of the rotation vector `xi = log W`, rad. Its
-//! stiffnesses `k_c` are about both directors and the tangent of the clamp, N m/rad. The natural rotation `n` is zero of an
-//! elastic spring. `W` must be below half a turn. A hinge with the axis `n` has `k (1 - n.W n)`: it turns freely about its
-//! axis, and resists other rotations with the stiffness `k`. Output: energy, and first and second derivatives, N m, by
-//! rotations of the body (entries 0 to 2) and of the clamp (3 to 5), each in its own axes.
+//! Input: the rotation `Q` of the clamp in the axes of the body. With `Q0` at rest, the rotation from rest is
+//! `W = Q0' Q` in the axes of the clamp. A spring has the energy `sum k_c (xi_c - n_c)^2/2`, J, of the rotation vector
+//! `xi = log W`, rad, which needs a rotation `W` below half a turn. Its stiffnesses `k_c` are about both directors and
+//! the tangent of the clamp, N m/rad. The natural rotation `n`, rad, is zero except for viscous moments in a time step.
+//! A hinge with the axis `a` has `k (1 - a.W a)`: it turns freely about its axis, and resists other rotations with the
+//! stiffness `k`. Output: energy, and first and second derivatives, N m, by further rotations (rad). Entries 0 to 2 are
+//! by rotations of the body, 3 to 5 by those of the clamp, each in its own axes. The matrix of second derivatives is
+//! symmetric.
 
 use crate::energy::Local;
 use crate::numerics::out_of_line::OutOfLine;
@@ -32,7 +34,8 @@ pub enum JointStiffness<D> {
 pub struct ElasticJoint<D> {
     /// Rotation of the clamp in the axes of the body at rest.
     pub rest: Matrix3<D>,
-    /// Rotation vector from rest without moment, rad: zero of an elastic spring, that of a viscous step.
+    /// Rotation vector from rest at which a spring has no moment, rad: zero except for viscous moments in a time step.
+    /// Hinges ignore it.
     pub natural: Vector<D>,
     /// Its resistance.
     pub stiffness: JointStiffness<D>,
@@ -53,14 +56,16 @@ impl<D: Scalar> ElasticJoint<D> {
         }
     }
 
-    /// The rotation vector from rest, rad, in the axes of the clamp, at the rotation `relative` of the clamp in the axes of
-    /// the body. It needs a rotation below half a turn.
+    /// The rotation vector from rest, rad, in the axes of the clamp, at the rotation `relative` of the clamp in the
+    /// axes of the body. It needs a rotation below half a turn.
     pub fn rotation(&self, relative: &Matrix3<D>) -> Vector<D> {
         logarithm(&product(&transpose(&self.rest), relative))
     }
 
-    /// Energy, J, at the rotation `relative` of the clamp in the axes of the body: of a spring by the rotation vector,
-    /// of a hinge `k |W n - n|^2/2`. A spring needs relative rotations below half a turn.
+    /// Energy, J, at the rotation `relative` of the clamp in the axes of the body. Of a spring it is the sum of half
+    /// the stiffnesses times the squared differences of the rotation vector from the natural one. Of a hinge with the
+    /// axis `a` it is `k |W a - a|^2/2`, with the rotation `W` from rest. A spring needs rotations from rest below half
+    /// a turn.
     pub fn energy(&self, relative: &Matrix3<D>) -> D {
         let turned = product(&transpose(&self.rest), relative);
         match self.stiffness {
@@ -84,8 +89,8 @@ impl<D: Scalar> ElasticJoint<D> {
         self.energy(&turned_relative(relative, turns))
     }
 
-    /// First derivatives of the energy of a spring of this `stiffness`, N m, at the rotation `relative`: by rotations of the
-    /// body, then of the clamp, each in its own axes.
+    /// First derivatives of the energy of a spring of this `stiffness`, N m, at the rotation `relative` of the clamp in
+    /// the axes of the body: by rotations of the body, then of the clamp, each in its own axes.
     fn moments(&self, stiffness: Vector<D>, relative: &Matrix3<D>) -> [D; 6] {
         let xi = self.rotation(relative);
         let moment = [0, 1, 2].map(|c| stiffness[c] * (xi[c] - self.natural[c]));
@@ -95,8 +100,8 @@ impl<D: Scalar> ElasticJoint<D> {
     }
 }
 
-/// The rotation `relative` of a clamp in the axes of its body after further rotations: of the body by the rotation vector
-/// `turns[0..3]`, of the clamp by `turns[3..6]`, rad, each in its own axes.
+/// The rotation `relative` of a clamp in the axes of its body after further rotations: of the body by the rotation
+/// vector `turns[0..3]`, of the clamp by `turns[3..6]`, rad, each in its own axes.
 fn turned_relative<D: Scalar>(relative: &Matrix3<D>, turns: &[D; 6]) -> Matrix3<D> {
     let [a, b, c, d, e, f] = *turns;
     let clamp = product(relative, &exponential([d, e, f]));
@@ -106,9 +111,10 @@ fn turned_relative<D: Scalar>(relative: &Matrix3<D>, turns: &[D; 6]) -> Matrix3<
 }
 
 impl<D: Nestable> ElasticJoint<D> {
-    /// First derivatives of the energy, N m, at the rotation `relative`: three by rotations of the body, three by those of
-    /// the clamp, each in its own axes. Those of a spring follow from `d xi = T^-1 d phi` with the tangent map `T` at the
-    /// rotation vector; those of a hinge are computed in dual numbers.
+    /// First derivatives of the energy, N m, at the rotation `relative` of the clamp in the axes of the body: three by
+    /// rotations of the body, three by those of the clamp, each in its own axes. Those of a spring follow from
+    /// `d xi = T^-1 d phi` with the tangent map `T` at the rotation vector; those of a hinge are computed in dual
+    /// numbers.
     pub fn gradient(&self, relative: &Matrix3<D>) -> [D; 6] {
         match self.stiffness {
             JointStiffness::Spring(stiffness) => self.moments(stiffness, relative),
@@ -123,9 +129,10 @@ impl<D: Nestable> ElasticJoint<D> {
         }
     }
 
-    /// Energy, J, first and second derivatives, N m, at the rotation `relative`, by dual numbers. Entries 0 to 2 are by
-    /// rotations of the body, 3 to 5 by those of the clamp, each in its own axes. Second derivatives of a spring are the
-    /// symmetric part of the derivatives of its moments.
+    /// Energy, J, first and second derivatives, N m, at the rotation `relative` of the clamp in the axes of the body.
+    /// Entries 0 to 2 are by rotations of the body, 3 to 5 by those of the clamp, each in its own axes. Of a hinge they
+    /// are computed in dual numbers. Second derivatives of a spring are the symmetric part of the derivatives of its
+    /// moments, in dual numbers.
     pub fn tangent(&self, relative: &Matrix3<D>) -> Local<D, 6> {
         let at = SVector::from([D::from(0.0); 6]);
         let JointStiffness::Spring(stiffness) = self.stiffness else {

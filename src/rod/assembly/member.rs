@@ -2,10 +2,10 @@
 //!
 //! `place` overwrites the unknowns of carried nodes by those that follow from the coordinates of bodies, and those of
 //! fixed nodes by their positions with zero angles. `set_rates` does the same for velocities (zero for fixed nodes),
-//! and `copy_frames` for the frames of carried edges. `unknowns_without_effect` lists the unknowns of carried and then fixed nodes.
-//! `couplings` returns one zero block per carried end: the rows of the two nodes' unknowns beside it, and the body
-//! coordinates on which the end depends. The work space is locked by one thread at a time and empty in a clone.
-//! `JoinedRods` calls a member for each evaluation.
+//! and `copy_frames` for the frames of carried edges. `unknowns_without_effect` lists the indices of the unknowns of
+//! carried and then fixed nodes. `couplings` returns one block of zeros per carried end, for second derivatives: its
+//! rows are the unknowns of the two nodes beside the end, its columns the body coordinates on which the end depends.
+//! The work space is locked by one thread at a time and empty in a clone.
 
 use crate::numerics::scalar::Nestable;
 use crate::rod::assembly::attachment::{Attachment, CarriedNode, FixedNode};
@@ -46,7 +46,7 @@ impl<D: Nestable, L: AssemblyLayout> Member<D, L> {
         self.attachments.iter().flat_map(|own| &own.nodes)
     }
 
-    /// Unknowns of carried nodes, then of fixed ones, counted from the first unknown of the rod.
+    /// Indices of the unknowns of carried nodes, then of fixed ones, counted from the first unknown of the rod.
     pub fn unknowns_without_effect(&self) -> impl Iterator<Item = usize> {
         let carried = self.carried().map(|node| (node.node, node.width));
         let fixed = self.fixed.iter().map(|node| (node.node, node.width));

@@ -1,10 +1,14 @@
 //! Assemblies: several rods whose ends are carried by rigid bodies, in a plane or in space.
 //!
 //! Unknowns are those of all rods, one rod after the other, and then the coordinates of the bodies (position and
-//! rotation). The end nodes that a body carries follow from its coordinates: one node of a hinged end, two of a
-//! clamped one. Nodes at walls are fixed. [`Assembly`] is a [`Rod`] for steppers, equilibria and modes, without
-//! springs of internal friction. Both variants are [`JoinedRods`] over an [`AssemblyLayout`], with a bordered
-//! `tangent`. Bodies and joint springs are in [`bodies`] (plane) and [`spatial_bodies`] (space).
+//! rotation). The end nodes that a body carries follow from its coordinates: one node of a hinged end, two of a clamped
+//! one. Nodes at walls are fixed. [`Assembly`] is a [`Rod`] for steppers, equilibria and modes, without springs of
+//! internal friction: it returns gradient (N), tangent (N/m), energies (J) and strains of all rods with bodies and
+//! joint springs. Other functions overwrite positions and velocities of carried nodes by those that follow from the
+//! bodies. They also list the unknowns without effect: of carried and fixed nodes, and gaps. For the steps of a
+//! simulation in space, [`Assembly::by_increments`] selects derivatives by increments of rotations. Both variants are
+//! [`JoinedRods`] over an [`AssemblyLayout`], with a bordered `tangent`. Bodies and joint springs are in [`bodies`]
+//! (plane) and [`spatial_bodies`] (space).
 //!
 //! Files: `member` (one rod with its carried and fixed nodes), `joined_rods` (evaluation of all rods), `reduction`
 //! (chain rule through carried nodes), `joint_law` (elastic joints in space), `tangent` and `bordered` (matrix and
@@ -182,7 +186,7 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
     }
 
     /// Overwrites `gradient` as `gradient` does, and `tangent`, N/m, with its derivative by the unknowns. Rows and
-    /// columns of tied unknowns become those of the identity.
+    /// columns of carried and fixed unknowns become those of the identity.
     fn tangent(
         &self,
         q: &[D],
@@ -255,8 +259,10 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         }
     }
 
-    /// In space, adds the gyroscopic forces of rotating bodies, N, to `forces`, and their derivatives as blocks to
-    /// `tangent` if one is given. `forces` must contain the gradient. Nothing happens in a plane.
+    /// In space, adds the gyroscopic forces of rotating bodies and the mass damping of their products of inertia, N, to
+    /// `forces`. Appends their derivatives as unsymmetric blocks to `tangent` if one is given. `rates` has the
+    /// velocities of all unknowns and coefficients of the step. `forces` must contain the gradient. Nothing happens in
+    /// a plane.
     fn add_rotational_inertia(
         &self,
         q: &[D],
@@ -286,7 +292,8 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
     }
 
     /// Adds to `out`, a list of all unknowns, `factor` times the products of inertia of rotating bodies times their
-    /// `rates`. They are divided by the squared scales of the rotations. Nothing happens in a plane.
+    /// entries in `rates`. They are divided by the squared scales `length` of the rotations. Nothing happens in a
+    /// plane.
     fn add_products_of_inertia(&self, rates: &[D], factor: D, out: &mut [D]) {
         if let Self::Space(rods) = self {
             let (rates, out) = (&rates[rods.first..], &mut out[rods.first..]);
@@ -343,8 +350,9 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         of_either!(self, rods => rods.strain_energies(strains))
     }
 
-    /// Overwrites the laws of all rods with those of `elastic` under the viscous stress, as stiffnesses and natural
-    /// strains. Joint springs do not change.
+    /// Overwrites the laws of all rods and joint springs with those of `elastic` under the viscous stress, as
+    /// stiffnesses and natural strains. The lists of `viscosity` have the strains of all rods in order, then those of
+    /// joint springs, which change only with `viscosity.own`.
     fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
         match (self, elastic) {
             (Self::Plane(rods), Self::Plane(elastic)) => rods.set_viscous(elastic, viscosity),
@@ -354,7 +362,7 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
     }
 
     /// Overwrites the laws of all rods with those of `dashpots`: every stiffness times its factor, the shifts as
-    /// natural strains.
+    /// natural strains. Joint springs do not change.
     fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>) {
         match (self, dashpots) {
             (Self::Plane(rods), Self::Plane(own)) => rods.set_dashpots(own, viscosity),

@@ -1,11 +1,12 @@
 //! Rigid bodies and elastic joints in space: unknowns of the nodes that they carry, masses, energies and derivatives.
 //!
 //! Each body has three coordinates of its center, m, and three of its [rotation](SpatialRotation) if it rotates; a
-//! joint has those of the rotation of its clamp. One coordinate without effect follows each three, so that all begin
-//! at a multiple of four. Output at given coordinates and reference rotations: unknowns of carried nodes (m, and the
-//! angle of a carried edge, zero), masses (kg), energies of joints and dead loads (J), gradient (N) and second
-//! derivatives (N/m). Derivatives by rotations are those by increments, over `length`. For equilibria and modes they
-//! are converted to the coordinates; a simulation keeps them ([`by_increments`](SpatialBodies::by_increments)).
+//! joint has those of the rotation of its clamp. One coordinate without effect follows each three, so that all begin at
+//! a multiple of four. Output at given coordinates and reference rotations: unknowns of carried nodes (m, and the angle
+//! of a carried edge, zero), masses (kg), energies of joints and dead loads (J), gradient (N) and second derivatives
+//! (N/m). Derivatives by rotations are those by increments, over `length`. For equilibria and modes they are converted
+//! to the coordinates; a simulation keeps them ([`by_increments`](SpatialBodies::by_increments)). In a time step the
+//! viscous moment of a spring is added by other stiffnesses and natural rotations.
 
 use crate::energy::frame::EdgeFrame;
 use crate::numerics::rotation::{
@@ -71,8 +72,8 @@ impl<D: Nestable> SpatialBodies<D> {
     }
 
     /// The rotations in the order of `rotations`, each with its axes in the columns, in world components. `z` are the
-    /// coordinates of all bodies: the unknowns of the assembly from the first of them on. `frames` have the references of
-    /// the rotations.
+    /// coordinates of all bodies: the unknowns of the assembly from the first of them on. `frames` have the references
+    /// of the rotations.
     pub fn rotations_with_axes<'a>(
         &'a self,
         z: &'a [D],
@@ -280,7 +281,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
     }
 
     /// Converts `gradient`, and `tangent` if given, in place, from derivatives by increments of rotations to those by
-    /// the coordinates `z`. Nothing happens with `by_increments`, nor for rotations at their reference.
+    /// the coordinates `z`. Nothing happens with `by_increments`. At their reference both are equal.
     fn convert_derivatives<T: Tangent<D>>(
         &self,
         z: &[D],
@@ -359,7 +360,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
         bodies
     }
 
-    /// Whether a joint has a viscous moment.
+    /// Whether the viscous time of a joint, or a derivative of it, is not zero.
     fn has_viscous_springs(&self) -> bool {
         self.springs.iter().any(|spring| is_viscous(spring.damping))
     }
@@ -374,8 +375,10 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
         }
     }
 
-    /// Overwrites stiffnesses and natural rotations: the moment `k (xi + time (rate xi - past))` of the elastic rotation
-    /// `xi` is that of another elastic spring. Hinges do not change.
+    /// Overwrites stiffnesses and natural rotations by those of the springs of `elastic` with viscous moments in a time
+    /// step: the moment `k (xi + time (rate xi - past))` of the elastic rotation `xi` is that of another elastic
+    /// spring. `rate` and `past` (three per joint from index `first` on) are those of `viscosity.own`; nothing changes
+    /// without it. Hinges do not change.
     fn set_viscous_springs(&mut self, elastic: &Self, viscosity: &Viscosity<D>, first: usize) {
         let Some(own) = &viscosity.own else { return };
         for (i, (to, from)) in self.springs.iter_mut().zip(&elastic.springs).enumerate() {

@@ -1,17 +1,17 @@
 //! Positions of nodes that bodies carry in space, with derivatives, and the rotations of bodies.
 //!
-//! A body has the coordinates `x, y, z`, m, of its center of mass, and three of its rotation `R = R0 exp((z -
-//! z0)/length)`, m, with a constant `length`. First and second derivatives are those by increments `phi` of the
-//! rotation in the axes of the body, `R exp(phi)`, at the present rotation `R`:
+//! A body has the coordinates `x, y, z`, m, of its center of mass, and three of its rotation
+//! `R = R0 exp((z - z0)/length)`, m, with a constant `length`. First and second derivatives are those by increments
+//! `phi` of the rotation in the axes of the body, `R exp(phi)`, at the present rotation `R`:
 //!
 //! ```text
 //! X = x + R exp(phi) a,    dX = R (phi x a),    d2X = R (phi x (phi x a)).
 //! ```
 //!
-//! All derivatives are divided by `length` once for each `phi`, as coordinates are lengths. The angle of a carried
-//! edge, from the frame that the body carries, turns by `phi.t` with the tangent `t` in the axes of the body. Its
-//! second derivatives are zero: the rotation about `t` in `exp(phi)`, beside the shortest rotation of `t`, differs
-//! from `phi.t` in the third order.
+//! A second arm turns likewise with the rotation of a sprung clamp. All derivatives are divided by `length` once for
+//! each `phi`, as coordinates are lengths. The angle of a carried edge, from the frame that the body carries, turns by
+//! `phi.t` with the tangent `t` in the axes of the body. Its second derivatives are zero: the rotation about `t` in
+//! `exp(phi)`, beside the shortest rotation of `t`, differs from `phi.t` in the third order.
 
 use crate::numerics::rotation::{Matrix3, column, exponential, product, times};
 use crate::numerics::scalar::Scalar;
@@ -38,12 +38,12 @@ pub struct SpatialRotation<D> {
 }
 
 impl<D: Scalar> SpatialRotation<D> {
-    /// Its three entries in a list of all body coordinates, or of their rates or changes.
+    /// The three entries of the rotation in a list of all body coordinates, or of their rates or changes.
     pub(super) fn of(&self, all: &[D]) -> Vector<D> {
         [all[self.coordinate], all[self.coordinate + 1], all[self.coordinate + 2]]
     }
 
-    /// Its axes in the columns, in world components, at its reference in `frames`.
+    /// The axes of the rotation in the columns, in world components, at its reference in `frames`.
     pub fn rest_axes(&self, frames: &AssemblyFrames<D>) -> Matrix3<D> {
         frames.rotations[self.reference].axes
     }
@@ -54,7 +54,8 @@ impl<D: Scalar> SpatialRotation<D> {
         [0, 1, 2].map(|c| (own[c] - from[c]) * self.length.recip())
     }
 
-    /// Its axes in the columns, in world components, at the coordinates `z` of all bodies: `R0 exp((z - z0)/length)`.
+    /// The axes of the rotation in the columns, in world components, at the coordinates `z` of all bodies:
+    /// `R0 exp((z - z0)/length)`, with the axes `R0` of the reference at its coordinates `z0`.
     pub(super) fn axes(&self, z: &[D], frames: &AssemblyFrames<D>) -> Matrix3<D> {
         let turn = exponential(self.vector(z, frames));
         product(&frames.rotations[self.reference].axes, &turn)

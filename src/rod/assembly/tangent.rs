@@ -311,8 +311,8 @@ impl<D: Scalar, F: Factors<D>> MemberFactors<D, F> {
         self.couplings.iter().flat_map(|coupling| coupling.columns.iter().copied())
     }
 
-    /// Computes the responses `Ai^-1 Bi` with the factored band, [`GROUP`] columns at a time, and subtracts `Bi' Ai^-1
-    /// Bi` from the lower triangle of the Schur complement.
+    /// Computes the responses `Ai^-1 Bi` of the rod with its factored band `Ai` and its couplings `Bi`, [`GROUP`]
+    /// columns at a time. Subtracts `Bi' Ai^-1 Bi` from the lower triangle of the Schur complement `schur`.
     fn eliminate(&mut self, schur: &mut Envelope<D>) {
         let Self { band, range, couplings, responses, room } = self;
         let count: usize = couplings.iter().map(|coupling| coupling.columns.len()).sum();
@@ -464,8 +464,8 @@ impl<D: Scalar, T: Tangent<D>> Factors<D> for BorderedFactors<D, T> {
         rods + self.schur.negative_pivots()
     }
 
-    /// Solves `A x = b` in place for `R` right-hand sides (`x[i][r]` is row `i` of number `r`), over all rows, by the
-    /// elimination of the header. Rows in gaps stay as they are.
+    /// Solves `A x = b` in place for `R` right-hand sides (`x[i][r]` is row `i` of number `r`), over all rows: the rods
+    /// alone, then the bodies by the Schur complement, then the responses of the rods. Rows in gaps stay as they are.
     fn solve_many<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
         let first = x.len() - self.schur.order();
         let (rods, bodies) = x.split_at_mut(first);

@@ -3,10 +3,11 @@
 //!
 //! Input: the geometry of the rod, and `G` rods over dual numbers. Each has the derivatives of stiffnesses, rest
 //! lengths, natural strains, friction springs and loads along one parameter; [`Rates`] collects them. Output at fixed
-//! unknowns and frames: derivatives of strains, of stresses, `d(K s) = K ds + dK s` (N, N m), and of the energy
-//! gradient (N). `add_strain_rates` adds `B dq`, the part by given derivatives of unknowns and frames;
-//! `viscous_force_rate` has the forces of viscous stresses along all changes. There are `G` values each, in SIMD
-//! lanes. Forward sensitivities use them for the right-hand side of each step.
+//! unknowns and frames: derivatives of strains `s`, of stresses, `d(K s) = K ds + dK s` (N, N m), and of the energy
+//! gradient (N). `add_strain_rates` adds `B dq`, with `B = ds/dq`: the part of the strain rates by given derivatives of
+//! unknowns and frames. `viscous_force_rate` returns the derivatives of the forces `B^T K s` of effective strains `s`
+//! along all changes. Each derivative has `G` values, in SIMD lanes. Follower loads and losses of contacts have no
+//! part. Forward sensitivities use them for the right-hand side of each step.
 
 use crate::energy::law::slip::SliderRates;
 use crate::energy::law::{LawRate, NonlinearPart, Symmetric};
@@ -115,8 +116,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> Defaul
 }
 
 impl<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> Rates<L, N, S, G> {
-    /// The derivatives of the force of edge `i` beyond a linear law, N, at fixed unknowns: its `strain` depends on the rest
-    /// length.
+    /// The derivatives of the force of edge `i` beyond a linear law, N, at fixed unknowns: its `strain` depends on the
+    /// rest length.
     #[cold]
     #[inline(never)]
     fn nonlinear_rate(&self, i: usize, strain: f64) -> Lanes<G> {
@@ -153,8 +154,8 @@ fn lanes<R, const G: usize>(duals: &[R; G], of: impl Fn(&R) -> f64) -> Lanes<G> 
     Lanes(components(|g| of(&duals[g])))
 }
 
-/// Adds to lane `g` of `out` the gradient derivatives of dead moments and user-defined energies of dual rod `g`, N, at
-/// fixed unknowns and frames. `with_elements` adds those of edges and joints by num-dual, for checks.
+/// Adds to lane `g` of `out` the gradient derivatives of dead moments, user-defined energies and contacts of dual rod
+/// `g`, N, at fixed unknowns and frames. `with_elements` adds those of edges and joints by num-dual, for checks.
 fn add_others<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize>(
     duals: &[Dual<L, N, S>; G],
     q: &[f64],
@@ -189,8 +190,10 @@ fn add_others<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usiz
     }
 }
 
-/// Overwrites `out` with the derivatives of the stresses of `laws`: `K ds + dK s`, plus the natural part. Their
-/// effective strains begin at index `first` of `strains`; `rate(i)` is the derivative of law `i`.
+/// Overwrites `out` with the derivatives of the stresses of `laws`: `K ds + dK s`, plus those of the natural stress if
+/// `strains.natural` is set. Strains of kinds with a viscosity of their own act without the coupling of bending and
+/// twisting. The effective strains of these laws begin at index `first` of the lists of `strains`; `rates[i]` has the
+/// derivatives of law `i`.
 #[inline(always)]
 fn stress_rates<W, K, const S: usize, const G: usize>(
     laws: &[W],
@@ -267,9 +270,9 @@ where
 impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for DiscreteRod<f64, L, N, S> {
     type Rates<const G: usize> = Rates<L, N, S, G>;
 
-    /// Overwrites `rates` with the derivatives that the dual rods contain, one lane per rod: laws, rest lengths, loads
-    /// and friction springs. Those of moments and user-defined energies stay in the dual rods. No change without dual
-    /// rods.
+    /// Overwrites `rates` with the derivatives that the dual rods contain, one lane per rod: laws, rest lengths, dead
+    /// loads and friction springs. Those of moments, user-defined energies and contacts stay in the dual rods. No
+    /// change without dual rods.
     fn set_rates<const G: usize>(duals: &[Dual<L, N, S>; G], rates: &mut Self::Rates<G>) {
         let Rates { elastic, stretch, axial, nonlinear, rest, joint, bending, load, sliders } =
             rates;
@@ -323,8 +326,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
     }
 
     /// Overwrites `out` with the derivatives of the gradient along all parameters, N, at fixed unknowns `q` and frames:
-    /// those by laws, loads, moments and user-defined energies. `geometry` is that of the rod at `q`. Edges and joints
-    /// are left out if no law changes; with [`Derivatives::Dual`] num-dual differentiates them.
+    /// those by laws, dead loads, moments, user-defined energies and contacts. `geometry` is that of the rod at `q`.
+    /// Edges and joints are left out if no law changes; with [`Derivatives::Dual`] num-dual differentiates them.
     #[inline(always)]
     fn gradient_rate<const G: usize>(
         ChangedRods { duals, rates }: ChangedRods<'_, Self, G>,
@@ -374,8 +377,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         strain.checked_sub(self.stretch.len()).map_or(0, |own| 1 + usize::from(own % S == 2))
     }
 
-    /// Overwrites `out`, edges first, with the derivatives of the strains at fixed unknowns. Those of an edge are `-(1
-    /// + eps) dl/l` by its rest length `l`; those of joints are zero.
+    /// Overwrites `out`, edges first, with the derivatives of the strains at fixed unknowns. Those of an edge are
+    /// `-(1 + eps) dl/l` by its rest length `l`; those of joints are zero.
     #[inline(always)]
     fn rest_strain_rates<const G: usize>(
         rates: &Self::Rates<G>,
@@ -418,8 +421,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
     }
 
     /// Overwrites `out` with the derivatives of the stresses of all elements at the effective strains and their
-    /// derivatives: N for edges, N m for joints. With natural strains, a nonlinear law of an edge adds its change at
-    /// the strain of `geometry`.
+    /// derivatives: N for edges, N m for joints. With natural strains, nonlinear laws of edges and joints add their
+    /// changes at the strains of `geometry`.
     #[inline(always)]
     fn stress_rates<const G: usize>(
         &self,
@@ -495,8 +498,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
     }
 
     /// Overwrites `out` with the derivatives of the gradient, N, at fixed unknowns and frames, from the derivatives
-    /// `stress` of the stresses of all elements. `changed` adds those of loads, moments and user-defined energies;
-    /// `None` leaves them out.
+    /// `stress` of the stresses of all elements. `changed` adds those of dead loads, moments, user-defined energies and
+    /// contacts; `None` leaves them out.
     #[inline(always)]
     fn stressed_rate<const G: usize>(
         changed: Option<ChangedRods<'_, Self, G>>,

@@ -1,9 +1,11 @@
 //! Transposed derivatives of the forces of a [`DiscreteRod`], for the adjoint method: the implementation of
 //! [`Transposed`].
 //!
-//! Input: derivatives `d` of a misfit by the forces, or `w = B d` by the stresses. Output: derivatives of the misfit
-//! by the stiffness and natural stress of each law, by rest lengths, loads and moments ([`LawDerivatives`]). Their product with
-//! the forward rates of one parameter is the derivative of the misfit along that parameter.
+//! Input: derivatives `d` of a misfit by the forces on the unknowns, or `w = B d` by the stresses of the elements. `B`
+//! are the derivatives of the strains by the unknowns. Output ([`LawDerivatives`]): derivatives of the misfit by the
+//! stiffness and natural stress of each law, by rest lengths, dead loads and constant moments. Their product with the
+//! forward rates of one parameter (`along`) is the derivative of the misfit along that parameter. User-defined energies
+//! and contacts have no part.
 
 use crate::energy::Law;
 use crate::energy::law::{LawSlopes, NonlinearPart, Symmetric};
@@ -62,8 +64,9 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
     }
 
     /// Adds to `to` the derivatives of the misfit by stiffness and natural stress of all laws, from those `w` by the
-    /// stresses, at the effective strains `strained`. If `counted`, those by relative rest lengths `w K (1 + s)` are
-    /// added. A nonlinear edge adds those by its modulus and rest length, at its present strain.
+    /// stresses, at the effective strains `strained`. If `strained.counted`, those by relative changes of rest lengths,
+    /// `w K (1 + s)`, are added. Nonlinear laws of edges and joints add those by their moduli, natural strains and rest
+    /// lengths, at the present strains.
     fn add_to_laws(&self, w: &[f64], strained: Strained, to: &mut LawDerivatives) {
         let edges = self.stretch.len();
         add_slopes::<[f64; 1], 1>(w, strained, 0, &mut to.stretch);

@@ -2,10 +2,11 @@
 //!
 //! Input: elements and the unknowns `q` (positions of the nodes, m). Each block has as many edges as SIMD lanes, the
 //! edges after them and the joints between. Output by block: axial strain of each edge, curvature `2 tan(phi/2)` of
-//! each joint, energies, J, and geometry. First and second derivatives by edge vectors, N and N/m, with active
-//! friction springs, go to a consumer, which stores them by nodes or by edges. [`PlanarGradient`] overwrites the
-//! gradient alone, N, less the dead loads. An edge then has its axial force along it, and the difference of the
-//! moments at its ends over its length as shear force.
+//! each joint, energies of the linear laws, J, and geometry. First and second derivatives by edge vectors, N and N/m,
+//! include nonlinear bending and active friction springs. A consumer stores them by nodes or by edges.
+//! [`PlanarGradient`] overwrites the gradient alone, N, less the dead loads. An edge then has its axial force along it,
+//! and the difference of the moments at its ends over its length as shear force. Nonlinear parts of stretching laws are
+//! added elsewhere.
 
 use crate::energy::PlanarBend;
 use crate::energy::planar_bend::{curvature, curvature_between};
@@ -55,8 +56,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> PlanarBlocks<'a, D, V> {
         PlanarBend::pack_lanes(self.level, all)
     }
 
-    /// `[moment, stiffness]` of the joints of a block, N m: derivatives of the energy by the turning angles, with the
-    /// active friction springs.
+    /// `[moment, stiffness]` of the joints of a block, N m: first and second derivatives of the energy by the turning
+    /// angles, with nonlinear bending and active friction springs.
     #[inline(always)]
     fn turning_response(
         &self,
@@ -114,8 +115,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
         (self.elements.stretches::<V>(self.level, *first).strain_of(e.squared, e.length), [joint])
     }
 
-    /// Energies of stretching, bending and twisting (zero) of the elements of a block, J, without those of friction
-    /// springs.
+    /// Energies of stretching, bending and twisting (zero) of the linear laws of a block, J, without nonlinear parts of
+    /// laws and friction springs.
     #[inline(always)]
     fn energies(&self, PlanarEdgePairs { first, e, curvature, .. }: &PlanarEdgePairs<V>) -> [V; 3] {
         let bend = self.bends(*first).energy_at(*curvature);
@@ -153,9 +154,9 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
     }
 
     /// Passes first and second derivatives by all edges, with their stretching and both their joints, to the consumer
-    /// `to`, and overwrites `geometry` if there is one. Active friction springs are included. An edge has the tangent
-    /// `t` and the normal `n` over its length `l`. A change `dx` turns it by `n.dx`, and `n` changes by `-(t n' + n t')
-    /// dx/l`.
+    /// `to`, and overwrites `geometry` if there is one. Nonlinear bending and active friction springs are included,
+    /// nonlinear parts of stretching laws are not. An edge has the tangent `t` and the normal `n` over its length `l`.
+    /// A change `dx` turns it by `n.dx`, and `n` changes by `-(t n' + n t') dx/l`.
     #[inline(always)]
     fn derive(
         mut self,
@@ -247,7 +248,7 @@ impl<D: Nestable> Sweep<D> for PlanarGradient<'_, D> {
     type Output = ();
 
     /// Overwrites the gradient of all nodes, less their dead loads, N, block by block with one edge per SIMD lane.
-    /// Active friction springs are included.
+    /// Nonlinear bending and active friction springs are included, nonlinear parts of stretching laws are not.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let elements = self.at.elements;

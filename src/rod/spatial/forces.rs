@@ -1,9 +1,10 @@
 //! The gradient of a spatial rod, N and N m, in SIMD lanes by the hand-derived formulas: at given frames
 //! ([`Gradient`]), or with frames that move to the unknowns in the same sweep ([`MovedGradient`]).
 //!
-//! Stresses of the joints and axial forces become derivatives by edge vectors and angles. The gradient at a node is
-//! the difference of the forces of its two edges, less its dead load. Springs of internal friction act only at given
-//! frames.
+//! Input: elements, unknowns and frames; the moving frames are overwritten. Stresses of the joints and axial forces
+//! become derivatives by edge vectors and angles. The gradient at a node is the difference of the forces of its two
+//! edges, less its dead load. Springs of internal friction and nonlinear bending act only at given frames. Nonlinear
+//! parts of stretching laws are added elsewhere.
 
 use crate::energy::DeadLoad;
 use crate::energy::frame::Frames;
@@ -71,7 +72,7 @@ impl<D: Nestable> Sweep<D> for Gradient<'_, D> {
     type Output = ();
 
     /// Overwrites the gradient of all nodes and angles at the given frames, less the dead loads, block by block with
-    /// one edge per SIMD lane. Active friction springs are included.
+    /// one edge per SIMD lane. Nonlinear bending and active friction springs are included.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let elements = self.at.elements;
@@ -99,7 +100,7 @@ impl<D: Nestable> Sweep<D> for MovedGradient<'_, D> {
     type Output = ();
 
     /// Moves the frames and their twists, and overwrites the gradient of all nodes and angles, less the dead loads,
-    /// block by block with one edge per SIMD lane. Friction springs are left out.
+    /// block by block with one edge per SIMD lane. Nonlinear bending and friction springs are left out.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut nodes = GradientWriter::<D, V>::new(level, self.elements.load, self.gradient);

@@ -86,8 +86,8 @@ impl RodGeometry for Geometry {
     }
 
     /// Replaces the derivatives of the frames before a step by those after it, when the frames move to this geometry.
-    /// `q` are the derivatives of the unknowns there. With the edge's derivative `e`, the turn grows by `g.(l dt_ref +
-    /// e)`, and the tangent's derivative becomes that of `e/|e|`.
+    /// `q` are the derivatives of the unknowns there. With the edge's derivative `e`, the turn grows by
+    /// `g.(l dt_ref + e)`, and the tangent's derivative becomes that of `e/|e|`.
     #[inline(always)]
     fn move_frame_rates<const G: usize>(&self, frames: &mut [FrameRate<G>], q: &[[f64; G]]) {
         for (j, (measured, rate)) in self.edges.iter().zip(frames).enumerate() {

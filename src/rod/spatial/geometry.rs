@@ -1,5 +1,5 @@
-//! The geometry of a spatial rod in plain numbers: length, directions and axial strain of each edge, two curvatures
-//! and twist of each joint, and their derivatives.
+//! The geometry of a spatial rod in plain numbers: length (m), directions and axial strain of each edge, two curvatures
+//! and twist (rad) of each joint, and their derivatives.
 //!
 //! Strains of a joint are differentiated by the rotations `p`, `q` and `h` of its two edges (`energy::joint`), not by
 //! the unknowns. Of an edge there are the turns of its directors with its tangent and its vector; with them the users

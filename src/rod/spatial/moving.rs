@@ -143,7 +143,7 @@ pub(super) struct Rebase<'a, D> {
 impl<D: Nestable> Sweep<D> for Rebase<'_, D> {
     type Output = ();
 
-    /// Moves all frames, block by block, with numbers `V` in SIMD lanes.
+    /// Moves all frames to the unknowns `q`, block by block, with numbers `V` in SIMD lanes.
     #[inline(always)]
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) {
         let mut moving = MovingFrames::<D, V>::new(self.q, self.frames, level);

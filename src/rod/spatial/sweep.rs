@@ -1,10 +1,11 @@
 //! Sweeps over the edges of a spatial rod in SIMD lanes: strains, energies, geometry, and derivatives by edges.
 //!
 //! Input: the unknowns `q` (position of each node and angle of the edge after it) and the reference frames of the
-//! edges. Edge vectors are differences of positions. Each block has as many edges as SIMD lanes, their reference
-//! frames and angles, and the joints after them. Output: axial strains of edges, two curvatures and twist of joints,
-//! energies and geometry, as a block's numbers. First and second derivatives by edge vectors and angles go to a
-//! consumer, which stores them by nodes or by edges.
+//! edges. Edge vectors are differences of positions. Each block has as many edges as SIMD lanes, their reference frames
+//! and angles, and the joints after them. Output by block: axial strains of edges, two curvatures and twist (rad) of
+//! joints, energies of the linear laws (J), and geometry. First and second derivatives by edge vectors and angles (N, N
+//! m; N/m), with nonlinear bending and active friction springs, go to a consumer, which stores them by nodes or by
+//! edges. Nonlinear parts of stretching laws are added elsewhere.
 
 use crate::energy::Law;
 use crate::energy::bend_twist::{EdgeState, JointLaw, Stiffness};
@@ -59,7 +60,8 @@ pub struct SpatialBlocks<'a, D: Scalar, V: SimdScalar<D>> {
 }
 
 impl<'a, D: Nestable, V: SimdScalar<D>> SpatialBlocks<'a, D, V> {
-    /// Stiffnesses and stresses, N m, of the joints of a block, one per lane, with the active friction springs.
+    /// Stiffnesses and stresses, N m, of the joints of a block, one per lane, with nonlinear bending and the active
+    /// friction springs.
     #[inline(always)]
     pub fn response(
         &self,
@@ -126,7 +128,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
         )
     }
 
-    /// Energies of stretching, bending and twisting of the elements of a block, J, without those of friction springs.
+    /// Energies of stretching, bending and twisting of the linear laws of a block, J, without nonlinear parts of laws
+    /// and friction springs.
     #[inline(always)]
     fn energies(
         &self,
@@ -192,8 +195,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
     }
 
     /// Passes first and second derivatives by all edges, with their stretching and both their joints, by the
-    /// hand-derived formulas to the consumer `to`. Active friction springs are included. Overwrites `geometry` if there
-    /// is one.
+    /// hand-derived formulas to the consumer `to`. Nonlinear bending and active friction springs are included,
+    /// nonlinear parts of stretching laws are not. Overwrites `geometry` if there is one.
     #[inline(always)]
     fn derive(
         mut self,

@@ -1,12 +1,14 @@
 //! Reader of C3D files: the points in space, frames by number with their rate, and points as markers.
 //!
 //! A C3D file has blocks of 512 bytes: a header, parameters in groups, and frames. A frame has four words for every
-//! point, x, y, z and the residual, and then analog data, which are skipped. Words are floats of 32 bits if the scale is
-//! negative, else integers of 16 bits times the scale. A point with a negative residual, or NaN, was not detected. Names,
-//! unit and rate are those of the group POINT. Frames are numbered from 1 at the first frame of the recording, also in a
-//! part of it. Only files with little-endian numbers (Intel) are read. Other processors, files that are cut off, counts
-//! that contradict each other, and files without points are errors; they have the number of the frame in place of a line,
-//! 1 for the header.
+//! point, x, y, z and the residual, and then analog data, which are skipped. Words are floats of 32 bits if the scale
+//! is negative, else integers of 16 bits times the scale. A point with a negative residual, or NaN, was not detected.
+//! Names and unit are those of the group POINT; without a unit it is that of the calibration. Number of points, scale
+//! and rate are those of this group, else of the header, and the range of frames that of the group TRIAL, else of the
+//! header. Frames are numbered from the first frame that the file states: 1, or a later one in a part of a recording.
+//! Errors: numbers that are not little-endian (Intel), files that are cut off, counts that contradict each other, no
+//! point, a rate that is not positive, an unknown unit, and infinite coordinates. They have the number of the frame in
+//! the file in place of a line, 1 for the header.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -29,8 +31,9 @@ struct DataLayout {
     size: usize,
 }
 
-/// Reads the bytes of a C3D file into frames by number, with their rate, and points as markers; `path` is for messages. An
-/// error for files with numbers of DEC or SGI, without points, with a content that contradicts the header, or cut off.
+/// Reads the bytes of a C3D file into frames by number, with their rate, and points as markers; `path` is for messages.
+/// An error for files with numbers of DEC or SGI, without points, with an unknown unit, an infinite coordinate, a
+/// content that contradicts the header, or cut off.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let refused = |message: String| Error::data(path, 1, message);
     let header = || {
@@ -107,7 +110,8 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     Ok(MarkerFile { path: path.into(), format: Format::C3d, clock, lengths, frames, markers })
 }
 
-/// The position of a point in a frame, both counted from 0; all `None` where it was not detected. `None` beyond the bytes.
+/// The position of a point in a frame, both counted from 0, in the unit of the file; all `None` where it was not
+/// detected. `None` as a whole beyond the bytes.
 fn position(
     bytes: &[u8],
     layout: &DataLayout,
@@ -131,8 +135,9 @@ fn position(
     Some(if is_detected { values.map(Some) } else { [None; 3] })
 }
 
-/// The layout of the frames by header and parameters; `None` for a file without a whole header, an error as a message for a
-/// content that contradicts itself.
+/// The layout of the frames by the header and the groups POINT and TRIAL of the parameters; `None` for a file without a
+/// whole header. An error, as a message, for numbers in both that differ, or that are not possible, and for fewer bytes
+/// than frames.
 fn layout(bytes: &[u8], parameters: &Parameters) -> Option<Result<DataLayout, String>> {
     let [points, analog, from, to] = [2, 4, 6, 8].map(|at| word(bytes, at));
     let (points, analog, from, to) = (points?, analog?, from?, to?);

@@ -2,21 +2,23 @@
 //!
 //! The section begins with four bytes. Records follow: the length of the name (negative if it is locked), the number of
 //! the group (negative for the group itself), the name, and the distance to the next record, 0 at the last one. A
-//! parameter has the type of its values (-1 text, 1 byte, 2 integer, 4 float), the number of dimensions, their sizes and
-//! the values. Input are the bytes of the file and the place of the section. Records that lie outside of the file are
-//! errors as messages.
+//! parameter has the type of its values (-1 text, 1 byte, 2 integer, 4 float), the number of dimensions, their sizes
+//! and the values. Input are the bytes of the file and the place of the section ([`Parameters::read`]). Output are the
+//! first number or the texts of a parameter by the names, in upper case, of its group and of itself; nothing if it is
+//! missing. Records that lie outside of the file are errors as messages; parameters of another type are ignored.
+//! [`word`] and [`float`] read single numbers at a place.
 
 use std::collections::HashMap;
 
 /// Largest number of dimensions of a parameter.
 const MOST_DIMENSIONS: usize = 7;
 
-/// The two bytes at a place as a number without sign.
+/// The two bytes at a place, counted from 0, as a little-endian number without sign; `None` beyond the end.
 pub(super) fn word(bytes: &[u8], at: usize) -> Option<u16> {
     Some(u16::from_le_bytes(bytes.get(at..at + 2)?.try_into().ok()?))
 }
 
-/// The four bytes at a place as a float.
+/// The four bytes at a place, counted from 0, as a little-endian float; `None` beyond the end.
 pub(super) fn float(bytes: &[u8], at: usize) -> Option<f32> {
     Some(f32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?))
 }
@@ -37,7 +39,8 @@ pub(super) struct Parameters<'a> {
 }
 
 impl<'a> Parameters<'a> {
-    /// Reads the parameters of the section at a place of a file. The error is a message.
+    /// Reads the parameters of the section that begins at the byte `section` of a file. Parameters of an unknown type,
+    /// or whose values do not end, are ignored. The error, for a record outside of the file, is a message.
     pub fn read(bytes: &'a [u8], section: usize) -> Result<Self, String> {
         let (mut groups, mut parameters) = (HashMap::new(), HashMap::new());
         let mut at = section + 4;
@@ -72,12 +75,12 @@ impl<'a> Parameters<'a> {
         Ok(Self { groups, parameters })
     }
 
-    /// The parameter of a group.
+    /// The parameter with a name in a group, both in upper case; `None` if the file does not have it.
     fn get(&self, group: &str, name: &str) -> Option<&StoredParameter<'a>> {
         self.parameters.get(&(*self.groups.get(group)?, name.into()))
     }
 
-    /// The first number of a parameter; integers are without sign.
+    /// The first number of a parameter; integers are without sign. `None` if it is missing, empty or a text.
     pub fn number(&self, group: &str, name: &str) -> Option<f64> {
         let StoredParameter { kind, values, .. } = self.get(group, name)?;
         match kind {
@@ -88,14 +91,15 @@ impl<'a> Parameters<'a> {
         }
     }
 
-    /// A number of two integers, the lower one first, of a parameter.
+    /// The number of 32 bits that the first two integers of a parameter form, the lower one first; a missing second one
+    /// is 0. `None` if the parameter is missing, empty or has another type.
     pub fn long(&self, group: &str, name: &str) -> Option<u64> {
         let StoredParameter { kind: 2, values, .. } = self.get(group, name)? else { return None };
         let high = word(values, 2).unwrap_or(0);
         Some(u64::from(word(values, 0)?) + (u64::from(high) << 16))
     }
 
-    /// The texts of a parameter, without spaces and zeros around them; empty without it.
+    /// The texts of a parameter, without spaces and zeros around them; none if it is missing or no text.
     pub fn texts(&self, group: &str, name: &str) -> Vec<String> {
         let Some(StoredParameter { kind: -1, length, values }) = self.get(group, name) else {
             return Vec::new();
@@ -109,7 +113,8 @@ impl<'a> Parameters<'a> {
 }
 
 impl<'a> StoredParameter<'a> {
-    /// The parameter at the beginning of bytes; `None` for an unknown type, or if it does not end.
+    /// The parameter at the beginning of bytes: type, sizes and values. `None` for an unknown type, more than
+    /// [`MOST_DIMENSIONS`] dimensions, or values that do not end.
     fn read(bytes: &'a [u8]) -> Option<Self> {
         let &[kind, dimensions, ..] = bytes else { return None };
         let kind = kind.cast_signed();

@@ -2,10 +2,10 @@
 //!
 //! Rows `scorer`, `individuals` if there are several animals, `bodyparts` and `coords` are above the columns. Markers
 //! are named by their body part, of several animals `animal:part`. The last column before the markers has the frame
-//! number, or the name of an image. Of an image name the last group of digits that increases from each name to the
-//! next is the frame number, and the last group if none does. Positions are in pixels with y down; if a marker has z,
-//! all are in the unit of the calibration. A missing row, other coordinates, and names without a frame number are
-//! errors.
+//! number, or the name of an image. Of an image name the last group of digits that increases from each name to the next
+//! is the frame number, and the last group if none does. Positions are in pixels with y down; if a marker has z, all
+//! are in the unit of the calibration. A missing row, other coordinates, no body part, and cells without a frame
+//! number, or with a negative one, are errors; those of the columns and rows are of [`ColumnLayout`].
 
 use crate::error::Error;
 use crate::format::Format;
@@ -14,9 +14,9 @@ use crate::marker_file::{
 };
 use std::path::Path;
 
-/// Reads the bytes of a file of DeepLabCut into frames by number and positions with likelihoods; `path` is for messages.
-/// Markers of several animals are named `animal:part`. An error for missing header rows, other coordinates, or an image
-/// name without a frame number.
+/// Reads the bytes of a file of DeepLabCut into frames by number and positions with likelihoods; `path` is for
+/// messages. Markers of several animals are named `animal:part`. An error for missing header rows, other coordinates,
+/// or an image name without a frame number.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::DeepLabCut, bytes, b',')?;
     let header: Vec<&FieldLine> = lines.list.iter().take(4).collect();
@@ -89,8 +89,8 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     Ok(lines.file(clock, lengths, table))
 }
 
-/// The frame number in a cell: the cell itself, or the group of digits with the index `group` from the end in the name of
-/// an image, `img0012_cam1.png`. `None` without such digits, and for a negative number.
+/// The frame number in a cell: the cell itself if it is a number, else the group of digits with the index `group` from
+/// the end in the name of an image, `img0012_cam1.png`. `None` without such digits, and for a negative number.
 fn frame(name: &str, group: usize) -> Option<f64> {
     if let Ok(number) = name.parse::<f64>() {
         return (number.is_finite() && number >= 0.0).then_some(number);

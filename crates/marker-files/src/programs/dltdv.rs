@@ -2,8 +2,8 @@
 //!
 //! Columns are points `pt1_cam1_X, pt1_cam1_Y` of each camera in pixels, or `pt1_X, pt1_Y, pt1_Z` in the unit of the
 //! calibration. Other columns and a mixture of both kinds are errors. A point is a marker of its own for each camera,
-//! as `pt1_cam1`; the direction of y in pixels is not known. There is no clock: row k, counted from 1, is frame k.
-//! Missing positions are NaN or blank.
+//! as `pt1_cam1`; the direction of y in pixels is not known. There is no clock: row k below the header, counted from 1,
+//! is frame k. Missing positions are NaN or blank.
 
 use crate::error::Error;
 use crate::format::Format;

@@ -1,10 +1,10 @@
 //! Reader of exports of Kinovea, of two kinds: frames by time, and trajectories as markers.
 //!
-//! A spreadsheet has the time, and `NAME/X`, `NAME/Y` of every trajectory, in the units of the header, or in seconds
-//! and the unit of the calibration. Pixels have y up. A text begins with `#` and has the trajectories one below the
-//! other. Each is below its name in a comment, or after a blank line and then numbered from 1. Its lines are `T X Y`,
-//! in seconds and the unit of the calibration. Time codes, as `0:00:01`, other columns, several or unknown units, and
-//! lines of a text without three numbers are errors.
+//! A spreadsheet has the time, and `NAME/X`, `NAME/Y` of every trajectory, in the units of the header; without units in
+//! seconds and the unit of the calibration. Pixels have y up. A text begins with `#` and has the trajectories one below
+//! the other. Each is below its name in a comment, or after a blank line and then numbered from 1. Its lines are `T X
+//! Y`, in seconds and the unit of the calibration. Time codes, as `0:00:01`, other columns, several or unknown units,
+//! lines of a text without three fields, and two positions of a trajectory at one time are errors.
 
 use crate::detections::Detections;
 use crate::error::Error;
@@ -16,10 +16,10 @@ use crate::marker_file::{
 use crate::table::{LENGTHS, TIMES, delimiter, split_unit};
 use std::path::Path;
 
-/// Reads the bytes of a file of Kinovea into frames by time and trajectories as markers; `path` is for messages. A file that
-/// begins with `#` is a text, others are a spreadsheet. There the time without a unit is in s, lengths without one are in the
-/// unit of the calibration, and pixels have y up. An error for time codes, a first column other than `Time`, other columns,
-/// and unknown or several units.
+/// Reads the bytes of a file of Kinovea into frames by time and trajectories as markers; `path` is for messages. A file
+/// that begins with `#` is a text, others are a spreadsheet. There the time without a unit is in s, lengths without one
+/// are in the unit of the calibration, and pixels have y up. An error for time codes, a first column other than `Time`,
+/// other columns, and unknown or several units.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     if bytes.starts_with(b"#") {
         return read_text(path, bytes);
@@ -104,9 +104,9 @@ fn time_code(lines: &FieldLines, line: &FieldLine) -> Error {
     lines.error(line.number, format!("found the time `{}`, {words}", line.field(0)))
 }
 
-/// Reads a text of lines `T X Y`, which may have decimal commas, in seconds and the unit of the calibration. Trajectories
-/// without a name are numbered from 1. The first two lines are a header. Errors: time codes, lines without three numbers, and
-/// two positions of a trajectory at one time.
+/// Reads a text of lines `T X Y`, which may have decimal commas, in seconds and the unit of the calibration.
+/// Trajectories without a name are numbered from 1. The first two lines are a header. Errors: time codes, lines without
+/// three fields, other texts than numbers, and two positions of a trajectory at one time.
 fn read_text(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     // A comma is a decimal point here.
     let text: Vec<u8> = bytes.iter().map(|b| if *b == b',' { b'.' } else { *b }).collect();

@@ -1,8 +1,11 @@
-//! One reader for the files of every tracking program; each returns a [`MarkerFile`] in the units of the file.
+//! One reader for the files of every tracking program; each returns a [`MarkerFile`] with the units of its clock and
+//! positions.
 //!
-//! [`open`] reads the bytes of a file, without a byte-order mark, and takes the stated format or determines it from
-//! the first bytes. [`parse`] calls the reader of the format, which has a file of its own here (`plain_table` for CSV
-//! without a program). Files of the wrong kind and lines that the program does not write are errors with their line.
+//! [`open`] reads the bytes of a file, without a byte-order mark, and takes the stated format or determines it from the
+//! first bytes. [`parse`] calls the reader of the format, which has a file of its own here (`plain_table` for CSV
+//! without a program). [`load`] does both by the keys `format` and `columns` of a recording. Files of the wrong kind
+//! and lines that the program does not write are errors, in general with their line; so is the key `columns` with the
+//! format of a program.
 
 mod c3d;
 mod c3d_parameters;
@@ -40,11 +43,12 @@ pub fn open(path: &Path, stated: Option<Format>) -> Result<(Format, Vec<u8>), Er
     Ok((stated.unwrap_or_else(|| Format::detect(&bytes)), bytes))
 }
 
-/// The frames and markers of a file, by the keys `format` and `columns` of a recording.
+/// The frames and markers of a file, by the keys `format` and `columns` of a recording. With `columns` the file is read
+/// as a table.
 ///
 /// # Errors
 ///
-/// Those of [`open`] and [`parse`], and the key `columns` for a file of a program.
+/// Those of [`open`] and [`parse`], and the key `columns` beside a `format` of a program.
 pub fn load(path: &Path, recording: &Recording) -> Result<MarkerFile, Error> {
     let (format, bytes) = open_as(path, recording)?;
     match &recording.columns {
@@ -53,8 +57,8 @@ pub fn load(path: &Path, recording: &Recording) -> Result<MarkerFile, Error> {
     }
 }
 
-/// The format and the bytes of a file, as [`open`]. A file with the key `columns` is a table; an error if the key `format`
-/// states a program.
+/// The format and the bytes of a file, as [`open`] returns them, by the keys of a recording. With the key `columns` the
+/// format is a table; an error if the key `format` then states a program.
 pub(crate) fn open_as(path: &Path, recording: &Recording) -> Result<(Format, Vec<u8>), Error> {
     let stated = match (&recording.columns, recording.format) {
         (Some(_), Some(program)) if program != Format::Csv => {

@@ -14,9 +14,9 @@ use crate::marker_file::{
 use crate::table::delimiter;
 use std::path::Path;
 
-/// Reads the bytes of a file of Motive into frames by time, s, and markers; `path` is for messages. The unit of length is
-/// that of its first line. Only columns of the type Marker with the property Position are read. A file without markers,
-/// settings, a known unit, or the rows `Frame`, `Type` and `Name` is an error.
+/// Reads the bytes of a file of Motive into frames by time, s, and markers; `path` is for messages. The unit of length
+/// is that of its first line. Only columns of the type Marker with the property Position are read. A file without
+/// markers, settings, a known unit, or the rows `Frame`, `Type` and `Name` is an error.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Motive, bytes, delimiter(bytes))?;
     let Some(settings) = lines.list.first().filter(|l| l.field(0) == "Format Version") else {

@@ -2,10 +2,11 @@
 //!
 //! Lines up to `endheader` are a title, keys with values, and text. Below are the names of the columns, beginning with
 //! `time`, and the rows, with tabs or spaces between the columns. With `DataType=Vec3` every column is a marker with
-//! three numbers. Otherwise a marker has the columns `NAME_X, NAME_Y, NAME_Z` (points and bodies), or
-//! `NAME_tx, NAME_ty, NAME_tz` (coordinates of joints); other columns, such as angles and forces, are skipped. The unit is
-//! that of the key `Units`, or m if the text states S.I. units; without both it is not known. Files of velocities or
-//! accelerations, other types, and files without a position are errors.
+//! three numbers. Otherwise a marker has the columns `NAME_X, NAME_Y, NAME_Z` (points and bodies), or `NAME_tx,
+//! NAME_ty, NAME_tz` (coordinates of joints); other columns, such as angles and forces, are skipped. The unit is that
+//! of the key `Units`, or m if the text states S.I. units; without both it is not known. Files of velocities or
+//! accelerations, data types other than numbers and Vec3, other units, and files without `endheader`, `time` or a
+//! position are errors.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -18,8 +19,9 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Reads the bytes of a storage file into frames by time, s, and points as markers; `path` is for messages. An error for a
-/// file without `endheader`, without positions, with velocities, accelerations or other types, and for unknown units.
+/// Reads the bytes of a storage file into frames by time, s, and points as markers; `path` is for messages. An error
+/// for a file without `endheader`, without positions, with velocities, accelerations or other types, and for unknown
+/// units.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let mut all = bytes.split_inclusive(|b| *b == b'\n');
     let is_end = |line: &[u8]| line.trim_ascii().eq_ignore_ascii_case(b"endheader");
@@ -103,7 +105,8 @@ fn position(column: &str) -> Option<(&str, usize)> {
     (!name.is_empty()).then_some((name, axis))
 }
 
-/// The value of a key in the lines of a header, ignoring case, with its line.
+/// The value of a key in the lines of a header, with its line: the text behind `=` after the key, ignoring the case of
+/// the key. `None` without it.
 fn value<'a>(header: &'a [FieldLine], key: &str) -> Option<(u64, &'a str)> {
     header.iter().find_map(|line| {
         let (own, value) = line.field(0).split_once('=')?;
@@ -111,7 +114,8 @@ fn value<'a>(header: &'a [FieldLine], key: &str) -> Option<(u64, &'a str)> {
     })
 }
 
-/// Rejects files of velocities or accelerations, by the title, and data that are neither numbers nor vectors of three.
+/// Rejects files whose title (first line) names velocities, speeds or accelerations, and values of the key `DataType`
+/// other than `double` and `Vec3`.
 fn check_content(lines: &FieldLines, header: &[FieldLine]) -> Result<(), Error> {
     let title = header.first().map_or(String::new(), |line| line.field(0).to_lowercase());
     // Analyses write `Velocities`, `PointVelocity`, `Speeds` and the like, with the names of the positions.
@@ -128,7 +132,8 @@ fn check_content(lines: &FieldLines, header: &[FieldLine]) -> Result<(), Error> 
     }
 }
 
-/// The unit of length of a file: that of the key `Units`, or m if the header states S.I. units.
+/// The unit of length of a file: that of the key `Units`, else m if the header states S.I. units, else that of a
+/// calibration. An error for another value of the key.
 fn unit(lines: &FieldLines, header: &[FieldLine]) -> Result<LengthUnit, Error> {
     if let Some((line, stated)) = value(header, "Units") {
         return match length_unit(stated) {

@@ -1,12 +1,12 @@
 //! Reader of plain tables of markers (CSV).
 //!
-//! The clock is the column `t`, else `time`, else `frame`; a column `frame` beside a time is skipped. All other
-//! columns are `xA, yA, zA` or `A_x, A_y, A_z` of markers A, or x, y and z of a single marker without a name. Output:
-//! frames with the clock in the unit of the header (s without one) or as frame numbers, and positions in m. Columns
-//! without a unit are in m, or in a unit that the key `scale` states if the key `columns` selects them. Positions are in
-//! pixels if all columns are. Errors, with the line: no clock, other
-//! columns or units, two columns of one coordinate, a named marker without x or y, a blank time, times that do not
-//! increase, no row.
+//! The clock is the column `t`, else `time`, else `frame`; a column `frame` beside a time is skipped. All other columns
+//! are `xA, yA, zA` or `A_x, A_y, A_z` of markers A, or x, y and z of a marker without a name. Output: frames with the
+//! clock in the unit of the header (s without one) or as frame numbers, and positions. These are in pixels if all
+//! columns are, else in m, converted from the units of the header; columns without a unit are in m. If the key
+//! `columns` states the columns and none has a unit, the key `scale` may state the unit. Errors, with the line: no
+//! clock, other columns or units, two columns of one coordinate, a named marker without x or y, a blank time, times
+//! that do not increase, no row.
 
 use crate::columns::ColumnRules;
 use crate::error::Error;
@@ -17,13 +17,14 @@ use crate::unknown_file::describe_position_table;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-/// Reads the bytes of a table into frames and named markers; `path` is for messages. A file that is no table, or has
-/// accelerations, has an error with a description of its kind.
+/// Reads the bytes of a table into frames and named markers, with positions in m, or in pixels if all columns are;
+/// `path` is for messages. The error of a file that is no table, or that has accelerations, describes its kind.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     read_columns(path, bytes, None)
 }
 
-/// Reads the bytes of a table as [`read`], with the columns that `rules` state, if any.
+/// Reads the bytes of a table as [`read`], with the columns that `rules` state, if any. With rules the errors are those
+/// of the rules and the table, without a description of the kind of the file.
 pub(crate) fn read_columns(
     path: &Path,
     bytes: &[u8],
@@ -36,10 +37,11 @@ pub(crate) fn read_columns(
     })
 }
 
-/// The markers of a table, with names as in the file and positions in m, or in pixels if all columns are. The clock is the
-/// column `t`, else `time`, else `frame`; a column `frame` beside a time is skipped. Columns are `xA`, or `A_x` if all end
-/// with an axis and one does not begin with one. Errors, with the line: no clock, an unknown column or unit, two columns of
-/// one coordinate, a marker without x or y. Blank times, times that do not increase, and a table without rows are errors too.
+/// The markers of a table, with names as in the file and positions in m. They are in pixels if all columns are, and in
+/// the unit of a calibration if rules state the columns and none has a unit. The clock is the column `t`, else `time`,
+/// else `frame`; a column `frame` beside a time is skipped. Columns are `xA`, or `A_x` if all end with an axis and one
+/// does not begin with one. Errors, with the line: no clock, an unknown column or unit, two columns of one coordinate,
+/// a named marker without x or y, a blank time, times that do not increase, no row.
 fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
     let clocks = ["t", "time", "frame"];
     let Some(column) = clocks.into_iter().find_map(|name| table.find(name)) else {
@@ -142,8 +144,8 @@ fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
 /// Names of the axes, in columns.
 const AXES: [char; 3] = ['x', 'y', 'z'];
 
-/// Index of the axis and name of the marker of a column `xA` (the name may be empty); `None` if the column does not begin
-/// with an axis.
+/// Index of the axis and name of the marker of a column `xA` (the name may be empty); `None` if the column does not
+/// begin with an axis.
 fn axis_before(name: &str) -> Option<(usize, &str)> {
     let axis = AXES.iter().position(|axis| name.starts_with(*axis))?;
     Some((axis, &name[1..]))

@@ -1,9 +1,9 @@
 //! Reader of TSV exports of Qualisys Track Manager: frames by number, with their rate, and positions in mm.
 //!
-//! Keys with values come first, among them `FREQUENCY` (frames per second) and `MARKER_NAMES`, then x, y and z of
-//! each marker. The frame number, or the frame number and the time, may precede them, and the names of the columns
-//! may be above. Frames without a number are counted from 1. Missing coordinates are empty; a position of three zeros
-//! is missing. A file without these keys, data other than 3D, and another number of columns are errors.
+//! Keys with values come first, among them `FREQUENCY` (frames per second) and `MARKER_NAMES`, then x, y and z of each
+//! marker. The frame number, or the frame number and the time, may precede them, and the names of the columns may be
+//! above. Frames without a number are counted from 1. Missing coordinates are empty; a position of three zeros is
+//! missing. A file without these keys or a positive rate, data other than 3D, and another number of columns are errors.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -12,9 +12,10 @@ use crate::marker_file::{
 };
 use std::path::Path;
 
-/// Reads the bytes of a file of Qualisys into frames by number, with their rate, and positions in mm; `path` is for messages.
-/// Frames without a number are counted from 1. Positions of three zeros are missing. An error without `MARKER_NAMES` or
-/// `FREQUENCY`, and for data other than 3D. Rows must have three columns per marker, after at most a frame number and a time.
+/// Reads the bytes of a file of Qualisys into frames by number, with their rate, and positions in mm; `path` is for
+/// messages. Frames without a number are counted from 1. Positions of three zeros are missing. An error without
+/// `MARKER_NAMES` or `FREQUENCY`, and for data other than 3D. Rows must have three columns per marker, after at most a
+/// frame number and a time.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Qualisys, bytes, b'\t')?;
     let named = lines.list.iter().position(|l| l.field(0) == "MARKER_NAMES");

@@ -2,8 +2,8 @@
 //!
 //! A line has x, y and score of every node, in pixels with y down; the score is the likelihood of the position. Each
 //! node is a marker, named after the node; if the lines have several tracks, `track:node`. The clock is the frame
-//! number, without a rate. Other columns, a node without x or y, another number of fields than the header, and two
-//! lines of one marker in a frame are errors.
+//! number, without a rate. Errors: no columns `track` and `frame_idx`, no node, other columns, a node without x or y,
+//! another number of fields than the header, and two lines of one marker in a frame.
 
 use crate::detections::Detections;
 use crate::error::Error;
@@ -15,9 +15,10 @@ use std::path::Path;
 /// Columns that do not belong to a node.
 const OTHERS: [&str; 4] = ["track", "frame_idx", "instance.score", "tracking_score"];
 
-/// Reads the bytes of a file of SLEAP into frames by number and nodes as markers, in pixels; `path` is for messages. The
-/// score of a node is the likelihood of its position. With several tracks the marker is named `track:node`. An error for
-/// other columns, a node without x or y, another number of fields than the header, and two lines of a marker in one frame.
+/// Reads the bytes of a file of SLEAP into frames by number and nodes as markers, in pixels; `path` is for messages.
+/// The score of a node is the likelihood of its position. With several tracks the marker is named `track:node`. An
+/// error for other columns, a node without x or y, another number of fields than the header, and two lines of a marker
+/// in one frame.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Sleap, bytes, b',')?;
     let Some((header, rows)) = lines.list.split_first() else {

@@ -1,9 +1,9 @@
-//! Reader of data exports of Tracker: frames by time in seconds, and tracks as markers in the unit of the
-//! calibration.
+//! Reader of data exports of Tracker: frames by time in seconds, and tracks as markers in the unit of the calibration.
 //!
 //! The first line has the names of the tracks, each above the first of its columns, and a single one in the first
 //! column. The second has the names of the columns, beginning with `t`. The columns of a track may be in several
-//! groups; columns other than x, y and z are skipped. Columns are separated by tabs, commas, semicolons or spaces. A file without `t`, and a track without x or y, are errors.
+//! groups; columns other than x, y and z are skipped. Columns are separated by tabs, commas, semicolons or spaces. A
+//! file without `t` or any track, and a track without x or y, are errors.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -14,7 +14,8 @@ use crate::separator::with_tabs;
 use std::borrow::Cow;
 use std::path::Path;
 
-/// The bytes of a file with tabs for the spaces between its columns. The first line, a name, stays.
+/// The bytes of a file with a tab for each run of spaces between its columns. The first line that is not blank, the
+/// name of a track, stays as it is.
 fn spaced(bytes: &[u8]) -> Vec<u8> {
     let start = bytes.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(0);
     let end = bytes[start..].iter().position(|b| *b == b'\n').map_or(bytes.len(), |k| start + k);

@@ -2,9 +2,9 @@
 //!
 //! Each track is a marker, named by its number; spots without a track are left out. Up to three lines with names and
 //! units are below the header. The clock is the time if its unit is stated and is not frames, else the frame number,
-//! without a rate. Lengths without a unit are pixels with y down; for other units the user must state the direction
-//! of y. If z is 0 in all spots, it is missing. A missing column, unknown units, blank coordinates, and two spots of
-//! a track at one time are errors.
+//! without a rate. Lengths without a unit are pixels with y down; for other units the user must state the direction of
+//! y. If z is 0 in all spots, it is missing. A missing column, unknown units, another number of fields than the header,
+//! blank coordinates, no spot with a track, and two spots of a track at one time are errors.
 
 use crate::detections::Detections;
 use crate::error::Error;
@@ -15,10 +15,10 @@ use crate::marker_file::{
 use crate::table::TIMES;
 use std::path::Path;
 
-/// Reads the bytes of a file of TrackMate into frames and tracks as markers, named by their number; `path` is for messages.
-/// If z is 0 in all spots, it is missing in the result. Lengths without a unit are pixels with y down. Errors: a missing
-/// column, an unknown unit, another number of fields than the header, a blank coordinate. No spot with a track, and two spots
-/// of a track at one time, are errors too.
+/// Reads the bytes of a file of TrackMate into frames and tracks as markers, named by their number; `path` is for
+/// messages. If z is 0 in all spots, it is missing in the result. Lengths without a unit are pixels with y down.
+/// Errors: a missing column, an unknown unit, another number of fields than the header, a blank coordinate. No spot
+/// with a track, and two spots of a track at one time, are errors too.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::TrackMate, bytes, b',')?;
     let Some((header, below)) = lines.list.split_first() else {

@@ -1,9 +1,9 @@
 //! Reader of TRC files, the text format of Motion Analysis, also written by OpenSim, Pose2Sim and Mokka.
 //!
-//! Keys and values are in two lines, among them `Units` (mm, cm or m). Then follow `Frame#`, `Time` and the names of
-//! the markers, each above the first of its three columns, then `X1 Y1 Z1` and so on. Separators are tabs, commas or
-//! semicolons. Output: frames by time in s, and markers in the unit of the file; blank and NaN positions are missing.
-//! A file without a known unit, `Frame#`, `Time` or a marker, and another number of columns are errors.
+//! Keys and values are in two lines, among them `Units` (um, mm, cm or m). Then follow `Frame#`, `Time` and the names
+//! of the markers, each above the first of its three columns, then `X1 Y1 Z1` and so on. Separators are tabs, commas or
+//! semicolons. Output: frames by time in s, and markers in the unit of the file; blank and NaN positions are missing. A
+//! file without a known unit, `Frame#`, `Time` or a marker, and another number of columns are errors.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -16,9 +16,9 @@ use std::path::Path;
 /// Number of columns in front of the first marker: the frame number and the time.
 const BEFORE: usize = 2;
 
-/// Reads the bytes of a TRC file into frames by time, s, and markers; `path` is for messages. The unit of length is that of
-/// the key `Units`. The line `X1 Y1 Z1` is skipped. An error without a known unit, without `Frame#` and `Time`, without a
-/// marker, or for another number of columns than three per marker.
+/// Reads the bytes of a TRC file into frames by time, s, and markers; `path` is for messages. The unit of length is
+/// that of the key `Units`. The line `X1 Y1 Z1` is skipped. An error without a known unit, without `Frame#` and `Time`,
+/// without a marker, or for another number of columns than three per marker.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let lines = FieldLines::new(path, Format::Trc, bytes, delimiter(bytes))?;
     let starts = |l: &FieldLine, word: &str| l.field(0).to_lowercase().starts_with(word);

@@ -1,10 +1,10 @@
 //! Reader of CSV exports of Vicon Nexus: frames by number, with their rate, and markers in the unit of the file.
 //!
 //! The section `Trajectories` has the markers; other sections are skipped. Below its name are the frames per second,
-//! the markers above the first of their columns, the names of the columns, and their units. All have one unit: mm, cm
-//! or m. Frames are numbered from 1. Columns of velocities and accelerations are skipped; missing positions are
-//! empty. A file without this section, a positive rate, `Frame` or a coordinate, and a column without a marker are
-//! errors.
+//! the markers above the first of their columns, the names of the columns, and their units. All have one unit: um, mm,
+//! cm or m. Frame numbers are those of the file, which begin with 1. Columns of velocities and accelerations are
+//! skipped; missing positions are empty. A file without this section, a positive rate, `Frame` or a coordinate, a
+//! column without a marker, and several or unknown units are errors.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -17,9 +17,10 @@ use std::path::Path;
 const SECTIONS: [&str; 6] =
     ["Devices", "Model Outputs", "Joints", "Segments", "Events", "Trajectories"];
 
-/// Reads the bytes of a file of Vicon Nexus into frames by number, with their rate, and markers; `path` is for messages.
-/// Columns of velocities and accelerations are skipped. The rows end at the next section. An error without a section
-/// `Trajectories`, its rate, `Frame` or a coordinate, for a column without a marker, and for several or unknown units.
+/// Reads the bytes of a file of Vicon Nexus into frames by number, with their rate, and markers; `path` is for
+/// messages. Columns of velocities and accelerations are skipped. The rows end at the next section. An error without a
+/// section `Trajectories`, its rate, `Frame` or a coordinate, for a column without a marker, and for several or unknown
+/// units.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     // The first lines have no separators.
     let separator = bytes.iter().find(|b| b",;\t".contains(b)).unwrap_or(&b',');

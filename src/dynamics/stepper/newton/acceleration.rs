@@ -11,8 +11,9 @@
 //!
 //! Input: a state, the step size `h` (s), and the change of all unknowns in two such steps, which gives the strain
 //! rates. Output of [`acceleration_within`]: one acceleration (m/s^2, rad/s^2) per unknown, zero for held and
-//! prescribed ones. A singular matrix is an error. `set_initial_acceleration` stores them and the forces `-m a` for the
-//! first step; averaging schemes have neither.
+//! prescribed ones. A singular matrix is an error. `set_initial_acceleration` stores the forces that cause them,
+//! without loads in time, for the first step, and for generalised-alpha the accelerations; averaging schemes have
+//! neither.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::{Step, StepperSettings, System, Work};
@@ -78,8 +79,9 @@ pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
 }
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// Sets the forces at the start to `-m a` for the free unknowns, and for generalised-alpha the accelerations to
-    /// `a`. Averaging schemes have neither, and nothing changes.
+    /// Sets the forces at the start, N, to those that cause the accelerations `a`: `-m a` for the free unknowns, with
+    /// loads in time added, which the forces of a state leave out. For generalised-alpha sets the accelerations to `a`.
+    /// Averaging schemes have neither, and nothing changes.
     pub fn set_initial_acceleration(
         &self,
         a: Vec<D>,

@@ -1,10 +1,10 @@
 //! Forces and tangents of averaging schemes: the mean over the step by Gauss quadrature.
 //!
 //! Input: unknowns before the step and at the iterate. At each stage on the straight line between them the elastic
-//! gradient, N, and tangent, N/m, are evaluated, and summed with the weights of the quadrature. A stage's tangent is
-//! also multiplied by its fraction of the way, as a stage moves by that part of a change of the end. The viscous
-//! stress is added as one more stage at the end of the step. Output: gradient and tangent of the Newton solver; the
-//! stages are kept for derivatives.
+//! gradient less the loads, N, and its tangent, N/m, are evaluated. They include the mean moments of loads in time, and
+//! are summed with the weights of the quadrature. A stage's tangent is also multiplied by its fraction of the way, as a
+//! stage moves by that part of a change of the end. The viscous stress is added as one more stage at the end of the
+//! step. Output: gradient and tangent of the Newton solver; the stages are kept for derivatives.
 
 use crate::dynamics::coefficients::END;
 use crate::dynamics::linearization::StageForces;

@@ -1,7 +1,9 @@
 //! Damping and friction of contacts in the equations of a step.
 //!
-//! They act at the unknowns and velocities at the end of the step, or of a given state. Input: state or iterate of a step.
-//! Output: forces (N) and tangent (N/m) of the Newton solver. Averaging schemes have none.
+//! They act at the unknowns and velocities at the end of the step, or of a given state. Input: state or iterate of a
+//! step. Output: forces (N) and tangent (N/m) of the Newton solver, or the forces of a state, less those of the
+//! contacts. Scenes with such contacts have no averaging scheme; without them nothing changes. The formulas are those
+//! of [`contact_loss`](crate::energy::contact_loss).
 
 use crate::dynamics::step::{Step, System};
 use crate::dynamics::stepper::newton::{Newton, accelerations};
@@ -9,8 +11,10 @@ use crate::numerics::scalar::Nestable;
 use crate::rod::{Rod, State, StepVelocities};
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// Subtracts the forces of contacts at the velocities of the iterate `state` from the solver's gradient, and if
-    /// `with_tangent` adds their derivatives to its tangent. Velocities of held unknowns are those of `state`.
+    /// Subtracts the damping and friction forces of contacts, N, at the velocities of the iterate `state` from the
+    /// solver's gradient. If `with_tangent`, their derivatives, N/m, are subtracted from its tangent. Velocities of
+    /// free unknowns are those of the scheme at the end of the step, of held ones those in `state`. Nothing without
+    /// such forces.
     #[inline(always)]
     pub(super) fn add_contact_losses(
         &mut self,
@@ -35,7 +39,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     }
 }
 
-/// Subtracts the forces of contacts at the velocities of a state from its forces, `state.unbalanced`.
+/// Subtracts the damping and friction forces of contacts, N, at the velocities of a state from its forces,
+/// `state.unbalanced`. Nothing without such forces.
 pub(super) fn add_contact_losses_now<D: Nestable, R: Rod<D>>(
     system: &System<D, R>,
     state: &mut State<D, R::Frames>,

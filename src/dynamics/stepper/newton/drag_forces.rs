@@ -45,9 +45,9 @@ impl<D: Nestable, T: Tangent<D>> DragForces<D, T> {
         drag.tangents(&self.room, &mut self.tangents);
     }
 
-    /// Overwrites `total` with the forces of the iterate `now`, N: the elastic `gradient` less the drag forces at the
-    /// [damped velocities](StepCoefficients::damped_velocity). These follow from the change since `before`. Unknowns
-    /// that are not free keep their velocities in `now`.
+    /// Overwrites `total` with the forces of the iterate `now`, N: the `gradient` of the solver less the drag forces at
+    /// the [damped velocities](StepCoefficients::damped_velocity). These follow from the change since `before`.
+    /// Unknowns that are not free keep their velocities in `now`.
     pub fn find<R, F>(
         &mut self,
         step: &Step<'_, D, R>,

@@ -1,20 +1,22 @@
 //! Newton's method for the [equations](crate::dynamics::coefficients) of an implicit step, with the exact banded
 //! tangent.
 //!
-//! A step starts from a [predictor], forms one tangent there, and corrects with its factors until the [estimated
-//! error](convergence) is below the [tolerance](crate::scene::StepTolerance). A new tangent is formed where the old
-//! one would take more corrections than it saves. The residual at the solution is then not evaluated: the forces
-//! there follow from the linear system. Averaging schemes, dual numbers and the tolerance `rounding` iterate until
-//! the residual is a rounding error (`rounding`). If an iteration from extrapolated velocities fails, it is
-//! repeated so from constant ones.
+//! Input: the equations of motion, the end and size of the step (s), and the state at its start. A step starts from a
+//! [predictor], forms one tangent there, and corrects with its factors until the [estimated error](convergence) is
+//! below the [tolerance](crate::scene::StepTolerance). A new tangent is formed where the old one would take more
+//! corrections than it saves. The residual at the solution is then not evaluated: the forces there follow from the
+//! linear system. Averaging schemes, dual numbers and the tolerance `rounding` iterate until the residual is a rounding
+//! error (`rounding`). If an iteration from extrapolated velocities fails, one from constant velocities to the rounding
+//! error follows.
 //!
 //! Output: unknowns, velocities, forces and internal variables at the end of the step, for generalised-alpha also
 //! accelerations; on request the tangent and its factors at the solution, for derivatives. Failure is
 //! [`Error::Newton`] with residual and number of iterations, or [`Error::SingularTangent`] for a zero pivot.
 //!
 //! `start_forces` has the forces at the start of a step, `acceleration` the accelerations of a recorded start.
-//! `averaging`, `contact_losses`, `drag_forces`, `rotating_bodies` and `slip_state` have parts of the equations, `tensions` the
-//! predicted tensions of tangents. `relinearize` linearizes an earlier step again.
+//! `averaging`, `contact_losses`, `drag_forces`, `rotating_bodies`, `slip_state` and `timed_forces` have parts of the
+//! equations, `tensions` the predicted tensions of tangents. `relinearize` linearizes an earlier step again, `repeat`
+//! repeats a solved one over dual numbers.
 
 mod acceleration;
 mod averaging;
@@ -110,8 +112,8 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
     keeps_tangent: bool,
     /// Whether the tangent of the forces that the next step takes as those of its start is formed, too.
     keeps_next: bool,
-    /// The rod with viscous stress over the current step, or for averaging schemes that stress alone; set where there is
-    /// viscous damping or internal friction.
+    /// The rod with viscous stress over the current step, or for averaging schemes that stress alone; set where there
+    /// is viscous damping or internal friction.
     viscous: Option<R>,
     /// The rod without natural strains and loads, for averaging schemes.
     dashpots: Option<R>,
@@ -283,7 +285,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
 
     /// Overwrites `state` with the unknowns and forces at the end of the step that begins in `before`, and adds
     /// counts to `work`. Plain numbers are compiled for the vector unit of the processor. Velocities follow in
-    /// [`finish`](Self::finish).
+    /// [`finish`](Self::finish). [`Error::Newton`] if the iteration fails, [`Error::SingularTangent`] for a zero pivot.
     pub fn step(
         &mut self,
         step: &Step<'_, D, R>,
@@ -327,8 +329,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         solved
     }
 
-    /// Sets coefficients, viscous stress and drag tangents for a step that begins in `before`. Without accelerations
-    /// in `before`, generalised-alpha takes a step of implicit Euler.
+    /// Sets coefficients, mean loads in time, viscous stress and the tangents of drag for a step that begins in
+    /// `before`. Without accelerations in `before`, generalised-alpha takes a step of implicit Euler.
     fn begin(&mut self, step: &Step<'_, D, R>, before: &State<D, R::Frames>) {
         let knows_acceleration = !before.acceleration.is_empty();
         self.coefficients =
@@ -344,9 +346,9 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Sets the laws of the viscous rod to the stress at the end of a step that begins in `before`. They get factors
-    /// and shifts by Kelvin-Voigt and Maxwell stress, and friction springs with their stretches in `before`. For
-    /// averaging schemes they are those of dashpots alone. Without viscous damping and internal friction nothing
+    /// Sets the laws of the viscous rod to the stress at the end of the `step`, which begins in `before`. They get
+    /// factors and shifts by Kelvin-Voigt and Maxwell stress, and friction springs with their stretches in `before`.
+    /// For averaging schemes they are those of dashpots alone. Without viscous damping and internal friction nothing
     /// happens.
     fn set_viscous(&mut self, step: &Step<'_, D, R>, before: &State<D, R::Frames>) {
         if let Some(viscous) = &mut self.viscous {
@@ -360,9 +362,11 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Overwrites the solver's gradient of the forces at the end of the step, at the iterate `state`. If
-    /// `with_tangent`, the tangent by the unknowns there is overwritten too, under predicted tensions if these are in
-    /// use. Drag is added, prescribed unknowns are decoupled, and `work` counts one tangent or one gradient.
+    /// Overwrites the solver's gradient of the forces at the end of the step, N, at the iterate `state`: elastic and
+    /// viscous forces less the loads, with moments of loads in time, inertia of rotating bodies and losses of contacts;
+    /// for averaging schemes the mean over the step. If `with_tangent`, the tangent by the unknowns there is
+    /// overwritten too, under predicted tensions if these are in use, and prescribed unknowns are decoupled in it. Sums
+    /// with drag are set, and `work` counts one tangent or one gradient.
     fn evaluate(
         &mut self,
         step: &Step<'_, D, R>,
@@ -413,9 +417,9 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     }
 
     /// Corrects the unknowns of `state` until the estimated error is below the tolerance, or the residual is at its
-    /// rounding level. The forces at the end follow from the linear system. With kept tangents, the step is
-    /// linearized at the solution. [`Error::Newton`] after [`MAX_ITERATIONS`] corrections, or if the residual is not
-    /// finite.
+    /// rounding level. The forces at the end follow from the linear system. With kept tangents, the step is linearized
+    /// at the solution. [`Error::Newton`] after [`MAX_ITERATIONS`] corrections, or if the residual is not finite;
+    /// [`Error::SingularTangent`] for a zero pivot.
     #[inline(always)]
     fn solve_to_estimated_error(
         &mut self,
@@ -584,7 +588,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     }
 
     /// Overwrites `correction` with minus the residual, kg m, of the free unknowns; prescribed ones get zero.
-    /// Overwrites `now.unbalanced` with all forces at the end, N: the evaluated forces plus mass damping.
+    /// Overwrites `now.unbalanced` with the forces at the end, N: the evaluated forces plus mass damping, without the
+    /// mean forces of loads in time, which are in the residual only.
     #[inline(always)]
     fn residual(
         &mut self,
@@ -632,8 +637,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     /// Completes an accepted step in `state`: velocities, accelerations (generalised-alpha only), and frames moved to
     /// the solution. Rods with viscosity or internal friction also get strains, mean strain rates over the step, and
     /// spring stretches. Their forces at the start of the next step are computed, for which `work` counts one tangent
-    /// or gradient. Elastic rods keep the forces at the end, or zero for averaging schemes. Stores the velocities of
-    /// `before` for the predictor.
+    /// or gradient. Elastic rods keep the forces at the end without moments of loads in time, or zero for averaging
+    /// schemes. Stores the velocities of `before` for the predictor.
     pub fn finish(
         &mut self,
         step: &Step<'_, D, R>,

@@ -1,9 +1,11 @@
 //! A step of a solved simulation repeated over dual numbers, with the factors of the plain solution.
 //!
-//! The step equations `r(q, p) = 0` of a solution `q` in plain numbers have the derivatives `-(dr/dq)^-1 dr/dp` (implicit
-//! function theorem). The residual over dual numbers at `q` contains `dr/dp` times the derivatives of numbers and start. One
-//! correction per order of derivatives, with the plain factors of `dr/dq`, gives the unknowns with their derivatives. Neither
-//! tangent nor factors over dual numbers are needed.
+//! The step equations `r(q, p) = 0` of a solution `q` in plain numbers have the derivatives `dq/dp = -(dr/dq)^-1 dr/dp`
+//! (implicit function theorem). The residual over dual numbers at `q` contains `dr/dp` times the derivatives of numbers
+//! and start. One correction per order of derivatives, with the plain factors of `dr/dq`, gives the unknowns with their
+//! derivatives. Neither tangent nor factors over dual numbers are needed. Input: the step and the state before it over
+//! dual numbers, the plain unknowns at its end, and the plain solver with the factors there. Output: unknowns and
+//! forces (N) at the end, in the state.
 
 use crate::dynamics::step::{Step, Work};
 use crate::dynamics::stepper::newton::Newton;
@@ -12,9 +14,9 @@ use crate::numerics::tangent::Factors;
 use crate::rod::{Rod, State};
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// Overwrites `state` with the unknowns and forces at the end of a step from `before`. The `solved` unknowns of its end
-    /// and the factors of `plain`, kept at that solution, are those of the same step in plain numbers. `work` counts one
-    /// gradient per order of derivatives.
+    /// Overwrites `state` with the unknowns and forces at the end of a step from `before`, with their derivatives.
+    /// `solved` are the unknowns at the end of the same step in plain numbers, and `plain` is its solver, with the
+    /// factors at that solution. `work` counts one gradient per order of derivatives. It does not fail.
     pub fn repeat<P: Rod<f64>>(
         &mut self,
         step: &Step<'_, D, R>,

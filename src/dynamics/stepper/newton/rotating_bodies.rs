@@ -1,10 +1,10 @@
 //! Inertia forces of rotating bodies in space, in the equations of a step, beyond those of the diagonal masses.
 //!
 //! Moments act on rotations in the axes of the bodies, and the derivatives of a step are those by increments of
-//! rotations there. The [assembly](crate::rod::Assembly) has the formulas; other rods, and assemblies in a plane,
-//! have no such bodies, and every function here leaves their lists unchanged. Input: state or iterate of a step,
-//! with velocities or accelerations by its scheme. Output: forces and tangent of the Newton solver, and corrected
-//! accelerations.
+//! rotations there. The [assembly](crate::rod::Assembly) has the formulas; other rods, and assemblies in a plane, have
+//! no such bodies, and every function here leaves their lists unchanged. Input: state or iterate of a step, with
+//! velocities or accelerations by its scheme. Output: the inertia forces (N m for rotations), added to gradient and
+//! tangent of the Newton solver or to the forces of a state. Accelerations get the part by products of inertia.
 
 use crate::dynamics::step::{Step, System};
 use crate::dynamics::stepper::newton::{Newton, accelerations};

@@ -1,12 +1,13 @@
 //! Forces `n` (N) and accelerations (m/s^2) at the start of a step, which follow from the state alone; both are
 //! written to the state.
 //!
-//! `n` is the elastic gradient less loads, with viscous, Maxwell and friction stress, plus mass damping and inertia
-//! of rotating bodies, less drag and losses of contacts. Averaging schemes have half of the viscous stress, inertia of rotating bodies and
-//! drag only. Needed at the start of a run, after a change of velocities or supports, and after every step of a
-//! viscous rod. Without viscosity the forces at the end of the last step are used. Accelerations, for
-//! generalised-alpha only, are `a = -n/m`, zero for prescribed and held unknowns. For a viscous rod the tangent of
-//! the forces can be stored, for transposed derivatives.
+//! `n` is the elastic gradient less loads, with viscous, Maxwell and friction stress, plus mass damping and inertia of
+//! rotating bodies, less drag and losses of contacts. Loads in time are no part of it. Averaging schemes have half of
+//! the viscous stress, inertia of rotating bodies and drag only. Needed at the start of a run, after a change of
+//! velocities or supports, and after every step of a viscous rod. Without viscosity the forces at the end of the last
+//! step are used. Accelerations, for generalised-alpha only, are those by `-n` and the loads in time over the masses,
+//! zero for prescribed and held unknowns. For a viscous rod the tangent of the forces can be stored, for transposed
+//! derivatives.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::StartForces;
@@ -25,9 +26,9 @@ use crate::scene::Scheme;
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     /// Overwrites `state.unbalanced` with the forces at the start of the next step, N: elastic gradient less loads with
-    /// viscous, Maxwell and friction stress, plus mass damping and inertia of rotating bodies, less drag forces.
-    /// Averaging schemes have only half of the viscous stress (zero for elastic rods), inertia of rotating bodies and
-    /// drag.
+    /// viscous, Maxwell and friction stress, plus mass damping and inertia of rotating bodies, less drag forces and
+    /// losses of contacts. Loads in time are left out. Averaging schemes have only half of the viscous stress (zero for
+    /// elastic rods), inertia of rotating bodies and drag.
     pub fn find_forces(&mut self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         let System { rod, derivatives, free, damping, .. } = system;
         let State { q, frames, v, internal, unbalanced, .. } = state;
@@ -83,8 +84,9 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Overwrites the accelerations of `state` with `-n/m`, m/s^2, from its forces `n`, for generalised-alpha only;
-    /// prescribed and held unknowns have zero.
+    /// Overwrites the accelerations of `state`, m/s^2, with those by its forces `n` and the loads in time `F` at its
+    /// time, `(F - n)/m`, for generalised-alpha only. Prescribed and held unknowns have zero; nothing for other
+    /// schemes.
     pub fn find_acceleration(&self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         if self.scheme != Scheme::GeneralisedAlpha {
             return;

@@ -1,10 +1,11 @@
 //! Loads in time in the equations of a step and in the accelerations at its start.
 //!
-//! A step has the mean forces (N) and moments (N m) over its interval, the same at its start and its end. So a jump of a
-//! signal within the step enters by its exact impulse, and every scheme keeps its order. Forces enter the residual with
-//! the factors of both ends. Moments are added to gradient and tangent at the end, or at the stages of an averaging scheme,
-//! and to the residual with their forces at the start. The forces of the states before and after are those without loads
-//! in time.
+//! Loads in time are forces and, in a plane, moments on edges that follow signals. A step has their mean forces (N) and
+//! moments (N m) over its interval, the same at its start and its end. So a jump of a signal within the step enters by
+//! its exact impulse, and every scheme keeps its order. Forces enter the residual (kg m) with the [factor of
+//! loads](crate::dynamics::coefficients::StepCoefficients::load_factor). Moments are added to gradient and tangent at
+//! the end, and to the residual with their forces at the start; of an averaging scheme at its stages only. The forces
+//! of the states before and after are those without loads in time. `timed_work` returns the work of the means, J.
 
 use crate::dynamics::step::{Step, System};
 use crate::dynamics::stepper::newton::Newton;
@@ -13,8 +14,8 @@ use crate::numerics::tangent::Tangent;
 use crate::rod::{EdgeMoment, Rod, State, UnknownForce, work_of};
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
-    /// Adds the mean forces of loads in time to minus the residual, kg m, of free unknowns, and those of their moments at
-    /// the start.
+    /// Adds the mean forces of loads in time, times their factor, to minus the residual, kg m, of free unknowns. Unless
+    /// the scheme averages, the forces of their mean moments at the start of the step are added too.
     #[inline(always)]
     pub(super) fn add_timed_forces(&mut self, step: &Step<'_, D, R>, before: &State<D, R::Frames>) {
         if step.system.timed_loads.is_empty() {
@@ -40,8 +41,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// Adds the mean moments of loads in time at the iterate `state` to the gradient of the solver and, if `with_tangent`,
-    /// to its tangent. Averaging schemes have them at their stages.
+    /// Adds the gradients, N, of the mean moments of loads in time at the iterate `state` to the gradient of the solver
+    /// and, if `with_tangent`, their derivatives to its tangent. Averaging schemes have them at their stages.
     #[inline(always)]
     pub(super) fn add_timed_moments(&mut self, state: &State<D, R::Frames>, with_tangent: bool) {
         if self.timed_moments.is_empty() || self.coefficients.averages() {
@@ -51,7 +52,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         add_moments(timed_moments, &state.q, gradient, with_tangent.then_some(tangent));
     }
 
-    /// Removes the mean moments of loads in time from the forces of `state` at the end of a step.
+    /// Removes the gradients of the mean moments of loads in time from the forces of `state` at the end of a step.
     pub(super) fn leave_timed_moments_out(&self, state: &mut State<D, R::Frames>) {
         let State { q, unbalanced, .. } = state;
         for moment in &self.timed_moments {
@@ -61,8 +62,8 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         }
     }
 
-    /// The work, J, of the loads in time in the equations of the last step, on the change of the unknowns from `before` to
-    /// `now`. Those of generalised-alpha belong to a later interval than the step.
+    /// The work, J, of the loads in time in the equations of the last step, on the change of the unknowns from `before`
+    /// to `now`. Those of generalised-alpha belong to a later interval than the step.
     pub fn timed_work(&self, states: [&[D]; 2]) -> f64 {
         work_of(&self.timed_forces, &self.timed_moments, states)
     }
@@ -86,7 +87,7 @@ pub(super) fn add_moments<D: Nestable, T: Tangent<D>>(
     }
 }
 
-/// Adds the forces of loads in time at the time `t`, s, and the unknowns `q` to `forces`, N.
+/// Adds the forces of loads in time at the time `t`, s, and the unknowns `q`, with those of moments, to `forces`, N.
 pub(super) fn add_timed_now<D: Nestable, R: Rod<D>>(
     system: &System<D, R>,
     t: f64,

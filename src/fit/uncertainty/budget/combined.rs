@@ -1,15 +1,17 @@
 //! Uncertainty budget of the estimates (Guide to the Expression of Uncertainty in Measurement, GUM).
 //!
-//! Every source has a contribution in the unit of the parameter and a share of the combined variance; inputs also have a
-//! sensitivity coefficient `c`. Inputs that are [known](crate::fit::Known) with standard uncertainties `u` and correlations
-//! `r` contribute `sum_ij c_i u_i r_ij c_j u_j`, with `c` from the
-//! [sensitivities](crate::fit::uncertainty::budget::input_sensitivities) of the estimates. Other sources are the noise, mesh
-//! and step (rectangular distributions: the half-width over the root of 3). Differences between experiments beyond the noise
-//! and their own inputs are one more, if the jackknife is reported. [`add_budgets`] adds to every estimate with a standard
-//! error its lines, the combined standard uncertainty, the coverage factor and the expanded 95 % interval, within the limits
-//! of the parameter. The factor is Student's t with the effective degrees of freedom of Welch and Satterthwaite. Nothing is
-//! added where the responses to known inputs are unknown. On request a Monte Carlo of fits verifies the budget; a spread
-//! that differs by more than [`NOT_LINEAR`] and significantly adds a note.
+//! Every source has a contribution in the unit of the parameter and a share of the combined variance; inputs also have
+//! a sensitivity coefficient `c`. Inputs that are [known](crate::fit::Known) with standard uncertainties `u` and
+//! correlations `r` contribute the variance `sum_ij c_i u_i r_ij c_j u_j`, with `c` from the
+//! [sensitivities](crate::fit::uncertainty::budget::input_sensitivities) of the estimates. Other sources are the noise,
+//! mesh and step (rectangular distributions: the discretization error over the root of 3). Differences between
+//! experiments beyond the noise and their own inputs are one more, if the jackknife is reported.
+//!
+//! [`add_budgets`] adds to every estimate with a value and a standard error its lines, the combined standard
+//! uncertainty, the coverage factor and the expanded 95 % interval, within the limits of the parameter. The factor is
+//! Student's t with the effective degrees of freedom of Welch and Satterthwaite. Nothing is added where the responses
+//! to known inputs are unknown, or after an interruption. On request a Monte Carlo of fits verifies the budget; a
+//! spread that differs by more than [`NOT_LINEAR`] and significantly adds a note.
 
 use crate::code::Code;
 use crate::fit::search::Search;
@@ -25,13 +27,15 @@ use crate::fit::uncertainty::resampling::bootstrap::{Bootstrap, Resampling, spre
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use nalgebra::DVector;
 
-/// Relative difference between the spread of a Monte Carlo and the budget above which it is reported, if it is significant.
+/// Relative difference between the spread of a Monte Carlo and the budget above which it is reported, if it is
+/// significant.
 const NOT_LINEAR: f64 = 0.1;
 /// Standard errors of the spread by which it must differ from the budget to be significant.
 const SIGNIFICANT_SPREAD: f64 = 3.0;
 /// Degrees of freedom from which on the coverage factor is that of the normal distribution.
 const MANY: f64 = 1e6;
-/// Largest positive lower limit of a parameter that stands for zero: limits of positive parameters are the smallest numbers.
+/// Largest positive lower limit of a parameter that stands for zero: limits of positive parameters are the smallest
+/// numbers.
 const ZERO_LIMIT: f64 = 1e-300;
 
 /// Sources of a budget.
@@ -49,8 +53,8 @@ pub(crate) struct BudgetInputs<'a> {
 }
 
 /// Sets the budget of every estimate, and the spread over Monte Carlo fits with random inputs and noise if the analysis
-/// requests them. A spread unlike the budget adds a note. Nothing changes after an interruption, without the responses to
-/// known inputs, or where no estimate has a standard error.
+/// requests them. A spread unlike the budget adds a note. Nothing changes after an interruption, without the responses
+/// to known inputs, or where no estimate has a standard error.
 pub(crate) fn add_budgets(
     estimates: &mut [Estimate],
     fitted: Fitted,
@@ -85,10 +89,11 @@ pub(crate) fn add_budgets(
     }
 }
 
-/// Sets the spread of the estimates over this number of Monte Carlo `fits`, beside the standard deviation that noise and
-/// inputs predict: the root of the sum of their squares, with the noise by the residuals and not by the jackknife. A spread
-/// that differs from the prediction by more than [`NOT_LINEAR`], and by more than [`SIGNIFICANT_SPREAD`] of its relative
-/// standard errors `1/sqrt(2 fits)`, adds a note. Estimates without a value, a standard error or a spread are skipped.
+/// Sets the spread of the estimates over this number of Monte Carlo `fits`, beside the standard deviation that noise
+/// and inputs predict: the root of the sum of their squares, with the noise by the residuals and not by the jackknife.
+/// A spread that differs from the prediction by more than [`NOT_LINEAR`], and by more than [`SIGNIFICANT_SPREAD`] of
+/// its relative standard errors `1/sqrt(2 fits)`, adds a note. Estimates without a value, a standard error or a spread
+/// are skipped.
 fn add_monte_carlo(
     estimates: &mut [Estimate],
     search: &Search,
@@ -124,10 +129,11 @@ fn add_monte_carlo(
     }
 }
 
-/// Sets the budget of unknown `j`, its combined standard uncertainty, coverage factor and expanded interval. Lines: each
-/// known input, the noise, differences between experiments if the jackknife is reported, then mesh and step. Shares are
-/// fractions of the combined variance. `noise_freedom` are the degrees of freedom of the noise; none: a known noise. The
-/// expanded interval is cut at the limits of the parameter. Nothing is set without a value or a standard error.
+/// Sets the budget of unknown `j`, its combined standard uncertainty, coverage factor and expanded interval. Lines:
+/// each known input, the noise, differences between experiments if the jackknife is reported, then mesh and step.
+/// Shares are fractions of the combined variance. `noise_freedom` are the degrees of freedom of the noise; none: a
+/// known noise. `discretization` is the error by mesh and step, if there is one. The expanded interval is cut at the
+/// limits of the parameter. Nothing is set without a value or a standard error.
 fn add_budget(
     estimate: &mut Estimate,
     search: &Search,
@@ -200,9 +206,9 @@ fn add_budget(
     estimate.expanded95 = Some(expanded);
 }
 
-/// Coverage factor of a `combined` standard uncertainty, of which the part `scatter` has `freedom` degrees of freedom (none:
-/// known) and the rest infinitely many: the two-sided 95 % quantile of Student's t at `freedom (combined/scatter)^4`. From
-/// [`MANY`] on, and without `freedom`, it is that of the normal distribution.
+/// Coverage factor of a `combined` standard uncertainty, of which the part `scatter` has `freedom` degrees of freedom
+/// (none: known) and the rest infinitely many: the two-sided 95 % quantile of Student's t at `freedom
+/// (combined/scatter)^4`. From [`MANY`] on, and without `freedom`, it is that of the normal distribution.
 fn effective_coverage_factor(combined: f64, scatter: f64, freedom: Option<f64>) -> f64 {
     let effective = freedom.map(|freedom| freedom * (combined / scatter).powi(4));
     quantile95(effective.filter(|effective| *effective < MANY))
@@ -213,8 +219,8 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
-    /// Welch and Satterthwaite: with a second part of equal size and infinite degrees of freedom 5 become 20. The t quantile
-    /// of 5 is 2.5706.
+    /// Welch and Satterthwaite: with a second part of equal size and infinite degrees of freedom 5 become 20. The t
+    /// quantile of 5 is 2.5706.
     #[test]
     fn sources_with_infinite_freedom_increase_the_effective_freedom() {
         let factor = effective_coverage_factor(2.0_f64.sqrt(), 1.0, Some(5.0));

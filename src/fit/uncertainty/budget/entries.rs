@@ -42,9 +42,9 @@ pub struct BudgetLine {
 }
 
 impl BudgetLine {
-    /// A line of a `source`, without unit, standard uncertainty and sensitivity. `contribution` is the standard uncertainty
-    /// of the parameter by the source, in the parameter's unit. The share is the squared contribution until it is divided by
-    /// the combined variance.
+    /// A line of a `source`, without unit, standard uncertainty and sensitivity. `contribution` is the standard
+    /// uncertainty of the parameter by the source, in the parameter's unit, with its `degrees_of_freedom` (`None`:
+    /// many). The share is the squared contribution until it is divided by the combined variance.
     pub(crate) fn new(
         parameter: Parameter,
         source: impl Into<String>,

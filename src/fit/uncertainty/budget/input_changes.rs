@@ -1,12 +1,14 @@
 //! Changes of inputs: numbers of the scenes that are not identified.
 //!
-//! An [`InputChange`] has the number, its value and its change, in its unit, in each group of experiments with the
-//! same value. A known input changes by one standard uncertainty, an omitted effect by its plausible size.
-//! [`unstated_inputs`] returns changes by 1 % of every other nonzero number of geometry, material, loads, camera
-//! scale and motion (`INPUT_PATHS`). Left out are directions, places and directions in a structure (`PLACES`),
-//! numbers that are identified or known, and those without derivatives in the model. The list ends after
-//! [`MOST_NUMBERS`] numbers. The components of a vector are one change. Derivatives of the residuals by these numbers
-//! yield the [input directions](crate::fit::uncertainty::budget::input_directions).
+//! An [`InputChange`] is the change of one number, or of the components of a vector. Each of its parts has the number,
+//! its value and its change, both in its unit, in the experiments with this value. `of_known` is the change of a known
+//! input by one standard uncertainty, `with_size` that of an omitted effect by a given size. [`unstated_inputs`]
+//! returns changes by +1 % of other nonzero numbers of geometry, material, loads, camera scale and motion
+//! (`INPUT_PATHS`). Left out are directions, places and directions in a structure (`PLACES`), numbers that are
+//! identified or known, and those without derivatives in the model. The list ends after [`MOST_NUMBERS`] numbers. The
+//! components of a vector are one change. Derivatives of the residuals by these numbers yield the [input
+//! directions](crate::fit::uncertainty::budget::input_directions). `shifted` moves the values at which these
+//! derivatives are taken. `relative_density_change` returns the relative change if only the density changes.
 
 use crate::fit::known::Known;
 use crate::fit::measurement::experiment::Experiment;
@@ -63,8 +65,9 @@ pub(crate) struct ValueChange {
 }
 
 impl InputChange {
-    /// Change of a `number` in all its experiments by `change`, a function of its value, both in its unit. It has one part
-    /// for each distinct value, with the names of the experiments that have it. No parts where no scene has the number.
+    /// Change of a `number` in all its experiments by `change`, a function of its value, both in its unit. It has one
+    /// part for each distinct value, with the names of the experiments that have it. No parts where no scene has the
+    /// number.
     fn new(experiments: &[Experiment], number: &Unknown, change: impl Fn(f64) -> f64) -> Self {
         let mut parts: Vec<ValueChange> = Vec::new();
         for experiment in experiments.iter().filter(|e| number.is_of(e)) {
@@ -83,7 +86,8 @@ impl InputChange {
         Self { source: number.to_string(), parts }
     }
 
-    /// Change, named `source`, of a `number` in all its experiments by the same `size` in its unit.
+    /// Change, named `source`, of a `number` in all its experiments by the same `size` in its unit. It has one part for
+    /// each distinct value.
     pub fn with_size(
         experiments: &[Experiment],
         source: &str,
@@ -93,14 +97,14 @@ impl InputChange {
         Self { source: source.into(), ..Self::new(experiments, number, |_| size) }
     }
 
-    /// Change of a known input by its standard uncertainty, in its unit, in all its experiments; a part for each distinct
-    /// value.
+    /// Change of a known input by its standard uncertainty, in its unit, in all its experiments; a part for each
+    /// distinct value.
     pub fn of_known(experiments: &[Experiment], known: &Known) -> Self {
         Self::new(experiments, &known.as_unknown(), |_| known.sigma)
     }
 
-    /// The same change about shifted values: each part's value plus this many `times` its change. The changes themselves
-    /// stay.
+    /// The same change about shifted values: each part's value plus this many `times` its change. The changes
+    /// themselves stay.
     pub fn shifted(&self, times: f64) -> Self {
         // The change itself stays, so that derivatives refer to the same unit.
         let mut parts = self.parts.clone();
@@ -108,8 +112,8 @@ impl InputChange {
         Self { source: self.source.clone(), parts }
     }
 
-    /// Relative change of the density, if this is an equal relative change (within [`EQUAL`]) of the density of all
-    /// experiments; else none.
+    /// The relative change of the density, as a fraction, if this changes only the density, in all `experiments` and by
+    /// the same fraction (within [`EQUAL`]); else none.
     pub fn relative_density_change(&self, experiments: &[Experiment]) -> Option<f64> {
         let relative = |part: &ValueChange| part.change / part.value;
         let first = relative(self.parts.first()?);
@@ -135,8 +139,8 @@ impl InputChange {
     }
 }
 
-/// A change by +1 % of every input of the scenes in [`INPUT_PATHS`], without direction vectors. Left out are numbers that are
-/// identified or among `knowns`, zeros, and those that the model cannot differentiate by. The list ends after
+/// A change by +1 % of every input of the scenes in [`INPUT_PATHS`], without direction vectors. Left out are numbers
+/// that are identified or among `knowns`, zeros, and those that the model cannot differentiate by. The list ends after
 /// [`MOST_NUMBERS`] numbers. The components of a vector are parts of one change, named like the vector.
 pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputChange> {
     let is_stated = |p: Parameter, e: &Experiment| {

@@ -2,9 +2,10 @@
 //!
 //! A change `dk` of an input changes the residuals by `dr = (dr/dk) dk`. The fit follows: the unknowns move by
 //! `-(J'WJ)^-1 J'W dr`, with the squared weights `W`. Derivatives of the residuals by inputs are computed like those by
-//! parameters, all in one run; a run that fails is an error. [`InputDirections`] has one column per change: the change of
-//! the weighted residuals, and its part that is orthogonal to the Jacobian. The response of each unknown is on its scale
-//! (logarithm of a positive parameter), none where it is not identified. Budgets and score tests use them.
+//! parameters, all in one run; a run that fails is an error. [`InputDirections`] has one column per change: the change
+//! of the weighted residuals, and its part that is orthogonal to the Jacobian (`orthogonal_changes`). `responses` are
+//! those of each unknown on its scale (logarithm of a positive parameter), none where it is not identified. Input: an
+//! optimum, its identified unknowns, the weights, and the changes of inputs. Budgets and score tests use the result.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -16,7 +17,8 @@ use crate::fit::uncertainty::noise::residual_noise::weighted_rows;
 use crate::numerics::column_norms;
 use nalgebra::{DMatrix, Dyn, QR};
 
-/// Changes of the weighted residuals by changes of inputs, and the directions in which the identified unknowns can follow.
+/// Changes of the weighted residuals by changes of inputs, and the directions in which the identified unknowns can
+/// follow.
 pub(crate) struct InputDirections {
     /// Identified unknowns with an effect.
     free: Vec<usize>,
@@ -31,10 +33,10 @@ pub(crate) struct InputDirections {
 }
 
 impl InputDirections {
-    /// Computes the derivatives at an optimum by one run of the `experiments`, those of the search or a coarse model of them.
-    /// The column of each of the `changes` is the sum, over its parts, of change times derivative of the weighted residuals.
-    /// The linear fit has the identified unknowns and the weights of the rows. The work is added to that of the search.
-    /// Error: the simulation fails.
+    /// Computes the derivatives at an optimum by one run of the `experiments`, those of the search or a coarse model of
+    /// them. The column of each of the `changes` is the sum, over its parts, of change times derivative of the weighted
+    /// residuals. The linear fit has the identified unknowns and the weights of the rows. The work is added to that of
+    /// the search. Error: the simulation fails.
     pub fn new(
         Fitted { search, optimum }: Fitted,
         experiments: &[Experiment],
@@ -78,9 +80,9 @@ impl InputDirections {
         self.responses_to(&self.changes)
     }
 
-    /// Responses to other `changes` of the weighted residuals, a column each, of every unknown on its scale (logarithm of a
-    /// positive parameter): `-R^-1 Q' change`. The outer index is the column, the inner one the unknown. None for unknowns
-    /// that are not identified, or that other unknowns replace entirely.
+    /// Responses to other `changes` of the weighted residuals, a column each, of every unknown on its scale (logarithm
+    /// of a positive parameter): `-R^-1 Q' change`. The outer index is the column, the inner one the unknown. None for
+    /// unknowns that are not identified, or that other unknowns replace entirely.
     pub fn responses_to(&self, changes: &DMatrix<f64>) -> Vec<Vec<Option<f64>>> {
         let Self { free, norms, factors, .. } = self;
         let solved = factors.r().solve_upper_triangular(&(factors.q().tr_mul(changes)));
@@ -93,7 +95,8 @@ impl InputDirections {
         (0..changes.ncols()).map(|c| (0..norms.len()).map(|j| response(c, j)).collect()).collect()
     }
 
-    /// The part of each change of the weighted residuals, a column each, that the unknowns cannot follow: `(1 - QQ') change`.
+    /// The part of each change of the weighted residuals, a column each, that the unknowns cannot follow: `(1 - QQ')
+    /// change`.
     pub fn orthogonal_changes(&self) -> DMatrix<f64> {
         let q = self.factors.q();
         &self.changes - &q * q.tr_mul(&self.changes)

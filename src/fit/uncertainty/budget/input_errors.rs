@@ -1,8 +1,9 @@
 //! Effect of the errors of known inputs on a fit that takes them for exact: on the estimates, and on the residuals.
 //!
 //! An error `dk` of an input leaves `u dk` in the residuals, `u` being the part of `dr/dk` that the unknowns cannot
-//! follow. The columns of `U` are these `u` for all known inputs. `R` are the correlations of their errors, in units
-//! of their standard uncertainties, and `v` is the variance of the noise. The most probable errors are
+//! follow. The columns of `U` are these `u` for one standard uncertainty of each known input. `R` are the correlations
+//! of their errors, in units of their standard uncertainties, and `v` is the variance of the noise. The most probable
+//! errors, in standard uncertainties, for weighted residuals `r`, are
 //!
 //! ```text
 //! dk = -(U'U/v + R^-1)^-1 U'r/v
@@ -25,8 +26,8 @@ use crate::fit::uncertainty::noise::residual_noise::{ResidualNoise, weighted_res
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use nalgebra::{DMatrix, DVector};
 
-/// Rounds in which the variance of the noise and the errors of the inputs are computed from each other. More rounds change
-/// the result less.
+/// Rounds in which the variance of the noise and the errors of the inputs are computed from each other. More rounds
+/// change the result less.
 const ROUNDS: usize = 10;
 /// Most probable error of an input, in standard uncertainties, above which it is no chance: it is then a warning.
 const IMPROBABLE: f64 = 4.0;
@@ -60,23 +61,24 @@ impl<'a> InputErrors<'a> {
         })
     }
 
-    /// Changes of unknown `j`, on its scale (logarithm of a positive parameter), by one standard uncertainty of each known
-    /// input; 0 where the unknown does not respond.
+    /// Changes of unknown `j`, on its scale (logarithm of a positive parameter), by one standard uncertainty of each
+    /// known input; 0 where the unknown does not respond.
     pub fn responses_of(&self, j: usize) -> DVector<f64> {
         let own = self.responses.iter().map(|responses| responses[j].unwrap_or(0.0));
         DVector::from_iterator(self.knowns.len(), own)
     }
 
-    /// Variance `c'Rc` of unknown `j`, on its scale (logarithm of a positive parameter), by the errors of all known inputs.
-    /// Here `c` are the changes by one standard uncertainty of each, and `R` their correlations; at least 0.
+    /// Variance `c'Rc` of unknown `j`, on its scale (logarithm of a positive parameter), by the errors of all known
+    /// inputs. Here `c` are the changes by one standard uncertainty of each, and `R` their correlations; at least 0.
     pub fn variance(&self, j: usize) -> f64 {
         let own = self.responses_of(j);
         own.dot(&(&self.correlations * &own)).max(0.0)
     }
 
-    /// Most probable errors of the known inputs, in standard uncertainties, for weighted `residuals`, by the equation of the
-    /// module. Where the variance of the noise is estimated, it is that of the residuals without these errors, and both are
-    /// computed alternately for [`ROUNDS`]. A singular system ends the rounds with the last errors, at first zeros.
+    /// Most probable errors of the known inputs, in standard uncertainties, for weighted `residuals`, by the equation
+    /// of the module. Where the variance of the noise is estimated, it is that of the residuals without these errors,
+    /// and both are computed alternately for [`ROUNDS`]. A singular system ends the rounds with the last errors, at
+    /// first zeros.
     fn probable_errors(&self, residuals: &DVector<f64>, noise: &ResidualNoise) -> DVector<f64> {
         let k = self.knowns.len();
         let square = self.orthogonal.tr_mul(&self.orthogonal);
@@ -97,9 +99,9 @@ impl<'a> InputErrors<'a> {
         errors
     }
 
-    /// The optimum with the residuals that remain without the most probable errors of the known inputs; its unknowns and cost
-    /// do not change. None without known inputs, without a variance, or where the residuals are rounding errors. If the
-    /// largest error exceeds [`IMPROBABLE`], it adds a warning of a misfit, and the result is none too.
+    /// The optimum with the residuals that remain without the most probable errors of the known inputs; its unknowns
+    /// and cost do not change. None without known inputs, without a variance, or where the residuals are rounding
+    /// errors. If the largest error exceeds [`IMPROBABLE`], it adds a warning of a misfit, and the result is none too.
     pub fn without_explained(
         &self,
         fitted: Fitted,
@@ -132,8 +134,8 @@ impl<'a> InputErrors<'a> {
     }
 }
 
-/// Adds to each residual its weighted `change` over its weight. Rows of weight zero have no unweighted change, and stay as
-/// they are.
+/// Adds to each residual its weighted `change` over its weight. Rows of weight zero have no unweighted change, and stay
+/// as they are.
 fn add_unweighted(residuals: &mut [f64], change: &DVector<f64>, weights: &[f64]) {
     for ((residual, change), weight) in residuals.iter_mut().zip(change).zip(weights) {
         if *weight > 0.0 {

@@ -3,7 +3,18 @@
 //! The uncertainty budget and the sensitivities to +1 % are one computation. It is the derivative of a refit, by the
 //! implicit function theorem with the Gauss-Newton Hessian,
 //!
+//! ```text
+//! dx/dk = -(J'WJ)^-1 J'W dr/dk
+//! ```
 //!
+//! for unknowns `x` on their scales, residuals `r` with the Jacobian `J` and the squared weights `W`, and an input `k`.
+//! [`InputSensitivities::new`] computes the responses of an optimum to one standard uncertainty of each known input, in
+//! one run with derivatives. On request it includes those to +1 % of every other input. A run that fails is an error;
+//! unknowns that are not identified have no response. The responses to known inputs are a part of the budget. `add_to`
+//! adds those to +1 % to the estimates, unless they are [`NEGLIGIBLE`], and `responses_to_density` returns the
+//! derivatives by the logarithm of the density. [`are_unstated_wanted`] returns whether inputs without a stated
+//! uncertainty are included: as the options of the fit request, else if the run is cheap compared with the search
+//! ([`MAX_RELATIVE_COST`]).
 
 use crate::error::Error;
 use crate::fit::known::Known;
@@ -22,10 +33,11 @@ use std::cmp::Reverse;
 /// Instructions of a derivative by one parameter over those of the run that it belongs to (measured on the shipped
 /// cantilever, 200 elements).
 const COST_OF_DERIVATIVE: f64 = 0.25;
-/// Cost of the sensitivities to unstated inputs, over the simulations of the search, above which they are skipped unless
-/// requested. A search with derivatives costs about twice its count of simulations.
+/// Cost of the sensitivities to unstated inputs, over the simulations of the search, above which they are skipped
+/// unless requested. A search with derivatives costs about twice its count of simulations.
 const MAX_RELATIVE_COST: f64 = 1.5;
-/// Change of an estimate, over 1 % of it (of its size, where it may be negative), below which a sensitivity is not listed.
+/// Change of an estimate, over 1 % of it (of its size, where it may be negative), below which a sensitivity is not
+/// listed.
 const NEGLIGIBLE: f64 = 1e-3;
 
 /// Responses of the unknowns, on their scales, to changes of the inputs.
@@ -34,7 +46,8 @@ pub(crate) struct InputSensitivities {
     pub known: Vec<InputChange>,
     /// One per cent of every other input.
     unstated: Vec<InputChange>,
-    /// Responses of every unknown, on its scale, to each change, to the known inputs first; none for unidentified unknowns.
+    /// Responses of every unknown, on its scale, to each change, to the known inputs first; none for unidentified
+    /// unknowns.
     pub responses: Vec<Vec<Option<f64>>>,
     /// The part of each change of the weighted residuals that the unknowns cannot follow, a column each.
     pub orthogonal: DMatrix<f64>,
@@ -42,8 +55,8 @@ pub(crate) struct InputSensitivities {
 
 impl InputSensitivities {
     /// Computes the responses by one run of the full model with derivatives by the unknowns and the inputs: first all
-    /// `knowns`, then unstated inputs if `with_unstated`. Without any input there is no run, and the lists are empty. Error:
-    /// the simulation fails.
+    /// `knowns`, then unstated inputs if `with_unstated`. Without any input there is no run, and the lists are empty.
+    /// The linear `fit` has the identified unknowns and the weights. Error: the simulation fails.
     pub fn new(
         fitted: Fitted,
         fit: &LinearFit,
@@ -67,9 +80,9 @@ impl InputSensitivities {
         Ok(Self { known, unstated, responses, orthogonal })
     }
 
-    /// Derivatives of the unknowns, on their scales (logarithms of positive parameters), by the logarithm of the density of
-    /// all experiments. There is one entry per unknown. None where the density of some experiment is identified or its
-    /// sensitivity was not computed.
+    /// Derivatives of the unknowns, on their scales (logarithms of positive parameters), by the logarithm of the
+    /// density of all experiments. There is one entry per unknown. None where the density of some experiment is
+    /// identified or its sensitivity was not computed.
     pub fn responses_to_density(&self, search: &Search) -> Option<Vec<Option<f64>>> {
         // The density may be a known input or an unstated one.
         let mut changes = self.known.iter().chain(&self.unstated).zip(&self.responses);
@@ -80,9 +93,9 @@ impl InputSensitivities {
         Some(responses.iter().map(|response| Some((*response)? / change)).collect())
     }
 
-    /// Sets the sensitivities to +1 % of each unstated input in the estimates with a standard error, the largest absolute
-    /// change first. Changes up to [`NEGLIGIBLE`] of 1 % of a positive estimate, or of the absolute value of another one, are
-    /// left out.
+    /// Sets the sensitivities to +1 % of each unstated input in the estimates with a standard error, the largest
+    /// absolute change first. Changes up to [`NEGLIGIBLE`] of 1 % of a positive estimate, or of the absolute value of
+    /// another one, are left out.
     pub fn add_to(&self, search: &Search, estimates: &mut [Estimate]) {
         for (j, (unknown, estimate)) in search.unknowns.iter().zip(estimates).enumerate() {
             let Some(value) = estimate.value.filter(|_| estimate.std_error.is_some()) else {
@@ -112,9 +125,9 @@ impl InputSensitivities {
     }
 }
 
-/// Whether the sensitivities to unstated inputs are computed: as the analysis requests, else if their cost in simulations is
-/// at most [`MAX_RELATIVE_COST`] times `spent`, the cost of the search. One run costs 1, and [`COST_OF_DERIVATIVE`] for each
-/// unknown and input. False after an interruption.
+/// Whether the sensitivities to unstated inputs are computed: as the analysis requests, else if their cost in
+/// simulations is at most [`MAX_RELATIVE_COST`] times `spent`, the cost of the search. One run costs 1, and
+/// [`COST_OF_DERIVATIVE`] for each unknown and input. False after an interruption.
 pub(crate) fn are_unstated_wanted(
     search: &Search,
     analysis: &Analysis,

@@ -1,14 +1,14 @@
 //! Identifiable combinations of two positive parameters that are not identifiable separately, such as
 //! `youngs_modulus/density`.
 //!
-//! Input: the unidentifiable directions, changes of the unknowns on their scales. Along a direction `(a, b)` of two
-//! logarithms no observed value changes, or none by more than the noise. The product of powers `p1^b p2^-a` is
-//! constant along it. The data determine the product where it is constant along all other such directions as well
-//! (cosine of at most [`ORTHOGONAL`]). Its logarithm `v.x` has the variance `v'Cv`. It is an estimable function: any
-//! generalized inverse `C` of the normal matrix yields the same. [`constant_combinations`] returns the exponents `v`
-//! of each product, one per unknown, for the covariance. They are scaled to 1 for the smaller one and rounded to two
-//! decimals. The covariance adds the standard deviation of the logarithm, and [`Combination`] composes name and unit
-//! for the report.
+//! Input: the unknowns and the unidentifiable directions, which are changes of the unknowns on their scales. Along a
+//! direction `(a, b)` of two logarithms no observed value changes, or none by more than the noise. The product of
+//! powers `p1^b p2^-a` is constant along it. The data determine the product where it is constant along all other such
+//! directions as well (cosine of at most [`ORTHOGONAL`]). Its logarithm `v.x` has the variance `v'Cv`. It is an
+//! estimable function: any generalized inverse `C` of the normal matrix yields the same. [`constant_combinations`]
+//! returns the exponents `v` of each product, one per unknown, for the covariance. They are scaled to 1 for the smaller
+//! one and rounded to two decimals. The covariance adds the standard deviation of the logarithm, and [`Combination`]
+//! composes name and unit for the report. [`constant_exponents`] are those of one direction.
 
 use crate::fit::unknown::Unknown;
 
@@ -25,10 +25,10 @@ pub(crate) struct Combination {
     pub deviation: f64,
 }
 
-/// Exponents, one per unknown, of the product of powers that is constant along `direction`, a change of the unknowns on their
-/// scales. With components `a` and `b` they are `b` and `-a`, scaled, and 0 for all others. The smaller exponent is 1 in
-/// absolute value, the first one positive; both are rounded to two decimals, the accuracy of singular vectors. None unless
-/// exactly two components are not zero, both of positive parameters.
+/// Exponents, one per unknown, of the product of powers that is constant along `direction`, a change of the unknowns on
+/// their scales. With components `a` and `b` they are `b` and `-a`, scaled, and 0 for all others. The smaller exponent
+/// is 1 in absolute value, the first one positive; both are rounded to two decimals, the accuracy of singular vectors.
+/// None unless exactly two components are not zero, both of positive parameters.
 pub(crate) fn constant_exponents(unknowns: &[Unknown], direction: &[f64]) -> Option<Vec<f64>> {
     let involved: Vec<usize> = (0..unknowns.len()).filter(|j| direction[*j] != 0.0).collect();
     let [one, two] = involved[..] else { return None };
@@ -45,9 +45,9 @@ pub(crate) fn constant_exponents(unknowns: &[Unknown], direction: &[f64]) -> Opt
     Some(exponents)
 }
 
-/// Exponents, one list per product and one number per unknown, of the products that are constant along all `directions`. Each
-/// direction of two positive parameters proposes its product. It is kept if the cosine of its exponents with every direction
-/// is at most [`ORTHOGONAL`]. Equal products of several directions are not merged.
+/// Exponents, one list per product and one number per unknown, of the products that are constant along all
+/// `directions`. Each direction of two positive parameters proposes its product. It is kept if the cosine of its
+/// exponents with every direction is at most [`ORTHOGONAL`]. Equal products of several directions are not merged.
 pub(crate) fn constant_combinations(
     unknowns: &[Unknown],
     directions: &[&Vec<f64>],
@@ -65,13 +65,13 @@ pub(crate) fn constant_combinations(
 }
 
 impl Combination {
-    /// Name, such as `youngs_modulus/density`, from the names of the unknowns with their exponents.
+    /// Name of the product, such as `youngs_modulus/density`, from the names of the unknowns with their exponents.
     pub fn name(&self, unknowns: &[Unknown]) -> String {
         product(&self.exponents, |j| unknowns[j].to_string())
     }
 
-    /// Unit, such as `Pa*m^2`, from the SI units of the unknowns; composite units in a power are in parentheses. The unit of
-    /// modulus over density is `m^2/s^2`.
+    /// Unit, such as `Pa*m^2`, from the SI units of the unknowns; composite units in a power are in parentheses. The
+    /// unit of modulus over density is `m^2/s^2`.
     pub fn unit(&self, unknowns: &[Unknown]) -> String {
         // Composite units in a power are in brackets.
         let unit = product(&self.exponents, |j| {
@@ -88,8 +88,9 @@ impl Combination {
     }
 }
 
-/// Text `a^p*b/c^q` of a product with these `exponents`, where `symbol` returns the text of each factor. Negative powers are
-/// in the denominator, after `1` without a numerator. Exponents of 1 are not written; empty symbols are left out.
+/// Text `a^p*b/c^q` of a product with these `exponents`, where `symbol` returns the text of each factor. Negative
+/// powers are in the denominator, after `1` without a numerator. Exponents of 1 are not written; empty symbols are left
+/// out.
 fn product(exponents: &[f64], symbol: impl Fn(usize) -> String) -> String {
     let join = |sign: f64| {
         let own = exponents.iter().enumerate().filter(|(_, power)| sign * **power > 0.0);
@@ -112,8 +113,8 @@ mod tests {
     use super::*;
     use crate::scene::Parameter;
 
-    /// Along equal logarithms of modulus and density `E/rho` is constant, along (-2, 1) of modulus and radius `E r^2`; no product
-    /// is along both.
+    /// Along equal logarithms of modulus and density `E/rho` is constant, along (-2, 1) of modulus and radius `E r^2`;
+    /// no product is along both.
     #[test]
     fn exponents_follow_the_direction_and_other_directions_exclude_combinations() {
         let unknowns =

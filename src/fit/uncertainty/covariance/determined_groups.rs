@@ -2,14 +2,14 @@
 //! density.
 //!
 //! A motion under gravity, or between recorded ends, without a measured force has no scale of forces: with moduli and
-//! density multiplied by one factor it stays the same. The data determine `EI/(rho A)` and `GJ/(rho A)`, and a
-//! modulus is proportional to the density of the scene. The criterion is the sensitivities to the inputs: the
-//! logarithmic derivative by the density is 1 for the estimates of moduli, and 0 for all others, within
-//! [`DERIVATIVE_TOLERANCE`]. [`determined_combinations`] returns the combinations with 95 % intervals, corrected for
-//! discretization; none without convergence. [`determined_groups`] returns the ratios, m^4/s^2, with relative
-//! standard errors, for each modulus with a standard error. There are none if any estimate violates the criterion, if
-//! the derivatives were not computed, and for structures. A modulus whose experiments have different sections or
-//! densities has none. The report of the fit lists both.
+//! density multiplied by one factor it stays the same. The data determine `EI/(rho A)` and `GJ/(rho A)`, and a modulus
+//! is proportional to the density of the scene. The criterion uses the sensitivities to the inputs: the logarithmic
+//! derivative by the density is 1 for the estimates of moduli, and 0 for all others, within [`DERIVATIVE_TOLERANCE`].
+//! [`determined_combinations`] returns the combinations with 95 % intervals, corrected for discretization; none without
+//! convergence. [`determined_groups`] returns the ratios, m^4/s^2, with relative standard errors, for each modulus with
+//! a standard error. There are none if any estimate violates the criterion, if the derivatives were not computed, and
+//! for structures. A modulus whose experiments have different sections or densities has none. The report of the fit
+//! lists both.
 
 use crate::fit::measurement::experiment::{Experiment, named};
 use crate::fit::search::Search;
@@ -24,8 +24,8 @@ use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Tolerance of the logarithmic derivatives by the density, which are 1 or 0 where the data have no scale of forces. Larger:
-/// data that determine the mass weakly count as data without a scale.
+/// Tolerance of the logarithmic derivatives by the density, which are 1 or 0 where the data have no scale of forces.
+/// Larger: data that determine the mass weakly count as data without a scale.
 const DERIVATIVE_TOLERANCE: f64 = 1e-3;
 /// Relative difference below which the factors of several experiments are equal, up to rounding.
 const SAME_SECTION: f64 = 1e-9;
@@ -62,11 +62,11 @@ impl fmt::Display for DeterminedGroup {
     }
 }
 
-/// One group per identifiable combination of the covariance, such as `youngs_modulus/density`, with value and 95 % interval
-/// in its unit. The logarithm of the value is the sum of exponents times logarithms of the unknowns. It is corrected by the
-/// `bias` of a mesh and step that the program chose. The interval is `log +- sqrt((k sd)^2 + e^2)`: the largest coverage
-/// factor `k` of its unknowns, the standard deviation of the logarithm, and the remaining discretization error `e`. Empty
-/// without convergence.
+/// One group per identifiable combination of the covariance, such as `youngs_modulus/density`, with value and 95 %
+/// interval in its unit. The logarithm of the value is the sum of exponents times logarithms of the unknowns. It is
+/// corrected by the `bias` of a mesh and step that the program chose. The interval is `log +- sqrt((k sd)^2 + e^2)`:
+/// the largest coverage factor `k` of its unknowns, the standard deviation of the logarithm, and the remaining
+/// discretization error `e`. Empty without convergence.
 pub(crate) fn determined_combinations(
     Fitted { search, optimum }: Fitted,
     LocalAnalysis { covariance, correlations, .. }: &LocalAnalysis,
@@ -100,8 +100,8 @@ struct GroupFactor {
     value: f64,
 }
 
-/// Factors of the groups of `modulus` in an experiment, from the section and density of its scene: `GJ` (torsion constant) of
-/// a shear modulus, else `EI`, or `EI1` and `EI2` of a rod that bends in two planes.
+/// Factors of the groups of `modulus` in an experiment, from the section and density of its scene: `GJ` (torsion
+/// constant) of a shear modulus, else `EI`, or `EI1` and `EI2` of a rod that bends in two planes.
 fn group_factors(problem: &Problem, modulus: Parameter) -> Vec<GroupFactor> {
     if problem.scene().structure.is_some() {
         return Vec::new();
@@ -120,8 +120,8 @@ fn group_factors(problem: &Problem, modulus: Parameter) -> Vec<GroupFactor> {
     }
 }
 
-/// Factors of the groups of `modulus` that all these experiments share, those of the first one. Empty where number, symbol or
-/// value differ by more than [`SAME_SECTION`], or without experiments.
+/// Factors of the groups of `modulus` that all these experiments share, those of the first one. Empty where number,
+/// symbol or value differ by more than [`SAME_SECTION`], or without experiments.
 fn shared_factors<'a>(
     mut experiments: impl Iterator<Item = &'a Experiment>,
     modulus: Parameter,
@@ -139,12 +139,12 @@ fn shared_factors<'a>(
     if is_shared { first } else { Vec::new() }
 }
 
-/// Ratios of stiffness to mass per length, m^4/s^2, for each estimated Young's or shear modulus: `EI/(rho A)`, or two of a
-/// rod that bends in two planes, or `GJ/(rho A)`. The value is the modulus times `I/(rho A)` (or `J/(rho A)`) of the scene;
-/// the relative standard error is that of the modulus. Empty unless the logarithmic derivatives of all estimates by the
-/// density are 1 (moduli) or 0 (others) within [`DERIVATIVE_TOLERANCE`]; those without a standard error or a derivative are
-/// not tested. Empty also where these derivatives were not computed; experiments with different sections or densities have
-/// no common group.
+/// Ratios of stiffness to mass per length, m^4/s^2, for each estimated Young's or shear modulus: `EI/(rho A)`, or two
+/// of a rod that bends in two planes, or `GJ/(rho A)`. The value is the modulus times `I/(rho A)` (or `J/(rho A)`) of
+/// the scene; the relative standard error is that of the modulus. Empty unless the logarithmic derivatives of all
+/// estimates by the density are 1 (moduli) or 0 (others) within [`DERIVATIVE_TOLERANCE`]; those without a standard
+/// error or a derivative are not tested. Empty also where these derivatives were not computed; experiments with
+/// different sections or densities have no common group.
 pub(crate) fn determined_groups(
     search: &Search,
     estimates: &[Estimate],

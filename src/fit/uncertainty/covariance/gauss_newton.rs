@@ -1,17 +1,18 @@
 //! Covariance of the estimates by the Gauss-Newton approximation, with an analysis of identifiability.
 //!
-//! Input are the rows of the Jacobian by the unknowns on their scales (logarithms of positive parameters), in units
-//! of the noise. A column of at most [`SMALLEST_EFFECT`] times the norm of the measured scales has no effect, which
-//! is a finding by itself (unless the unknown has a one-sided bound). Singular values of the Jacobian with unit
-//! columns up to [`STRUCTURAL`] of the largest belong to directions of the unknowns without effect. The inverse
-//! `(J'J)^-1` of the normal matrix is formed without them. The covariance is `v (J'J)^-1` for white noise of the
-//! variance `v`, and `v (J'J)^-1 M (J'J)^-1` for a gradient with the covariance `v M`. Directions along which an
+//! Input are the rows of the Jacobian by the unknowns on their scales (logarithms of positive parameters), in units of
+//! the noise. A column of at most [`SMALLEST_EFFECT`] times the norm of the measured scales has no effect, which is a
+//! finding by itself (unless the unknown has a one-sided bound). Singular values of the Jacobian with unit columns up
+//! to [`STRUCTURAL`] of the largest belong to directions of the unknowns without effect. The inverse `(J'J)^-1` of the
+//! normal matrix is formed without them. The covariance is `v (J'J)^-1` for white noise of the variance `v`, and `v
+//! (J'J)^-1 M (J'J)^-1` for a gradient with the covariance `v M`. Principal axes of the covariance along which an
 //! unknown has a standard deviation beyond `practical_limit` (with a bound: [`BOUNDED_LIMIT`] times that of its
-//! logarithm) are practically not identifiable. So are those from [`SUSPICIOUS`] of the limit on, if the misfit at
-//! the limit has not risen enough. Output is a [`Covariance`]: standard deviations on these scales (none for unknowns
+//! logarithm) are practically not identifiable. So are those from [`SUSPICIOUS`] of the limit on, if the misfit at the
+//! limit has not risen enough. Output is a [`Covariance`]: standard deviations on these scales (none for unknowns
 //! without effect, in such directions or with a one-sided bound), correlations, identifiable products, and the
-//! unidentifiable directions with their texts. It also returns the linear response of a fit to changes of its
-//! residuals. A failed decomposition is an error.
+//! unidentifiable directions with their texts. Its `response` is the linear response of a fit to changes of its
+//! residuals, and `variance_along` the variance of a linear function of the unknowns. `held_unknowns` lists one unknown
+//! of each product, with which held the others are determined. A failed decomposition is an error.
 
 use crate::error::Error;
 use crate::fit::uncertainty::covariance::combinations::{Combination, constant_combinations};
@@ -30,8 +31,8 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 const STRUCTURAL: f64 = 1e-7;
 /// Part of the norm of the scales of all measured values up to which the effect of an unknown is a rounding error.
 const SMALLEST_EFFECT: f64 = 1e-9;
-/// Limit of the standard deviation of an unknown with a bound, over that of its logarithm: no direction is unidentifiable
-/// because of it.
+/// Limit of the standard deviation of an unknown with a bound, over that of its logarithm: no direction is
+/// unidentifiable because of it.
 const BOUNDED_LIMIT: f64 = 20.0;
 
 /// Linear model of a fit at its optimum: the unknowns that respond, and the weights of its residuals.
@@ -70,23 +71,23 @@ pub(crate) struct Covariance {
     unit_covariance: DMatrix<f64>,
     /// Variance of the noise.
     variance: f64,
-    /// Whether each unknown has a one-sided bound, and its logarithm an effect.
+    /// Whether each unknown has an upper bound, and its logarithm an effect at the optimum.
     has_bound: Vec<bool>,
 }
 
 impl Covariance {
-    /// Covariance of the `unknowns` from the `rows` of the Jacobian by the unknowns on their scales (logarithms of positive
-    /// parameters). Rows are in units of the noise, whose `variance` is 1 with a stated sigma. `bounds` are the one-sided
-    /// bounds, in the order of the unknowns; empty: none. `motion` is the norm of the scales of all measured values, as rod
-    /// lengths, in the same units. `score_covariance` is the covariance of the gradient over the variance, where it is not
-    /// `J'J`. `rise` returns the rise of twice the misfit by a step from the optimum, over the one at the end of a 95 %
-    /// interval. Error: the singular value decomposition fails.
+    /// Covariance of the `unknowns` from the `rows` of the Jacobian by the unknowns on their scales (logarithms of
+    /// positive parameters). Rows are in units of the noise, whose `variance` is 1 with a stated sigma. `bounds` are
+    /// the one-sided bounds, in the order of the unknowns; empty: none. `motion` is the norm of the scales of all
+    /// measured values, as rod lengths, in the same units. `score_covariance` is the covariance of the gradient over
+    /// the variance, where it is not `J'J`. `rise` returns the rise of twice the misfit by a step from the optimum,
+    /// over the one at the end of a 95 % interval. Error: the singular value decomposition fails.
     ///
-    /// A column of at most [`SMALLEST_EFFECT`] times `motion` is a finding by itself. A principal axis of the covariance is
-    /// practically unidentifiable if its deviation exceeds the limit. It is so too from [`SUSPICIOUS`] of the limit on, if
-    /// `rise` at the limit is below 1 on either side. Unknowns in such directions, and those with a one-sided bound, have no
-    /// deviation. Products that are constant along all of these directions become combinations, if the standard deviation of
-    /// their logarithm is below [`PRACTICAL_LOG`].
+    /// A column of at most [`SMALLEST_EFFECT`] times `motion` is a finding by itself. A principal axis of the
+    /// covariance is practically unidentifiable if its deviation exceeds the limit. It is so too from [`SUSPICIOUS`] of
+    /// the limit on, if `rise` at the limit is below 1 on either side. Unknowns in such directions, and those with a
+    /// one-sided bound, have no deviation. Products that are constant along all of these directions become
+    /// combinations, if the standard deviation of their logarithm is below [`PRACTICAL_LOG`].
     pub fn new(
         unknowns: &[Unknown],
         bounds: &[Option<NearZeroEstimate>],
@@ -210,8 +211,8 @@ impl Covariance {
         Ok(found)
     }
 
-    /// Index of the last unknown of each identifiable combination, ascending and without repetition: with these held, the
-    /// others are determined.
+    /// Index of the last unknown of each identifiable combination, ascending and without repetition: with these held,
+    /// the others are determined.
     pub fn held_unknowns(&self) -> Vec<usize> {
         let last = |c: &Combination| c.powers().map(|(j, _)| j).last();
         let mut held: Vec<usize> = self.combinations.iter().filter_map(last).collect();
@@ -221,7 +222,7 @@ impl Covariance {
     }
 
     /// Variance `v f'Cf` of the sum of the unknowns, on their scales (logarithms of positive parameters), times these
-    /// `factors`, one per unknown.
+    /// `factors` `f`, one per unknown. `v` is the variance of the noise, and `v C` the covariance of the unknowns.
     fn variance_of(&self, factors: DVector<f64>) -> f64 {
         self.variance * factors.dot(&(&self.unit_covariance * &factors))
     }
@@ -233,10 +234,10 @@ impl Covariance {
         self.variance_of(DVector::from_fn(row.len(), |j, _| factor(j)))
     }
 
-    /// Response to a `change` of the unweighted residuals: the unknowns move by `-(J'WJ)^-1 J'W change`, with the squared
-    /// `weights` and the `rows` of the unweighted Jacobian `J`. Unknowns respond that are identifiable, have an upper bound
-    /// away from zero, or are part of an identifiable combination; the others have none. Also returns the change of the
-    /// residuals after the response.
+    /// Response to a `change` of the unweighted residuals: the unknowns move by `-(J'WJ)^-1 J'W change`, with the
+    /// squared `weights` and the `rows` of the unweighted Jacobian `J`. Unknowns respond that are identifiable, have an
+    /// upper bound away from zero, or are part of an identifiable combination; the others have none. Also returns the
+    /// change of the residuals after the response.
     pub fn response(&self, change: &[f64], weights: &[f64], rows: &[Vec<f64>]) -> LinearResponse {
         let n = self.deviation.len();
         let weighted: Vec<f64> = change.iter().zip(weights).map(|(c, w)| w * w * c).collect();

@@ -1,14 +1,14 @@
 //! Directions of the unknowns that the data do not determine, with their descriptions.
 //!
-//! Input are directions, as changes of the unknowns on their scales, from the covariance. Structural ones are the
-//! right singular vectors of the scaled Jacobian with small singular values: they do not change the observed values,
-//! and exact data would not determine them either. Practical directions are those whose change the noise hides.
+//! Input are directions, as changes of the unknowns on their scales, from the covariance. Structural ones are the right
+//! singular vectors of the scaled Jacobian with small singular values: they do not change the observed values, and
+//! exact data would not determine them either. Practical directions are those whose change the noise hides.
 //! [`sparsest`] rewrites the structural ones with few unknowns each, and eliminates the unknowns chosen for them from
-//! the practical ones. It sets components up to [`SMALLEST_COMPONENT`] of the largest to zero.
-//! [`describe_directions`] turns each into an [`UnidentifiableDirection`] with a text for the report,
-//! [`without_effect`] a single unknown without effect, and [`summarize`] the first [`SUMMARIZED`] into the status of
-//! the fit. The limits of practical identifiability are standard deviations of an unknown on its scale:
-//! [`PRACTICAL_LOG`] of the logarithm of a positive parameter, else [`PRACTICAL_LINEAR`] in its unit.
+//! the practical ones. It sets components up to [`SMALLEST_COMPONENT`] of the largest to zero. [`describe_directions`]
+//! turns each into an [`UnidentifiableDirection`] with a text for the report, [`without_effect`] a single unknown
+//! without effect, and [`summarize`] the first [`SUMMARIZED`] into the status of the fit. The limits of practical
+//! identifiability ([`practical_limit`]) are standard deviations of an unknown on its scale: [`PRACTICAL_LOG`] of the
+//! logarithm of a positive parameter, else [`PRACTICAL_LINEAR`] in its unit.
 
 use crate::code::Code;
 use crate::fit::search::damping::may_vanish;
@@ -19,7 +19,8 @@ use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 
-/// Components of a direction below this part of the largest are zero. Smaller: descriptions list unknowns by rounding errors.
+/// Components of a direction below this part of the largest are zero. Smaller: descriptions list unknowns by rounding
+/// errors.
 const SMALLEST_COMPONENT: f64 = 0.05;
 /// Largest number of unknowns of a direction that its description lists completely.
 const MOST_LISTED: usize = 6;
@@ -31,8 +32,8 @@ const SUMMARIZED: usize = 3;
 pub(crate) const PRACTICAL_LOG: f64 = 1.0;
 /// The same of parameters that are not positive, in their units: a quarter of the range of beta or Poisson's ratio.
 const PRACTICAL_LINEAR: f64 = 0.25;
-/// Standard deviation, over the largest one of an identifiable unknown, from which on the misfit at that limit is computed:
-/// it may be flatter than at the optimum. Smaller: more simulations.
+/// Standard deviation, over the largest one of an identifiable unknown, from which on the misfit at that limit is
+/// computed: it may be flatter than at the optimum. Smaller: more simulations.
 pub(crate) const SUSPICIOUS: f64 = 0.1;
 
 /// Kind of non-identifiability.
@@ -76,8 +77,8 @@ pub(crate) fn practical_limit(unknown: &Unknown) -> f64 {
     if unknown.parameter.is_positive() { PRACTICAL_LOG } else { PRACTICAL_LINEAR }
 }
 
-/// Finding on a parameter without effect on the observed values. It is structural. For a damping while other unknowns have an
-/// effect (`is_only_one` is false) it is practical: the damping is zero at the optimum, by these data.
+/// Finding on a parameter without effect on the observed values. It is structural. For a damping while other unknowns
+/// have an effect (`is_only_one` is false) it is practical: the damping is zero at the optimum, by these data.
 pub(crate) fn without_effect(unknown: &Unknown, is_only_one: bool) -> UnidentifiableDirection {
     // At a damping of zero its logarithm has no effect, although larger values have one.
     let (kind, description) = match may_vanish(unknown) && !is_only_one {
@@ -90,15 +91,15 @@ pub(crate) fn without_effect(unknown: &Unknown, is_only_one: bool) -> Unidentifi
     UnidentifiableDirection { kind, parameters: vec![unknown.parameter], description }
 }
 
-/// Text that an unknown has no effect on the observed quantities.
+/// The description, as text, of an unknown that has no effect on the observed quantities.
 fn no_effect(unknown: &Unknown) -> String {
     format!("{unknown} has no effect on the observed quantities")
 }
 
 /// One finding of this `kind` per direction, in their order, with the parameters of its nonzero components and a text.
-/// `directions` are changes of the unknowns on their scales, with zeros for those not involved; `deviations` are the standard
-/// deviations of all unknowns on their scales. Two positive parameters are described by the product that stays constant,
-/// others by a weighted sum. Practical findings add the standard deviations, or that the misfit is flat.
+/// `directions` are changes of the unknowns on their scales, with zeros for those not involved; `deviations` are the
+/// standard deviations of all unknowns on their scales. Two positive parameters are described by the product that stays
+/// constant, others by a weighted sum. Practical findings add the standard deviations, or that the misfit is flat.
 pub(crate) fn describe_directions(
     unknowns: &[Unknown],
     directions: Vec<Vec<f64>>,
@@ -148,10 +149,10 @@ pub(crate) fn describe_directions(
 }
 
 /// Directions that span the same space with few unknowns each, by Gauss-Jordan elimination: singular vectors of equal
-/// singular values are arbitrary combinations. In turn, the largest component of each structural direction, at an unknown
-/// that was not chosen before, is eliminated from all other structural and from all practical directions. Components up to
-/// [`SMALLEST_COMPONENT`] of the largest become zero. Returns the structural and the practical directions, in their order
-/// and not normalized.
+/// singular values are arbitrary combinations. In turn, the largest component of each structural direction, at an
+/// unknown that was not chosen before, is eliminated from all other structural and from all practical directions.
+/// Components up to [`SMALLEST_COMPONENT`] of the largest become zero. Returns the structural and the practical
+/// directions, in their order and not normalized.
 pub(crate) fn sparsest(
     mut structural: Vec<Vec<f64>>,
     mut practical: Vec<Vec<f64>>,
@@ -210,9 +211,9 @@ fn practical_reason(
     format!("standard deviation {}", sizes.join(" and "))
 }
 
-/// Text of a direction as a sum of its unknowns with components over the largest, such as `+1.000 density -0.500 radius`. Of
-/// more than [`MOST_LISTED`] `involved` unknowns the [`LISTED`] with the largest components are written, and the others
-/// counted.
+/// Text of a direction as a sum of its unknowns with components over the largest, such as `+1.000 density -0.500
+/// radius`. Of more than [`MOST_LISTED`] `involved` unknowns the [`LISTED`] with the largest components are written,
+/// and the others counted.
 fn weighted_sum(unknowns: &[Unknown], direction: &[f64], involved: &[usize]) -> String {
     let most = largest_component(direction);
     let listed = listed_unknowns(direction, involved);
@@ -224,8 +225,8 @@ fn weighted_sum(unknowns: &[Unknown], direction: &[f64], involved: &[usize]) -> 
     terms.join(" ")
 }
 
-/// Indices of the unknowns that a description lists: all `involved` ones in their order. Of more than [`MOST_LISTED`] the
-/// [`LISTED`] with the largest absolute components, the largest first.
+/// Indices of the unknowns that a description lists: all `involved` ones in their order. Of more than [`MOST_LISTED`]
+/// the [`LISTED`] with the largest absolute components of the `direction`, the largest first.
 fn listed_unknowns(direction: &[f64], involved: &[usize]) -> Vec<usize> {
     let mut listed = involved.to_vec();
     if listed.len() > MOST_LISTED {

@@ -35,9 +35,9 @@ pub(crate) struct LocalAnalysis {
 }
 
 impl LocalAnalysis {
-    /// Analyzes an optimum. `known` are the one-sided bounds that were found before a correction of the residuals, one per
-    /// unknown; only these are then added to the bounds of dampings. With None they are searched for, by fits with one
-    /// unknown held. Errors: failed decomposition or simulation, and [`Error::Interrupted`] after a stop.
+    /// Analyzes an optimum. `known` are the one-sided bounds that were found before a correction of the residuals, one
+    /// per unknown; only these are then added to the bounds of dampings. With None they are searched for, by fits with
+    /// one unknown held. Errors: failed decomposition or simulation, and [`Error::Interrupted`] after a stop.
     pub fn new(fitted: Fitted, known: Option<&[Option<NearZeroEstimate>]>) -> Result<Self, Error> {
         let Fitted { search, optimum } = fitted;
         // Noise first: its weights scale the rows of the Jacobian for everything after.
@@ -80,9 +80,9 @@ impl LocalAnalysis {
         Ok(Self { noise, correlations, adequacy, covariance, bounds })
     }
 
-    /// The linear model of the fit at its optimum: which unknowns respond to changes of the residuals, and the weights of the
-    /// rows. Those with a standard deviation or a one-sided bound respond. Of each identifiable combination the first unknown
-    /// responds, and represents it.
+    /// The linear model of the fit at its optimum: which unknowns respond to changes of the residuals, and the weights
+    /// of the rows. Those with a standard deviation or a one-sided bound respond. Of each identifiable combination the
+    /// first unknown responds, and represents it.
     pub fn linear_fit(&self) -> LinearFit {
         let is_bounded = |bound: &Option<NearZeroEstimate>| bound.is_some_and(|b| b.is_one_sided());
         let all = self.covariance.deviation.iter().zip(&self.bounds);
@@ -95,9 +95,9 @@ impl LocalAnalysis {
     }
 }
 
-/// Norm of the scales of all measured values, in units of the noise: the root of the sum of `(scale/sigma)^2` over them. The
-/// scale of positions is the larger of rod length and size of the motion, that of other values their size. The covariance
-/// compares effects with it.
+/// Norm of the scales of all measured values, in units of the noise: the root of the sum of `(scale/sigma)^2` over
+/// them. The scale of positions is the larger of rod length and size of the motion, that of other values their size.
+/// The covariance compares effects with it.
 fn motion_norm(fitted: Fitted) -> f64 {
     let squares = fitted.measured().map(|own| {
         let scale = own.measurement.scale(&own.experiment.problem);

@@ -16,10 +16,10 @@ use crate::fit::uncertainty::noise::residual_noise::score_covariance;
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use nalgebra::DMatrix;
 
-/// Standard errors of the `estimates`, one each, in their units, from the Hessian of the misfit at the optimum. None for
-/// estimates with an upper bound, as their logarithm has no standard deviation, and for those without a value. If the
-/// simulation of the Hessian fails, all are none, and a note is added. If it is not positive definite, all are none, with a
-/// warning of the severity `Worthless`.
+/// Standard errors of the `estimates`, one each, in their units, from the Hessian of the misfit at the optimum. None
+/// for estimates with an upper bound, as their logarithm has no standard deviation, and for those without a value. If
+/// the simulation of the Hessian fails, all are none, and a note is added. If it is not positive definite, all are
+/// none, with a warning of the severity `Worthless`.
 pub(crate) fn std_errors(
     fitted: Fitted,
     LocalAnalysis { noise, correlations, .. }: &LocalAnalysis,

@@ -1,13 +1,16 @@
 //! One-sided bounds of parameters that the data do not bound on the other side, from the profile likelihood.
 //!
-//! Above some modulus a rod no longer bends by a detectable amount: the misfit is flat, and an interval around the optimum
-//! has no meaning. Candidates are positive parameters without a prior that are not identifiable by themselves, or (except
-//! dampings) whose scan is flat on a side. The parameter is held, all others are fitted, at factors of 2, 16 and 65536 from
-//! the optimum; farther off if both sides are open. Rises are those of twice the misfit over the least of the profile, in
-//! units of the variance of the noise. A side is open if its farthest point, at least a factor of 2 off, has risen by less
-//! than [`OPEN_BELOW`]. One open side is a bound if the other has risen by at least that; it ends at the square of the
-//! one-sided 95 % quantile. [`add_one_sided_bounds`] adds the bounds, in the unit of the parameter, to the entries of the
-//! candidates. It adds none without convergence or where residuals are rounding errors; a stop is an error.
+//! Above some modulus a rod no longer bends by a detectable amount: the misfit is flat, and an interval around the
+//! optimum has no meaning. Candidates are positive parameters without a prior that are not identifiable by themselves,
+//! or (except dampings) whose scan is flat on a side. The parameter is held and all others are fitted, at factors of 2,
+//! 16 and 65536 to both sides of the optimum; farther off if both sides are open. The values are within the bounds of
+//! the parameter and at most [`BEYOND_SCAN`] above the scan; if the optimum is above the scan, factors are counted from
+//! the end of the scan. Rises are those of twice the misfit over the least of the profile, in units of the variance of
+//! the noise. A side is open if its farthest point, at least a factor of 2 off, has risen by less than [`OPEN_BELOW`],
+//! and closed if it has risen by at least that. If one side is open and the other closed, the closed side has the
+//! bound: the value where the rise is the squared one-sided 95 % quantile. [`add_one_sided_bounds`] adds the bounds, in
+//! the unit of the parameter, to the entries of the candidates. It adds none without convergence or where residuals are
+//! rounding errors. A stop is an error, and so is a failed fit at a lower minimum that a profile finds.
 
 use crate::error::Error;
 use crate::fit::search::damping::may_vanish;
@@ -23,8 +26,8 @@ use std::f64::consts::LN_2;
 /// Rise of the profile, in units of the variance of the noise, up to which a side is open: two standard deviations of a
 /// likelihood ratio.
 const OPEN_BELOW: f64 = 4.0;
-/// Rise, in units of the variance of the noise, above which a side is closed, and nothing farther off is evaluated: five
-/// standard deviations.
+/// Rise, in units of the variance of the noise, above which a side is closed, and nothing farther off is evaluated:
+/// five standard deviations.
 const CLOSED_ABOVE: f64 = 25.0;
 /// Distances on the scale of logarithms at which the profile is evaluated: from a factor of two, four times as far
 /// each, to five decades. Farther off the rounding errors of a simulation show.
@@ -34,8 +37,8 @@ const DISTANCES: [f64; 3] = [LN_2, 4.0 * LN_2, 16.0 * LN_2];
 const FARTHER: [f64; 2] = [32.0 * LN_2, 48.0 * LN_2];
 /// Distance from the optimum of the end of an open side: a factor of two, but for rounding.
 const LEAST_DISTANCE: f64 = 0.99 * LN_2;
-/// Distance beyond the largest value of the scan, on the scale of logarithms, up to which the profile is evaluated: a factor
-/// of 16.
+/// Distance beyond the largest value of the scan, on the scale of logarithms, up to which the profile is evaluated: a
+/// factor of 16.
 const BEYOND_SCAN: f64 = 4.0 * LN_2;
 /// Misfit of the scan at the end of an axis over its least one below which the profile is evaluated. A rise by
 /// [`OPEN_BELOW`] of twenty values is less.
@@ -44,10 +47,11 @@ const FLAT: f64 = 1.5;
 const MOST_STEPS: usize = 12;
 /// Accuracy of an end on the scale of logarithms: 2 %.
 const TOLERANCE: f64 = 0.02;
-/// Least and largest part of the bracket of an end at which its next point is evaluated, so that every step shortens the bracket.
+/// Least and largest part of the bracket of an end at which its next point is evaluated, so that every step shortens
+/// the bracket.
 const BRACKET_PARTS: [f64; 2] = [0.1, 0.9];
 
-/// A point of the profile: the optimum with one unknown held.
+/// A point of the profile: the optimum of all other unknowns with one unknown held.
 struct ProfilePoint {
     /// The held unknown, on its scale.
     held: f64,
@@ -62,8 +66,8 @@ struct BoundSearchProfile<'a> {
     fitted: Fitted<'a>,
     /// Index of the unknown.
     unknown: usize,
-    /// The optimum, or the largest value of the scan where the optimum is beyond: there the rounding errors of a simulation
-    /// are small.
+    /// The optimum, or the largest value of the scan where the optimum is beyond: there the rounding errors of a
+    /// simulation are small.
     here: f64,
     /// The least and the largest value at which it is evaluated.
     range: [f64; 2],
@@ -74,11 +78,11 @@ struct BoundSearchProfile<'a> {
 }
 
 /// Adds one-sided bounds to the empty entries of `bounds`, one entry per unknown, or replaces entries without a bound.
-/// Candidates are positive parameters without a prior that are unidentifiable by themselves, not in a combination. Others
-/// except dampings are candidates if their scan is flat on a side. Unknowns without an effect on the residuals are none.
-/// Nothing is added without convergence, or where the residuals are rounding errors. The standard deviation of the
-/// logarithm of a bounded unknown is that with all others held, at least 1. Lower minima that the profiles find are
-/// recorded in the search. Error: the fit is stopped, or the fit at such a minimum fails.
+/// Candidates are positive parameters without a prior that are unidentifiable by themselves, not in a combination.
+/// Others except dampings are candidates if their scan is flat on a side. Unknowns without an effect on the residuals
+/// are none. Nothing is added without convergence, or where the residuals are rounding errors. The standard deviation
+/// of the logarithm of a bounded unknown is that with all others held, at least 1. Lower minima that the profiles find
+/// are recorded in the search. Error: the fit is stopped, or the fit at such a minimum fails.
 pub(crate) fn add_one_sided_bounds(
     fitted: Fitted,
     noise: &ResidualNoise,
@@ -119,8 +123,8 @@ pub(crate) fn add_one_sided_bounds(
 }
 
 /// Whether the scan of the search is flat at the least or the largest of its values of unknown `j`: the misfit is below
-/// [`FLAT`] times the least one of the scan, more than a factor of two from the optimum. False with fewer than three scanned
-/// values.
+/// [`FLAT`] times the least one of the scan, more than a factor of two from the optimum. False with fewer than three
+/// scanned values.
 fn is_scan_flat(Fitted { search, optimum }: Fitted, j: usize) -> bool {
     let scanned = search.journal.scanned_line(j);
     let least = scanned.iter().map(|(_, misfit)| *misfit).fold(f64::INFINITY, f64::min);
@@ -131,10 +135,10 @@ fn is_scan_flat(Fitted { search, optimum }: Fitted, j: usize) -> bool {
 }
 
 impl<'a> BoundSearchProfile<'a> {
-    /// The profile with the optimum as its only point. `variance` is that of the noise for this unknown. Let `last` be the
-    /// largest scanned value, or the largest usual value of the parameter if that is smaller. The range is that of the bounds
-    /// of the unknown, but ends [`BEYOND_SCAN`] above `last`. Distances are counted from the optimum, or from `last` if the
-    /// optimum is larger.
+    /// The profile with the optimum as its only point. `variance` is that of the noise for this unknown. Let `last` be
+    /// the largest scanned value, or the largest usual value of the parameter if that is smaller. The range is that of
+    /// the bounds of the unknown, but ends [`BEYOND_SCAN`] above `last`. Distances are counted from the optimum, or
+    /// from `last` if the optimum is larger.
     fn new(fitted: Fitted<'a>, unknown: usize, variance: f64) -> Self {
         let Fitted { search, optimum } = fitted;
         let [low, high] = search.unknowns[unknown].scaled_bounds();
@@ -153,10 +157,11 @@ impl<'a> BoundSearchProfile<'a> {
         Self { fitted, unknown, here, range, variance, points: vec![first] }
     }
 
-    /// The bound, in the parameter's unit, if exactly one side is open and the other is closed; else none. `quantile` is the
-    /// distance of a one-sided 95 % limit in standard deviations: the bound is where the rise over the least point is its
-    /// square. The value is the accepted point nearest to the optimum, as the profile is flat toward the open side. A lower
-    /// minimum than the optimum is recorded in the search. Error: the fit is stopped, or fails at that minimum.
+    /// The bound, in the parameter's unit, if exactly one side is open and the other is closed; else none. `quantile`
+    /// is the distance of a one-sided 95 % limit in standard deviations: the bound is where the rise over the least
+    /// point is its square. The value is the accepted point nearest to the optimum, as the profile is flat toward the
+    /// open side. A lower minimum than the optimum is recorded in the search. Error: the fit is stopped, or fails at
+    /// that minimum.
     fn bound(mut self, quantile: f64) -> Result<Option<NearZeroEstimate>, Error> {
         let here = self.here;
         if here != self.fitted.optimum.x[self.unknown] {
@@ -200,28 +205,29 @@ impl<'a> BoundSearchProfile<'a> {
         self.points.iter().map(|p| p.rise).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether the lower and the upper side are open: their farthest points are at least [`LEAST_DISTANCE`] from the origin
-    /// of the distances (`here`) and have risen by less than [`OPEN_BELOW`] over the least point.
+    /// Whether the lower and the upper side are open: their farthest points are at least [`LEAST_DISTANCE`] from the
+    /// origin of the distances (`here`) and have risen by less than [`OPEN_BELOW`] over the least point.
     fn is_open(&self) -> [bool; 2] {
         let (least, here) = (self.least(), self.here);
         self.test_ends(|p| p.rise - least < OPEN_BELOW && (p.held - here).abs() >= LEAST_DISTANCE)
     }
 
-    /// Whether the farthest points of the lower and the upper side have risen by [`OPEN_BELOW`] over the least point. At a
-    /// bound of the parameter a side may be neither open nor closed.
+    /// Whether the farthest points of the lower and the upper side have risen by [`OPEN_BELOW`] over the least point.
+    /// At a bound of the parameter a side may be neither open nor closed.
     fn is_closed(&self) -> [bool; 2] {
         let least = self.least();
         self.test_ends(|p| p.rise - least >= OPEN_BELOW)
     }
 
-    /// Result of a `test` of the point with the least and of that with the largest held value.
+    /// Results of a `test` of the point with the least held value (lower side) and of that with the largest one (upper
+    /// side).
     fn test_ends(&self, test: impl Fn(&ProfilePoint) -> bool) -> [bool; 2] {
         [self.points.first(), self.points.last()].map(|end| end.is_some_and(&test))
     }
 
-    /// Evaluates the profile on a `side` (-1 or 1) at these ascending `distances` from `here` and adds the points. It ends
-    /// after a point that has risen above [`CLOSED_ABOVE`], after the end of the range, and before a point that cannot be
-    /// simulated. Distances within the explored range end it without a point. Error: the fit is stopped.
+    /// Evaluates the profile on a `side` (-1 or 1) at these ascending `distances` from `here` and adds the points. It
+    /// ends after a point that has risen above [`CLOSED_ABOVE`], after the end of the range, and before a point that
+    /// cannot be simulated. Distances within the explored range end it without a point. Error: the fit is stopped.
     fn explore(&mut self, side: f64, distances: &[f64]) -> Result<(), Error> {
         let ([low, high], here) = (self.range, self.here);
         let limit = if side > 0.0 { high - here } else { here - low };
@@ -248,8 +254,8 @@ impl<'a> BoundSearchProfile<'a> {
         Ok(())
     }
 
-    /// The profile at the value `held` of the unknown, on its scale (logarithm), by a fit of the other unknowns from `from`.
-    /// Where that fit fails the rise is infinite, and the others stay at `from`. Error: the fit is stopped.
+    /// The profile at the value `held` of the unknown, on its scale (logarithm), by a fit of the other unknowns from
+    /// `from`. Where that fit fails the rise is infinite, and the others stay at `from`. Error: the fit is stopped.
     fn evaluate(&self, held: f64, from: &[f64]) -> Result<ProfilePoint, Error> {
         let mut x = from.to_vec();
         x[self.unknown] = held;
@@ -281,10 +287,10 @@ impl<'a> BoundSearchProfile<'a> {
         Ok(())
     }
 
-    /// Value of the unknown, on its scale (logarithm), at which the profile rises above `level` on the given `side` (-1 or
-    /// 1), to [`TOLERANCE`]. Each new point is that of a parabola between the outermost accepted point (rise up to `level`)
-    /// and its neighbor outside. If no point is outside, or after [`MOST_STEPS`], it is the outermost accepted point. Error:
-    /// the fit is stopped.
+    /// Value of the unknown, on its scale (logarithm), at which the profile rises above `level` on the given `side` (-1
+    /// or 1), to [`TOLERANCE`]. Each new point is that of a parabola between the outermost accepted point (rise up to
+    /// `level`) and its neighbor outside. If no point is outside, or after [`MOST_STEPS`], it is the outermost accepted
+    /// point. Error: the fit is stopped.
     fn end(&mut self, side: f64, level: f64) -> Result<f64, Error> {
         for _ in 0..MOST_STEPS {
             // From the closed end inwards, the first accepted point, and the one outside of it.

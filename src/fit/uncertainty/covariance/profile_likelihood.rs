@@ -2,12 +2,12 @@
 //!
 //! One unknown is held and all others are fitted: the misfit as a function of the held one is its profile. The 95 %
 //! interval ends where twice the misfit, in units of the variance of the noise, has risen by the squared coverage
-//! factor. Each end is found by Newton's method within brackets, on the signed root of the rise. The derivative of
-//! the profile is the partial one (envelope theorem). [`profile_intervals`] returns the intervals and the evaluated
-//! points for plots, for all unknowns with a standard deviation, on request of the fit; both are converted to the
-//! unit of the parameter. An end is the bound of the unknown where the profile has not risen there. It is none beyond
-//! [`FARTHEST`] on the scale of the unknown, after [`MOST_POINTS`], where simulations fail before it, and on a side
-//! with a point below the optimum. Such a point is a warning of a wrong minimum (`Worthless`).
+//! factor. Each end is found by Newton's method within brackets, on the signed root of the rise. The derivative of the
+//! profile is the partial one (envelope theorem). [`profile_intervals`] returns the intervals and the evaluated points
+//! for plots, for all unknowns with a standard deviation, on request of the fit; both are converted to the unit of the
+//! parameter. An end is the bound of the unknown where the profile has not risen there. It is none beyond [`FARTHEST`]
+//! on the scale of the unknown, after [`MOST_POINTS`], where simulations fail before it, and on a side with a point
+//! below the optimum. Such a point is a warning of a wrong minimum (severity `Worthless`).
 
 use crate::code::Code;
 use crate::error::Error;
@@ -31,8 +31,8 @@ const BETTER: f64 = -1e-2;
 
 /// Part of a bracket, from either side, in which no Newton step ends, so that every step shortens the bracket.
 const BRACKET_MARGIN: f64 = 0.05;
-/// Least and largest factor on the distance from the optimum in a step without an outer bracket: smaller ones hardly move, and
-/// larger ones may leave the range that can be simulated.
+/// Least and largest factor on the distance from the optimum in a step without an outer bracket: smaller ones hardly
+/// move, and larger ones may leave the range that can be simulated.
 const EXPANSION: [f64; 2] = [1.02, 2.5];
 
 /// Profile likelihood of a parameter.
@@ -75,7 +75,7 @@ pub(crate) struct ProfileInterval {
 
 /// The optimum with one unknown held at a value: a point of the profile with its derivative.
 struct RootedProfile {
-    /// All unknowns at the point.
+    /// All unknowns at the point, on their scales.
     x: Vec<f64>,
     /// Signed root of the rise of twice the misfit, in standard deviations of the noise.
     root: f64,
@@ -114,12 +114,12 @@ pub(crate) fn profile_intervals(
     intervals
 }
 
-/// The interval of unknown `i` on its scale (logarithm of a positive parameter), where its standard deviation is `deviation`.
-/// At both ends the root of the rise, which is negative where the misfit is lower than at the optimum, is the
-/// `coverage_factor`. `noise` is the standard deviation of the residuals for this unknown. An end is the bound of the unknown
-/// where the profile has not risen there. It is none beyond [`FARTHEST`], after [`MOST_POINTS`], where simulations fail
-/// before the end, and on a side with a point better than the optimum. That point, and all evaluated ones for plots, are part
-/// of the result.
+/// The interval of unknown `i` on its scale (logarithm of a positive parameter), where its standard deviation is
+/// `deviation`. At both ends the root of the rise, which is negative where the misfit is lower than at the optimum, is
+/// the `coverage_factor`. `noise` is the standard deviation of the residuals for this unknown. An end is the bound of
+/// the unknown where the profile has not risen there. It is none beyond [`FARTHEST`], after [`MOST_POINTS`], where
+/// simulations fail before the end, and on a side with a point better than the optimum. That point, and all evaluated
+/// ones for plots, are part of the result.
 fn profile_interval(
     fitted: Fitted,
     i: usize,
@@ -196,9 +196,9 @@ fn profile_interval(
     ProfileInterval { ends, better, points }
 }
 
-/// The profile of unknown `i` at the value `held` on its scale, by a fit of the others from the start `from`. Returns all
-/// unknowns there, the signed root `sqrt(2 |rise|)/noise` of the rise of the misfit over the optimum, and its derivative by
-/// the held value. `noise` is the standard deviation of the residuals. Error: the constrained fit fails.
+/// The profile of unknown `i` at the value `held` on its scale, by a fit of the others from the start `from`. Returns
+/// all unknowns there, the signed root `sqrt(2 |rise|)/noise` of the rise of the misfit over the optimum, and its
+/// derivative by the held value. `noise` is the standard deviation of the residuals. Error: the constrained fit fails.
 fn rooted_profile(
     Fitted { search, optimum }: Fitted,
     i: usize,
@@ -225,7 +225,8 @@ impl ProfileInterval {
         self.ends.map(|end| end.map(|x| unknown.from_scale(x).clamp(low, high)))
     }
 
-    /// The profile in the parameter's unit, its points ascending. The level of the interval is the squared `coverage_factor`.
+    /// The profile in the parameter's unit, its points ascending. The level of the interval is the squared
+    /// `coverage_factor`.
     pub fn profile(mut self, unknown: &Unknown, coverage_factor: f64) -> Profile {
         self.points.sort_by_cached_key(|point| total_order(point.x));
         Profile {
@@ -250,8 +251,8 @@ mod tests {
     use crate::scene::Point;
     use crate::scene::{Material, Scene, Section, Shape, Time};
 
-    /// A profile about a point beside the minimum finds a better one. About the minimum of a nearly linear model it ends at
-    /// 1.96 standard errors.
+    /// A profile about a point beside the minimum finds a better one. About the minimum of a nearly linear model it
+    /// ends at 1.96 standard errors.
     #[test]
     fn profile_ends_at_1_96_standard_errors_and_finds_better_points() {
         let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };

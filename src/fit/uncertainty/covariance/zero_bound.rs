@@ -1,4 +1,5 @@
-//! One-sided bounds of dampings that are zero at the optimum, or not distinguishable from it.
+//! One-sided bounds of dampings that are zero at the optimum, or not distinguishable from it. Dampings here are all
+//! parameters that may vanish, such as a damping or a drag.
 //!
 //! The search works on the logarithm, which has no effect near zero. Dampings with a relative standard error above
 //! [`SUSPICIOUS`] are examined. On the scale of the parameter itself the misfit is a parabola about an estimate `p`
@@ -8,11 +9,11 @@
 //! p + sqrt(min(p, 0)^2 + (q s)^2)
 //! ```
 //!
-//! where the misfit has risen by `q^2` from its least value for a non-negative damping. One simulation there must
-//! show a rise of at least [`CONFIRMED`] of the predicted one, or there is no bound. Estimates from [`DETECTED`]
-//! standard errors on keep a two-sided interval: their entry has no upper bound. Estimates up to [`ZERO`] of the
-//! bound are 0. [`zero_bounds`] returns one entry per unknown, in its unit, for the covariance. It is none for
-//! unknowns that are not examined, and for all without convergence or with a singular normal matrix.
+//! where the misfit has risen by `q^2` from its least value for a non-negative damping. One simulation there must show
+//! a rise of at least [`CONFIRMED`] of the predicted one, or there is no bound. Estimates from [`DETECTED`] standard
+//! errors on keep a two-sided interval: their entry has no upper bound. Estimates up to [`ZERO`] of the bound are 0.
+//! [`zero_bounds`] returns one entry per unknown, in its unit, for the covariance. It is none for unknowns that are not
+//! examined or whose bound is not confirmed, and for all without convergence or with a singular normal matrix.
 
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::search::damping::may_vanish;
@@ -23,8 +24,8 @@ use crate::fit::uncertainty::noise::residual_noise::{ResidualNoise, misfit_slope
 use crate::numerics::{column_norms, half_sum_of_squares};
 use nalgebra::{DMatrix, DVector};
 
-/// Least rise of the misfit at the upper bound, over the one that the parabola predicts. Below it the parabola does not hold,
-/// and there is no bound. Larger: fewer bounds of nonlinear models.
+/// Least rise of the misfit at the upper bound, over the one that the parabola predicts. Below it the parabola does not
+/// hold, and there is no bound. Larger: fewer bounds of nonlinear models.
 const CONFIRMED: f64 = 0.3;
 /// Standard errors from zero from which on a damping has an interval: one that is zero exceeds them once in 700 times.
 const DETECTED: f64 = 3.0;
@@ -33,8 +34,8 @@ const LARGEST_LOGARITHMIC: f64 = 3.0;
 /// Part of the upper bound up to which an estimate is reported as zero.
 const ZERO: f64 = 1e-3;
 
-/// Estimate of an unknown with a one-sided bound, or one whose logarithm is not normally distributed. All in the parameter's
-/// unit.
+/// Estimate of an unknown with a one-sided bound, or one whose logarithm is not normally distributed. All in the
+/// parameter's unit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NearZeroEstimate {
     /// The estimate, never negative.
@@ -60,12 +61,12 @@ impl NearZeroEstimate {
     }
 }
 
-/// Bounds of all dampings whose logarithm has a standard deviation above [`SUSPICIOUS`], one entry per unknown. That is the
-/// relative standard error, with all other unknowns fitted and the inflation by autocorrelated noise. `rows` are those of
-/// the Jacobian, in units of the noise. One Gauss-Newton step gives the vertex of the parabola, that is the estimate.
-/// `residuals` simulates the misfit at the upper bound once. From [`DETECTED`] standard errors on an entry has no upper
-/// bound; an estimate up to [`ZERO`] of the bound is 0. None for other unknowns and unconfirmed bounds; all none without
-/// convergence or with a singular normal matrix.
+/// Bounds of all dampings whose logarithm has a standard deviation above [`SUSPICIOUS`], one entry per unknown. That is
+/// the relative standard error, with all other unknowns fitted and the inflation by autocorrelated noise. `rows` are
+/// those of the Jacobian, in units of the noise. One Gauss-Newton step gives the vertex of the parabola, that is the
+/// estimate. `residuals` simulates the misfit at the upper bound once. From [`DETECTED`] standard errors on an entry
+/// has no upper bound; an estimate up to [`ZERO`] of the bound is 0. None for other unknowns and unconfirmed bounds;
+/// all none without convergence or with a singular normal matrix.
 pub(crate) fn zero_bounds(
     Fitted { search, optimum }: Fitted,
     rows: &[Vec<f64>],

@@ -1,13 +1,14 @@
 //! Data types of score tests and undetected biases of a report, and the selection of those that texts describe.
 //!
-//! A [`ScoreTest`] has rank, estimated size, z-score and corrected p-value of one omitted effect. An
-//! [`UndetectedBias`] is the bias of one parameter by one effect of a size that the data do not exclude.
-//! `score_tests` and `undetected_bias` compute them. `likely_omitted_effects` returns one text per rank whose best
-//! effect has a p-value below [`SIGNIFICANT`]; it names up to [`NAMED`] others of the rank (one more if that is all)
-//! and counts the rest. `biases_beyond_interval` returns the entry with the largest relative bias of each parameter,
-//! for at most [`DESCRIBED`] parameters. `largest_biases` returns up to [`DESCRIBED`] effects with their biases,
-//! first those with the largest bias of a parameter. Both leave out biases of [`DESCRIBED_BIAS`] standard errors or
-//! less. The summary and the warnings of a fit use the texts.
+//! A [`ScoreTest`] has rank, estimated size, z-score and corrected p-value of one omitted effect. An [`UndetectedBias`]
+//! is the bias of one parameter by one effect of a size that the data do not exclude. They are results of `score_tests`
+//! and `undetected_bias`. Functions here compose texts of them. `likely_omitted_effects` returns one text per rank
+//! whose best effect has a p-value below [`SIGNIFICANT`]; it names up to [`NAMED`] others of the rank (one more if that
+//! is all) and counts the rest. `biases_beyond_interval` returns the entry with the largest relative bias of each
+//! parameter, for at most [`DESCRIBED`] parameters. `largest_biases` returns up to [`DESCRIBED`] effects with their
+//! biases, first those with the largest bias of a parameter. Both leave out biases of [`DESCRIBED_BIAS`] standard
+//! errors or less. The summary and the warnings of a fit use the texts. [`size_text`] is the size of an effect with its
+//! unit, and `both_signs` are the biases of an effect whose sign the data do not determine.
 
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::warning_list::percent;
@@ -56,14 +57,14 @@ pub struct ScoreTest {
     /// Name of the parameter with that change.
     #[serde(default)]
     pub biased_parameter: String,
-    /// Bias of that parameter as a fraction of its true value, if the effect has this size; null where the parameter may be
-    /// zero.
+    /// Bias of that parameter as a fraction of its true value, if the effect has this size; null where the parameter
+    /// may be zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative_bias: Option<f64>,
 }
 
-/// Text of the `size` of an effect with its unit and two digits. Without a unit (a pure number, or a factor of a number of
-/// the scene) it is in per cent.
+/// Text of the `size` of an effect with its unit and two digits. Without a unit (a pure number, or a factor of a number
+/// of the scene) it is in per cent.
 pub(crate) fn size_text(size: f64, unit: &str) -> String {
     match unit {
         "" if size < 0.0 => format!("-{}", percent(-size)),
@@ -80,8 +81,8 @@ impl ScoreTest {
 }
 
 impl fmt::Display for ScoreTest {
-    /// Writes effect, path of its number, signed estimated size, absolute z-score and p-value, as `effect (path: +size, 3.1
-    /// sigma, p)`.
+    /// Writes effect, path of its number, signed estimated size, absolute z-score and p-value, as `effect (path: +size,
+    /// 3.1 sigma, p)`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { source, effect, estimate, unit, z_score, p_value, .. } = self;
         let size = size_text(*estimate, unit);
@@ -91,9 +92,9 @@ impl fmt::Display for ScoreTest {
     }
 }
 
-/// Descriptions of the significant effects of `tests`, which are sorted by rank: one text for each rank whose best effect is
-/// significant. It has the best effect with its size and p-value, and the names of others that the data do not separate from
-/// it. At most [`NAMED`] of these are named (one more if that is all), and the rest is counted.
+/// Descriptions of the significant effects of `tests`, which are sorted by rank: one text for each rank whose best
+/// effect is significant. It has the best effect with its size and p-value, and the names of others that the data do
+/// not separate from it. At most [`NAMED`] of these are named (one more if that is all), and the rest is counted.
 pub(crate) fn likely_omitted_effects(tests: &[ScoreTest]) -> Vec<String> {
     // Effects of one rank cannot be separated: a text names all of them.
     let ranks = tests.chunk_by(|a, b| a.rank == b.rank);
@@ -155,9 +156,9 @@ pub struct UndetectedBias {
 const ASYMMETRIC_BIAS: f64 = 0.2;
 
 impl UndetectedBias {
-    /// Relative biases `b` and `1/(1 + b) - 1` by the effect of either sign, the smaller one first: the estimate is too large
-    /// or too small by the same factor. None where the data determine the sign (there is an `estimate`), or without a
-    /// relative bias. None also where both are at most [`ASYMMETRIC_BIAS`].
+    /// Relative biases `b` and `1/(1 + b) - 1` by the effect of either sign, the smaller one first: the estimate is too
+    /// large or too small by the same factor. None where the data determine the sign (there is an `estimate`), or
+    /// without a relative bias. None also where both are at most [`ASYMMETRIC_BIAS`].
     pub(crate) fn both_signs(&self) -> Option<[f64; 2]> {
         let relative = self.relative.filter(|_| self.estimate.is_none())?;
         // The response is linear in the logarithm: the effect of the other sign biases by the inverse factor.
@@ -182,8 +183,9 @@ impl UndetectedBias {
         }
     }
 
-    /// Text of the effect, its size, the biases of the parameters by it, and the experiment that reveals it. `others` are all
-    /// biases by it that are listed, this one included. The size has the sign `+-` where the data do not determine it.
+    /// Text of the effect, its size, the biases of the parameters by it, and the experiment that reveals it. `others`
+    /// are all biases by it that are listed, this one included. The size has the sign `+-` where the data do not
+    /// determine it.
     pub(crate) fn with(&self, others: &[&Self]) -> String {
         let Self { effect, size, unit, test, .. } = self;
         let size = match self.estimate {
@@ -196,8 +198,8 @@ impl UndetectedBias {
 }
 
 /// For each of the `parameters` the entry with its largest absolute relative bias, with that number as a fraction. Only
-/// entries above [`DESCRIBED_BIAS`] standard errors and with a relative bias count; parameters without such an entry are
-/// left out. The order is that of the parameters, and the list ends after [`DESCRIBED`].
+/// entries above [`DESCRIBED_BIAS`] standard errors and with a relative bias count; parameters without such an entry
+/// are left out. The order is that of the parameters, and the list ends after [`DESCRIBED`].
 pub(crate) fn biases_beyond_interval<'a>(
     all: &'a [UndetectedBias],
     parameters: &[Estimate],
@@ -213,8 +215,8 @@ pub(crate) fn biases_beyond_interval<'a>(
 }
 
 /// Up to [`DESCRIBED`] effects with a bias above [`DESCRIBED_BIAS`] standard errors, each with all its biases above it.
-/// Effects with the largest bias of any parameter, in standard errors, come first, as the estimates quote them. Within both
-/// groups the order is by their largest bias. `all` is sorted by bias, the largest first.
+/// Effects with the largest bias of any parameter, in standard errors, come first, as the estimates quote them. Within
+/// both groups the order is by their largest bias. `all` is sorted by bias, the largest first.
 pub(crate) fn largest_biases(all: &[UndetectedBias]) -> Vec<Vec<&UndetectedBias>> {
     let mut effects: Vec<Vec<&UndetectedBias>> = Vec::new();
     // Entries are sorted by their bias: effects appear in the order of their largest one.

@@ -1,12 +1,13 @@
 //! Statistics of omitted effects at an optimum, from the change `u` of the weighted residuals by an effect of plausible
 //! size, orthogonal to the Jacobian.
 //!
-//! For weighted residuals `r` with the covariance `V` of their noise, [`FitStatistics`] returns the variance `u'Vu` with its
-//! degrees of freedom. It also returns the normal likelihood of the size of the effect: the mean `-u.r/|u|^2` and the
-//! standard deviation `sqrt(u'Vu)/|u|^2`, in plausible sizes. `largest_bias` returns the estimate with the largest bias by
-//! the effect, in its standard errors and as a fraction of positive parameters; 0 without a name if none responds.
-//! `relinearize` returns likelihood and response about another size, by one run at the predicted optimum; a run that fails
-//! is an error. Score tests and undetected biases use them.
+//! For weighted residuals `r` with the covariance `V` of their noise, `variance_along` of [`FitStatistics`] returns the
+//! variance `u'Vu` with its degrees of freedom. `likelihood` is the normal one of the size of the effect: the mean
+//! `-u.r/|u|^2` and the standard deviation `sqrt(u'Vu)/|u|^2`, in plausible sizes. `largest_bias` returns the estimate
+//! with the largest bias by an effect of a given size, in its standard errors and as a fraction of positive parameters.
+//! It is 0 without a name if no estimate with a value and a standard error responds. `relinearize` returns likelihood
+//! and response about another size (`mode`, in plausible sizes), by one run with derivatives at the predicted optimum;
+//! a run that fails is an error. Score tests and undetected biases use them.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -44,24 +45,26 @@ pub(crate) struct StandardizedBias {
 }
 
 impl FitStatistics<'_> {
-    /// Variance `d'Vd` of the noise along a `direction` `d` of the weighted residuals (one number per row), with its degrees
-    /// of freedom.
+    /// Variance `d'Vd` of the noise along a `direction` `d` of the weighted residuals (one number per row), with its
+    /// degrees of freedom.
     pub fn variance_along(&self, direction: &DVector<f64>) -> VarianceAlong {
         let LocalAnalysis { noise, correlations, adequacy, .. } = self.local;
         adequacy.variance_along(direction.as_slice(), noise, correlations)
     }
 
     /// Likelihood of the size of an effect, in plausible sizes, by the weighted `residuals`: estimate `-u.r/|u|^2` and
-    /// standard error. The plausible size changes the residuals by `direction`, `u`, which is orthogonal to the Jacobian.
+    /// standard error. The plausible size changes the residuals by `direction`, `u`, which is orthogonal to the
+    /// Jacobian.
     pub fn likelihood(&self, direction: &DVector<f64>, residuals: &DVector<f64>) -> Likelihood {
         let square = direction.norm_squared();
         let deviation = self.variance_along(direction).variance.sqrt();
         Likelihood { estimate: -direction.dot(residuals) / square, std_error: deviation / square }
     }
 
-    /// The bias of the estimate that is biased most, in standard errors, by an effect of `sizes` plausible sizes. `responses`
-    /// are those of the unknowns, on their scales, to the plausible size; the bias is the opposite. Estimates without a value
-    /// or a standard error, or without a response, are left out; without any the bias is 0 and has no name.
+    /// The bias of the estimate that is biased most, in standard errors, by an effect of `sizes` plausible sizes.
+    /// `responses` are those of the unknowns, on their scales, to the plausible size; the bias is the opposite.
+    /// Estimates without a value or a standard error, or without a response, are left out; without any the bias is 0
+    /// and has no name.
     pub fn largest_bias(&self, responses: &[Option<f64>], sizes: f64) -> StandardizedBias {
         let unknowns = self.fitted.search.unknowns;
         let bias = |((e, response), unknown): ((&Estimate, &Option<f64>), &Unknown)| {
@@ -75,10 +78,10 @@ impl FitStatistics<'_> {
         all.max_by(|a, b| a.std_errors.total_cmp(&b.std_errors)).unwrap_or_default()
     }
 
-    /// Linearizes an effect again about `mode` plausible sizes. The start is the optimum moved by `mode` times its first
-    /// response `slope`, within the bounds. One run of the `experiments` there yields residuals and derivatives by the
-    /// unknowns and by the `change` of plausible size. A Gauss-Newton step, with the effect held, corrects the unknowns.
-    /// Returns likelihood and response about that size. Error: the run fails.
+    /// Linearizes an effect again about `mode` plausible sizes. The start is the optimum moved by `mode` times its
+    /// first response `slope`, within the bounds. One run of the `experiments` there yields residuals and derivatives
+    /// by the unknowns and by the `change` of plausible size. A Gauss-Newton step, with the effect held, corrects the
+    /// unknowns. Returns likelihood and response about that size. Error: the run fails.
     pub fn relinearize(
         self,
         experiments: &[Experiment],

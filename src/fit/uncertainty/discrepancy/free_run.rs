@@ -1,12 +1,14 @@
 //! Free-run prediction errors of recordings whose ends drive the rod.
 //!
-//! Input: experiments with a measured motion whose scene has recorded markers as supports (`supports.path`), and the values
-//! of the optimum. A run starts from the first two frames ([`START_FRAMES`]) and follows the recorded ends. All markers,
-//! those of the ends included, are compared with the later frames up to the end of the simulation; lost markers are left
-//! out. The error of a marker in a frame is the mean absolute difference of its three coordinates, m. [`RecordingErrors`]
-//! has the mean of each experiment, none where the simulation fails. It has number, mean, median and largest of these means
-//! over the fitted and over the validation experiments (all measurements held out). It is `None` without such experiments.
-//! Reports of fits and predictions show it.
+//! Input: experiments with a measured motion whose scene has recorded markers as supports (`supports.path`), and the
+//! values of the optimum. Each is simulated once. A run starts from the first two frames ([`START_FRAMES`]), or in
+//! equilibrium if the scene requests it, and follows the recorded ends. All markers, those of the ends included, are
+//! compared with the frames after these up to the end of the simulation; lost markers are left out. The error of a
+//! marker in a frame is the mean absolute difference of its three coordinates, m. [`RecordingErrors`] has the mean of
+//! each experiment, none where the simulation fails. It also has number, mean, median and largest of these means over
+//! the fitted and over the validation experiments (all measurements held out). It is `None` without such experiments.
+//! Reports of fits and predictions show it. `add_to` adds them to a summary. [`FreeRun`] is one run with its recording,
+//! and [`driven_experiments`] selects the experiments.
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
@@ -70,9 +72,9 @@ pub struct RecordingErrors {
 }
 
 impl RecordingErrors {
-    /// Errors of all experiments with a motion whose ends are driven by a recording, one simulation each with the values of
-    /// the optimum, in parallel. One whose simulation fails has no error. An experiment is validation data if all its
-    /// measurements are. None without such experiments.
+    /// Errors of all experiments with a motion whose ends are driven by a recording, one simulation each with the
+    /// values of the optimum, in parallel. One whose simulation fails has no error. An experiment is validation data if
+    /// all its measurements are. None without such experiments.
     pub(crate) fn new(experiments: &[Experiment], fitted: Fitted) -> Option<Self> {
         let driven = driven_experiments(experiments);
         let error = |experiment: &&Experiment| RecordingError {
@@ -87,14 +89,15 @@ impl RecordingErrors {
     }
 }
 
-/// The experiments with a measured motion whose scene has recorded markers as supports (`supports.path`), in their order.
+/// The experiments with a measured motion whose scene has recorded markers as supports (`supports.path`), in their
+/// order.
 pub(crate) fn driven_experiments(experiments: &[Experiment]) -> Vec<&Experiment> {
     let is_driven = |e: &&Experiment| e.moves() && e.problem.scene().supports.path.is_some();
     experiments.iter().filter(is_driven).collect()
 }
 
-/// Mean error of the free run of an experiment with the fitted values, m per coordinate, over all markers and frames after
-/// the start. Error: the simulation fails.
+/// Mean error of the free run of an experiment with the fitted values, m per coordinate, over all markers and frames
+/// after the start. Error: the simulation fails.
 fn mean_error(experiment: &Experiment, fitted: Fitted) -> Result<f64, Error> {
     let problem = fitted.problem(experiment)?;
     Ok(FreeRun::new(&problem, false, fitted.search)?.mean_error())
@@ -125,9 +128,9 @@ pub(crate) struct MarkerError {
 }
 
 impl FreeRun {
-    /// Simulates a problem to its end, and stores the motion of all nodes if `all`, else of those with markers. The work
-    /// (steps times segments) is added to that of the search. Error: a scene without `supports.path` or its recording, or a
-    /// simulation that fails.
+    /// Simulates a problem to its end, and stores the motion of all nodes if `all`, else of those with markers. The
+    /// work (steps times segments) is added to that of the search. Error: a scene without `supports.path` or its
+    /// recording, or a simulation that fails.
     pub fn new(problem: &Problem, all: bool, search: &Search) -> Result<Self, Error> {
         let none = || Error::invalid("supports.path", "no such table", "one");
         let path = problem.scene().supports.path.as_ref().ok_or_else(none)?;
@@ -142,8 +145,8 @@ impl FreeRun {
         Ok(Self { track, nodes, tracked, run, end: time.end })
     }
 
-    /// Errors of all recorded markers, frame by frame, in all frames after the first [`START_FRAMES`], up to the end of the
-    /// simulation. Each is the mean of the three absolute coordinate differences, m. Lost markers have none.
+    /// Errors of all recorded markers, frame by frame, in all frames after the first [`START_FRAMES`], up to the end of
+    /// the simulation. Each is the mean of the three absolute coordinate differences, m. Lost markers have none.
     pub fn errors(&self) -> impl Iterator<Item = MarkerError> {
         let frames = self.track.times().iter().enumerate().skip(START_FRAMES);
         // Frames after the end of the simulation have no prediction.
@@ -168,8 +171,8 @@ impl FreeRun {
 }
 
 impl ErrorSummary {
-    /// Number, mean, median, largest error and its experiment, over the validation experiments if `held_out`, else over the
-    /// others. Failed simulations are left out; none without any error.
+    /// Number, mean, median, largest error and its experiment, over the validation experiments if `held_out`, else over
+    /// the others. Failed simulations are left out; none without any error.
     fn new(list: &[RecordingError], held_out: bool) -> Option<Self> {
         let own = list.iter().filter(|e| e.held_out == held_out);
         let mut own: Vec<(f64, &String)> =
@@ -188,8 +191,9 @@ impl ErrorSummary {
 }
 
 impl RecordingErrors {
-    /// Adds a line on the fitted experiments to the summary of a fit or a prediction: their number, and mean, median and
-    /// largest error. A second line is for the validation experiments. With several recordings it also adds a table of all.
+    /// Adds a line on the fitted experiments to the summary of a fit or a prediction: their number, and mean, median
+    /// and largest error, m per coordinate (of a single one the mean alone). A second line is for the validation
+    /// experiments. With several recordings it also adds a table of all.
     pub(crate) fn add_to(&self, mut summary: Summary) -> Summary {
         let shown = |x: f64| quantity(x, "m", 3);
         // One line for the fitted and one for the validation experiments.

@@ -1,12 +1,14 @@
-//! Model discrepancy: effects that the model omits, their bias of the estimates, the validity of the model, and predictions.
+//! Model discrepancy: effects that the model omits, their bias of the estimates, the validity of the model, and
+//! predictions.
 //!
-//! Input: the optimum of a fit with its local analysis and estimates. `score_tests` tests the residuals for the 20
-//! `omitted_effects`, and for `structure_effects` of several rods, with the plausible sizes of `tested_effects` and
-//! `rod_sizes`. `ranking` keeps those of the first three ranks. `undetected_bias` estimates the bias by effects that the
-//! data do not exclude; both use `fit_statistics`. `slenderness` checks for shear deformation and rotary inertia,
-//! `mode_numbers` for other numbers of measured modes, and `scene_notes` for units, gravity and strains. `prediction`
-//! compares the fit with validation data, and `free_run` with recordings whose ends drive the rod. `findings` has the tests
-//! and biases as the report lists them. Tests and checks add warnings or notes to the assessment of a fit.
+//! Input: the optimum of a fit with its local analysis and estimates. `score_tests` tests the residuals for the
+//! `omitted_effects` of one rod, and for `structure_effects` of several rods, with the plausible sizes of
+//! `tested_effects` and `rod_sizes`. `ranking` keeps those of the first three ranks. `undetected_bias` estimates the
+//! bias by effects that the data do not exclude; both use `fit_statistics`. `slenderness` checks for shear deformation
+//! and rotary inertia, `mode_numbers` for other numbers of measured modes, and `scene_notes` for units, gravity and
+//! strains. `prediction` compares the fit with validation data, and `free_run` with recordings whose ends drive the
+//! rod. `findings` has the tests and biases as the report lists them. Tests and checks add warnings or notes to the
+//! assessment of a fit.
 
 pub(crate) mod findings;
 pub(crate) mod fit_statistics;

@@ -1,10 +1,11 @@
 //! Test whether measured frequencies fit other mode numbers as well.
 //!
-//! Frequencies alone determine a stiffness only with the numbers of their modes: those of a simply supported rod are `n^2`
-//! times the first. So any common factor of the numbers fits them, with another modulus. The test requires a fit of one
-//! experiment with one rod, at least [`FEWEST`] frequencies and no other measurement. It also requires a positive unknown
-//! with a standard error that scales all frequencies by one factor (within [`ONE_SCALE`]). Other numberings ([`NUMBERINGS`])
-//! are compared without another fit: their frequencies at the optimum times the factor `c` that fits best,
+//! Frequencies alone determine a stiffness only with the numbers of their modes: those of a simply supported rod are
+//! `n^2` times the first. So any common factor of the numbers fits them, with another modulus. The test requires a fit
+//! of one experiment with one rod, at least [`FEWEST`] frequencies and no other measurement. It also requires a
+//! positive unknown that scales all frequencies by one factor (within [`ONE_SCALE`]) and changes them clearly
+//! ([`SMALLEST_POWER`]); the first such unknown must have a standard error. Other numberings ([`NUMBERINGS`]) are
+//! compared without another fit: their frequencies at the optimum times the factor `c` that fits best,
 //!
 //! ```text
 //! c = sum(f g/s^2)/sum(g^2/s^2),   chi^2 = sum((c g - f)^2/s^2)
@@ -12,8 +13,8 @@
 //!
 //! of measured frequencies `f` with their noise `s` and computed ones `g`, rad/s. A numbering fits as well if its chi^2
 //! exceeds that of the fit by at most [`EXCESS`]. The value of the unknown must be within its bounds and
-//! [`EXCLUDED_BY_PRIOR`] standard deviations of its prior. [`check_mode_numbers`] adds one note to the fit with all such
-//! numberings and these values; without any it adds nothing.
+//! [`EXCLUDED_BY_PRIOR`] standard deviations of its prior. [`check_mode_numbers`] adds one note to the fit with all
+//! such numberings and these values; without any it adds nothing.
 
 use crate::code::Code;
 use crate::fit::search::Search;
@@ -27,11 +28,11 @@ use crate::vibration::{ModeName, NaturalFrequency};
 const EXCESS: f64 = 4.0;
 /// Fewest frequencies with which numberings are compared: a single one fits any numbering.
 const FEWEST: usize = 2;
-/// Largest relative spread of the derivatives `d ln f/d ln p` of all frequencies by a parameter `p` that is their common
-/// scale.
+/// Largest relative spread of the derivatives `d ln f/d ln p` of all frequencies by a parameter `p` that is their
+/// common scale.
 const ONE_SCALE: f64 = 1e-3;
-/// Smallest absolute derivative `d ln f/d ln p` of such a parameter. Smaller: parameters that hardly change the frequencies
-/// count.
+/// Smallest absolute derivative `d ln f/d ln p` of such a parameter. Smaller: parameters that hardly change the
+/// frequencies count.
 const SMALLEST_POWER: f64 = 0.1;
 /// Highest mode of another numbering; higher ones need a fine mesh.
 const HIGHEST_MODE: usize = 60;
@@ -92,8 +93,8 @@ struct ScaledFit {
     chi_squared: f64,
 }
 
-/// Adds one note that lists all other numberings that fit the measured frequencies as well, with the value of the parameter
-/// that each gives. Without any it adds nothing.
+/// Adds one note that lists all other numberings that fit the measured frequencies as well, with the value of the
+/// parameter that each gives. Without any it adds nothing.
 pub(crate) fn check_mode_numbers(fitted: Fitted, estimates: &[Estimate], warnings: &mut Warnings) {
     let Some(found) = other_numberings(fitted, estimates).filter(|found| !found.is_empty()) else {
         return;
@@ -106,10 +107,10 @@ pub(crate) fn check_mode_numbers(fitted: Fitted, estimates: &[Estimate], warning
     warnings.add(Severity::Note, Code::ModeNumbers, text);
 }
 
-/// Texts of all other numberings that fit as well by [`EXCESS`], within the bounds of the parameter and [`EXCLUDED_BY_PRIOR`]
-/// of its prior. None where another experiment or another kind of measurement decides between numberings, or with fewer than
-/// [`FEWEST`] frequencies. None also where no unknown with a standard error is a common scale of the frequencies, or these
-/// cannot be computed.
+/// Texts of all other numberings that fit as well by [`EXCESS`], within the bounds of the parameter and
+/// [`EXCLUDED_BY_PRIOR`] of its prior. None where another experiment or another kind of measurement decides between
+/// numberings, or with fewer than [`FEWEST`] frequencies. None also where no unknown is a common scale of the
+/// frequencies, the first such one has no standard error, or frequencies cannot be computed.
 fn other_numberings(fitted: Fitted, estimates: &[Estimate]) -> Option<Vec<String>> {
     let search = fitted.search;
     // Another experiment or another kind of measurement decides between numberings.
@@ -153,9 +154,9 @@ fn other_numberings(fitted: Fitted, estimates: &[Estimate]) -> Option<Vec<String
     Some(NUMBERINGS.into_iter().filter_map(describe).collect())
 }
 
-/// The first positive unknown that is a common scale of the frequencies of all named modes: their derivatives `d ln f/d ln p`
-/// differ from the mean by at most [`ONE_SCALE`] of it, and the mean is at least [`SMALLEST_POWER`]. Its power is the mean.
-/// None without one; unknowns whose derivatives fail are skipped.
+/// The first positive unknown that is a common scale of the frequencies of all named modes: their derivatives `d ln f/d
+/// ln p` differ from the mean by at most [`ONE_SCALE`] of it, and the mean is at least [`SMALLEST_POWER`]. Its power is
+/// the mean. None without one; unknowns whose derivatives fail are skipped.
 fn frequency_scale(
     search: &Search,
     problem: &Problem,
@@ -175,9 +176,9 @@ fn frequency_scale(
     })
 }
 
-/// The factor of least squares on the computed frequencies of the named modes that fits the `measured` ones, in the same
-/// order, and its chi^2. The mesh has `mesh_factor` times the edges of the problem. None where the frequencies cannot be
-/// computed.
+/// The factor of least squares on the computed frequencies of the named modes that fits the `measured` ones, in the
+/// same order, and its chi^2. The mesh has `mesh_factor` times the edges of the problem. None where the frequencies
+/// cannot be computed.
 fn scaled_fit(
     problem: &Problem,
     names: &[ModeName],

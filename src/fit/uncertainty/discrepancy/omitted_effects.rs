@@ -1,13 +1,16 @@
 //! Effects that a scene may omit: terms of size zero, and numbers that may have errors.
 //!
 //! [`OMITTED_EFFECTS`] is the table of the 24 effects that score tests examine (those of structures are in
-//! `structure_effects`). Each effect is a number of the scene, or of the scene with a term added. The term has no
-//! effect, or a small one ([`TRACE`]) where scenes do not allow zero. Kelvin-Voigt damping has half of its plausible
-//! size instead. Residuals are differentiated by the number like by any parameter. Its plausible size, in the unit of
-//! the number and from the sizes of the rod, is an error that is common in laboratories, not the largest possible
-//! one. It is none where the section or the data do not define it. [`OmittedEffect::added`] returns the problem with
-//! the term. It returns none where the scene states the effect or cannot have it, or the model has no derivative by
-//! the number. [`OmittedEffect::is_one_sided`] returns whether the number cannot be smaller than in the scene.
+//! `structure_effects`). Each effect is a number of the scene, or of the scene with a term added; a taper changes two
+//! numbers together. The term has no effect, or a small one ([`TRACE`]) where scenes do not allow zero. Kelvin-Voigt
+//! damping has half of its plausible size instead (zero without an oscillation). Residuals are differentiated by the
+//! number like by any parameter. Its plausible size, in the unit of the number and from the sizes of the rod, is an
+//! error that is common in laboratories, not the largest possible one. It is none where the section or the data do not
+//! define it. [`OmittedEffect::added`] returns the problem with the term. It returns none where the scene states the
+//! effect or cannot have it, or the model has no derivative by the number. [`OmittedEffect::is_excluded_beside`]
+//! returns whether other parameters of the fit exclude the effect. [`OmittedEffect::is_one_sided`] returns whether the
+//! number cannot be smaller than in the scene. Constants are plausible sizes relative to those of the rod. `of_number`
+//! is an effect outside of the table, of a number that scenes have already.
 
 use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
 use crate::problem::Problem;
@@ -357,16 +360,16 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 24] = [
     },
 ];
 
-/// Whether a path is that of an effect added to a structure whose number cannot be negative: the rotational compliance of a
-/// joint (`joints.NAME.rotation`), or the first mass on a rod (`rods.NAME.mass.0.mass`). False for all other numbers, also
-/// those that cannot be negative.
+/// Whether a path is that of an effect added to a structure whose number cannot be negative: the rotational compliance
+/// of a joint (`joints.NAME.rotation`), or the first mass on a rod (`rods.NAME.mass.0.mass`). False for all other
+/// numbers, also those that cannot be negative.
 fn is_added_to_structure(path: &str) -> bool {
     let is_compliance = path.starts_with("joints.") && path.ends_with(".rotation");
     is_compliance || path.starts_with("rods.") && path.ends_with(".mass.0.mass")
 }
 
-/// Adds a table of drag forces, all zero, to a scene without one, if the record has a first extreme (an oscillation); else
-/// nothing.
+/// Adds a table of drag forces, all zero, to a scene without one, if the record has a first extreme (an oscillation);
+/// else nothing.
 fn with_drag(scene: &mut Scene, sizes: &RodSizes) {
     if scene.loads.drag.is_none() && sizes.frequency.is_some() {
         scene.loads.drag = Some(Drag::default());
@@ -374,7 +377,8 @@ fn with_drag(scene: &mut Scene, sizes: &RodSizes) {
 }
 
 impl OmittedEffect {
-    /// The effect of a number that scenes have already, with the experiment that distinguishes it.
+    /// The effect of the number at `path`, which scenes have already. `test` describes the experiment that
+    /// distinguishes it from the parameters. It has no name, no plausible size and no added term.
     pub fn of_number(path: &'static str, test: &'static str) -> Self {
         Self { path, test, ..EVERY_SCENE }
     }
@@ -384,8 +388,8 @@ impl OmittedEffect {
         Parameter::at(self.path)
     }
 
-    /// Whether the number cannot be below the value of the scene: dampings and others that may vanish, the added mass, and
-    /// friction.
+    /// Whether the number cannot be below the value of the scene: dampings and others that may vanish, added masses,
+    /// friction, and added compliances of a structure.
     pub fn is_one_sided(&self) -> bool {
         // Scenes do not allow zero for added masses and friction, so that they are no parameters that may vanish.
         let is_positive =
@@ -393,16 +397,16 @@ impl OmittedEffect {
         self.parameter().quantity().may_vanish || is_positive
     }
 
-    /// Name of internal friction with its yield curvature in a `scene`, as text; none for other effects, or a scene without
-    /// friction.
+    /// Name of internal friction with its yield curvature in a `scene`, as text; none for other effects, or a scene
+    /// without friction.
     pub fn name_in(&self, scene: &Scene) -> Option<String> {
         let friction = scene.loads.damping.friction.filter(|_| self.path == FRICTION)?;
         Some(format!("{} with the yield curvature {:.1e} 1/m", self.name, friction.curvature))
     }
 
-    /// Whether a scene states the effect, or cannot have it. It states one if the number differs from its value without the
-    /// effect. An attached mass, friction, or a taper of the modulus states the effects of the same kind. Effects of
-    /// `supports` need a clamped end.
+    /// Whether a scene states the effect, or cannot have it. It states one if the number differs from its value without
+    /// the effect. An attached mass, friction, or a taper of the modulus states the effects of the same kind. Effects
+    /// of `supports` need a clamped end.
     fn is_excluded_by(&self, scene: &Scene) -> bool {
         // A number at another value than that of an absent effect is stated.
         let own = self.absent.zip(self.parameter().of(scene));
@@ -416,8 +420,8 @@ impl OmittedEffect {
             }
     }
 
-    /// Whether no scene can have the effect beside other values of the `stated` parameters: a clamp with rotational compliance
-    /// and nonlinear bending exclude each other.
+    /// Whether a scene cannot have the effect together with one of the `stated` parameters (identified or known
+    /// inputs). Rotational compliance of a clamp and nonlinear bending exclude each other.
     pub fn is_excluded_beside(&self, stated: &[Parameter]) -> bool {
         let is_stated = |path: &str| stated.iter().any(|parameter| parameter.path() == path);
         match self.path {
@@ -427,9 +431,9 @@ impl OmittedEffect {
         }
     }
 
-    /// A copy of the problem with the term of the effect added, if it needs one; its size is zero, or small where zero is not
-    /// possible. None where the scene states the effect or cannot have it. None also where scene or scheme refuse the term,
-    /// or the model has no derivative by its number.
+    /// A copy of the problem with the term of the effect added, if it needs one; its size is zero, or small where zero
+    /// is not possible. None where the scene states the effect or cannot have it. None also where scene or scheme
+    /// refuse the term, or the model has no derivative by its number.
     pub fn added(&self, problem: &Problem, sizes: &RodSizes) -> Option<Problem> {
         let mut scene = problem.scene().clone();
         if self.is_excluded_by(&scene) {

@@ -1,12 +1,12 @@
 //! Predictions of validation data by a fit, with the errors that noise and parameters explain.
 //!
-//! Measurements marked as held out are not fitted. Each is simulated at the optimum, and the root mean square difference is
-//! compared with the expected one, `sqrt(s^2 + mean(j C j'))`, both in the unit of the measurement. Here `j` are rows of the
-//! Jacobian and `C` is the covariance of the parameters. The noise `s` is the stated sigma, else the largest noise of the
-//! fitted measurements with the same unit, else 0. A ratio that is too large for the number of values (chi-squared) is a
-//! warning of a contradiction. So is a simulation that fails; its experiment has no prediction. [`predictions`] returns one
-//! [`Prediction`] per held-out measurement for the report, in the order of the experiments; all markers of a recording are
-//! one.
+//! Measurements marked as held out are not fitted. Each is simulated at the optimum, and the root mean square
+//! difference is compared with the expected one, `sqrt(s^2 + mean(j C j'))`, both in the unit of the measurement. Here
+//! `j` are rows of the Jacobian and `C` is the covariance of the parameters on the scale of the fit. The noise `s` is
+//! the stated sigma, else the largest noise of the fitted measurements with the same unit, else 0. A ratio that is too
+//! large for the number of values (chi-squared) is a warning of a contradiction. So is a simulation that fails; its
+//! experiment has no prediction. [`predictions`] returns one [`Prediction`] per held-out measurement for the report, in
+//! the order of the experiments; all markers of a recording are one.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -32,16 +32,16 @@ pub struct Prediction {
     pub unit: String,
     /// Root mean square difference between prediction and measurement, in `unit`.
     pub rms: f64,
-    /// Expected `rms` from the noise, where sigma is given, and from the parameter errors, in
-    /// `unit`.
+    /// Expected `rms` from the noise and from the parameter errors, in `unit`. The noise is the given sigma, else the
+    /// largest one of the fitted measurements with this unit, else 0.
     pub expected: f64,
     /// Number of predicted values.
     pub values: usize,
 }
 
 impl Prediction {
-    /// Adds the values of another measurement of the same recording: `rms` and `expected` become root mean squares over both,
-    /// weighted by their numbers of values.
+    /// Adds the values of another measurement of the same recording: `rms` and `expected` become root mean squares over
+    /// both, weighted by their numbers of values.
     fn merge(&mut self, other: &Self) {
         let [own, others] = [self.values as f64, other.values as f64];
         let mean = |a: f64, b: f64| ((own * a * a + others * b * b) / (own + others)).sqrt();
@@ -51,9 +51,10 @@ impl Prediction {
     }
 }
 
-/// Predictions of the validation data of all `experiments`, in their order, simulated in parallel. `sigma` is the noise of
-/// each fitted measurement, in its unit. An experiment whose simulation fails has none and adds a warning. A ratio of `rms`
-/// to `expected` that is too large by [`is_too_large`] adds one too. Empty without validation data.
+/// Predictions of the validation data of all `experiments`, in their order, simulated in parallel. `sigma` is the noise
+/// of each fitted measurement, in its unit. An experiment whose simulation fails has none and adds a warning. A ratio
+/// of `rms` to `expected` that is too large by [`is_too_large`] adds one too. The warnings have the severity
+/// `Contradiction`. Empty without validation data.
 pub(crate) fn predictions(
     experiments: &[Experiment],
     fitted: Fitted,
@@ -102,9 +103,10 @@ pub(crate) fn predictions(
     predictions
 }
 
-/// Predictions of all measurements of an experiment, from one run with derivatives at the optimum; all markers of a recording
-/// share one. The noise is the stated sigma of the measurement. Else it is the largest `noise` of the fitted measurements
-/// with the same unit, or 0 without any. `noise` has one value per fitted measurement. Error: the simulation fails.
+/// Predictions of all measurements of an experiment, from one run with derivatives at the optimum; all markers of a
+/// recording share one. The noise is the stated sigma of the measurement. Else it is the largest `noise` of the fitted
+/// measurements with the same unit, or 0 without any. `noise` has one value per fitted measurement. Error: the
+/// simulation fails.
 fn predict(
     experiment: &Experiment,
     Fitted { search, optimum }: Fitted,

@@ -1,14 +1,14 @@
-//! Ranking of omitted effects by the part of the residuals that they explain; effects that the data cannot separate share a
-//! rank.
+//! Ranking of omitted effects by the part of the residuals that they explain; effects that the data cannot separate
+//! share a rank.
 //!
 //! [`ranked`] receives all score tests with their directions and the weighted residuals. It returns those of the first
-//! [`RANKS`] ranks, the best first. Significant effects are in the order of the explained part of the residuals, all others
-//! in that of their p-values. The best remaining effect takes the next rank. If it is significant, another effect joins its
-//! rank under two conditions, with the z-scores `a` of the best and `b` of the other. The score of the part of the other's
-//! direction orthogonal to the first is noise (below [`NOISE`]). The first is not significantly better,
-//! `a^2 - b^2 < 1.645^2`. Effects of the wrong sign join none. If the second is the cause, this difference has the mean `-m`
-//! and the standard deviation `2 sqrt(m)`, where `m` measures the difference of the directions. It exceeds the limit in at
-//! most 5 % of all cases, for any `m`.
+//! [`RANKS`] ranks, the best first. Significant effects are in the order of the explained part of the residuals, all
+//! others in that of their p-values. The best remaining effect takes the next rank. If it is significant, another
+//! effect joins its rank under two conditions, with the z-scores `a` of the best and `b` of the other. First, the score
+//! of the part of the other's direction orthogonal to the best one is noise (below [`NOISE`] standard deviations).
+//! Second, the best is not significantly better, `a^2 - b^2 < 1.645^2`. Effects of the wrong sign join none. If the
+//! other effect is the cause, this difference has the mean `-m` and the standard deviation `2 sqrt(m)`, where `m`
+//! measures the difference of the directions. It exceeds the limit in at most 5 % of all cases, for any `m`.
 
 use crate::fit::uncertainty::discrepancy::findings::ScoreTest;
 use nalgebra::DVector;
@@ -31,12 +31,13 @@ pub(crate) struct ScoredEffect {
     pub direction: DVector<f64>,
 }
 
-/// The tests of the first [`RANKS`] ranks, the best first, with their ranks from 1. The best remaining effect takes the next
-/// rank, with all others that cannot be separated from it if it is significant. `residuals` are the weighted ones, `variance`
-/// returns that of the noise along a direction.
+/// The tests of the first [`RANKS`] ranks, the best first, with their ranks from 1. The best remaining effect takes the
+/// next rank, with all others that cannot be separated from it if it is significant. `residuals` are the weighted ones,
+/// `variance` returns that of the noise along a direction.
 ///
-/// Significant ones are in the order of the explained part of the residuals, not of their p-values: unexplained motion looks
-/// like autocorrelated noise, along some directions more than along others. All others are in the order of their p-values.
+/// Significant ones are in the order of the explained part of the residuals, not of their p-values: unexplained motion
+/// looks like autocorrelated noise, along some directions more than along others. All others are in the order of their
+/// p-values.
 pub(crate) fn ranked(
     mut scored: Vec<ScoredEffect>,
     residuals: &DVector<f64>,
@@ -70,8 +71,8 @@ pub(crate) fn ranked(
     ranked
 }
 
-/// Order of two effects: if both are significant by the explained part of the residuals, the largest first; else by their
-/// p-values, the smallest first.
+/// Order of two effects: if both are significant by the explained part of the residuals, the largest first; else by
+/// their p-values, the smallest first.
 fn order(a: &ScoredEffect, b: &ScoredEffect) -> Ordering {
     match (a.test.is_significant(), b.test.is_significant()) {
         (true, true) => b.explained.total_cmp(&a.explained),

@@ -1,11 +1,11 @@
 //! Quantities of an experiment from which the plausible sizes of omitted effects follow.
 //!
-//! [`RodSizes::new`] takes length, mass, density and section of the rod from its scene at the optimum, in SI units.
-//! Stiffness `EI` and thickness are those of the softer direction; the thickness is four radii of gyration. The recorded
-//! motions yield the first angular frequency, `pi` over the shortest time in which a record reaches its first extreme. They
-//! also yield the least mean time between frames, and a curvature. That is `3 d/L^2`, of a cantilever of length `L` whose
-//! tip moves by the largest spread `d` of a recorded point. A quantity is none where the section or the data do not have it.
-//! `tested_effects` uses them.
+//! Input: an experiment, and its problem with the values of the optimum. [`RodSizes::new`] takes length, mass (without
+//! attached ones), density and section of the rod from the scene, in SI units. Stiffness `EI` and thickness are those
+//! of the softer direction; the thickness is four radii of gyration. The recorded motions yield the first angular
+//! frequency, `pi` over the shortest time in which a record reaches its first extreme. They also yield the least mean
+//! time between frames, and a curvature. That is `3 d/L^2`, of a cantilever of length `L` whose tip moves by the
+//! largest spread `d` of a recorded point. A quantity is none where the section or the data do not have it.
 
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::misfit::camera::is_in_picture;
@@ -20,7 +20,7 @@ const DISTORTION: f64 = 0.01;
 pub(crate) struct RodSizes {
     /// Length of the rod, m.
     pub length: f64,
-    /// Mass of the rod, kg.
+    /// Mass of the rod without attached masses, kg.
     pub mass: f64,
     /// Density of its material, kg/m^3.
     pub density: f64,
@@ -45,9 +45,10 @@ pub(crate) struct RodSizes {
 }
 
 impl RodSizes {
-    /// Sizes of an experiment whose `problem` has the values of the optimum. Of several records the shortest rise time, the
-    /// least mean time between frames and the largest spread of a point count. Frequency, frame time and curvature are none
-    /// without a recorded motion; radius is none unless the section is a circle or a tube, height unless it is a rectangle.
+    /// Sizes of an experiment whose `problem` has the values of the optimum. Of several records the shortest rise time,
+    /// the least mean time between frames and the largest spread of a point count. Frequency, frame time and curvature
+    /// are none without a recorded motion; radius is none unless the section is a circle or a tube, height unless it is
+    /// a rectangle.
     pub fn new(experiment: &Experiment, problem: &Problem) -> Self {
         let scene = problem.scene();
         let moments = scene.rod.section.moments();

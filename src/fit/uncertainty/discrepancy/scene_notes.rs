@@ -24,8 +24,8 @@ const STRUCTURE_SCOPE: &str = "shear flexibility, large strains and motions out 
                                assessed for structures. One of them may bias the estimates. Fit one rod alone to compare";
 
 /// Adds the notes on the scenes of all experiments at an optimum, each text once. They are the plausibility notes for a
-/// motion, for a shape at rest or else for modes, as measured. One more is on the largest strain, at rest or in motion, of
-/// the first experiment where it is too large. Experiments whose scene does not allow the values of the optimum are
+/// motion, for a shape at rest or else for modes, as measured. One more is on the largest strain, at rest or in motion,
+/// of the first experiment where it is too large. Experiments whose scene does not allow the values of the optimum are
 /// skipped.
 pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
     let mut added: Vec<String> = Vec::new();
@@ -71,17 +71,17 @@ pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
     }
 }
 
-/// The largest strain at equilibrium, without a time; none where that cannot be computed, or where recorded markers prescribe
-/// nodes.
+/// The largest strain at equilibrium, without a time; none where that cannot be computed, or where recorded markers
+/// prescribe nodes.
 fn strain_at_rest(problem: &Problem) -> Option<LargestStrain> {
     let found = problem.equilibrium().ok()?;
     Some(StrainGauge::new(problem)?.largest(|i| found.nodes[i], None))
 }
 
-/// The largest strain of the motion of experiment number `experiment`, whose `problem` has the values of the optimum. It is
-/// that of the initial shape, without a run, if [`OVERSHOOT`] times a bound is at most [`LARGEST_STRAIN`]. The bound is the
-/// larger one of that strain and of [`strain_bound`], or without an initial velocity of the strain at equilibrium. None
-/// between recorded ends, or where the run fails.
+/// The largest strain of the motion of experiment number `experiment`, whose `problem` has the values of the optimum.
+/// It is that of the initial shape, without a run, if [`OVERSHOOT`] times a bound is at most [`LARGEST_STRAIN`]. The
+/// bound is the larger one of that strain and of [`strain_bound`], or without an initial velocity of the strain at
+/// equilibrium. None between recorded ends, or where the run fails.
 fn strain_in_motion(
     Fitted { search, optimum }: Fitted,
     experiment: usize,
@@ -118,11 +118,11 @@ fn start_strain(problem: &Problem, gauge: &StrainGauge) -> LargestStrain {
     gauge.largest(|i| nodes[i], Some(0.0))
 }
 
-/// An upper bound of the strains (a pure number) by the loads at equilibrium and by the initial velocity, from beam theory:
-/// the largest of `2 i k + F/(E A) + 2 v sqrt(rho/E)` at both ends and the middle of the rod. `i` is the smaller radius of
-/// gyration, `F` the sum of the sizes of the weights of rod and attached masses and of all point and line loads. `v` is the
-/// initial speed plus the angular velocity times the length. The curvature is `k = min(F L/(E I), 2 sqrt(F/(E I))) + M/(E
-/// I)`, with the sum `M` of all moments.
+/// An upper bound of the strains (a pure number) by the loads at equilibrium and by the initial velocity, from beam
+/// theory: the largest of `2 i k + F/(E A) + 2 v sqrt(rho/E)` at both ends and the middle of the rod. `i` is the
+/// smaller radius of gyration, `F` the sum of the sizes of the weights of rod and attached masses and of all point and
+/// line loads. `v` is the initial speed plus the angular velocity times the length. The curvature is `k = min(F L/(E
+/// I), 2 sqrt(F/(E I))) + M/(E I)`, with the sum `M` of all moments.
 fn strain_bound(problem: &Problem) -> f64 {
     let scene = problem.scene();
     let size = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();

@@ -10,14 +10,14 @@
 //! with the covariance `V` of the [noise](crate::fit::uncertainty::noise::autocorrelation). It requires a derivative,
 //! and no fit. Where `|u|` is small the data cannot detect the effect, and a plausible size of it biases the
 //! parameters. One run has all derivatives: of the full model where the search cost at least [`COST_OF_DERIVATIVES`]
-//! simulations, or on request, else of a coarse one. A corrected p-value of the latter below [`SUSPICIOUS`] requires
-//! a run of the full model after all. P-values are those of the normal distribution or Student's t, one-sided for
-//! numbers that cannot be smaller. They are multiplied by the number of tested effects plus [`RESIDUAL_TESTS`]
-//! (Bonferroni). If the best is significant, all tests are repeated without discretization errors. The result, a
-//! [`ModelDiscrepancy`], has the tests of the first three ranks and the biases. It is empty after an interruption,
-//! without standard errors, where excluded or too expensive, and with a note where a run fails.
-//! [`warn_of_omitted_effects`] adds the warning of the best rank, if its best effect is significant and the mesh is
-//! not suspected.
+//! simulations, or on request, else of a coarse one. A corrected p-value on the coarse model below [`SUSPICIOUS`]
+//! requires a run of the full model after all. P-values are those of the normal distribution or Student's t, one-sided
+//! for numbers that cannot be smaller. They are multiplied by the number of tested effects plus [`RESIDUAL_TESTS`]
+//! (Bonferroni). If the best is significant on the full model, all tests are repeated without discretization errors,
+//! where these can be removed. The result of `assess`, a [`ModelDiscrepancy`], has the tests of the first three ranks
+//! and the biases. It is empty after an interruption, without standard errors, where excluded or too expensive, and
+//! with a warning (`Ambiguous`) where a run fails. [`warn_of_omitted_effects`] adds the warning of the best rank, if
+//! its best effect is significant and the mesh is not suspected.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -49,8 +49,8 @@ use std::cmp::Reverse;
 
 /// Steps of the coarse model in the first period. Larger: more accurate derivatives at a higher cost.
 const COARSE_STEPS: f64 = 48.0;
-/// Part of the change by an effect that the unknowns cannot follow, above which the effect is tested; below it are rounding
-/// errors.
+/// Part of the change by an effect that the unknowns cannot follow, above which the effect is tested; below it are
+/// rounding errors.
 const LEAST_ORTHOGONAL: f64 = 1e-3;
 /// An effect of plausible size that changes all residuals together by less than this part of the noise has none: by
 /// symmetry, for example, with rounding errors for a derivative.
@@ -59,13 +59,13 @@ const NO_EFFECT: f64 = 1e-3;
 const COST_OF_DERIVATIVES: f64 = 6.0;
 /// Largest cost of the tests on a coarse model, over that of the search. Above it they are skipped, unless requested.
 const CHEAP: f64 = 0.3;
-/// Tests of the residuals beside the score tests: independence, distribution, noise scale. Each is corrected for its own
-/// coordinates, and counts as one among the tests of a report.
+/// Tests of the residuals beside the score tests: independence, distribution, noise scale. Each is corrected for its
+/// own coordinates, and counts as one among the tests of a report.
 const RESIDUAL_TESTS: f64 = 3.0;
 /// Corrected p-value below which an effect lowers the grade to that of an inadequate model.
 const CERTAIN: f64 = 1e-3;
-/// Bias of an estimate, in its standard errors, below which an omitted effect hardly matters: the 95 % interval then still
-/// contains the truth in more than 83 % of all cases.
+/// Bias of an estimate, in its standard errors, below which an omitted effect hardly matters: the 95 % interval then
+/// still contains the truth in more than 83 % of all cases.
 const SMALL_BIAS: f64 = 1.0;
 /// Corrected p-value above which the evidence for an omitted effect is called weak.
 const STRONG_EVIDENCE: f64 = 0.01;
@@ -81,7 +81,8 @@ pub(crate) struct ModelDiscrepancy {
     pub undetected_bias: Vec<UndetectedBias>,
 }
 
-/// Computes the optimum with the residuals of a finer discretization; none where it is not needed or cannot be computed.
+/// Computes the optimum with the residuals of a finer discretization; none where it is not needed or cannot be
+/// computed.
 pub(crate) type FinerOptimum<'a> = &'a (dyn Fn() -> Option<Optimum> + Sync);
 
 /// Inputs of all score tests of a fit.
@@ -95,8 +96,9 @@ pub(crate) struct ScoreTestInputs<'a> {
     pub knowns: &'a [Known],
 }
 
-/// Probability that noise alone yields a statistic of `sigmas` standard deviations or more: larger than it if `is_one_sided`,
-/// else larger in absolute value. The distribution is Student's t with `freedom` degrees of freedom, or normal without them.
+/// Probability that noise alone yields a statistic of `sigmas` standard deviations or more: larger than it if
+/// `is_one_sided`, else larger in absolute value. The distribution is Student's t with `freedom` degrees of freedom, or
+/// normal without them.
 fn p_value(sigmas: f64, is_one_sided: bool, freedom: Option<f64>) -> f64 {
     let upper_tail = |z: f64| match freedom.and_then(|n| StudentsT::new(0.0, 1.0, n).ok()) {
         Some(t) => t.sf(z),
@@ -105,10 +107,10 @@ fn p_value(sigmas: f64, is_one_sided: bool, freedom: Option<f64>) -> f64 {
     if is_one_sided { upper_tail(sigmas) } else { 2.0 * upper_tail(sigmas.abs()) }
 }
 
-/// Adds one warning of the effects of the best rank of `tests`. Nothing is added unless its best test is significant, or
-/// where discretization errors are suspected (a warning of the severity `Mesh`). The severity is `Misfit` if the p-value,
-/// and the one with the autocorrelation as noise, are below [`CERTAIN`], else `Ambiguous`. The warning is minor if all
-/// effects of the rank change all estimates by less than [`SMALL_BIAS`] standard errors.
+/// Adds one warning of the effects of the best rank of `tests`. Nothing is added unless its best test is significant,
+/// or where discretization errors are suspected (a warning of the severity `Mesh`). The severity is `Misfit` if the
+/// p-value, and the one with the autocorrelation as noise, are below [`CERTAIN`], else `Ambiguous`. The warning is
+/// minor if all effects of the rank change all estimates by less than [`SMALL_BIAS`] standard errors.
 pub(crate) fn warn_of_omitted_effects(tests: &[ScoreTest], warnings: &mut Warnings) {
     let is_mesh_suspected = warnings.first(Severity::Mesh).is_some();
     let Some(best) = tests.first().filter(|best| best.is_significant() && !is_mesh_suspected)
@@ -136,9 +138,9 @@ pub(crate) fn warn_of_omitted_effects(tests: &[ScoreTest], warnings: &mut Warnin
 }
 
 impl ScoreTestInputs<'_> {
-    /// Score tests and undetected biases with the warnings, after a search that cost `spent` simulations. Empty after an
-    /// interruption, where the analysis excludes them, without any standard error, or where even a coarse model is too
-    /// expensive. A run that fails leaves them empty too, with a warning that lowers the grade.
+    /// Score tests and undetected biases with the warnings, after a search that cost `spent` simulations. Empty after
+    /// an interruption, where the analysis excludes them, without any standard error, or where even a coarse model is
+    /// too expensive. A run that fails leaves them empty too, with a warning that lowers the grade.
     pub fn assess(self, spent: f64) -> (ModelDiscrepancy, Warnings) {
         let mut warnings = Warnings::default();
         let FitStatistics { fitted, estimates, .. } = self.statistics;
@@ -159,9 +161,10 @@ impl ScoreTestInputs<'_> {
         (found, warnings)
     }
 
-    /// Tests on the full model if the search cost at least [`COST_OF_DERIVATIVES`] simulations (`spent`), or on request; else
-    /// on a coarse one. If the best p-value there is below [`SUSPICIOUS`], the full model is tested after all. Empty where
-    /// the coarse model costs more than [`CHEAP`] times `spent` and the tests were not requested. Error: a run fails.
+    /// Tests on the full model if the search cost at least [`COST_OF_DERIVATIVES`] simulations (`spent`), or on
+    /// request; else on a coarse one. If the best p-value there is below [`SUSPICIOUS`], the full model is tested after
+    /// all. Empty where the coarse model costs more than [`CHEAP`] times `spent` and the tests were not requested.
+    /// Error: a run fails.
     fn run_on_cheapest_model(self, spent: f64) -> Result<ModelDiscrepancy, Error> {
         let search = self.statistics.fitted.search;
         let full = || self.run(search.experiments.to_vec(), false);
@@ -184,11 +187,12 @@ impl ScoreTestInputs<'_> {
     }
 
     /// Score tests and biases by one run of these `experiments` with derivatives: the full model or a coarse one
-    /// (`is_coarse`). If the best test is significant, all are repeated with the residuals of the finer discretization, if
-    /// there are any. P-values are multiplied by the number of tested effects plus [`RESIDUAL_TESTS`]. Effects that the
-    /// unknowns follow but for [`LEAST_ORTHOGONAL`] of their change, or below [`NO_EFFECT`] of the noise, are not tested;
-    /// their bias follows from the plausible size alone. Of the full model, up to [`MOST_RELINEARIZED`] large effects are
-    /// linearized again, by a run each. Rounding errors are not tested. Error: the run fails, or the fit is stopped.
+    /// (`is_coarse`). If the best test is significant, all are repeated with the residuals of the finer discretization,
+    /// if there are any. P-values are multiplied by the number of tested effects plus [`RESIDUAL_TESTS`]. Effects that
+    /// the unknowns follow but for [`LEAST_ORTHOGONAL`] of their change, or below [`NO_EFFECT`] of the noise, are not
+    /// tested; their bias follows from the plausible size alone. Of the full model, up to [`MOST_RELINEARIZED`] large
+    /// effects are linearized again, by a run each. Rounding errors are not tested. Error: the run fails, or the fit is
+    /// stopped.
     fn run(self, experiments: Vec<Experiment>, is_coarse: bool) -> Result<ModelDiscrepancy, Error> {
         let Self { statistics, finer, analysis, knowns } = self;
         let FitStatistics { fitted, estimates, local } = statistics;
@@ -263,10 +267,10 @@ impl ScoreTestInputs<'_> {
 }
 
 impl TestedEffect {
-    /// The score test of the effect by the weighted `residuals`, before p-values are corrected and ranked. The plausible size
-    /// changes them by `direction`, which is orthogonal to the Jacobian, and the unknowns on their scales by `responses`. The
-    /// explained part is `|u.r|/|u|`, 0 for an effect of the wrong sign. The second p-value is there only if autocorrelated
-    /// noise has the larger variance.
+    /// The score test of the effect by the weighted `residuals`, before p-values are corrected and ranked. The
+    /// plausible size changes them by `direction`, which is orthogonal to the Jacobian, and the unknowns on their
+    /// scales by `responses`. The explained part is `|u.r|/|u|`, 0 for an effect of the wrong sign. The second p-value
+    /// is there only if autocorrelated noise has the larger variance.
     fn scored(
         &self,
         direction: DVector<f64>,

@@ -1,16 +1,17 @@
 //! Bias of the estimates by shear deformation and rotary inertia, which the model leaves out: whether the rod is
 //! slender enough.
 //!
-//! Both make a real rod softer than the model (Timoshenko). The squared frequency of a
-//! mode is lower by the [thickness effects](thickness_effects). A rod at rest deflects more by its [shear
-//! deflections](Problem::shear_deflections). A motion is taken for one in the first bending mode, which then has a
-//! Young's modulus lower by the same fraction. By these changes of the simulated values the parameters would move by
-//! `-(J'J)^-1 J' change`, the opposite of their bias. No simulation of the motion is needed. [`check_slenderness`]
-//! adds one note on biases above [`WORTH_A_NOTE`] standard errors (combined standard uncertainties where known). If
-//! the largest is above [`LOWERS_THE_GRADE`] it is a warning that lowers the grade. It names up to [`NAMED`]
-//! estimates, the largest bias first. If the response to the modulus of a motion is unknown, a note has the softening
-//! alone. Softenings below [`SMALLEST_SOFTENING`], those that the residuals exclude, and structures are not reported.
-//! Frequencies that are simulated with both effects have no bias; a warning states where they exceed [`LARGEST_FACTOR`].
+//! Both make a real rod softer than the model (Timoshenko). The squared frequency of a mode is lower by the [thickness
+//! effects](thickness_effects). A rod at rest deflects more by its [shear deflections](Problem::shear_deflections). A
+//! motion (or any other measurement) is taken for one in the first bending mode, which then has a Young's modulus lower
+//! by the same fraction. Input: an optimum with its local analysis and estimates. By these changes of the simulated
+//! values the parameters would move by `-(J'J)^-1 J' change`, the opposite of their bias. No simulation of the motion
+//! is needed. [`check_slenderness`] adds one note on biases above [`WORTH_A_NOTE`] standard errors (combined standard
+//! uncertainties where known). If the largest is above [`LOWERS_THE_GRADE`] it is a warning that lowers the grade. It
+//! names up to [`NAMED`] estimates, the largest bias first. If the response to the modulus of a motion is unknown, a
+//! note has the softening alone. Softenings below [`SMALLEST_SOFTENING`], those that the residuals exclude, and
+//! structures are not reported. Frequencies that are simulated with both effects have no bias; a warning states where
+//! they exceed [`LARGEST_FACTOR`].
 
 use crate::code::Code;
 use crate::error::Error;
@@ -46,8 +47,8 @@ const LOWERS_THE_GRADE: f64 = 1.0;
 const SMALLEST_SOFTENING: f64 = 4e-3;
 /// Largest mean square of the slope of mode n over that of the mode, in units of ((n + 1) pi/L)^2: 1.25 of a free rod.
 const LARGEST_SLOPE: f64 = 1.3;
-/// Amplitude of the effect, 1 by the theory, below which the data exclude it. The theory is more accurate: shear coefficient and
-/// Poisson's ratio change it by a fifth at most.
+/// Amplitude of the effect, 1 by the theory, below which the data exclude it. The theory is more accurate: shear
+/// coefficient and Poisson's ratio change it by a fifth at most.
 const EXCLUDED_AMPLITUDE: f64 = 0.5;
 /// Standard errors by which the amplitude must be below that limit.
 const CERTAIN: f64 = 3.0;
@@ -63,9 +64,9 @@ struct ShearFlexibility {
 }
 
 impl ShearFlexibility {
-    /// The ratios for section and material in the middle of the rod. Poisson's ratio is the given one, else `E/(2 G) - 1`
-    /// of the shear modulus if it is from -1 to 0.5, else [`USUAL_RATIO`]; shear coefficients depend on it. The ratio with
-    /// the stated shear modulus is there only if that is impossible.
+    /// The ratios for section and material in the middle of the rod. Poisson's ratio is the given one, else `E/(2 G) -
+    /// 1` of the shear modulus if it is from -1 to 0.5, else [`USUAL_RATIO`]; shear coefficients depend on it. The
+    /// ratio with the stated shear modulus is there only if that is impossible.
     fn new(scene: &Scene) -> Self {
         let (section, material) = scene.at(0.5);
         // Isotropic materials have G = E/(2 (1 + nu)).
@@ -101,11 +102,12 @@ struct SlendernessBias<'a> {
     std_errors: f64,
 }
 
-/// Adds a warning or note if the rod is too thick for the model, by the bias of the `estimates` in their standard errors.
-/// Above [`LOWERS_THE_GRADE`] the severity is `Validity`, else `Note`. The text lists up to [`NAMED`] estimates above
-/// [`WORTH_A_NOTE`], the largest bias first. Where the response to a motion's modulus is unknown, a note gives the
-/// softening alone. Nothing is added where the softening is below [`SMALLEST_SOFTENING`], the residuals exclude it, or it
-/// cannot be computed.
+/// Adds a warning or note if the rod is too thick for the model, by the bias of the `estimates` in their standard
+/// errors. Above [`LOWERS_THE_GRADE`] the severity is `Validity`, else `Note`. The text lists up to [`NAMED`] estimates
+/// above [`WORTH_A_NOTE`], the largest bias first. Where the response to a motion's modulus is unknown, a note gives
+/// the softening alone. Nothing is added where the softening is below [`SMALLEST_SOFTENING`], the residuals exclude it,
+/// or it cannot be computed. A further warning (`Validity`) states where frequencies with `timoshenko = true` are
+/// corrected by more than [`LARGEST_FACTOR`].
 pub(crate) fn check_slenderness(
     fitted: Fitted,
     local: &LocalAnalysis,
@@ -188,11 +190,12 @@ pub(crate) fn check_slenderness(
     warnings.add(severity, Code::ThickRod, text);
 }
 
-/// Whether the residuals exclude [`EXCLUDED_AMPLITUDE`] times the change: several modes or points determine its amplitude.
+/// Whether the residuals exclude [`EXCLUDED_AMPLITUDE`] times the change: several modes or points determine its
+/// amplitude.
 ///
-/// The parameters follow a part of the change. The rest `u`, weighted, has the amplitude `a = -u.r/|u|^2` in the residuals
-/// `r` with the standard error `s/|u|` for noise of the variance `s^2`. It is excluded if `a` plus [`CERTAIN`] standard
-/// errors is below that.
+/// The parameters follow a part of the change. The rest `u`, weighted, has the amplitude `a = -u.r/|u|^2` in the
+/// residuals `r` with the standard error `s/|u|` for noise of the variance `s^2`. It is excluded if `a` plus
+/// [`CERTAIN`] standard errors is below that.
 fn is_excluded(response: &LinearResponse, residuals: &[f64], noise: &ResidualNoise) -> bool {
     let (mut square, mut product) = (0.0, 0.0);
     for ((rest, residual), weight) in response.residuals.iter().zip(residuals).zip(&noise.weights) {
@@ -206,8 +209,8 @@ fn is_excluded(response: &LinearResponse, residuals: &[f64], noise: &ResidualNoi
 
 impl<'a> SlendernessBias<'a> {
     /// Bias of an estimate that shear deformation and rotary inertia would move by `change` on its scale (logarithm if
-    /// positive): the opposite. It is relative to the combined standard uncertainty, or else to the standard error. None
-    /// without a value or any standard error.
+    /// positive): the opposite. It is relative to the combined standard uncertainty, or else to the standard error.
+    /// None without a value or any standard error.
     fn new(estimate: &'a Estimate, unknown: &Unknown, change: f64) -> Option<Self> {
         let std_error = estimate.combined_std.or(estimate.std_error)?;
         let bias = ParameterBias::new(unknown, estimate.value?, -change);
@@ -239,9 +242,9 @@ impl<'a> SlendernessBias<'a> {
     }
 }
 
-/// Change of an estimate on its scale (logarithm if positive) if motions had a Young's modulus that is lower by the factor
-/// `1/(1 + fraction)`. It is `-100 ln(1 + fraction)` times the sensitivity of the estimate to +1 % of the modulus; 0 without
-/// that sensitivity.
+/// Change of an estimate on its scale (logarithm if positive) if motions had a Young's modulus that is lower by the
+/// factor `1/(1 + fraction)`. It is `-100 ln(1 + fraction)` times the sensitivity of the estimate to +1 % of the
+/// modulus; 0 without that sensitivity.
 fn response_to_modulus(estimate: &Estimate, unknown: &Unknown, fraction: f64) -> f64 {
     let modulus = Parameter::YoungsModulus.path();
     let own = estimate.input_sensitivities.iter().find(|input| input.source == modulus);
@@ -251,10 +254,11 @@ fn response_to_modulus(estimate: &Estimate, unknown: &Unknown, fraction: f64) ->
 }
 
 /// Changes of the simulated values of all experiments by shear deformation and rotary inertia, per residual in units of
-/// sigma, and the largest relative softening. A motion changes along the derivative by Young's modulus; without that unknown
-/// only its softening is returned. Experiments that are thin by [`may_be_thick`] keep zeros. `ratio` selects the ratio
-/// `E/(kappa G)` of a scene; where it returns none, the isotropic one is used. None if it does so for all scenes. Error:
-/// modes or equilibrium cannot be computed.
+/// sigma, and the largest relative softening. Frequencies that are simulated with these effects have no change, but the
+/// size of their correction. A motion changes along the derivative by Young's modulus; without that unknown only its
+/// softening is returned. Structures, and experiments that are thin by [`may_be_thick`], keep zeros. `ratio` selects
+/// the ratio `E/(kappa G)` of a scene; where it returns none, the isotropic one is used. None if it does so for all
+/// scenes. Error: modes or equilibrium cannot be computed.
 fn softening(
     fitted: Fitted,
     ratio: fn(&ShearFlexibility) -> Option<f64>,
@@ -337,9 +341,9 @@ fn softening(
     Ok(is_defined.then_some(softening))
 }
 
-/// Whether an upper bound of the relative softening of an experiment exceeds [`SMALLEST_SOFTENING`]: [`LARGEST_SLOPE`] times
-/// `((n + 1) pi i/L)^2 (1 + flexibility)`. Here `n` is the highest measured mode (at least 1), `i` the largest radius of
-/// gyration of the ends and the middle, and `L` the length.
+/// Whether an upper bound of the relative softening of an experiment exceeds [`SMALLEST_SOFTENING`]: [`LARGEST_SLOPE`]
+/// times `((n + 1) pi i/L)^2 (1 + flexibility)`. Here `n` is the highest measured mode (at least 1), `i` the largest
+/// radius of gyration of the ends and the middle, and `L` the length.
 fn may_be_thick(experiment: &Experiment, problem: &Problem, flexibility: f64) -> bool {
     let scene = problem.scene();
     // The thickest place and the shortest wave bound the effect of all modes.
@@ -351,7 +355,8 @@ fn may_be_thick(experiment: &Experiment, problem: &Problem, flexibility: f64) ->
 }
 
 /// Relative reduction of the squared frequency of each measured mode, in their order, about the equilibrium, by shear
-/// deformation with this `flexibility` and by rotary inertia. Error: the modes cannot be computed.
+/// deformation with this `flexibility` (`E/(kappa G)`) and by rotary inertia: 0 without an effect. Error: the modes
+/// cannot be computed.
 fn reductions(
     problem: &Problem,
     frequencies: &ModeFrequencies,
@@ -362,8 +367,9 @@ fn reductions(
     Ok(effects.iter().map(|effect| effect.factor(flexibility) - 1.0).collect())
 }
 
-/// Relative reduction of the squared frequency of the first bending mode about the rest shape: without loads that is
-/// proportional to Young's modulus. Error: the mode cannot be computed.
+/// Relative reduction of the squared frequency of the first bending mode by rotary inertia and by shear deformation
+/// with this `flexibility` (`E/(kappa G)`). It is that about the rest shape: without loads that is proportional to
+/// Young's modulus. Error: the mode cannot be computed.
 fn first_mode_reduction(problem: &Problem, flexibility: f64) -> Result<f64, Error> {
     let among = ModeFilter { kind: Some(ModeKind::Bending), ..ModeFilter::default() };
     let first = [ModeName::new(1, among)];
@@ -378,9 +384,9 @@ struct ShearDisplacements {
     relative: f64,
 }
 
-/// Displacements of the measured points of a `shape` by shear with this `flexibility`, in the coordinates that the camera
-/// records: one number per measured coordinate, m. Also the largest displacement over the largest deflection. Error: the
-/// equilibrium cannot be computed.
+/// Displacements of the measured points of a `shape` by shear with this `flexibility` (`E/(kappa G)`), in the
+/// coordinates that the camera records: one number per measured coordinate, m. Also the largest displacement over the
+/// largest deflection. Error: the equilibrium cannot be computed.
 fn shear_displacements(
     problem: &Problem,
     shape: &EquilibriumShape,

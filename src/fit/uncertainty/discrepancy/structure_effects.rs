@@ -4,12 +4,12 @@
 //! [`StructureEffect::all`] lists the effects of one experiment, each with its number, plausible size in the unit of
 //! that number, and distinguishing experiment; none for a scene of one rod. They are rotational compliances of rigid
 //! joints and of clamped supports of straight rods. Further ones are the mass of a marker at the first observed point
-//! of a rod without masses, lengths, radii and heights of the rods, and densities of their materials. Polylines have
-//! neither a marker nor a length here. [`StructureEffect::added`] returns the problem with the term, or none where
-//! the structure cannot have it. Added compliances and masses are [`TRACE`] times the plausible size; all other
+//! of a rod without masses, lengths, radii and heights of the rods, and densities of their materials. Only straight
+//! rods and arcs have a marker and a length here. [`StructureEffect::added`] returns the problem with the term, or none
+//! where the structure cannot have it. Added compliances and masses are [`TRACE`] times the plausible size; all other
 //! numbers are in the scene already. A compliant support is a spring joint between the rod and a short stiff rod that
 //! the support clamps instead. Damping and camera have the effects of any scene. Motions out of the plane are not
-//! tested. `tested_effects` uses the list.
+//! tested.
 
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::uncertainty::discrepancy::omitted_effects::{
@@ -58,7 +58,7 @@ enum Term {
 
 /// Sizes of a rod of a structure.
 struct RodOfStructure {
-    /// Length, m; none of a polyline.
+    /// Length of a straight rod or an arc, m; none of other shapes.
     length: Option<f64>,
     /// Thickness in the softer direction, m.
     thickness: f64,
@@ -90,7 +90,9 @@ impl RodOfStructure {
 }
 
 impl StructureEffect {
-    /// All effects of the structure of an experiment; none of one rod.
+    /// All effects of the structure of an experiment, with their plausible sizes; empty for a scene of one rod. The
+    /// path of a compliant support is that of the spring joint that [`added`](Self::added) appends to the joints of the
+    /// scene.
     pub fn all(experiment: &Experiment) -> Vec<Self> {
         let Some(scene) = &experiment.problem.scene().structure else { return Vec::new() };
         let mut all = Vec::new();
@@ -174,12 +176,15 @@ impl StructureEffect {
         Parameter::at(self.path)
     }
 
-    /// The effect as one of those of any scene.
+    /// The effect in the form of the table of omitted effects: number and distinguishing experiment, without an added
+    /// term.
     pub fn omitted(&self) -> OmittedEffect {
         OmittedEffect::of_number(self.path, self.test)
     }
 
-    /// The problem with the term added; none where the structure cannot have it.
+    /// A copy of the problem with the term of the effect added; unchanged if the number is in every scene. None for a
+    /// problem of one rod, where the structure cannot have the term, or where the model has no derivative by the
+    /// number.
     pub fn added(&self, problem: &Problem) -> Option<Problem> {
         let mut scene = problem.scene().clone();
         let structure = scene.structure.as_mut()?;
@@ -216,8 +221,9 @@ impl StructureEffect {
     }
 }
 
-/// Replaces the clamp of a support by a spring joint of a compliance, rad/(N m), to a short stiff rod that is clamped
-/// instead. `direction` is that of the supported rod.
+/// Replaces the clamp of the support with the index `support`, in place, by a spring joint of a `compliance`, rad/(N
+/// m), to a short stiff rod that is clamped instead. `direction` is that of the supported rod, along which the short
+/// rod lies. None, without a change, if that rod or its material is missing.
 fn soften_support(
     structure: &mut StructureScene,
     support: usize,
@@ -267,7 +273,8 @@ fn soften_support(
     Some(())
 }
 
-/// The first observed point of a rod.
+/// The first observed point of the rod of this name in a structure, by the measured motions; none if no motion of it is
+/// measured.
 fn observed_point(experiment: &Experiment, rod: &str) -> Option<Point> {
     experiment.measurements.iter().find_map(|measurement| match &measurement.motion()?.place {
         Some(StructurePoint::Rod(PointOfRod { rod: own, at })) if own == rod => Some(at.point()),

@@ -1,13 +1,13 @@
 //! Omitted effects of a fit with their plausible sizes, and the experiments with their terms added.
 //!
-//! [`ExtendedExperiments::new`] goes through the table of omitted effects, and then through those of structures. It leaves
-//! out those that are identified, known inputs, stated in the scenes, not defined for them or excluded by an identified
-//! parameter. The terms of all others are
-//! added to copies of the experiments, each of which takes those that its scene can have. The first experiment in which an
-//! effect of the table is defined determines its plausible size, unless the analysis options give one. Sizes of structure
-//! effects are always the usual ones. The results are these experiments, and each effect with the change of the scenes by
-//! its plausible size, in the unit of its number. An effect that no scene can have is left out; values of the optimum that a
-//! scene does not allow are an error. Score tests differentiate the residuals by these changes.
+//! [`ExtendedExperiments::new`] goes through the table of omitted effects, and then through those of structures. It
+//! leaves out those that are identified or known inputs in any experiment, stated in the scenes, not defined for them
+//! or excluded by an identified parameter. The terms of all others are added to copies of the experiments, each of
+//! which takes those that its scene can have. The first experiment in which an effect of the table is defined
+//! determines its plausible size, unless the options of the fit give one. Sizes of structure effects are always the
+//! usual ones. The results are these experiments, and each effect with the change of the scenes by its plausible size,
+//! in the unit of its number. An effect that no scene can have is left out; values of the optimum that a scene does not
+//! allow are an error. Score tests differentiate the residuals by these changes.
 
 use crate::error::Error;
 use crate::fit::known::Known;
@@ -40,11 +40,11 @@ pub(crate) struct ExtendedExperiments {
 }
 
 impl ExtendedExperiments {
-    /// Adds the effects to `experiments`, those of the fit or a coarse model of them, in the order of the table; each takes
-    /// those that its scene can have. Parameters that are identified or known inputs anywhere are no omitted effects. The
-    /// first experiment in which an effect is defined determines its plausible size, unless the analysis gives one. Effects
-    /// that are defined in no experiment, have a size that is not positive, or that no scene can have, are left out. Error:
-    /// an experiment does not allow the values of the optimum.
+    /// Adds the effects to `experiments`, those of the fit or a coarse model of them, in the order of the table; each
+    /// takes those that its scene can have. Parameters that are identified or known inputs anywhere are no omitted
+    /// effects. The first experiment in which an effect is defined determines its plausible size, unless the analysis
+    /// gives one. Effects that are defined in no experiment, have a size that is not positive, or that no scene can
+    /// have, are left out. Error: an experiment does not allow the values of the optimum.
     pub fn new(
         fitted: Fitted,
         analysis: &Analysis,
@@ -101,7 +101,9 @@ impl ExtendedExperiments {
     }
 }
 
-/// Adds the effects of structures to the experiments that can have them. `stated` parameters are no omitted effects.
+/// Adds the effects of structures to the `experiments`, in place, each to those whose structure can have it. Returns
+/// these effects with their changes by the plausible size. Effects of `stated` parameters (identified or known inputs)
+/// are left out.
 fn effects_of_structures(
     experiments: &mut [Experiment],
     stated: &[Parameter],

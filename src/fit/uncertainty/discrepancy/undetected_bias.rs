@@ -7,12 +7,13 @@
 //! of the effect (`u = 0`) the posterior is the prior. The listed size is the one that the posterior exceeds, in
 //! absolute value, with a probability of 5 %. It has the sign of the most probable size.
 //!
-//! The response of the parameters is linear, and the bias is its opposite. An effect is linearized again, by a run of
-//! the full model at its most probable size, if that is above [`SIGNIFICANT`] standard deviations and changes a
-//! parameter by more than [`LARGE`]. This holds for at most [`MOST_RELINEARIZED`] effects, and not for derivatives of
-//! a coarse model. [`undetected_biases`] returns one entry per effect and estimate with a standard error, at the
-//! listed size, the largest bias in standard errors first. Entries without a response, or with one above
-//! [`LARGEST_CHANGE`] on the scale of the parameter, are left out.
+//! The response of the parameters to the effect is linear, and the bias of a fit without the effect is its opposite. An
+//! effect is linearized again, by a run of the full model at its most probable size, if that is above [`SIGNIFICANT`]
+//! standard deviations and changes a parameter by more than [`LARGE`]. This holds for at most [`MOST_RELINEARIZED`]
+//! effects, and not for derivatives of a coarse model. [`undetected_biases`] returns one entry per effect and estimate
+//! with a standard error, at the listed size, the largest bias in standard errors first. Entries without a response, or
+//! with one above [`LARGEST_CHANGE`] on the scale of the parameter, are left out. [`EffectPosterior`] has likelihood,
+//! posterior and response of one effect, and `relinearize` replaces them.
 
 use crate::error::Error;
 use crate::fit::uncertainty::discrepancy::findings::UndetectedBias;
@@ -35,8 +36,8 @@ const LARGEST_SIZE: f64 = 60.0;
 /// Distance of the most probable size from zero, in standard deviations of the likelihood, above which an effect is
 /// linearized again.
 const SIGNIFICANT: f64 = 2.0;
-/// Change of a parameter on its scale (2 % of a positive one) above which an effect is linearized again: second-order terms then
-/// begin to matter.
+/// Change of a parameter on its scale (2 % of a positive one) above which an effect is linearized again: second-order
+/// terms then begin to matter.
 const LARGE: f64 = 0.02;
 /// Largest change of a parameter on its scale for which the linear response has a meaning: eight is a factor of 3000.
 const LARGEST_CHANGE: f64 = 8.0;
@@ -60,11 +61,11 @@ pub(crate) struct Posterior {
 }
 
 impl Posterior {
-    /// Most probable and listed size of an effect. The density of the size `a` is that of the prior, `(1 + a^2/4)^(-5/2)`,
-    /// times the normal one of the `likelihood` if the data determine the size. The density is summed over [`POINTS`] equal
-    /// parts of a range. The range reaches [`FARTHEST`] standard errors beyond zero and beyond the estimate, at most
-    /// [`LARGEST_SIZE`] to either side, which also holds without likelihood. Negative sizes are excluded if it
-    /// `is_one_sided`.
+    /// Most probable and listed size of an effect. The density of the size `a` is that of the prior, `(1 +
+    /// a^2/4)^(-5/2)`, times the normal one of the `likelihood` if the data determine the size. The density is summed
+    /// over [`POINTS`] equal parts of a range. The range reaches [`FARTHEST`] standard errors beyond zero and beyond
+    /// the estimate, at most [`LARGEST_SIZE`] to either side, which also holds without likelihood. Negative sizes are
+    /// excluded if it `is_one_sided`.
     pub fn new(likelihood: Option<Likelihood>, is_one_sided: bool) -> Self {
         let most = LARGEST_SIZE;
         let [mut low, mut high] = match likelihood {
@@ -120,8 +121,8 @@ pub(crate) struct EffectResponse {
 }
 
 impl EffectResponse {
-    /// Change of parameter `j`, on its scale (logarithm if positive), by an effect of this `size` in plausible sizes. It is
-    /// linear about the size of the linearization; none if the parameter does not respond.
+    /// Change of parameter `j`, on its scale (logarithm if positive), by an effect of this `size` in plausible sizes.
+    /// It is linear about the size of the linearization; none if the parameter does not respond.
     fn change(&self, j: usize, size: f64) -> Option<f64> {
         Some(self.moved[j]? + (size - self.about) * self.slope[j]?)
     }
@@ -152,8 +153,9 @@ pub(crate) struct EffectPosterior<'a> {
 }
 
 impl<'a> EffectPosterior<'a> {
-    /// Posterior by the `likelihood` of the size of an effect (none: the parameters follow all of it). The response `slope`
-    /// of the parameters, on their scales and per plausible size, is that at the optimum; it is linear about the size 0.
+    /// Posterior by the `likelihood` of the size of an effect (none: the parameters follow all of it). The response
+    /// `slope` of the parameters, on their scales and per plausible size, is that at the optimum; it is linear about
+    /// the size 0.
     pub fn new(
         tested: &'a TestedEffect,
         likelihood: Option<Likelihood>,
@@ -164,9 +166,9 @@ impl<'a> EffectPosterior<'a> {
         Self { tested, likelihood, posterior, response }
     }
 
-    /// Whether the data determine a large effect: its most probable size is above [`SIGNIFICANT`] standard deviations of the
-    /// likelihood, and changes a parameter by more than [`LARGE`]. Such an effect is linearized again about its most probable
-    /// size.
+    /// Whether the data determine a large effect: its most probable size is above [`SIGNIFICANT`] standard deviations
+    /// of the likelihood, and changes a parameter by more than [`LARGE`]. Such an effect is linearized again about its
+    /// most probable size.
     pub fn is_large(&self) -> bool {
         let Self { likelihood, posterior, response, .. } = self;
         let is_significant =
@@ -186,8 +188,8 @@ impl<'a> EffectPosterior<'a> {
         Ok(())
     }
 
-    /// The largest absolute change of a parameter on its scale (logarithm if positive) by the effect of its listed size; 0
-    /// without a response.
+    /// The largest absolute change of a parameter on its scale (logarithm if positive) by the effect of its listed
+    /// size; 0 without a response.
     pub fn largest_change(&self) -> f64 {
         self.response.largest_change(self.posterior.limit)
     }

@@ -2,33 +2,34 @@
 //!
 //! [`DiscretizationBias`] has this distance for each identifiable unknown on its scale (logarithm of a positive
 //! parameter), separately for mesh and step. It also has the norm of the discretization errors of the residuals by
-//! each, over that of the residuals. Where the program chose the mesh for all experiments, the estimates are
-//! corrected by its part, and likewise for the step. [`REMAINING_FRACTION`] of the absolute corrections may remain as
-//! an error, which widens the interval; given ones have no part in either. If the program chose both, its methods
-//! also return whether discretization errors explain the residuals (above [`EXPLAINING_FRACTION`]) or are visible in
-//! them (above [`VISIBLE_FRACTION`]). `refinement` returns factors, 1 or more, on the numbers of edges and steps by
-//! which visible errors become [`INVISIBLE_FRACTION`] of the residuals; 1 if they are not visible, or explain the
-//! residuals.
+//! each, over that of the residuals. Where the program chose the mesh for all experiments, the estimates are corrected
+//! by its part, and likewise for the step. [`REMAINING_FRACTION`] of the absolute corrections may remain as an error,
+//! which widens the interval; given ones have no part in either. If the program chose both, its methods also return
+//! whether discretization errors explain the residuals (above [`EXPLAINING_FRACTION`]) or are visible in them (above
+//! [`VISIBLE_FRACTION`]). `refinement` returns factors, 1 or more, on the numbers of edges and steps by which visible
+//! errors become [`INVISIBLE_FRACTION`] of the residuals; 1 if they are not visible, or explain the residuals.
+//! `corrected` is an unknown with its correction, `remaining` the error that may remain, and `corrections_along` the
+//! corrections of a sum of unknowns with factors.
 
 use crate::fit::unknown::Unknown;
 
-/// Part of a correction by which the corrected value may still be off: at an order of 1.5 instead of 2 the error is 1.5 times
-/// the correction, at an order of 3 half of it.
+/// Part of a correction by which the corrected value may still be off: at an order of 1.5 instead of 2 the error is 1.5
+/// times the correction, at an order of 3 half of it.
 pub(crate) const REMAINING_FRACTION: f64 = 0.5;
 /// Part of the residuals by discretization errors above which these explain the residuals.
 pub(crate) const EXPLAINING_FRACTION: f64 = 0.5;
 /// Part of the residuals by discretization errors that explains a weak excess over the noise: a quarter adds 3 % to the
 /// residuals.
 const VISIBLE_FRACTION: f64 = 0.25;
-/// Part of the residuals by discretization errors that is left after a refinement: tests for autocorrelation of 2000 values
-/// detect a part of about 0.05.
+/// Part of the residuals by discretization errors that is left after a refinement: tests for autocorrelation of 2000
+/// values detect a part of about 0.05.
 const INVISIBLE_FRACTION: f64 = 0.03;
 
 /// Bias of all unknowns by the mesh, or by the step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BiasPart {
-    /// Difference of every identifiable unknown, on its scale, to the limit; empty where no experiment has another mesh or
-    /// step to compare with.
+    /// Difference of every identifiable unknown, on its scale, to the limit; empty where no experiment has another mesh
+    /// or step to compare with.
     pub shifts: Vec<Option<f64>>,
     /// Whether the program chose the mesh, or the step, for all experiments. The estimates are then corrected.
     pub is_chosen: bool,
@@ -44,8 +45,8 @@ pub(crate) struct DiscretizationBias {
 }
 
 impl BiasPart {
-    /// Difference of unknown `i`, on its scale (logarithm of a positive parameter), from the optimum to the limit of zero
-    /// size. None where it is not identifiable, or without another mesh or step to compare with.
+    /// Difference of unknown `i`, on its scale (logarithm of a positive parameter), from the optimum to the limit of
+    /// zero size. None where it is not identifiable, or without another mesh or step to compare with.
     pub fn shift(&self, i: usize) -> Option<f64> {
         self.shifts.get(i).copied().flatten()
     }
@@ -63,14 +64,14 @@ impl DiscretizationBias {
         [&self.mesh, &self.step]
     }
 
-    /// Corrections of unknown `i` for mesh and for step, to be added on its scale (logarithm of a positive parameter). 0 for
-    /// a mesh or step that the scene gives.
+    /// Corrections of unknown `i` for mesh and for step, to be added on its scale (logarithm of a positive parameter).
+    /// 0 for a mesh or step that the scene gives.
     pub fn corrections(&self, i: usize) -> [f64; 2] {
         self.parts().map(|part| part.correction(i))
     }
 
-    /// Corrections, for mesh and for step, of the sum of the unknowns times these `factors`, one per unknown, on their scales
-    /// (logarithms of positive parameters).
+    /// Corrections, for mesh and for step, of the sum of the unknowns times these `factors`, one per unknown, on their
+    /// scales (logarithms of positive parameters).
     pub fn corrections_along(&self, factors: &[f64]) -> [f64; 2] {
         let own = |part: &BiasPart| -> f64 {
             factors.iter().enumerate().map(|(i, factor)| factor * part.correction(i)).sum()
@@ -78,14 +79,14 @@ impl DiscretizationBias {
         self.parts().map(own)
     }
 
-    /// Correction of unknown `i` for mesh and step together, to be added on its scale (logarithm of a positive parameter). A
-    /// mesh or step that the scene gives has no part.
+    /// Correction of unknown `i` for mesh and step together, to be added on its scale (logarithm of a positive
+    /// parameter). A mesh or step that the scene gives has no part.
     pub fn correction(&self, i: usize) -> f64 {
         self.corrections(i).iter().sum()
     }
 
-    /// The value `x` of unknown `i` on its scale, plus its correction for mesh and step, clamped to its bounds. Without a
-    /// correction it stays exactly `x`.
+    /// The value `x` of unknown `i` on its scale, plus its correction for mesh and step, clamped to its bounds. Without
+    /// a correction it stays exactly `x`.
     pub fn corrected(&self, unknown: &Unknown, i: usize, x: f64) -> f64 {
         let [low, high] = unknown.scaled_bounds();
         match self.correction(i) {
@@ -96,14 +97,14 @@ impl DiscretizationBias {
     }
 
     /// Discretization error of unknown `i` that may remain after its correction, on its scale (logarithm of a positive
-    /// parameter): [`REMAINING_FRACTION`] of the sum of the absolute corrections for mesh and step. A mesh or step that the
-    /// scene gives has no part in it: it is not corrected, and `discretization_errors` reports its whole bias.
+    /// parameter): [`REMAINING_FRACTION`] of the sum of the absolute corrections for mesh and step. A mesh or step that
+    /// the scene gives has no part in it: it is not corrected, and `discretization_errors` reports its whole bias.
     pub fn remaining(&self, i: usize) -> f64 {
         remaining_error(self.corrections(i))
     }
 
-    /// Norm of the discretization errors of the residuals over that of the residuals. Errors of mesh and step may cancel: the
-    /// larger of the two is their size.
+    /// Norm of the discretization errors of the residuals over that of the residuals. Errors of mesh and step may
+    /// cancel: the larger of the two is their size.
     pub fn residual_fraction(&self) -> f64 {
         self.mesh.residual_fraction.max(self.step.residual_fraction)
     }
@@ -113,10 +114,10 @@ impl DiscretizationBias {
         self.is_corrected() && self.residual_fraction() > VISIBLE_FRACTION
     }
 
-    /// Factors, 1 or more, on the numbers of edges and of steps, so that their errors are only [`INVISIBLE_FRACTION`] of
-    /// the residuals: `sqrt(f/INVISIBLE_FRACTION)` for the part `f` of the residuals that each causes (second order). Both
-    /// are 1 unless both are chosen by the program and visible. Both are 1 too if they explain the residuals: exact data
-    /// have no noise to compare with.
+    /// Factors, 1 or more, on the numbers of edges and of steps, so that their errors are only [`INVISIBLE_FRACTION`]
+    /// of the residuals: `sqrt(f/INVISIBLE_FRACTION)` for the part `f` of the residuals that each causes (second
+    /// order). Both are 1 unless both are chosen by the program and visible. Both are 1 too if they explain the
+    /// residuals: exact data have no noise to compare with.
     pub fn refinement(&self) -> [f64; 2] {
         let is_comparable = self.is_visible() && !self.explains_residuals();
         // Of second order.
@@ -125,7 +126,8 @@ impl DiscretizationBias {
         self.parts().map(|part| if is_comparable { factor(part) } else { 1.0 })
     }
 
-    /// Whether mesh and step are both chosen by the program and cause more than [`EXPLAINING_FRACTION`] of the residuals.
+    /// Whether mesh and step are both chosen by the program and cause more than [`EXPLAINING_FRACTION`] of the
+    /// residuals.
     pub fn explains_residuals(&self) -> bool {
         self.is_corrected() && self.residual_fraction() > EXPLAINING_FRACTION
     }

@@ -22,8 +22,8 @@ use crate::fit::uncertainty::warning_list::{Severity, Warnings, percent};
 use crate::scene::{Parameter, Shape};
 use serde::{Deserialize, Serialize};
 
-/// Discretization error by given numerics, in half-widths of the 95 % interval, above which there is a warning. The bias of
-/// given numerics is an upper estimate: it is extrapolated as of first order. Larger: later warnings.
+/// Discretization error by given numerics, in half-widths of the 95 % interval, above which there is a warning. The
+/// bias of given numerics is an upper estimate: it is extrapolated as of first order. Larger: later warnings.
 const LARGE_ERROR: f64 = 2.0;
 
 /// Discretization error of a parameter, as fractions of its value.
@@ -49,12 +49,12 @@ pub struct DiscretizationError {
     pub correction: Option<f64>,
 }
 
-/// Discretization errors of the `estimates`, one each in their order, by the `bias` of their unknowns, as fractions of the
-/// corrected values (for positive parameters differences of logarithms). For a mesh or step that the scene gives they are
-/// all of the bias; for chosen ones [`REMAINING_FRACTION`] of it. Errors by given ones above [`LARGE_ERROR`] half-widths of
-/// the interval add a warning each. If any mesh or step is given, more than [`EXPLAINING_FRACTION`] of the residuals are
-/// discretization errors and the `warnings` have a misfit, one more is added. All then have the severity `Mesh` instead of
-/// `Numerics`. `noise` has the degrees of freedom of the intervals.
+/// Discretization errors of the `estimates`, one each in their order, by the `bias` of their unknowns, as fractions of
+/// the corrected values (for positive parameters differences of logarithms). For a mesh or step that the scene gives
+/// they are all of the bias; for chosen ones [`REMAINING_FRACTION`] of it. Errors by given ones above [`LARGE_ERROR`]
+/// half-widths of the interval add a warning each. If any mesh or step is given, more than [`EXPLAINING_FRACTION`] of
+/// the residuals are discretization errors and the `warnings` have a misfit, one more is added. All then have the
+/// severity `Mesh` instead of `Numerics`. `noise` has the degrees of freedom of the intervals.
 pub(crate) fn discretization_errors(
     estimates: &[Estimate],
     Fitted { search, optimum }: Fitted,
@@ -124,8 +124,8 @@ pub(crate) fn discretization_errors(
     errors
 }
 
-/// The action, as text, against discretization errors of a given mesh and step: leave both out. If any rod is a polyline,
-/// whose mesh cannot be chosen, leave out the step only.
+/// The action, as text, against discretization errors of a given mesh and step: leave both out. If any rod is a
+/// polyline, whose mesh cannot be chosen, leave out the step only. If any scene is a structure, refine both.
 fn remedy(experiments: &[Experiment]) -> &'static str {
     let is_line = |e: &Experiment| matches!(e.problem.scene().rod.shape, Shape::Polyline { .. });
     let is_structure = |e: &Experiment| e.problem.scene().structure.is_some();

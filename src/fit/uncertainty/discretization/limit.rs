@@ -1,13 +1,14 @@
 //! Distance of the estimates to the limit of zero element and step size, from runs on another mesh and with another
 //! step.
 //!
-//! Mesh and step are changed alone, so that their errors never cancel, and the change of the unknowns (linear
-//! response, or a refit on request) is extrapolated to zero size. That is with the order of the method for structures
-//! and for a mesh or step that the program [chose](crate::fit::resolution); those that the scene of a rod gives are
-//! taken for first order. Of a method of second order this yields 2.5 to 3 times the error from coarser sizes, and
-//! 1.5 to 1.8 times from finer ones. Sizes are coarser by the first of [`COARSER`], or [`COARSER_CHOSEN`] for chosen
-//! ones, that resolves the motion. Where none does, or the run fails, and for refits and explicit steps, they are
-//! finer by [`FINER`]. The mesh of a rod with recorded ends is twice as fine instead.
+//! Input: an optimum with its local analysis, and the options of the fit. Mesh and step are changed alone, so that
+//! their errors never cancel, and the change of the unknowns (linear response, or a refit on request) is extrapolated
+//! to zero size. That is with the order of the method for structures and for a mesh or step that the program
+//! [chose](crate::fit::resolution); those that the scene of a rod gives are taken for first order. Of a method of
+//! second order this yields 2.5 to 3 times the error from coarser sizes, and 1.5 to 1.8 times from finer ones. Sizes
+//! are coarser by the first of [`COARSER`], or [`COARSER_CHOSEN`] for chosen ones, that resolves the motion. Where none
+//! does, or the run fails, and for refits and explicit steps, they are finer by [`FINER`]. The mesh of a rod with
+//! recorded ends is twice as fine instead.
 //!
 //! [`estimate_bias`] returns one [`DiscretizationBias`]: the distances of all unknowns, on their scales, for the mesh
 //! and for the step, and the parts of the residuals that each causes. The estimates are corrected later, where the
@@ -41,7 +42,8 @@ const FINER: f64 = 1.25;
 const FEWEST_EDGES: f64 = 16.0;
 /// Fewest edges of a coarser model for each mode up to the highest measured one.
 const FEWEST_PER_MODE: f64 = 4.0;
-/// Fewest steps in the first period of a coarser model, where the scene gives the step. Below it, a step is refined instead.
+/// Fewest steps in the first period of a coarser model, where the scene gives the step. Below it, a step is refined
+/// instead.
 const FEWEST_STEPS: f64 = 100.0;
 /// The same where the program chose the step.
 const FEWEST_CHOSEN_STEPS: f64 = 40.0;
@@ -70,8 +72,8 @@ struct LimitDifference {
     work: f64,
 }
 
-/// Ratios of coarser element or step sizes, in the order of the trials: [`COARSER_CHOSEN`] if the program chose mesh or step,
-/// [`COARSER`] if the scene gives it.
+/// Ratios of coarser element or step sizes, in the order of the trials: [`COARSER_CHOSEN`] if the program chose the
+/// mesh or the step in question (`is_chosen`), [`COARSER`] if the scene gives it.
 fn coarser_ratios(is_chosen: bool) -> &'static [f64] {
     if is_chosen { &COARSER_CHOSEN } else { &COARSER }
 }
@@ -79,8 +81,8 @@ fn coarser_ratios(is_chosen: bool) -> &'static [f64] {
 /// An experiment on another mesh; never none. With recorded ends (`supports.path`) it has twice as many edges, so that
 /// markers stay at nodes. Otherwise, if `coarser`, it has fewer edges by the first of [`coarser_ratios`] that leaves
 /// [`FEWEST_EDGES`], and [`FEWEST_PER_MODE`] for each mode up to the highest measured one. If none does, it has more by
-/// [`FINER`]. The ratio for the extrapolation is of the order of the method for a chosen mesh, and of first order for a
-/// given one. Error: a scene that does not allow the mesh.
+/// [`FINER`]. The extrapolation is of the order of the method for a chosen mesh, of second order for a structure, and
+/// of first order for a given mesh of a rod. Error: a scene that does not allow the mesh.
 fn on_other_mesh(
     _: &Search,
     experiment: &Experiment,
@@ -112,8 +114,9 @@ fn on_other_mesh(
 /// An experiment with a larger step by the first of [`coarser_ratios`] that is allowed, if `coarser` and the scheme is
 /// implicit. The step must resolve twice the shortest rise time of the records in [`FEWEST_STEPS`] steps (chosen steps:
 /// [`FEWEST_CHOSEN_STEPS`]), and be a good one for moved supports. Otherwise the step is smaller by [`FINER`]. The
-/// extrapolation is of the order of the scheme for a chosen step, and of first order for a given one. None without a
-/// motion, or where beta is identified: its damping depends on the step. Error: a scene that does not allow the step.
+/// extrapolation is of the order of the scheme for a chosen step and for structures, and of first order for a given
+/// step of a rod. None without a motion, or where beta is identified: its damping depends on the step. Error: a scene
+/// that does not allow the step.
 fn with_other_step(
     search: &Search,
     experiment: &Experiment,
@@ -147,18 +150,18 @@ fn with_other_step(
     Ok(Some(OtherNumerics { experiment: experiment.with_problem(other), error_ratio }))
 }
 
-/// Euclidean norm of `residuals`, each times its growth weight. That is below 1 where the derivatives by the parameters grow
-/// exponentially, as in chaotic motions.
+/// Euclidean norm of `residuals`, each times its growth weight. That is below 1 where the derivatives by the parameters
+/// grow exponentially, as in chaotic motions.
 fn weighted_norm(search: &Search, residuals: &[f64]) -> f64 {
     let weighted = residuals.iter().enumerate().map(|(k, r)| r * search.growth_weight(k));
     weighted.map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// Difference of an optimum to its limit of zero element or step size. `variation` creates another mesh or step of each
-/// experiment, coarser if `coarser`; experiments without any stay. One run of all at the optimum yields the change of the
-/// residuals. It is multiplied by the ratio of its experiment (0 for priors), and the linear response yields that of the
-/// unknowns. If the `method` is [`Refinement::Refitted`], a refit yields both, multiplied by the largest ratio. None where
-/// no experiment has another mesh or step. Error: a simulation or the refit fails.
+/// experiment, coarser if `coarser`; experiments without any stay. One run of all at the optimum yields the change of
+/// the residuals. It is multiplied by the ratio of its experiment (0 for priors), and the linear response yields that
+/// of the unknowns. If the `method` is [`Refinement::Refitted`], a refit yields both, multiplied by the largest ratio.
+/// None where no experiment has another mesh or step. Error: a simulation or the refit fails.
 fn limit_difference(
     Fitted { search, optimum }: Fitted,
     local: &LocalAnalysis,
@@ -210,9 +213,9 @@ fn limit_difference(
     Ok(Some(LimitDifference { shifts, residual_norm, work: other.work.total() }))
 }
 
-/// Bias of an optimum by mesh and step. None where it is not requested and the program chose neither, without convergence,
-/// or where the residuals are rounding errors although there are more values than unknowns. A run that fails adds a
-/// warning, and the result is none. Error: the fit is stopped.
+/// Bias of an optimum by mesh and step. None where it is not requested and the program chose neither, without
+/// convergence, or where the residuals are rounding errors although there are more values than unknowns. A run that
+/// fails adds a warning, and the result is none. Error: the fit is stopped.
 pub(crate) fn estimate_bias(
     fitted: Fitted,
     local: &LocalAnalysis,
@@ -238,11 +241,11 @@ pub(crate) fn estimate_bias(
     }
 }
 
-/// Bias of an optimum by mesh and step, each changed alone, in parallel. They are coarser, or finer if that fails; refits
-/// are always with finer ones. The part of the residuals that each causes is a ratio of norms with the growth weights. A
-/// part counts as chosen if the program chose it for all experiments. A mesh or step that the program chose is also
-/// computed, linearly, if the `method` is [`Refinement::None`]. Otherwise that yields none, as does an optimum without
-/// convergence. The work is added to that of the search. Error: a run fails, or the fit is stopped.
+/// Bias of an optimum by mesh and step, each changed alone, in parallel. They are coarser, or finer if that fails;
+/// refits are always with finer ones. The part of the residuals that each causes is a ratio of norms with the growth
+/// weights. A part counts as chosen if the program chose it for all experiments. A mesh or step that the program chose
+/// is also computed, linearly, if the `method` is [`Refinement::None`]. Otherwise that yields none, as does an optimum
+/// without convergence. The work is added to that of the search. Error: a run fails, or the fit is stopped.
 fn bias(
     fitted: Fitted,
     local: &LocalAnalysis,

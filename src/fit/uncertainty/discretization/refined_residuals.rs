@@ -1,12 +1,12 @@
 //! Residuals of an optimum on a mesh and with a step that are much finer than the parameters need.
 //!
-//! A mesh and step that the program chose are as fine as the parameters require, which follow large and slow motion. Small
-//! fast vibrations may be out of phase at the end of a record: residuals that are no fault of the model. So before residuals
-//! lower a grade, the model runs once more, at the corrected estimates, with element and step size divided by
-//! [`REFINEMENT`]. The unknowns follow the change linearly, and the change is extrapolated to zero element and step size, as
-//! of second order. [`RefinedResiduals::residuals`] returns the residuals in this limit, in units of sigma, for the tests of
-//! a fit. It returns none if neither mesh nor step was chosen for all experiments, for undetectable errors ([`DETECTABLE`]),
-//! and where the run is too expensive ([`MOST_WORK`]) or fails.
+//! A mesh and step that the program chose are as fine as the parameters require, which follow large and slow motion.
+//! Small fast vibrations may be out of phase at the end of a record: residuals that are no fault of the model. So
+//! before residuals lower a grade, the model runs once more, at the corrected estimates, with element and step size
+//! divided by [`REFINEMENT`]. The unknowns follow the change linearly, and the change is extrapolated to zero element
+//! and step size, as of second order. [`RefinedResiduals::residuals`] returns the residuals in this limit, in units of
+//! sigma, for the tests of a fit. It returns none if neither mesh nor step was chosen for all experiments, for
+//! undetectable errors ([`DETECTABLE`]), and where the run is too expensive ([`MOST_WORK`]) or fails.
 
 use crate::accuracy::Extrapolation;
 use crate::error::Error;
@@ -24,8 +24,8 @@ const REFINEMENT: usize = 2;
 const TO_LIMIT: Extrapolation = Extrapolation { ratio: REFINEMENT as f64, order: 2.0 };
 /// Most work of the run, steps times edges: about ten seconds.
 const MOST_WORK: f64 = 4e7;
-/// Norm of the discretization errors of all residuals, in standard deviations of the noise, from which on a test may detect
-/// them.
+/// Norm of the discretization errors of all residuals, in standard deviations of the noise, from which on a test may
+/// detect them.
 const DETECTABLE: f64 = 2.0;
 
 /// Residuals on finer numerics, computed on demand and once.
@@ -41,17 +41,17 @@ pub(crate) struct RefinedResiduals<'a> {
 }
 
 impl<'a> RefinedResiduals<'a> {
-    /// Residuals of an optimum whose unknowns have this `bias`, with covariance and weights of its local analysis. Nothing is
-    /// simulated yet.
+    /// Residuals of an optimum whose unknowns have this `bias`, with covariance and weights of its local analysis.
+    /// Nothing is simulated yet.
     pub fn new(fitted: Fitted<'a>, local: &LocalAnalysis, bias: &'a DiscretizationBias) -> Self {
         let (covariance, weights) = (local.covariance.clone(), local.noise.weights.clone());
         Self { fitted, bias, covariance, weights, change: OnceLock::new() }
     }
 
-    /// Residuals in the limit of zero element and step size, in units of sigma, without the weights of robust losses. The
-    /// run is made at the first call only. None where the scene gives mesh and step, or the run is too large or fails. None
-    /// also where the discretization errors are undetectable: the residual fraction of the bias times the root of the
-    /// number of residuals is at most [`DETECTABLE`].
+    /// Residuals in the limit of zero element and step size, in units of sigma, without the weights of robust losses.
+    /// The run is made at the first call only. None where the scene gives mesh and step, or the run is too large or
+    /// fails. None also where the discretization errors are undetectable: the residual fraction of the bias times the
+    /// root of the number of residuals is at most [`DETECTABLE`].
     pub fn residuals(&self) -> Option<Vec<f64>> {
         let residuals = &self.fitted.optimum.residuals;
         let norm = self.bias.residual_fraction() * (residuals.len() as f64).sqrt();
@@ -62,10 +62,10 @@ impl<'a> RefinedResiduals<'a> {
         Some(residuals.iter().zip(change).map(|(r, by)| r + by).collect())
     }
 
-    /// Change of the residuals to the limit of zero element and step size, once the unknowns have followed linearly. One
-    /// run at the corrected estimates has both sizes divided by [`REFINEMENT`]. Its difference to the residuals of the
-    /// optimum is multiplied by 4/3, as of second order. Its work is added to that of the search. None where the run
-    /// exceeds [`MOST_WORK`]. Error: it fails.
+    /// Change of the residuals to the limit of zero element and step size, once the unknowns have followed linearly.
+    /// One run at the corrected estimates has both sizes divided by [`REFINEMENT`]. Its difference to the residuals of
+    /// the optimum is multiplied by 4/3, as of second order. Its work is added to that of the search. None where the
+    /// run exceeds [`MOST_WORK`]. Error: it fails.
     fn change(&self) -> Result<Option<Vec<f64>>, Error> {
         let Fitted { search, optimum } = self.fitted;
         // The original mesh and step, both refined.

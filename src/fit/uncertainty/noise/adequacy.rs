@@ -1,18 +1,19 @@
 //! Adequacy of the model: residuals against a noise scale that does not depend on the model.
 //!
 //! Without a stated sigma the residuals alone cannot separate noise from misfit. Differences of the samples can: a
-//! missing effect leaves motion of the rod's own frequencies, which they suppress. For white noise the variance `r`
-//! of the residuals and the variance `s` from differences have the same expectation. They share their samples: with
-//! `nu` degrees of freedom of `s` and `n` of `r`, `s/r` has the relative variance `2/nu - 2/n`. It is compared with
+//! missing effect leaves motion of the rod's own frequencies, which they suppress. For white noise the variance `r` of
+//! the residuals and the variance `s` from differences have the same expectation. They share their samples: with `nu`
+//! degrees of freedom of `s` and `n` of `r`, `s/r` has the relative variance `2/nu - 2/n`. The ratio is compared with
 //! chi-squared over its `1/(1/nu - 1/n)` degrees of freedom (after von Neumann 1941).
 //!
 //! [`Adequacy`] has one [`CoordinateNoise`] per coordinate of motions, and of shapes with neither a stated sigma nor
 //! unknown arc lengths; none where the residuals are rounding errors. Residuals exceed the scale at a p-value below
 //! [`FALSE_ALARM`] over the number of coordinates: autocorrelated noise or a missing effect. `variance_along` returns
 //! the variance of the noise along a direction of the weighted residuals for score tests. Coordinates with doubtful
-//! residuals (correlated, p-value below [`DOUBTFUL`], or a wrong sigma) have white noise of the scale there, or
-//! without a scale of the root mean square residual. Not so if sigma is stated rightly or there are outliers.
-//! Warnings, grade and score tests use the results.
+//! residuals (correlated, p-value below [`DOUBTFUL`], or a wrong sigma) have white noise of the scale there, or without
+//! a scale of the root mean square residual. Not so if sigma is stated rightly or there are outliers. Warnings, grade
+//! and score tests use the results. `is_explained` returns whether the residuals of a measurement are white noise of
+//! the scale. [`is_sigma_doubtful`] compares a stated sigma with the scatter.
 
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::noise::autocorrelation::NoiseModel;
@@ -22,8 +23,8 @@ use crate::fit::uncertainty::noise::residual_noise::ResidualNoise;
 /// Probability that noise alone makes the residuals of any coordinate of a right model exceed its noise scale. Larger:
 /// smaller missing effects are found, with more false alarms.
 const FALSE_ALARM: f64 = 0.003;
-/// Ratio of a stated sigma and the scatter of the data, either way, from which on the sigma is reported as doubtful. The
-/// scale of 20 differences has a relative error of a third, so that a ratio of three is significant.
+/// Ratio of a stated sigma and the scatter of the data, either way, from which on the sigma is reported as doubtful.
+/// The scale of 20 differences has a relative error of a third, so that a ratio of three is significant.
 const WRONG_SIGMA: f64 = 2.5;
 /// Uncorrected probability below which score tests use the noise scale of a coordinate instead of its residuals.
 const DOUBTFUL: f64 = 0.05;
@@ -48,8 +49,8 @@ pub(crate) struct CoordinateNoise {
     pub has_outliers: bool,
 }
 
-/// Noise of all coordinates of all recorded motions, and of shapes without a stated sigma, as evidence on the adequacy of the
-/// model.
+/// Noise of all coordinates of all recorded motions, and of shapes with neither a stated sigma nor unknown arc lengths,
+/// as evidence on the adequacy of the model.
 pub(crate) struct Adequacy {
     pub coordinates: Vec<CoordinateNoise>,
 }
@@ -69,8 +70,8 @@ pub(crate) fn is_sigma_doubtful(sigma: f64, scatter: f64) -> bool {
 }
 
 impl CoordinateNoise {
-    /// Whether a stated sigma is far from the noise scale, by [`is_sigma_doubtful`]; false without a stated sigma or without
-    /// a scale.
+    /// Whether a stated sigma is far from the noise scale, by [`is_sigma_doubtful`]; false without a stated sigma or
+    /// without a scale.
     fn is_sigma_wrong(&self) -> bool {
         let both = self.stated_sigma.zip(self.scale.value);
         both.is_some_and(|(sigma, value)| is_sigma_doubtful(sigma, value))
@@ -82,14 +83,14 @@ impl CoordinateNoise {
         self.scale.p_value.is_some() && !self.is_exceeded(coordinates) && self.correlation == 0.0
     }
 
-    /// Whether the residuals exceed the noise scale: a p-value below [`FALSE_ALARM`] over the number of all `coordinates`
-    /// (Bonferroni's correction). False without a scale.
+    /// Whether the residuals exceed the noise scale: a p-value below [`FALSE_ALARM`] over the number of all
+    /// `coordinates` (Bonferroni's correction). False without a scale.
     pub fn is_exceeded(&self, coordinates: usize) -> bool {
         self.scale.p_value.is_some_and(|p| p < FALSE_ALARM / coordinates.max(1) as f64)
     }
 
-    /// Whether the residuals may be no measure of the noise: a significant correlation, a wrong sigma, or an excess over the
-    /// scale with a p-value below [`DOUBTFUL`]. Score tests then use the noise scale.
+    /// Whether the residuals may be no measure of the noise: a significant correlation, a wrong sigma, or an excess
+    /// over the scale with a p-value below [`DOUBTFUL`]. Score tests then use the noise scale.
     fn is_doubtful(&self) -> bool {
         self.correlation > 0.0
             || self.is_sigma_wrong()
@@ -98,9 +99,9 @@ impl CoordinateNoise {
 }
 
 impl Adequacy {
-    /// Compares the residuals at an optimum with the samples of each coordinate, in the order of the measurements. Included
-    /// are motions, and shapes without a stated sigma and without unknown arc lengths. Empty where the residuals are rounding
-    /// errors.
+    /// Compares the residuals at an optimum with the samples of each coordinate, in the order of the measurements.
+    /// Included are motions, and shapes without a stated sigma and without unknown arc lengths. Empty where the
+    /// residuals are rounding errors.
     pub fn new(fitted: Fitted, correlations: &NoiseModel) -> Self {
         let Fitted { search, optimum } = fitted;
         let mut coordinates = Vec::new();
@@ -136,21 +137,22 @@ impl Adequacy {
         Self { coordinates }
     }
 
-    /// Whether the residuals of measurement number `measurement` are white noise of the noise scale in all its coordinates.
-    /// False for a measurement without any coordinate here.
+    /// Whether the residuals of measurement number `measurement` are white noise of the noise scale in all its
+    /// coordinates. False for a measurement without any coordinate here.
     pub fn is_explained(&self, measurement: usize) -> bool {
         let count = self.coordinates.len();
         let mut own = self.coordinates.iter().filter(|c| c.measurement == measurement).peekable();
         own.peek().is_some() && own.all(|c| c.is_explained(count))
     }
 
-    /// Variance of the noise along a `direction` of the weighted residuals (one number per row), and its degrees of freedom.
+    /// Variance of the noise along a `direction` of the weighted residuals (one number per row), and its degrees of
+    /// freedom.
     ///
-    /// The residuals of a coordinate are doubtful if they correlate, exceed the noise scale, or contradict a stated sigma.
-    /// Its noise is then white, with the noise scale as standard deviation, or without a scale with the RMS of its residuals.
-    /// Outliers and stated sigmas that agree with the samples exclude this. All other rows have the noise of the residuals
-    /// with its autocorrelation. The degrees of freedom are those of Welch and Satterthwaite; none where the variance is
-    /// known.
+    /// The residuals of a coordinate are doubtful if they correlate, exceed the noise scale, or contradict a stated
+    /// sigma. Its noise is then white, with the noise scale as standard deviation, or without a scale with the RMS of
+    /// its residuals. Outliers and stated sigmas that agree with the samples exclude this. All other rows have the
+    /// noise of the residuals with its autocorrelation. The degrees of freedom are those of Welch and Satterthwaite;
+    /// none where the variance is known.
     pub fn variance_along(
         &self,
         direction: &[f64],

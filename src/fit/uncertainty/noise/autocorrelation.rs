@@ -1,8 +1,8 @@
 //! Covariance of the estimates under noise that is not white: autocorrelated noise, and coordinates with a variance
 //! of their own.
 //!
-//! Input: an optimum, the rows of its Jacobian in units of the noise, and the common variance. The estimate stays
-//! that of least squares, whose errors then have the covariance
+//! Input: an optimum, the rows of its Jacobian in units of the noise, and the common variance. The result is a
+//! [`NoiseModel`]. The estimate stays that of least squares, whose errors then have the covariance
 //!
 //! ```text
 //! (J'J)^-1 J'VJ (J'J)^-1,    V = v R in each coordinate of each measurement
@@ -16,6 +16,10 @@
 //! the standard deviation over that for white noise (1 for white noise), and the degrees of freedom of its variance
 //! (Satterthwaite 1946; none where it is known), which determine Student's t of the intervals. The score covariance
 //! `J'VJ` over the common variance is none for white noise. Residuals of rounding errors count as white noise.
+//!
+//! Methods return the quantiles for two-sided and one-sided 95 % intervals of an unknown, in standard deviations.
+//! `variance_along` is the variance along a direction of the weighted residuals; `series_of` and `correlation` are
+//! those of one coordinate.
 
 use crate::fit::misfit::residual_tests::innovation_p_value;
 use crate::fit::search::fitted::Fitted;
@@ -24,15 +28,16 @@ use crate::fit::uncertainty::noise::coverage_factor::{one_sided95, quantile95};
 use crate::fit::uncertainty::noise::residual_noise::ResidualNoise;
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// Probability of white noise below which the innovations of a series are taken for motion: its AR(1) model is then rejected.
+/// Probability of white noise below which the innovations of a series are taken for motion: its AR(1) model is then
+/// rejected.
 const COLORED_INNOVATIONS: f64 = 4e-4;
-/// Rounds of moment matching: correlations and variances depend on each other through the covariance of the unknowns. More
-/// rounds change the result less.
+/// Rounds of moment matching: correlations and variances depend on each other through the covariance of the unknowns.
+/// More rounds change the result less.
 const ROUNDS: usize = 8;
 /// Eigenvalues of the scaled normal matrix below this part of the largest count as zero: rounding errors.
 const ZERO_EIGENVALUE: f64 = 1e-12;
-/// Step of a correlation, over its distance from 1, for the numerical derivative of a variance. Larger: truncation error;
-/// smaller: rounding error.
+/// Step of a correlation, over its distance from 1, for the numerical derivative of a variance. Larger: truncation
+/// error; smaller: rounding error.
 const CORRELATION_STEP: f64 = 1e-3;
 
 /// Noise of all coordinates, and its effect on every unknown.
@@ -50,9 +55,9 @@ pub(crate) struct NoiseModel {
 impl NoiseModel {
     /// Estimates the noise from the residuals at an optimum and the `rows` of the Jacobian in units of the noise, in
     /// [`ROUNDS`] of moment matching. A series whose innovations have a p-value below [`COLORED_INNOVATIONS`] becomes
-    /// white, and the rounds are repeated. The inflation is the root of the ratio of the variances of an unknown with this
-    /// noise and with white noise. All series count as white where the residuals are rounding errors or have no variance.
-    /// For white noise the inflation is 1, and there is no score covariance.
+    /// white, and the rounds are repeated. The inflation is the root of the ratio of the variances of an unknown with
+    /// this noise and with white noise. The list of series is empty, and the noise counts as white, where the residuals
+    /// are rounding errors or have no variance. For white noise the inflation is 1, and there is no score covariance.
     pub fn new(fitted: Fitted, rows: &[Vec<f64>], noise: &ResidualNoise) -> Self {
         let Fitted { search, optimum } = fitted;
         let n = search.unknowns.len();
@@ -117,8 +122,8 @@ impl NoiseModel {
         !self.series.iter().any(CoordinateSeries::has_own_noise)
     }
 
-    /// Variance `d'Vd` of the noise along a `direction` `d` of the weighted residuals, one number per row. Rows in no series
-    /// with a noise of its own have the common variance of `noise`.
+    /// Variance `d'Vd` of the noise along a `direction` `d` of the weighted residuals, one number per row. Rows in no
+    /// series with a noise of its own have the common variance of `noise`.
     pub fn variance_along(&self, direction: &[f64], noise: &ResidualNoise) -> f64 {
         let square = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
         let mut variance = noise.variance * square(direction);
@@ -137,20 +142,20 @@ impl NoiseModel {
         self.series.iter().find(|s| s.measurement == measurement && s.axis == axis)
     }
 
-    /// AR(1) correlation of neighboring residuals of coordinate `axis` of measurement number `measurement`; 0 where it is not
-    /// significant, or the coordinate has few values.
+    /// AR(1) correlation of neighboring residuals of coordinate `axis` of measurement number `measurement`; 0 where it
+    /// is not significant, or the coordinate has few values.
     pub fn correlation(&self, measurement: usize, axis: &str) -> f64 {
         self.series_of(measurement, axis).map_or(0.0, |s| s.correlation)
     }
 
-    /// Half-width of the 95 % interval of unknown `j` in standard deviations: Student's t with its degrees of freedom, 1.96
-    /// for a known variance.
+    /// Half-width of the 95 % interval of unknown `j` in standard deviations: Student's t with its degrees of freedom,
+    /// 1.96 for a known variance.
     pub fn coverage_factor(&self, j: usize) -> f64 {
         quantile95(self.degrees_of_freedom[j])
     }
 
-    /// Distance of the one-sided 95 % limit of unknown `j` in standard deviations: Student's t with its degrees of freedom,
-    /// 1.645 for a known variance.
+    /// Distance of the one-sided 95 % limit of unknown `j` in standard deviations: Student's t with its degrees of
+    /// freedom, 1.645 for a known variance.
     pub fn one_sided_factor(&self, j: usize) -> f64 {
         one_sided95(self.degrees_of_freedom[j])
     }
@@ -161,11 +166,11 @@ impl NoiseModel {
     }
 }
 
-/// Degrees of freedom of the variance of each unknown; none where it is known. They are `2/e^2` for the relative error `e`
-/// of the variance. Let `s` be the share of a series of `n` values in the variance of the unknown. Its variance adds `2
-/// s^2/n` to `e^2`, unless sigma is stated; its correlation `r` adds `t^2 (1 - r^2)/n`, with the numerical derivative `t`
-/// of the relative variance. The common variance adds `2 s^2/nu` for its remaining share and its degrees of freedom `nu`.
-/// `inverse` is that of the normal matrix, `covariance` that of the unknowns.
+/// Degrees of freedom of the variance of each unknown; none where it is known. They are `2/e^2` for the relative error
+/// `e` of the variance. Let `s` be the share of a series of `n` values in the variance of the unknown. Its variance
+/// adds `2 s^2/n` to `e^2`, unless sigma is stated; its correlation `r` adds `t^2 (1 - r^2)/n`, with the numerical
+/// derivative `t` of the relative variance. The common variance adds `2 s^2/nu` for its remaining share and its degrees
+/// of freedom `nu`. `inverse` is that of the normal matrix, `covariance` that of the unknowns.
 fn degrees_of_freedom(
     series: &[CoordinateSeries],
     inverse: &DMatrix<f64>,

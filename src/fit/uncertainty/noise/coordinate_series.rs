@@ -2,14 +2,16 @@
 //! their noise.
 //!
 //! [`coordinate_series`] splits the residuals of an optimum into series of at least [`FEWEST`] values, in units of
-//! sigma. With a robust loss its influence function replaces the residuals, scaled to a root mean square of 1. It
-//! tests each for a positive lag-one correlation above [`SIGNIFICANT`] standard deviations of white noise. Without a
-//! stated sigma it tests whether the coordinates of a measurement have different variances (Bartlett's test, level
-//! [`UNEQUAL_VARIANCES`]). For noise of the covariance `V` the residuals at an optimum have the covariance
-//! `V - HV - VH + HVH`, `H = J (J'J)^-1 J'`: the fit absorbs a part of the noise. [`CoordinateSeries::refine`]
-//! matches the variance (unless sigma is stated) and a significant correlation with these expectations, for `V = v R`
-//! with an [AR(1) correlation](Ar1Correlation) `R`. The correlation is from 0 to `1 - 2/n` for `n` pairs of
-//! neighbors. `autocorrelation` uses the series for the covariance of the estimates, the bootstrap for random blocks.
+//! sigma. Residuals are multiplied by their leverage weights. With a robust loss its influence function replaces them,
+//! scaled to a root mean square of 1. It tests each for a positive lag-one correlation above [`SIGNIFICANT`] standard
+//! deviations of white noise. Without a stated sigma it tests whether the coordinates of a measurement have different
+//! variances (Bartlett's test, level [`UNEQUAL_VARIANCES`]). For noise of the covariance `V` the residuals at an
+//! optimum have the covariance `V - HV - VH + HVH`, `H = J (J'J)^-1 J'`: the fit absorbs a part of the noise.
+//! [`CoordinateSeries::refine`] matches the variance (unless sigma is stated) and a significant correlation with these
+//! expectations, for `V = v R` with an [AR(1) correlation](Ar1Correlation) `R`. The correlation is from 0 to `1 - 2/n`
+//! for `n` pairs of neighbors. `autocorrelation` uses the series for the covariance of the estimates, the bootstrap for
+//! random blocks. Methods of [`CoordinateSeries`] return the correlation matrix, the innovations, the length of these
+//! blocks, and the part `J'VJ` of the covariance of the gradient.
 
 use crate::fit::misfit::ar1::{Ar1Correlation, ar1_factor, usual_spacing};
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
@@ -19,14 +21,15 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Fewest values of a series whose correlation is estimated. Fewer have a standard error of the correlation above 0.3.
 const FEWEST: usize = 12;
-/// Standard deviations of white noise by which the correlation of neighbors must exceed zero to be modeled. Smaller: more
-/// white series get wider intervals.
+/// Standard deviations of white noise by which the correlation of neighbors must exceed zero to be modeled. Smaller:
+/// more white series get wider intervals.
 const SIGNIFICANT: f64 = 2.0;
 /// Probability of equal variances below which the coordinates of a measurement get a variance each.
 const UNEQUAL_VARIANCES: f64 = 1e-2;
 /// Largest distance of neighbors, in usual spacings; pairs across a gap are left out.
 const MOST_SPACINGS: f64 = 1.5;
-/// Largest part of the squared residuals that the fit is assumed to have absorbed; it bounds the correction of the variance.
+/// Largest part of the squared residuals that the fit is assumed to have absorbed; it bounds the correction of the
+/// variance.
 const MOST_ABSORBED: f64 = 0.9;
 
 /// Number of bisections of a correlation between 0 and 1: to 1e-15.
@@ -97,22 +100,22 @@ impl CoordinateSeries {
         self.ar1().whiten(&self.residuals)
     }
 
-    /// Models the residuals as white noise of the given `variance`, in units of sigma squared. A variance of its own stays
-    /// marked.
+    /// Models the residuals as white noise of the given `variance`, in units of sigma squared. A variance of its own
+    /// stays marked.
     pub fn set_uncorrelated(&mut self, variance: f64) {
         (self.is_correlated, self.correlation, self.variance) = (false, 0.0, variance);
     }
 
-    /// Number of values in each block of a block bootstrap (Politis and White 2004): `(1.5 g^2 n)^(1/3)` rounded up, at most
-    /// `n`. Here `g = 2 r/(1 - r^2)` for the correlation `r` of the `n` values. None for a correlation of zero.
+    /// Number of values in each block of a block bootstrap (Politis and White 2004): `(1.5 g^2 n)^(1/3)` rounded up, at
+    /// most `n`. Here `g = 2 r/(1 - r^2)` for the correlation `r` of the `n` values. None for a correlation of zero.
     pub fn block_length(&self) -> Option<usize> {
         let excess = 2.0 * self.correlation / (1.0 - self.correlation.powi(2));
         let length = (1.5 * excess * excess * self.len() as f64).cbrt().ceil() as usize;
         (self.correlation > 0.0).then(|| length.clamp(1, self.len()))
     }
 
-    /// Pairs of successive values at most [`MOST_SPACINGS`] apart, with the sums of their products `a b` and of their mean
-    /// squares `(a^2 + b^2)/2`. The ratio of these sums is the lag-one correlation.
+    /// Pairs of successive values at most [`MOST_SPACINGS`] apart, with the sums of their products `a b` and of their
+    /// mean squares `(a^2 + b^2)/2`. The ratio of these sums is the lag-one correlation.
     fn neighbors(&self) -> NeighborSums {
         let mut sums = NeighborSums { pairs: Vec::new(), products: 0.0, squares: 0.0 };
         for (first, times) in self.times.windows(2).enumerate() {
@@ -157,8 +160,8 @@ impl CoordinateSeries {
         self.variance * self.jacobian.tr_mul(&self.correlated_jacobian())
     }
 
-    /// `J'VJ` for a correlation lower by `step`. An estimated variance changes with it, as the variance `v (1 - r^2)` of the
-    /// innovations is determined by itself.
+    /// `J'VJ` for a correlation lower by `step`. An estimated variance changes with it, as the variance `v (1 - r^2)`
+    /// of the innovations is determined by itself.
     pub fn score_covariance_below(&self, step: f64) -> DMatrix<f64> {
         let correlation = self.correlation - step;
         let ratio = (1.0 - self.correlation.powi(2)) / (1.0 - correlation.powi(2));
@@ -168,9 +171,9 @@ impl CoordinateSeries {
 
     /// Updates the variance, unless sigma is stated, and the correlation, if it is significant, by one round of moment
     /// matching. The variance is the mean square residual over the part of the noise that the fit leaves, 1 -
-    /// [`MOST_ABSORBED`] at least. The correlation makes the observed lag-one ratio the expected one, and is multiplied by
-    /// `1 + 2/n` for `n` pairs. Arguments are the `inverse` of the normal matrix, and the `covariance` of the unknowns by
-    /// the noise of all series. The result is from 0 to [`largest_correlation`].
+    /// [`MOST_ABSORBED`] at least. The correlation makes the observed lag-one ratio the expected one, and is multiplied
+    /// by `1 + 2/n` for `n` pairs. Arguments are the `inverse` of the normal matrix, and the `covariance` of the
+    /// unknowns by the noise of all series. The result is from 0 to [`largest_correlation`].
     pub fn refine(&mut self, inverse: &DMatrix<f64>, covariance: &DMatrix<f64>) {
         // Expectations for the present model, from the hat matrix restricted to the rows of the series.
         let (n, correlated) = (self.len(), self.correlated_jacobian());
@@ -209,7 +212,8 @@ impl CoordinateSeries {
         self.residuals.iter().map(|r| r * r).sum::<f64>() / self.len() as f64
     }
 
-    /// Whether the correlation is the largest that the estimate can have, by [`largest_correlation`] of the number of pairs.
+    /// Whether the correlation is the largest that the estimate can have, by [`largest_correlation`] of the number of
+    /// pairs.
     pub fn is_at_cap(&self) -> bool {
         self.correlation > 0.0
             && self.correlation >= largest_correlation(self.neighbors().pairs.len() as f64)
@@ -236,9 +240,10 @@ fn correlation_with_mean(pairs: &[Neighbors], mean: f64) -> f64 {
 }
 
 /// Series of every coordinate of every measurement with at least [`FEWEST`] values, from the `rows` of the Jacobian in
-/// units of the noise. Residuals pass through the influence function of the loss; with a robust loss those of a measurement
-/// are scaled to the root mean square 1. Significant correlations are marked. So are unequal variances of the coordinates
-/// of a measurement without a stated sigma. All variances are still the common one, and all correlations zero.
+/// units of the noise. Residuals times their leverage weights pass through the influence function of the loss; with a
+/// robust loss those of a measurement are scaled to the root mean square 1. Significant correlations are marked. So are
+/// unequal variances of the coordinates of a measurement without a stated sigma. All variances are still the common
+/// one, and all correlations zero.
 pub(crate) fn coordinate_series(
     fitted: Fitted,
     rows: &[Vec<f64>],
@@ -289,8 +294,8 @@ pub(crate) fn coordinate_series(
 }
 
 /// Whether the coordinates of a measurement have different variances, by Bartlett's test (1937) at the level
-/// [`UNEQUAL_VARIANCES`]. The number of values `n` of a series counts as `n (1 - r^2)/(1 + r^2)` independent ones, with the
-/// correlation `r` of its neighbors. False for a single series.
+/// [`UNEQUAL_VARIANCES`]. The number of values `n` of a series counts as `n (1 - r^2)/(1 + r^2)` independent ones, with
+/// the correlation `r` of its neighbors. False for a single series.
 fn have_unequal_variances(series: &[CoordinateSeries]) -> bool {
     // The squares of autocorrelated noise carry the information of fewer independent ones.
     let count = |s: &CoordinateSeries| {

@@ -1,33 +1,33 @@
 //! Coverage factors of 95 % intervals: quantiles of the normal distribution, or of Student's t where the variance is
 //! estimated.
 //!
-//! Input are the degrees of freedom of the variance; none stands for a known variance, fewer than [`FEWEST`] count as that.
-//! [`quantile95`] returns the half-width of a two-sided interval in standard deviations (1.96 or more), [`one_sided95`] the
-//! distance of a one-sided limit (1.645 or more). From [`MANY`] degrees on the quantile of Student's t is an expansion about
-//! the normal one. Estimates, budgets and one-sided bounds use them.
+//! Input are the degrees of freedom of the variance; none stands for a known variance, and less than one ([`FEWEST`])
+//! counts as one. [`quantile95`] returns the half-width of a two-sided interval in standard deviations (1.96 or more),
+//! [`one_sided95`] the distance of a one-sided limit (1.645 or more). From [`MANY`] degrees on the quantile of
+//! Student's t is an expansion about the normal one. Estimates, budgets and one-sided bounds use them.
 
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-/// Degrees of freedom from which on the quantile is that of the expansion about the normal one, accurate to 1e-9 there; the
-/// iterative inverse may not converge for so many.
+/// Degrees of freedom from which on the quantile is that of the expansion about the normal one, accurate to 1e-9 there;
+/// the iterative inverse may not converge for so many.
 const MANY: f64 = 200.0;
 /// Fewest degrees of freedom: an estimate of fewer counts as one.
 const FEWEST: f64 = 1.0;
 
-/// Half-width of a 95 % interval in standard deviations, for a variance with these degrees of freedom: the 97.5 % quantile of
-/// Student's t, and 1.96 (normal) for a known variance (none).
+/// Half-width of a 95 % interval in standard deviations, for a variance with these degrees of freedom: the 97.5 %
+/// quantile of Student's t, and 1.96 (normal) for a known variance (none).
 pub(crate) fn quantile95(freedom: Option<f64>) -> f64 {
     quantile(0.975, freedom)
 }
 
-/// Distance of a one-sided 95 % limit in standard deviations, for a variance with these degrees of freedom: the 95 % quantile
-/// of Student's t, and 1.645 (normal) for a known variance (none).
+/// Distance of a one-sided 95 % limit in standard deviations, for a variance with these degrees of freedom: the 95 %
+/// quantile of Student's t, and 1.645 (normal) for a known variance (none).
 pub(crate) fn one_sided95(freedom: Option<f64>) -> f64 {
     quantile(0.95, freedom)
 }
 
-/// Quantile, at this probability, of the standard normal distribution (`freedom` none), or of Student's t with `freedom`
-/// degrees of freedom, at least [`FEWEST`]. From [`MANY`] on it is the expansion about the normal one.
+/// Quantile, at this probability, of the standard normal distribution (`freedom` none), or of Student's t with
+/// `freedom` degrees of freedom, at least [`FEWEST`]. From [`MANY`] on it is the expansion about the normal one.
 fn quantile(probability: f64, freedom: Option<f64>) -> f64 {
     let z = Normal::standard().inverse_cdf(probability);
     match freedom.map(|freedom| freedom.max(FEWEST)) {

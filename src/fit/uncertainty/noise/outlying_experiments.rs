@@ -1,12 +1,12 @@
 //! Experiments whose residuals are an outlier among those of all experiments.
 //!
-//! One bad recording of many is no evidence against the set-up that all of them share: scale, clock, origin, tracked point.
-//! The unexplained part of a motion is the root mean square residual over the size of the motion. [`UnexplainedParts`]
-//! collects it for every measurement, with its number of values and whether its residuals are no noise. The part of an
-//! experiment is the root mean square over the values of its measurements. An experiment is an outlier if any of its
-//! measurements is unexplained and its part is above the median of all. At least [`FEWEST`] experiments, fewer than half of
-//! them unexplained, are required. [`UnexplainedParts::outlying`] returns the part of an outlier, and none for others. The
-//! warnings of unexplained motion use it.
+//! One bad recording of many is no evidence against the set-up that all of them share: scale, clock, origin, tracked
+//! point. The unexplained part of a motion is the root mean square residual over the size of the motion.
+//! [`UnexplainedParts`] collects it for every measurement, with its number of values and whether its residuals are no
+//! noise. The part of an experiment is the root mean square over the values of its measurements. An experiment is an
+//! outlier if any of its measurements is unexplained and its part is above the median of all. At least [`FEWEST`]
+//! experiments, fewer than half of them unexplained, are required. [`UnexplainedParts::outlying`] returns the part of
+//! an outlier, and none for others. The warnings of unexplained motion use it.
 
 use crate::numerics::median;
 
@@ -59,9 +59,9 @@ impl UnexplainedParts {
         median(self.0.iter().map(UnexplainedPart::relative))
     }
 
-    /// The unexplained part of an outlying experiment; none for others. At least [`FEWEST`] experiments, fewer than half of
-    /// them unexplained, are required to compare with. The residuals of the experiment must be no noise, and its part must be
-    /// above the median.
+    /// The unexplained part of an outlying experiment; none for others. At least [`FEWEST`] experiments, fewer than
+    /// half of them unexplained, are required to compare with. The residuals of the experiment must be no noise, and
+    /// its part must be above the median.
     pub fn outlying(&self, experiment: &str) -> Option<f64> {
         let unexplained = self.0.iter().filter(|part| part.is_unexplained).count();
         let own = self.0.iter().find(|part| part.experiment == experiment)?;

@@ -3,13 +3,15 @@
 //! Residuals are in units of sigma. Their variance is 1 if all sigmas are stated, or where weights depend on the fit
 //! (sigma is then estimated before). Else it is `sum (w r)^2/nu`, with the leverage weights `w` and `nu` degrees of
 //! freedom: residuals, those of priors included, less unknowns and unknown arc lengths, and less the sum of `1 - w^2`
-//! where the weights are those of growing sensitivities. With such weights or arc lengths `nu` is at least 1. A
-//! robust loss `rho` with `psi = rho'/2` reduces the information of every value to `(mean psi')^2/mean psi^2`, with
-//! Huber's correction for the number of unknowns; a rise of twice the misfit then has the scale `sum psi^2/sum psi'`
-//! (Huber 1981). The weight of a row is the root of this information (1 for squares) times the leverage weight; rows
-//! of priors have 1. [`ResidualNoise`] is the basis of covariance and intervals. [`residual_rms`] (m, without
-//! positions rad/s, else the unit of the first measurement) and [`loss_effects`] (one per measurement with a robust
-//! loss; markers of one recording share one) are entries of the report.
+//! where the weights are those of growing sensitivities. With such weights or arc lengths `nu` is at least 1. A robust
+//! loss `rho` with `psi = rho'/2` reduces the information of every value to `(mean psi')^2/mean psi^2`, with Huber's
+//! correction for the number of unknowns; a rise of twice the misfit then has the scale `sum psi^2/sum psi'` (Huber
+//! 1981). The weight of a row is the root of this information (1 for squares) times the leverage weight; rows of priors
+//! have 1. [`ResidualNoise`] is the basis of covariance and intervals. [`residual_rms`] (m, without positions rad/s,
+//! else the unit of the first measurement) and [`loss_effects`] (one per measurement with a robust loss; markers of one
+//! recording share one) are entries of the report. [`weighted_rows`] and [`weighted_residuals`] are Jacobian and
+//! residuals (`psi`) times these weights. [`misfit_slopes`] and [`score_covariance`] are the derivatives of the misfit
+//! by the residuals and the covariance of its gradient by the unknowns.
 
 use crate::fit::measurement::experiment::all;
 use crate::fit::measurement::loss::Loss;
@@ -29,8 +31,8 @@ pub(crate) struct ResidualNoise {
     pub variance: f64,
     /// Whether `variance` is estimated from the residuals.
     pub is_estimated: bool,
-    /// Rise of twice the misfit by one standard deviation of a parameter: the variance, or `sum psi^2/sum psi'` of robust
-    /// losses.
+    /// Rise of twice the misfit by one standard deviation of a parameter: the variance, or `sum psi^2/sum psi'` of
+    /// robust losses.
     pub misfit_scale: f64,
     /// Degrees of freedom of an estimated sigma; none where all sigmas are stated.
     pub degrees_of_freedom: Option<f64>,
@@ -41,11 +43,11 @@ pub(crate) struct ResidualNoise {
 impl ResidualNoise {
     /// Estimates the variance of the residuals at an optimum, its degrees of freedom, and the weights of the rows. The
     /// degrees of freedom are the number of residuals, those of priors included, less the numbers of unknowns and of
-    /// unknown arc lengths. Weights `w` of growing sensitivities lower them by the sum of `1 - w^2`. With such weights or
-    /// arc lengths they are at least 1. The variance is 1 if all sigmas are stated, or where the weights depend on the fit,
-    /// as sigma is then estimated before. The misfit scale is the variance, or `sum psi^2/sum psi'` over all measured
-    /// values if any loss is robust. The weight of a row is the root of the information of its loss (one for all rows of a
-    /// measurement; 1 for priors), times its leverage weight.
+    /// unknown arc lengths. Weights `w` of growing sensitivities lower them by the sum of `1 - w^2`. With such weights
+    /// or arc lengths they are at least 1. The variance is 1 if all sigmas are stated, or where the weights depend on
+    /// the fit, as sigma is then estimated before. The misfit scale is the variance, or `sum psi^2/sum psi'` over all
+    /// measured values if any loss is robust. The weight of a row is the root of the information of its loss (one for
+    /// all rows of a measurement; 1 for priors), times its leverage weight.
     pub fn new(fitted: Fitted) -> Self {
         let Fitted { search, optimum } = fitted;
         let total = optimum.residuals.len();
@@ -104,8 +106,8 @@ fn influences(loss: Loss, residuals: &[f64]) -> impl Iterator<Item = f64> {
     residuals.iter().map(move |r| loss.influence(*r)[0])
 }
 
-/// `psi` of all residuals in their order, those of priors as they are, each times the weight of its row. For squares `psi` is
-/// the residual.
+/// `psi` of all residuals in their order, those of priors as they are, each times the weight of its row. For squares
+/// `psi` is the residual.
 pub(crate) fn weighted_residuals(fitted: Fitted, noise: &ResidualNoise) -> DVector<f64> {
     let all = &fitted.optimum.residuals;
     let own = fitted.measured().flat_map(|own| influences(own.measurement.loss(), own.residuals));
@@ -121,9 +123,9 @@ pub(crate) fn misfit_slopes(residuals: &Residuals, optimum: &Optimum) -> Vec<f64
     losses.iter().zip(&optimum.residuals).map(|(loss, r)| loss.influence(*r)).collect()
 }
 
-/// Covariance of the gradient of the misfit by the unknowns on their scales, `sum psi^2 j j'` over the unweighted rows `j` of
-/// the Jacobian. The mean of `psi^2` in each measurement, 1 for priors, is multiplied by the squared leverage weight of the
-/// row.
+/// Covariance of the gradient of the misfit by the unknowns on their scales, `sum psi^2 j j'` over the unweighted rows
+/// `j` of the Jacobian. The mean of `psi^2` in each measurement, 1 for priors, is multiplied by the squared leverage
+/// weight of the row.
 pub(crate) fn score_covariance(fitted: Fitted) -> DMatrix<f64> {
     let Fitted { search, optimum } = fitted;
     let mut squares = Vec::with_capacity(optimum.residuals.len());
@@ -140,8 +142,8 @@ pub(crate) fn score_covariance(fitted: Fitted) -> DMatrix<f64> {
     DMatrix::from_fn(n, n, |i, j| rows.clone().map(|(row, square)| square * row[i] * row[j]).sum())
 }
 
-/// Root mean square residual, unweighted, of all positions, m. Without positions it is that of all frequencies, rad/s, else
-/// of all measurements with the unit of the first one. 0 without measurements.
+/// Root mean square residual, unweighted, of all positions, m. Without positions it is that of all frequencies, rad/s,
+/// else of all measurements with the unit of the first one. 0 without measurements.
 pub(crate) fn residual_rms(fitted: Fitted) -> f64 {
     let of_unit = |unit: &str| {
         let (mut sum, mut count) = (0.0, 0);
@@ -178,8 +180,8 @@ pub struct LossEffect {
 }
 
 impl LossEffect {
-    /// Adds the values of another measurement with the same name: counts add up. The information of the values, their number
-    /// over the squared factor, adds up too, and yields the common factor.
+    /// Adds the values of another measurement with the same name: counts add up. The information of the values, their
+    /// number over the squared factor, adds up too, and yields the common factor.
     fn merge(&mut self, other: &Self) {
         let [own, others] = [self.values as f64, other.values as f64];
         let information =
@@ -192,8 +194,8 @@ impl LossEffect {
 }
 
 /// Effects of the robust losses, one entry per measurement with such a loss, in their order; all markers of a recording
-/// share one. Values beyond the scale of the loss, and beyond [`OUTLYING`] sigma, are counted. The factor of the standard
-/// errors is the inverse of the largest weight in `noise` of its rows.
+/// share one. Values beyond the scale of the loss, and beyond [`OUTLYING`] sigma, are counted. The factor of the
+/// standard errors is the inverse of the largest weight in `noise` of its rows.
 pub(crate) fn loss_effects(fitted: Fitted, noise: &ResidualNoise) -> Vec<LossEffect> {
     let mut effects: Vec<LossEffect> = Vec::new();
     for MeasuredResiduals { experiment, measurement, residuals, rows, .. } in fitted.measured() {

@@ -1,13 +1,13 @@
 //! Parametric bootstrap and Monte Carlo: fits of data made by the fitted model and random noise.
 //!
-//! Every replicate adds noise to the simulated values at the optimum and fits them again from the optimum; the spread of the
-//! estimates is that of the parameters. The noise is normal, and means of priors have random errors of their sigma.
-//! Autocorrelated noise of a bootstrap consists of random blocks of the residuals, longer than its correlation (Kuensch
-//! 1989; Politis and White 2004). A Monte Carlo draws it from its AR(1) model, and the known inputs from their
-//! distributions: it verifies the linear uncertainty budget (JCGM 101). [`spreads`] returns the standard deviation and the
-//! 2.5 and 97.5 percentiles of each estimate, in its unit. Both are computed on the scale of the fit (logarithm of a
-//! positive parameter) and converted. Fits that do not converge are left out, with a note; the spread is none for fewer than
-//! two, or after a stop. Replicate `n` has the random stream `n`, so that results do not depend on threads.
+//! Every replicate adds noise to the simulated values at the optimum and fits them again from the optimum; the spread
+//! of the estimates is that of the parameters. The noise is normal, and means of priors have random errors of their
+//! sigma. Autocorrelated noise of a bootstrap consists of random blocks of the residuals, longer than its correlation
+//! (Kuensch 1989; Politis and White 2004). A Monte Carlo draws it from its AR(1) model, and the known inputs from their
+//! distributions: it verifies the linear uncertainty budget (JCGM 101). [`spreads`] returns the standard deviation and
+//! the 2.5 and 97.5 percentiles of each estimate, in its unit. Both are computed on the scale of the fit (logarithm of
+//! a positive parameter) and converted. Fits that do not converge are left out, with a note; the spread is none for
+//! fewer than two, or after a stop. Replicate `n` has the random stream `n`, so that results do not depend on threads.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -107,11 +107,11 @@ fn add_input_errors(
 }
 
 impl ReplicateInputs<'_> {
-    /// Estimates of replicate `number`, on the unknowns' scales (logarithms of positive parameters), and the work of its
-    /// fit, steps times segments. The data are the simulated values plus noise, from the random stream `number`; the mean
-    /// of a prior is the optimum plus a random error of its sigma, and inputs have random errors with their correlations.
-    /// The fit starts at the optimum. Error: a fit that fails or does not converge, or a scene that does not allow the
-    /// inputs.
+    /// Estimates of replicate `number`, on the unknowns' scales (logarithms of positive parameters), and the work of
+    /// its fit, steps times segments. The data are the simulated values plus noise, from the random stream `number`;
+    /// the mean of a prior is the optimum plus a random error of its sigma, and inputs have random errors with their
+    /// correlations. The fit starts at the optimum. Error: a fit that fails or does not converge, or a scene that does
+    /// not allow the inputs.
     fn replicate(&self, number: usize) -> (Result<Vec<f64>, Error>, f64) {
         let Resampling { seed, knowns, correlations, draws_blocks, .. } = self.resampling;
         let mut random = ChaCha8Rng::seed_from_u64(*seed);
@@ -171,9 +171,9 @@ impl ReplicateInputs<'_> {
     }
 }
 
-/// Spread of every estimate over the replicates, one entry per unknown. None where the fit is stopped before all are done,
-/// or fewer than two converge. Failed replicates add one note and are left out. The estimates of each replicate are stored
-/// if `resampling` requests it. If the simulation at the optimum fails, all count as failed.
+/// Spread of every estimate over the replicates, one entry per unknown. None where the fit is stopped before all are
+/// done, or fewer than two converge. Failed replicates add one note and are left out. The estimates of each replicate
+/// are stored if `resampling` requests it. If the simulation at the optimum fails, all count as failed.
 pub(crate) fn spreads(
     fitted: Fitted,
     resampling: &Resampling,
@@ -204,11 +204,11 @@ pub(crate) fn spreads(
     search.unknowns.iter().enumerate().map(spread).collect()
 }
 
-/// Runs the replicates in parallel, in batches of [`BATCH`], and adds their work to that of the search. Series with a noise
-/// of their own have their own variance, and their residuals are scaled to it before blocks are drawn. With exact inputs
-/// all replicates share the simulation at the optimum. Returns the estimates of the converged ones on the unknowns' scales,
-/// in the order of their numbers; fewer after a stop. Error: the simulation at the optimum fails, or the correlations of
-/// the inputs contradict each other.
+/// Runs the replicates in parallel, in batches of [`BATCH`], and adds their work to that of the search. Series with a
+/// noise of their own have their own variance, and their residuals are scaled to it before blocks are drawn. With exact
+/// inputs all replicates share the simulation at the optimum. Returns the estimates of the converged ones on the
+/// unknowns' scales, in the order of their numbers; fewer after a stop. Error: the simulation at the optimum fails, or
+/// the correlations of the inputs contradict each other.
 fn replicates(fitted: Fitted, resampling: &Resampling) -> Result<Vec<Vec<f64>>, Error> {
     let Fitted { search, optimum } = fitted;
     let (mut simulated, mut noise, mut units) = (Vec::new(), Vec::new(), Vec::new());
@@ -261,17 +261,17 @@ fn replicates(fitted: Fitted, resampling: &Resampling) -> Result<Vec<Vec<f64>>, 
 }
 
 impl Bootstrap {
-    /// Spread of the estimates of all replicates of a shared bootstrap, `all` in the parameter's unit, about its `value`;
-    /// none for fewer than two.
+    /// Spread of the estimates of all replicates of a shared bootstrap, `all` in the parameter's unit, about its
+    /// `value`; none for fewer than two.
     #[cfg(feature = "cli")]
     pub(crate) fn from_estimates(unknown: &Unknown, value: f64, all: &[f64]) -> Option<Self> {
         let x = all.iter().map(|estimate| unknown.to_scale(*estimate)).collect();
         Self::from_scaled(unknown, value, x)
     }
 
-    /// Spread of estimates `x` on the unknown's scale (logarithm of a positive parameter) about its `value` in its unit.
-    /// The standard deviation of `x` (over `n - 1`) is converted by the derivative at `value`. Percentiles are linear
-    /// interpolations of the sorted `x`, then converted. None for fewer than two.
+    /// Spread of estimates `x` on the unknown's scale (logarithm of a positive parameter) about its `value` in its
+    /// unit. The standard deviation of `x` (over `n - 1`) is converted by the derivative at `value`. Percentiles are
+    /// linear interpolations of the sorted `x`, then converted. None for fewer than two.
     fn from_scaled(unknown: &Unknown, value: f64, mut x: Vec<f64>) -> Option<Self> {
         if x.len() < 2 {
             return None;

@@ -19,11 +19,12 @@
 //! M_cd = u_c' (H_c delta_cd - H_c (2/H - S/H^2) H_d) u_d,    S = sum H_c,
 //! ```
 //!
-//! with the unknown's row `u_c` of `(H - H_c)^-1`. The variance is scaled to be unbiased in that case, and has
-//! `(tr M)^2/tr(M^2)` degrees of freedom, at most `n - 1` (Bell and McCaffrey 2002). No simulation is needed. With
-//! [`FEWEST`] experiments or more the interval, with the remaining discretization error, is added to each estimate
-//! with a standard error and without an upper bound, in its unit. It replaces that by the residuals where it is
-//! wider. Nothing is added without convergence, or where one experiment alone determines an unknown.
+//! with the unknown's row `u_c` of `(H - H_c)^-1`. The variance is scaled to be unbiased in that case, and has `(tr
+//! M)^2/tr(M^2)` degrees of freedom, at most `n - 1` (Bell and McCaffrey 2002). No simulation is needed. With
+//! [`FEWEST`] experiments or more the interval, with the remaining discretization error, is added to each estimate with
+//! a standard error and without an upper bound, in its unit. It replaces that by the residuals where it is wider.
+//! Nothing is added without convergence, or where one experiment alone determines an unknown. [`add_cluster_jackknife`]
+//! does this, and [`compares_experiments`] returns whether all estimates have a jackknife.
 
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::discretization::bias::DiscretizationBias;
@@ -31,12 +32,12 @@ use crate::fit::uncertainty::estimate::{ClusterJackknife, Estimate, ExperimentEs
 use crate::fit::uncertainty::noise::coverage_factor::quantile95;
 use nalgebra::{DMatrix, DVector};
 
-/// Fewest experiments that are compared. Smaller: wider intervals, by Student's t of fewer degrees of freedom (2.8 standard
-/// errors for five experiments, 12.7 for two).
+/// Fewest experiments that are compared. Smaller: wider intervals, by Student's t of fewer degrees of freedom (2.8
+/// standard errors for five experiments, 12.7 for two).
 const FEWEST: usize = 5;
 
-/// Largest step of an unknown on its scale from the common estimate to that of one experiment (a factor of 1.6 of a positive
-/// parameter). A linear model has no meaning beyond.
+/// Largest step of an unknown on its scale from the common estimate to that of one experiment (a factor of 1.6 of a
+/// positive parameter). A linear model has no meaning beyond.
 const LARGEST_STEP: f64 = 0.5;
 
 /// Gradient and Gauss-Newton Hessian of the misfit of one experiment.
@@ -50,8 +51,8 @@ struct ExperimentMisfit {
 }
 
 impl ExperimentMisfit {
-    /// The change of the unknowns on their scales to the optimum of this experiment alone, by one Gauss-Newton step; none if
-    /// the experiment does not determine all of them, or a step exceeds [`LARGEST_STEP`].
+    /// The change of the unknowns on their scales to the optimum of this experiment alone, by one Gauss-Newton step;
+    /// none if the experiment does not determine all of them, or a step exceeds [`LARGEST_STEP`].
     fn own_step(&self) -> Option<DVector<f64>> {
         let step = -self.hessian.clone().cholesky()?.solve(&self.gradient);
         step.iter().all(|x| x.abs() < LARGEST_STEP).then_some(step)
@@ -65,9 +66,9 @@ struct JackknifeDeviation {
     degrees_of_freedom: f64,
 }
 
-/// Standard deviations of all unknowns, on their scales (logarithms of positive parameters) and in their order, with degrees
-/// of freedom. They are those of the jackknife over `experiments`, with gradients about their mean. The Hessian of the
-/// `prior` belongs to no experiment. None where one experiment alone determines an unknown.
+/// Standard deviations of all unknowns, on their scales (logarithms of positive parameters) and in their order, with
+/// degrees of freedom. They are those of the jackknife over `experiments`, with gradients about their mean. The Hessian
+/// of the `prior` belongs to no experiment. None where one experiment alone determines an unknown.
 fn deviations(
     experiments: &[ExperimentMisfit],
     prior: DMatrix<f64>,
@@ -113,8 +114,8 @@ fn deviations(
 }
 
 /// Gradients and Gauss-Newton Hessians of the misfit of all experiments with measurements, in their order, by the
-/// `unknowns` with these indices, on their scales. They are the sums of `psi w j` and of `psi' w^2 j j'` over the rows `j`
-/// of the Jacobian. Here `w` is the leverage weight, and `psi` the influence of the loss at the weighted residual.
+/// `unknowns` with these indices, on their scales. They are the sums of `psi w j` and of `psi' w^2 j j'` over the rows
+/// `j` of the Jacobian. Here `w` is the leverage weight, and `psi` the influence of the loss at the weighted residual.
 fn experiment_misfits(fitted: Fitted, unknowns: &[usize]) -> Vec<ExperimentMisfit> {
     let k = unknowns.len();
     let mut experiments: Vec<ExperimentMisfit> = Vec::new();
@@ -141,11 +142,12 @@ fn experiment_misfits(fitted: Fitted, unknowns: &[usize]) -> Vec<ExperimentMisfi
     experiments
 }
 
-/// Sets the jackknife over experiments in the estimates with a standard error and without an upper bound. If its interval
-/// is the wider one, it replaces standard error and interval of the estimate; those by the residuals are kept in the
-/// jackknife. Experiments that determine all these unknowns alone also have estimates of their own. The discretization
-/// error is common to all experiments: its `bias` corrects the values and widens the intervals. Nothing is set for fewer
-/// than [`FEWEST`] experiments, without convergence, or where one experiment alone determines an unknown.
+/// Sets the jackknife over experiments in the estimates with a standard error and without an upper bound. If its
+/// interval is the wider one, it replaces standard error and interval of the estimate; those by the residuals are kept
+/// in the jackknife. Experiments that determine all these unknowns alone also have estimates of their own. The
+/// discretization error is common to all experiments: its `bias` corrects the values and widens the intervals. Nothing
+/// is set for fewer than [`FEWEST`] experiments, without convergence, or where one experiment alone determines an
+/// unknown.
 pub(crate) fn add_cluster_jackknife(
     estimates: &mut [Estimate],
     fitted: Fitted,
@@ -225,8 +227,8 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
 
-    /// For experiments with equal Hessians it is the standard error of the mean of their separate estimates, with `n - 1`
-    /// degrees of freedom.
+    /// For experiments with equal Hessians it is the standard error of the mean of their separate estimates, with `n -
+    /// 1` degrees of freedom.
     #[test]
     fn equal_experiments_have_the_standard_error_of_their_mean() {
         let alone = [1.0, 3.0, 2.5, 0.5, 4.0, 1.5];
@@ -246,8 +248,8 @@ mod tests {
         assert!(parts[4].own_step().is_none());
     }
 
-    /// Coverage of 95 % or more for any shares of the experiments in the Hessian, also where the unknown itself differs between
-    /// experiments (power 1); with `n - 1` degrees of freedom unequal shares have too little.
+    /// Coverage of 95 % or more for any shares of the experiments in the Hessian, also where the unknown itself differs
+    /// between experiments (power 1); with `n - 1` degrees of freedom unequal shares have too little.
     #[test]
     fn intervals_of_unequal_experiments_cover_at_least_95_percent() {
         let mut random = ChaCha8Rng::seed_from_u64(1);

@@ -3,10 +3,10 @@
 //!
 //! Each function receives a result of an earlier stage, or the experiments, and adds its warnings to the list, as
 //! *finding. consequence. action.* with a code. The findings are constant coordinates, repeated frames, defects of
-//! recordings that drive the ends, growing sensitivities, leverage weights below 1 (unless growing sensitivities are
-//! their cause), halved steps, and too large ones. Halved steps (unless the fit converged to residuals of noise) and
-//! too large steps have the severity `Numerics`, repeated frames `Misfit`; both lower the grade. The others are
-//! notes.
+//! recordings that move supports and of samples of signals, growing sensitivities, leverage weights below 1 (unless
+//! growing sensitivities are their cause), halved steps, and too large ones. Halved steps (unless the fit converged to
+//! residuals of noise) and too large steps have the severity `Numerics`, repeated frames `Misfit`; both lower the
+//! grade. The others are notes.
 
 use crate::code::Code;
 use crate::fit::measurement::constant_axes::ConstantAxis;
@@ -15,8 +15,8 @@ use crate::fit::measurement::repeated_frames::RepeatedFrames;
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 
-/// Adds a warning of the severity `Numerics` of an optimum that is inexact because the integrator halved time steps there,
-/// which makes the misfit discontinuous. Nothing is added where the fit converged and its residuals are noise.
+/// Adds a warning of the severity `Numerics` of an optimum that is inexact because the integrator halved time steps
+/// there, which makes the misfit discontinuous. Nothing is added where the fit converged and its residuals are noise.
 pub(crate) fn halved_steps(Fitted { search, optimum }: Fitted, warnings: &mut Warnings) {
     let is_reached = optimum.converged && search.is_noise(optimum);
     // At a converged optimum with residuals of noise the jumps did no harm.
@@ -27,8 +27,8 @@ pub(crate) fn halved_steps(Fitted { search, optimum }: Fitted, warnings: &mut Wa
     }
 }
 
-/// Adds warnings of the severity `Numerics` for every experiment with a measured motion: for each motion of a support and
-/// each signal that its time step resolves poorly, and for a step longer than the simulation.
+/// Adds warnings of the severity `Numerics` for every experiment with a measured motion: for each motion of a support
+/// and each signal that its time step resolves poorly, and for a step longer than the simulation.
 pub(crate) fn steps_too_large(experiments: &[Experiment], warnings: &mut Warnings) {
     for experiment in experiments.iter().filter(|e| e.moves()) {
         for (code, text) in experiment.problem.step_warnings() {
@@ -61,8 +61,8 @@ pub(crate) fn repeated_frames(found: &[RepeatedFrames], warnings: &mut Warnings)
     }
 }
 
-/// Adds notes on defects of the recordings that drive the ends of rods. Those of many experiments are summarized if they are
-/// lost frames, jumps or exchanged labels.
+/// Adds notes on defects of the recordings that move supports, and of the samples of signals. Those of many experiments
+/// are summarized if they are lost frames, jumps or exchanged labels.
 pub(crate) fn recording_defects(experiments: &[Experiment], warnings: &mut Warnings) {
     for experiment in experiments {
         for (code, text) in experiment.problem.recording_warnings() {
@@ -90,9 +90,9 @@ pub(crate) fn growing_sensitivities(Fitted { search, optimum }: Fitted, warnings
     }
 }
 
-/// Adds one note on the number of values with a leverage weight below 1, in total and by experiment: values that change with
-/// the parameters unusually much are down-weighted. Nothing is added without any. Nothing is added either where exponentially
-/// growing sensitivities are the reason, which have a note of their own.
+/// Adds one note on the number of values with a leverage weight below 1, in total and by experiment: values that change
+/// with the parameters unusually much are down-weighted. Nothing is added without any. Nothing is added either where
+/// exponentially growing sensitivities are the reason, which have a note of their own.
 pub(crate) fn high_leverage(fitted: Fitted, warnings: &mut Warnings) {
     let search = fitted.search;
     let count_in = |experiment: &Experiment| {

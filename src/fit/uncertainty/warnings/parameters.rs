@@ -15,12 +15,12 @@ use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use crate::fit::unknown::Unknown;
 
-/// Distance from the mean of a prior, in its standard deviations, above which data and prior contradict each other. A normal
-/// deviate exceeds 3 in 0.3 % of all cases.
+/// Distance from the mean of a prior, in its standard deviations, above which data and prior contradict each other. A
+/// normal deviate exceeds 3 in 0.3 % of all cases.
 const CONTRADICTION: f64 = 3.0;
 
-/// Adds a note for each estimate with a one-sided 95 % bound: a damping with an upper bound, which may be zero, or another
-/// parameter with a lower or an upper bound. `estimates` are in the order of the `unknowns`.
+/// Adds a note for each estimate with a one-sided 95 % bound: a damping with an upper bound, which may be zero, or
+/// another parameter with a lower or an upper bound. `estimates` are in the order of the `unknowns`.
 pub(crate) fn one_sided_bounds(
     unknowns: &[Unknown],
     estimates: &[Estimate],
@@ -76,8 +76,8 @@ pub(crate) fn bounds_reached(
     }
 }
 
-/// Adds a warning of a contradiction for each unknown whose optimum is more than [`CONTRADICTION`] standard deviations from
-/// the mean of its prior.
+/// Adds a warning of a contradiction for each unknown whose optimum is more than [`CONTRADICTION`] standard deviations
+/// from the mean of its prior.
 pub(crate) fn prior_conflicts(unknowns: &[Unknown], optimum: &Optimum, warnings: &mut Warnings) {
     for (unknown, x) in unknowns.iter().zip(&optimum.x) {
         let sigmas = unknown.prior_residual(*x).map_or(0.0, f64::abs);

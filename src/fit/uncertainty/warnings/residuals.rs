@@ -8,9 +8,9 @@
 //! for white or AR(1) noise and trend (`Misfit`), notes outliers and autocorrelation, and returns all tests.
 //! [`excess_over_noise_scale`] compares each coordinate with the noise scale from differences of the samples, or
 //! without a scale the correlation with [`STRONG_CORRELATION`] (`Ambiguous`). With a stated sigma it warns only of a
-//! correlation at its limit. [`doubtful_sigmas`] notes a stated sigma that differs from the scatter of the data by
-//! more than a factor of 2.5. [`is_noise`] returns whether `unexplained_motion`, `test_residuals` and
-//! `excess_over_noise_scale` find no misfit, and adds none.
+//! correlation at its limit. [`doubtful_sigmas`] notes a stated sigma that differs from the scatter of the data by more
+//! than a factor of 2.5. [`is_noise`] returns whether `unexplained_motion`, `test_residuals` and
+//! `excess_over_noise_scale` find nothing `Unexplained`, `Ambiguous` or of a `Misfit`, and adds no warnings.
 
 use crate::code::Code;
 use crate::fit::measurement::experiment::all;
@@ -28,23 +28,23 @@ use crate::numerics::total_order;
 use crate::summary::quantity::p_value;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// Ratio of root mean square residual and noise above which the residuals are too large, for many values; for few values
-/// chance alone exceeds it. Smaller: weak misfits are warned of too.
+/// Ratio of root mean square residual and noise above which the residuals are too large, for many values; for few
+/// values chance alone exceeds it. Smaller: weak misfits are warned of too.
 const TOO_LARGE: f64 = 1.5;
 /// Probability with which noise alone is below the limit of that ratio for few values (chi-squared).
 const TOO_LARGE_QUANTILE: f64 = 0.999;
 /// Root mean square residual, in stated sigmas, up to which residuals are never unexplained, however small the motion.
 const EXPLAINED_SIGMAS: f64 = 3.0;
-/// Effective sample size over the number of samples below which autocorrelation is noted. Larger: weaker correlations are
-/// noted.
+/// Effective sample size over the number of samples below which autocorrelation is noted. Larger: weaker correlations
+/// are noted.
 const NOTED_INFORMATION: f64 = 0.7;
 /// Independent values for each unknown from which on intervals are accurate; below it the note calls them uncertain.
 const ENOUGH_EACH: f64 = 15.0;
-/// Correlation of neighboring residuals above which noise of white sampling is implausible: of 141 right fits with white
-/// noise three exceed 0.3 and none 0.56.
+/// Correlation of neighboring residuals above which noise of white sampling is implausible: of 141 right fits with
+/// white noise three exceed 0.3 and none 0.56.
 const STRONG_CORRELATION: f64 = 0.5;
 
-/// Whether residuals of this root mean square, in units of their noise, are too large for so many `values`: above
+/// Whether residuals of the root mean square `rms`, in units of their noise, are too large for so many `values`: above
 /// [`TOO_LARGE`] and above the root of the chi-squared quantile at [`TOO_LARGE_QUANTILE`] over their number.
 pub(crate) fn is_too_large(rms: f64, values: usize) -> bool {
     let n = values.max(1) as f64;
@@ -52,12 +52,13 @@ pub(crate) fn is_too_large(rms: f64, values: usize) -> bool {
     rms > (quantile / n).sqrt().max(TOO_LARGE)
 }
 
-/// Adds a warning for each measurement with unexplained residuals. Their root mean square exceeds the part `UNEXPLAINED` of
-/// the observed motion, and [`EXPLAINED_SIGMAS`] stated sigmas. They are neither noise of the scale of the samples
-/// ([`Adequacy::is_explained`]) nor white or AR(1) noise by all tests ([`are_residuals_noise`]). The severity is `Misfit` for one
-/// outlying experiment among good ones, `Worthless` if the residuals are as large as the motion, else `Unexplained`.
-/// Independently, residuals too large for a stated sigma ([`is_too_large`]) add a `Misfit`. `narrow` is the consequence for
-/// the intervals, as a sentence. Nothing is added where all residuals are rounding errors.
+/// Adds a warning for each measurement with unexplained residuals. Their root mean square exceeds the part
+/// `UNEXPLAINED` of the observed motion, and [`EXPLAINED_SIGMAS`] stated sigmas. They are neither noise of the scale of
+/// the samples ([`Adequacy::is_explained`]) nor white or AR(1) noise by all tests ([`are_residuals_noise`]). The
+/// severity is `Misfit` for one outlying experiment among good ones, `Worthless` if the residuals are as large as the
+/// motion, else `Unexplained`. Independently, residuals too large for a stated sigma ([`is_too_large`]) add a `Misfit`.
+/// `narrow` is the consequence for the intervals, as a sentence. Nothing is added where all residuals are rounding
+/// errors.
 pub(crate) fn unexplained_motion(
     fitted: Fitted,
     LocalAnalysis { correlations, adequacy, .. }: &LocalAnalysis,
@@ -140,10 +141,10 @@ pub(crate) fn factor_text(factor: f64) -> String {
     }
 }
 
-/// Tests the residuals of every coordinate for whiteness, normality and trend. Those that are neither white nor AR(1) noise,
-/// or have a trend, add a warning of a misfit each, the most significant first. Those that fail another test add a note on
-/// outliers. Strong autocorrelation adds one note. `correlations` are the AR(1) correlations of the noise, `narrow` is the
-/// consequence for the intervals, as a sentence. Returns all tests, in the order of the coordinates.
+/// Tests the residuals of every coordinate for whiteness, normality and trend. Those that are neither white nor AR(1)
+/// noise, or have a trend, add a warning of a misfit each, the most significant first. Those that fail another test add
+/// a note on outliers. Strong autocorrelation adds one note. `correlations` are the AR(1) correlations of the noise,
+/// `narrow` is the consequence for the intervals, as a sentence. Returns all tests, in the order of the coordinates.
 pub(crate) fn test_residuals(
     fitted: Fitted,
     correlations: &NoiseModel,
@@ -182,8 +183,9 @@ pub(crate) fn test_residuals(
     all
 }
 
-/// Whether the residuals of every measurement are noise: no warning of a misfit by [`unexplained_motion`], [`test_residuals`]
-/// or [`excess_over_noise_scale`]. No warnings are added.
+/// Whether the residuals of every measurement are noise: [`unexplained_motion`], [`test_residuals`] and
+/// [`excess_over_noise_scale`] find nothing of the severity `Unexplained`, `Misfit` or `Ambiguous`. No warnings are
+/// added.
 pub(crate) fn is_noise(fitted: Fitted, local: &LocalAnalysis) -> bool {
     let mut warnings = Warnings::default();
     unexplained_motion(fitted, local, "", &mut warnings);
@@ -192,10 +194,10 @@ pub(crate) fn is_noise(fitted: Fitted, local: &LocalAnalysis) -> bool {
     !warnings.has_misfit()
 }
 
-/// Adds a warning of an ambiguity for each coordinate whose residuals may be autocorrelated noise or a missing effect. One
-/// cause is an excess over the noise scale of the samples, with or without outliers. Others are a correlation above
-/// [`STRONG_CORRELATION`] without any scale, and one at the limit of its estimate. With a stated sigma only the last one
-/// counts. A coordinate with several causes has one warning, in this order: outliers, excess, correlation.
+/// Adds a warning of an ambiguity for each coordinate whose residuals may be autocorrelated noise or a missing effect.
+/// One cause is an excess over the noise scale of the samples, with or without outliers. Others are a correlation above
+/// [`STRONG_CORRELATION`] without any scale, and one at the limit of its estimate. With a stated sigma only the last
+/// one counts. A coordinate with several causes has one warning, in this order: outliers, excess, correlation.
 pub(crate) fn excess_over_noise_scale(
     search: &Search,
     adequacy: &Adequacy,
@@ -247,9 +249,9 @@ pub(crate) fn excess_over_noise_scale(
     }
 }
 
-/// Adds a note for each stated sigma of a recorded motion that differs from the scatter of the data by more than a factor
-/// of 2.5, either way. The scatter is the largest of the noise scales of its coordinates, or of their root mean square
-/// residuals where there is no scale.
+/// Adds a note for each stated sigma of a recorded motion that differs from the scatter of the data by more than a
+/// factor of 2.5, either way. The scatter is the largest of the noise scales of its coordinates, or of their root mean
+/// square residuals where there is no scale.
 pub(crate) fn doubtful_sigmas(search: &Search, adequacy: &Adequacy, warnings: &mut Warnings) {
     for (index, (experiment, measurement)) in all(search.experiments).enumerate() {
         let Some(sigma) = measurement.sigma() else { continue };
@@ -279,8 +281,8 @@ pub(crate) fn doubtful_sigmas(search: &Search, adequacy: &Adequacy, warnings: &m
     }
 }
 
-/// Adds one note, with the coordinate of the strongest autocorrelation, if the effective sample size of all coordinates is
-/// below [`NOTED_INFORMATION`] of the number of samples. `unknowns` is their number; with fewer than [`ENOUGH_EACH`]
+/// Adds one note, with the coordinate of the strongest autocorrelation, if the effective sample size of all coordinates
+/// is below [`NOTED_INFORMATION`] of the number of samples. `unknowns` is their number; with fewer than [`ENOUGH_EACH`]
 /// independent values each, the note calls the intervals uncertain.
 fn note_autocorrelation(tests: &[ResidualTests], unknowns: usize, warnings: &mut Warnings) {
     let values: f64 = tests.iter().map(|t| t.values as f64).sum();
