@@ -9,7 +9,7 @@
 //! One description serves both directions: the factors of the [equations of every unknown](nodal), the [effective
 //! strains of the history](history), and the rod's products with the derivatives of strains.
 //!
-//! Input: a linearized step ([`Linearization`](crate::dynamics::Linearization)). [`StepMap`] is the map; its arguments
+//! Input: a linearized step ([`Linearization`]). [`StepMap`] is the map; its arguments
 //! and results are [`StateRates`], with [`ParameterRates`] forward and [`ParameterSlopes`] transposed (`rates`). The
 //! forward map is in `forward_derivatives`, its transpose in `transposed`, with `drag`, `timed_loads` and `supports`;
 //! `numbers` lists the numbers of damping and scheme, `workspace` has reusable lists. An inaccurate solution with an

@@ -184,7 +184,7 @@ impl FieldReport {
     /// The identified parameters of a scene with their values in their units, list after list, then single ones.
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) for a scene that does not have them.
+    /// [`Error::Invalid`] for a scene that does not have them.
     pub fn values(&self, scene: &Scene) -> Result<Vec<(Parameter, f64)>, Error> {
         let mut values = Vec::new();
         for field in &self.fields {

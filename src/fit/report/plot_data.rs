@@ -4,7 +4,7 @@
 //! ([`RodShape`]). Of the search it has the ranges, the convergence history, the scan and profile likelihoods.
 //! Comparisons with recordings that drive the ends and the settings of the simulations complete it.
 //! [`Series::residuals`] are simulated less observed values in sigmas. All else is only stored here: `report::replay`
-//! and `report::recorded_motion` fill it, if [`Fit::keep_plot_data`](super::Fit::keep_plot_data) requests it, at the
+//! and `report::recorded_motion` fill it, if [`Fit::keep_plot_data`](crate::Fit::keep_plot_data) requests it, at the
 //! cost of one more simulation of each experiment, and of several free runs of recordings that drive the ends.
 
 use crate::fit::measurement::dataset::Abscissa;
