@@ -180,8 +180,14 @@ impl Collected<'_> {
             if task.changes.contains_key(BOOTSTRAP_KEYS[1]) {
                 let group = (&*task.fit, &*task.name, other_changes(&task.changes));
                 if let Some(first) = bootstraps.get(&group) {
-                    let all = rows[*first].replicates.iter_mut();
+                    let row = &mut rows[*first];
+                    // A fit that failed has no parameters: the next part with some stands in its place.
+                    if row.replicates.is_empty() {
+                        *row = ResultRow { task, result, replicates };
+                        continue;
+                    }
                     // Parts of one bootstrap have the same parameters in the same order.
+                    let all = row.replicates.iter_mut();
                     all.zip(replicates).for_each(|(all, more)| all.extend(more));
                     continue;
                 }

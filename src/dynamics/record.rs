@@ -103,6 +103,12 @@ impl<D: Scalar> Record<D> {
         &self.motion
     }
 
+    /// The motions of the tracked nodes, record after record.
+    pub fn tracked_motions(&self) -> impl Iterator<Item = &Motion<D>> {
+        let tracked = self.tracked.len();
+        self.motion.chunks(self.width().max(1)).flat_map(move |own| own.iter().take(tracked))
+    }
+
     /// Appends a record at `time`, s: the motions of the tracked nodes, then of the axes, then the reactions if they
     /// are recorded, [`width`](Self::width) in all.
     pub fn push(&mut self, time: f64, motions: impl Iterator<Item = Motion<D>>) {

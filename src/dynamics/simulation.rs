@@ -490,16 +490,24 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
 
 impl<R: Rod<f64>> Simulation<f64, R> {
     /// Takes over the last step of a simulation of the same rod in dual numbers: time, unknowns, velocities, forces,
-    /// frames, potential of moments and exchanged work without derivatives, and its counts of work. Internal variables
-    /// and accelerations are left out. The present state becomes the previous one, and actuators get the values of
-    /// their signals.
+    /// accelerations, frames, internal variables, potential of moments and exchanged work without derivatives, and its
+    /// counts of work. The present state becomes the previous one, and actuators get the values of their signals.
     pub(crate) fn adopt(&mut self, dual: &Simulation<Dual64, R::Dual>) {
         std::mem::swap(&mut self.state, &mut self.previous);
         let (state, of) = (&mut self.state, &dual.state);
-        let both = [(&mut state.q, &of.q), (&mut state.v, &of.v)];
-        for (to, from) in both.into_iter().chain([(&mut state.unbalanced, &of.unbalanced)]) {
-            to.iter_mut().zip(from).for_each(|(to, from)| *to = from.re);
-        }
+        let real = |to: &mut Vec<f64>, from: &[Dual64]| {
+            to.clear();
+            to.extend(from.iter().map(|x| x.re));
+        };
+        real(&mut state.q, &of.q);
+        real(&mut state.v, &of.v);
+        real(&mut state.unbalanced, &of.unbalanced);
+        real(&mut state.acceleration, &of.acceleration);
+        let (internal, dual_internal) = (&mut state.internal, &of.internal);
+        real(&mut internal.strain, &dual_internal.strain);
+        real(&mut internal.strain_rate, &dual_internal.strain_rate);
+        real(&mut internal.slid, &dual_internal.slid);
+        real(&mut internal.relaxing, &dual_internal.relaxing);
         set_real_frames(&of.frames, &mut state.frames);
         (state.time, state.wound, self.work) = (of.time, of.wound, dual.work);
         state.exchanged = of.exchanged;

@@ -245,7 +245,8 @@ impl Trajectory {
     /// with the initial state and after every step of the scene. If a step fails, its error is returned, and the
     /// states before it remain recorded.
     ///
-    /// # Errors A record is of one run of the problem it was made for: [`Error::Invalid`] for a second run, another
+    /// # Errors
+    /// A record is of one run of the problem it was made for: [`Error::Invalid`] for a second run, another
     /// problem's, or one of more steps than the scene has. The same for a scene without `[time]`, and a step above the
     /// limit of stability of an explicit scheme. Those of the initial state. Those of [a
     /// step](crate::dynamics::Simulation::step_to), and [`Error::EnergyGrowth`] or [`Error::Leap`], where halves of it
@@ -423,7 +424,8 @@ impl Trajectory {
     /// # Ok::<(), rodfit::Error>(())
     /// ```
     ///
-    /// # Errors [`Error::OutOfRange`] for a time that was not simulated, and for a point that is not on the rod or
+    /// # Errors
+    /// [`Error::OutOfRange`] for a time that was not simulated, and for a point that is not on the rod or
     /// whose nodes were not tracked. [`Error::Invalid`] for an empty trajectory.
     pub fn at(&self, point: Point, time: f64) -> Result<([f64; 3], Vec<[f64; 3]>), Error> {
         let stencil = self.problem.stencil(point)?;
@@ -617,24 +619,23 @@ impl approx::AbsDiffEq for Trajectory {
         1e-12
     }
 
-    /// Whether times and tracked nodes are equal, and every position agrees to a distance of `epsilon`, m. Velocities
-    /// and derivatives are not compared; kept reactions have their forces compared, to `epsilon` in N.
+    /// Whether times and tracked nodes are equal, and every position of a tracked node agrees to a distance of `epsilon`,
+    /// m. Velocities, derivatives and kept reactions are not compared.
     fn abs_diff_eq(&self, other: &Self, epsilon: f64) -> bool {
-        let [a, b] = [self, other].map(|t| t.record.motions());
+        let [a, b] = [self, other].map(|t| t.record.tracked_motions());
         self.times() == other.times()
             && self.record.tracked() == other.record.tracked()
-            && a.iter()
-                .zip(b)
+            && a.zip(b)
                 .all(|([a, _], [b, _])| (Vector3::from(*a) - Vector3::from(*b)).norm() <= epsilon)
     }
 }
 
 impl PartialEq for Trajectory {
-    /// Whether times, tracked nodes, positions and velocities, and kept reactions are exactly equal. Derivatives are
-    /// not compared.
+    /// Whether times, and positions and velocities of the same tracked nodes, are exactly equal. Derivatives and kept
+    /// reactions are not compared.
     fn eq(&self, other: &Self) -> bool {
         self.times() == other.times()
             && self.record.tracked() == other.record.tracked()
-            && self.record.motions() == other.record.motions()
+            && self.record.tracked_motions().eq(other.record.tracked_motions())
     }
 }

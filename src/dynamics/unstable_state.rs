@@ -129,7 +129,7 @@ fn unstable_state<M: Model>(
     simulation: &Simulation<f64, M::Rod<f64>>,
 ) -> Result<Option<UnstableState>, Error> {
     let (problem, state) = (discretized.problem, simulation.state());
-    let (rod, length) = (discretized.rod(), problem.length());
+    let (rod, length) = (discretized.rod_at(state.time), problem.length());
     let end = problem.time()?.end;
     let damping = discretized.scene().loads.damping.mass;
     // A disturbance grows by sigma with sigma^2 + c sigma = -lambda.
@@ -160,7 +160,7 @@ fn unstable_state<M: Model>(
     }
     // A planar scene may buckle out of its plane, where its own model has no unknowns.
     if M::STRIDE < 3 && problem.can_twist() {
-        let squared = out_of_plane(discretized, &q, least, scale)?;
+        let squared = out_of_plane(discretized, state.time, &q, least)?;
         if let Some(squared_rate) = squared
             && held.as_ref().is_none_or(|held| held.squared_rate < squared_rate)
         {
@@ -210,15 +210,16 @@ fn relaxed<M: Model>(
     Ok((!far).then(|| moved.collect()))
 }
 
-/// The square of the fastest growth rate of motions out of the plane of a planar scene at `q`, 1/s^2, from its spatial
-/// model. `None` if no squared rate exceeds `least`, or that motion displaces no node (a spin). `scale`, 1/s^2, is that
-/// of the eigenvalue search.
+/// The square of the fastest growth rate of motions out of the plane of a planar scene at `q`, 1/s^2, under its loads at
+/// a time, s, from its spatial model. `None` if no squared rate exceeds `least`, or that motion displaces no node (a
+/// spin).
 fn out_of_plane<M: Model>(
     discretized: &Discretized<'_, M>,
+    time: f64,
     q: &[f64],
     least: f64,
-    scale: f64,
 ) -> Result<Option<f64>, Error> {
+    let scale = discretized.bending_frequency_squared();
     let model = discretized.problem.spatial_model();
     let spatial = discretized.problem.discretized_as(&model);
     let nodes: Vec<[f64; 3]> =
@@ -226,7 +227,7 @@ fn out_of_plane<M: Model>(
     let (q, frames) = spatial.placed_still(&nodes);
     let normal = spatial.model.components(spatial.normal());
     // The same shape in the spatial model, restricted to motion along the normal.
-    let pencil = Pencil::at(&spatial, &spatial.rod(), &q, &frames).out_of_plane(normal);
+    let pencil = Pencil::at(&spatial, &spatial.rod_at(time), &q, &frames).out_of_plane(normal);
     if pencil.inertia(-least)? == 0 {
         return Ok(None);
     }

@@ -641,4 +641,9 @@ impl<'a, M: Model> Discretized<'a, M> {
     pub fn rod(&self) -> M::Rod<f64> {
         self.setup.rod(self.model)
     }
+
+    /// [`rod`](Self::rod) with the values of signals at a time, s.
+    pub fn rod_at(&self, time: f64) -> M::Rod<f64> {
+        self.setup.rod_at(self.model, time)
+    }
 }

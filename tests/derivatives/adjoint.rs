@@ -264,6 +264,12 @@ fn directional_derivative_is_the_transpose_of_the_adjoint() {
             .map(|p| (*p, p.of(&scene).unwrap().abs().max(1e-3) * random.random_range(-1.0..1.0)))
             .collect();
         let changes = run.along(&direction).unwrap();
+        // Components of one parameter add up.
+        let halves = |(parameter, size): &(Parameter, f64)| {
+            [(*parameter, 0.25 * size), (*parameter, 0.75 * size)]
+        };
+        let split: Vec<(Parameter, f64)> = direction.iter().flat_map(halves).collect();
+        assert_eq!(run.along(&split).unwrap(), changes);
         let (mut slopes, mut forth) = (run.slopes(), 0.0);
         for (k, node) in (0..=20).flat_map(|k| [(k, 1), (k, tip)]) {
             let slope = [[0; 3]; 2].map(|v| v.map(|_| random.random_range(-1.0..1.0)));

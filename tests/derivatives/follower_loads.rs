@@ -2,6 +2,7 @@
 //! differences.
 
 use rodfit::scene::*;
+use rodfit::{Parameter, Trajectory};
 
 use crate::all_schemes::{check_equilibria, check_motions, curved_rod, parameters_at, sine, steps};
 
@@ -69,4 +70,37 @@ fn adjoint_rejects_loads_without_a_potential() {
     assert!(message(&scene).contains("loads.point[0].moment"), "{}", message(&scene));
     scene.loads.point[0].moment = [0.0; 3];
     assert!(message(&scene).contains("loads.line[0].follower"), "{}", message(&scene));
+}
+
+/// A run with derivatives, whose steps are made in dual numbers, has the reactions and energies of a run without them, also
+/// those of viscous stress and of the springs of relaxation and friction.
+#[test]
+fn reactions_and_energies_of_a_run_with_derivatives_equal_those_of_a_plain_one() {
+    let mut scene = scene(true, Scheme::NewmarkBeta, true);
+    scene.loads.damping.stiffness = 2e-3;
+    let branch = Maxwell { stiffness: 0.3, time: 0.05 };
+    scene.loads.damping.maxwell = MaxwellBranches::Series(vec![branch]);
+    let problem = scene.problem().unwrap();
+    let run = |parameters: &[Parameter]| {
+        let run = Trajectory::new(&problem, &[], parameters).unwrap();
+        let mut run = run.keep_reactions().keep_energies();
+        run.run(&problem, problem.time().unwrap().steps(), |_| {}).unwrap();
+        run
+    };
+    let (plain, derived) = (run(&[]), run(&[Parameter::YoungsModulus]));
+    for (a, b) in plain.reactions().iter().zip(derived.reactions()) {
+        for (a, b) in [(a.start.force, b.start.force), (a.start.moment, b.start.moment)] {
+            for (x, y) in a.into_iter().zip(b) {
+                // Rounding of forces of up to some N.
+                assert!((x - y).abs() < 1e-8, "{a:?} {b:?}");
+            }
+        }
+    }
+    for (a, b) in plain.energies().iter().zip(derived.energies()) {
+        assert!((a.bend - b.bend).abs() < 1e-10 * (a.bend + a.kinetic), "{a:?} {b:?}");
+    }
+    // Kept reactions do not count in comparisons of motions.
+    let mut without = Trajectory::new(&problem, &[], &[]).unwrap();
+    without.run(&problem, problem.time().unwrap().steps(), |_| {}).unwrap();
+    assert_eq!(without, plain);
 }

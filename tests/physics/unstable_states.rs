@@ -2,8 +2,8 @@
 
 use rodfit::dynamics::SimulationReport;
 use rodfit::scene::{
-    End, Initial, InitialState, Material, Motion, Point, PointForce, Scene, Section, Shape,
-    Support, Time,
+    End, Initial, InitialState, Material, Motion, Point, PointForce, Scene, Section, Shape, Signal,
+    SignalKind, Support, Time,
 };
 use rodfit::{Code, Trajectory};
 use std::f64::consts::PI;
@@ -135,4 +135,30 @@ fn ordinary_motion_is_not_reported() {
         let report = run(scene);
         assert!(!report.warning_codes.contains(&Code::UnstableState), "{k}: {:?}", report.warnings);
     }
+}
+
+/// The stability of a state is that under the loads of its time. A ramp takes the load of a column from half the Euler load
+/// to twice it. Without the ramp in the simulated time the column is stable, also if equilibria have the load after it.
+#[test]
+fn loads_in_time_count_with_their_values_at_the_examined_state() {
+    let euler = PI.powi(2) * BENDING / (4.0 * LENGTH.powi(2));
+    let column = |start: f64, at_time: f64| {
+        let mut scene = strip(0.0);
+        scene.supports.end = Support::Free;
+        scene.supports.motion.clear();
+        let load = |size: f64, signal: Option<String>| PointForce {
+            node: Point::Tip,
+            force: [-size * euler, 0.0, 0.0],
+            signal,
+            ..PointForce::default()
+        };
+        scene.loads.point = vec![load(0.5, None), load(1.5, Some("s".into()))];
+        scene.loads.at_time = at_time;
+        let kind = Some(SignalKind::Ramp);
+        let (start, duration) = (Some(start), Some(0.5));
+        scene.signals = vec![Signal { kind, start, duration, ..Signal::new("s") }];
+        scene
+    };
+    assert!(is_reported(&column(0.5, 0.0)));
+    assert!(!is_reported(&column(10.0, 20.0)));
 }

@@ -279,3 +279,34 @@ fn inline() -> String {
     };
     text.lines().map(line).collect::<Vec<_>>().join("\n")
 }
+
+/// A frame whose columns are both clamped: the compliance of each is assessed, also of the second one of a rod.
+#[test]
+fn compliance_of_every_clamped_support_is_assessed() {
+    let text = [
+        rubber_rod("beam", "[1, 0, 0]"),
+        "[[materials]]\nname = \"rubber\"\ndensity = 1100\nyoungs_modulus = 2.4e6\n".into(),
+        support("beam.start", "clamped"),
+        support("beam.end", "clamped"),
+        "[loads]\ngravity = [0, -9.81, 0]\ndamping = { mass = 0.5 }\n".into(),
+        format!("[time]\nend = {END}\nstep = 5e-3\nscheme = \"generalised-alpha\"\n"),
+    ];
+    let scene = StructureScene::from_toml(&text.concat(), ".").unwrap();
+    let place = RodPoint::ArcLength(ArcLengthOfRod { arc_length: 0.07 });
+    let observed = recordings(&scene, &[StructurePoint::on_rod("beam", place)]);
+    let experiment = Experiment::of_structure("", scene).unwrap();
+    let experiment = observed.into_iter().fold(experiment, |e, o| e.observe(o.sigma(1e-4)));
+    let fit = Fit::of([experiment]).identify(NAMES[0].parse::<Parameter>().unwrap());
+    let report = fit.analyse(Analysis {
+        discretization_error: Refinement::None,
+        sensitivity_analysis: Some(true),
+        ..Analysis::default()
+    });
+    let report = report.solve().unwrap();
+    let mut tested: Vec<&str> =
+        report.undetected_bias.iter().map(|bias| &bias.source[..]).collect();
+    tested.retain(|source| source.starts_with("joints."));
+    tested.sort_unstable();
+    tested.dedup();
+    assert_eq!(tested, ["joints.0.rotation", "joints.1.rotation"], "{report}");
+}

@@ -1,8 +1,8 @@
 //! Sensitivities to inputs against refits with the input changed.
 
-use rodfit::fit::{Analysis, Known};
+use rodfit::fit::{Analysis, Experiment, Known};
 use rodfit::scene::{Along, Linear, Scene, Section};
-use rodfit::{Fit, FitReport, Observation, Parameter};
+use rodfit::{Fit, FitReport, Observation, Parameter, Unknown};
 
 use crate::common::coarse;
 use crate::common::fits::{noisy, observe, of_a_right_mesh, value};
@@ -118,4 +118,30 @@ fn sensitivities_beside_a_missing_effect_equal_those_of_refits() {
     truth.rod.taper.radius = Some(Along::Linear(Linear { from: 1.0, to: 0.8 }));
     let data = noisy(&observe(&truth, 200), 1e-4, 13);
     check(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass]);
+}
+
+/// A number that one of two experiments identifies is an input of the other one only: the sensitivities of the first are those
+/// of a fit of it alone.
+#[test]
+fn number_identified_in_one_experiment_is_no_input_there() {
+    let mut scene = coarse(16, 2e-3, 0.6);
+    scene.loads.damping.mass = 0.5;
+    let mut truth = scene.clone();
+    truth.material.youngs_modulus *= 0.7;
+    let data = noisy(&observe(&truth, 80), 1e-4, 13);
+    let own = |name: &str, data: &Observation| {
+        Experiment::new(name, &scene.problem().unwrap()).observe(data.clone().sigma(1e-4))
+    };
+    let of = |parameter: Parameter, name: &str| Unknown::new(parameter).of_experiment(name);
+    let modulus = of(Parameter::YoungsModulus, "a");
+    let analysis = Analysis { tolerance: 1e-7, ..of_a_right_mesh() };
+    let alone = Fit::of([own("a", &data)]).identify(modulus.clone()).analyse(analysis.clone());
+    let other = noisy(&observe(&scene, 80), 1e-4, 14);
+    let both = Fit::of([own("a", &data), own("b", &other)]).analyse(analysis);
+    let both = both.identify(modulus).identify(of(Parameter::DampingMass, "b"));
+    let (alone, both) = (alone.solve().unwrap(), both.solve().unwrap());
+    for input in ["rod.shape.length", "rod.section.radius", "material.density"] {
+        let [one, two] = [&alone, &both].map(|r| reported(r, Parameter::YoungsModulus, input));
+        assert!((one / two - 1.0).abs() < 1e-4, "{input}: {one} {two}");
+    }
 }

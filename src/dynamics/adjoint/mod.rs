@@ -227,8 +227,8 @@ impl Reversible {
 
 impl Reversible {
     /// The derivatives of positions, m, and velocities, m/s, of the tracked nodes along a `direction` in the space of
-    /// parameters, in world axes, record after record. The direction has every parameter's component in its unit, each
-    /// parameter at most once. Method: one forward sensitivity over the stored states, which costs a part of a run for
+    /// parameters, in world axes, record after record. The direction has every parameter's component in its unit;
+    /// components of one parameter add up. Method: one forward sensitivity over the stored states, which costs a part of a run for
     /// any number of parameters. The sum of its products with slopes is the product of [`gradient`](Self::gradient)
     /// with the direction.
     ///
@@ -269,7 +269,10 @@ where
 {
     // All components of the direction in one dual number: one forward derivative, however many
     // parameters.
-    let components: HashMap<Parameter, f64> = direction.iter().copied().collect();
+    let mut components: HashMap<Parameter, f64> = HashMap::new();
+    for (parameter, component) in direction {
+        *components.entry(*parameter).or_default() += component;
+    }
     let seed = |p, value| Dual64::new(value, components.get(&p).copied().unwrap_or(0.0));
     let dual = discretized.simulation_over::<Dual64>(seed)?;
     let mut sensitivities = Sensitivities::<M::Rod<f64>>::new(vec![dual]);

@@ -82,8 +82,7 @@ impl FieldFit {
         FieldSpace::new(&self.problem, &self.fields, &self.unknowns)?;
         // Mesh, step and scheme must be those of the scene: a choice by the program is not supported.
         let is_open = self.problem.scene().chosen().any();
-        let allowed = "rod.segments, time.step and time.scheme in the scene of a fit with \
-                       [[field]]";
+        let allowed = "rod.segments and time.step in the scene of a fit with [[field]]";
         ensure(!is_open, "scene", "mesh, step or scheme left out", allowed)?;
         let has_motion = !self.observations.is_empty();
         ensure(has_motion, "observation", "none", "at least one recorded motion")?;

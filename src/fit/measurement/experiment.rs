@@ -59,6 +59,11 @@ impl Experiment {
         self
     }
 
+    /// The recorded motions of points, in the order of the measurements.
+    pub(crate) fn motions(&self) -> impl Iterator<Item = &PointMotion> {
+        self.measurements.iter().filter_map(Measurement::motion)
+    }
+
     /// The recorded motions, in the order of the measurements. Readings of a gauge or a sensor over time are included
     /// as the x coordinate of a motion, in their own unit. Measurements at rest and frequencies are not.
     pub(crate) fn records(&self) -> impl Iterator<Item = Cow<'_, PointMotion>> {

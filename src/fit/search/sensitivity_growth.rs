@@ -92,7 +92,7 @@ impl SensitivityGrowth {
         let rises: Vec<f64> = experiment.records().map(|o| o.rise_time()).collect();
         // The median over the records: a marker that hardly moves has no meaningful rise time.
         let rise = if rises.is_empty() { return None } else { Data::new(rises).median() };
-        let speed = experiment.records().map(|o| o.largest_speed()).fold(0.0, f64::max);
+        let speed = experiment.motions().map(|o| o.largest_speed()).fold(0.0, f64::max);
         let (period, length) = (PERIOD_OF_RISE * rise, experiment.problem.length());
         let first = samples.iter().filter(|s| s.time > 0.0 && s.time <= period);
         let mut reference = vec![0.0_f64; unknowns.len()];
@@ -275,10 +275,13 @@ impl Search<'_> {
             if are_alike(&weights, &self.leverage_weights, SAME_WEIGHT.ln()) {
                 break;
             }
-            self.leverage_weights = weights;
+            let before = std::mem::replace(&mut self.leverage_weights, weights);
             let start = optimum.clone().into_evaluation();
-            // If the weighted fit fails, the optimum without these weights remains.
-            let Some(weighted) = none_on_failure(self.polish_from(start))? else { break };
+            // If the weighted fit fails, the optimum and the weights before it remain.
+            let Some(weighted) = none_on_failure(self.polish_from(start))? else {
+                self.leverage_weights = before;
+                break;
+            };
             optimum = weighted;
         }
         Ok(optimum)

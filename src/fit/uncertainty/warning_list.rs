@@ -151,16 +151,17 @@ impl Warnings {
         self.0.iter().find(|w| codes.contains(&w.code)).map(|w| &w.text[..])
     }
 
-    /// Whether the residuals are no noise, or may not be: any warning of the severity `Unexplained`, `Misfit` or
-    /// `Ambiguous`.
+    /// Whether the residuals are no noise, or may not be: any warning of the severity `Worthless`, `Unexplained`, `Misfit`
+    /// or `Ambiguous`.
     pub fn has_misfit(&self) -> bool {
-        let misfits = [Severity::Unexplained, Severity::Misfit, Severity::Ambiguous];
+        let misfits =
+            [Severity::Worthless, Severity::Unexplained, Severity::Misfit, Severity::Ambiguous];
         self.0.iter().any(|w| misfits.contains(&w.severity))
     }
 
     /// Replaces all warnings of the severities `Misfit` and `Ambiguous` by one note with this code and text on another
-    /// cause of the residuals. Warnings of large residuals (`Unexplained`) stay, and also lead to the note. Without any
-    /// of the three nothing changes.
+    /// cause of the residuals. Warnings of large residuals (`Worthless`, `Unexplained`) stay, and also lead to the note.
+    /// Without any of the four nothing changes.
     pub fn downgrade_misfit(&mut self, code: Code, text: &str) {
         if self.has_misfit() {
             // Residuals that are large compared with the motion keep their warning, whatever their cause.
@@ -262,7 +263,17 @@ pub(crate) fn percent(fraction: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::percent;
+    use super::{Code, Severity, Warnings, percent};
+
+    /// Residuals as large as the motion are no noise either.
+    #[test]
+    fn worthless_estimates_count_as_a_misfit() {
+        let mut warnings = Warnings::default();
+        warnings.add(Severity::Note, Code::Outliers, "a note");
+        assert!(!warnings.has_misfit());
+        warnings.add(Severity::Worthless, Code::NotAMinimum, "no minimum");
+        assert!(warnings.has_misfit());
+    }
 
     #[test]
     fn percentages_have_few_digits() {

@@ -46,7 +46,11 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     });
     let Some(lengths) = stated.and_then(length_unit) else {
         let found = stated.map_or("no `Units`".into(), |stated| format!("Units `{stated}`"));
-        return lines.rejected(keys.map_or(1, |at| lines.list[at].number), &found, "mm, cm or m");
+        return lines.rejected(
+            keys.map_or(1, |at| lines.list[at].number),
+            &found,
+            "mm, cm, m or um",
+        );
     };
     let names: Vec<&str> = called.fields().skip(BEFORE).filter(|name| !name.is_empty()).collect();
     let mut layout = ColumnLayout::new(&lines, called.number);

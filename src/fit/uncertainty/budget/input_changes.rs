@@ -171,8 +171,14 @@ pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputCha
                 return changes;
             }
             numbers.push(parameter);
-            let mut change =
-                InputChange::new(search.experiments, &parameter.into(), |value| PER_CENT * value);
+            // In experiments that state the number its value is not that of the scene.
+            let mut number = Unknown::new(parameter);
+            let (stating, free): (Vec<&Experiment>, Vec<&Experiment>) =
+                search.experiments.iter().partition(|e| is_stated(parameter, e));
+            if !stating.is_empty() {
+                number.experiments = free.into_iter().map(|e| e.name.clone()).collect();
+            }
+            let mut change = InputChange::new(search.experiments, &number, |x| PER_CENT * x);
             // One per cent of a vector is one per cent of each component.
             if let Some(vector) = [".x", ".y", ".z"].iter().find_map(|c| path.strip_suffix(c)) {
                 change.source = vector.into();

@@ -8,6 +8,7 @@
 //! largest spread `d` of a recorded point. A quantity is none where the section or the data do not have it.
 
 use crate::fit::measurement::experiment::Experiment;
+use crate::fit::measurement::motion::PointMotion;
 use crate::fit::misfit::camera::is_in_picture;
 use crate::problem::Problem;
 use crate::scene::Section;
@@ -64,7 +65,7 @@ impl RodSizes {
         // Pictures are of one plane; recordings in space are from several cameras.
         let is_pictured = problem.model().0 == "planar";
         let has_picture = (0..3).all(|c| !is_in_picture(problem, c) || has_coordinate(c));
-        let farthest = experiment.records().map(|o| o.spread()).reduce(f64::max);
+        let farthest = experiment.motions().map(PointMotion::spread).reduce(f64::max);
         let farthest = farthest.filter(|distance| *distance > 0.0);
         let length = problem.length();
         Self {

@@ -151,9 +151,12 @@ impl ScoreTestInputs<'_> {
             return (ModelDiscrepancy::default(), warnings);
         }
         let found = self.run_on_cheapest_model(spent).unwrap_or_else(|error| {
+            if matches!(error, Error::Interrupted) {
+                return ModelDiscrepancy::default();
+            }
             let text = format!(
-                "omitted effects were not tested: the run of a coarse model failed ({error}). A missing effect may \
-                 bias the estimates. Check the scene"
+                "omitted effects were not tested: the run of the model with these effects failed ({error}). A missing \
+                 effect may bias the estimates. Check the scene"
             );
             warnings.add(Severity::Ambiguous, Code::NoSensitivityAnalysis, text);
             ModelDiscrepancy::default()

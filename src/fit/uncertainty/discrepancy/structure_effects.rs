@@ -100,7 +100,6 @@ impl StructureEffect {
             let path = Parameter::at(&path).path();
             all.push(Self { path, name, size, test, term });
         };
-        let mut soft_supports = 0;
         let rod_of = |name: &str| scene.rods.iter().find(|rod| rod.name == name);
         for (i, joint) in scene.joints.iter().enumerate() {
             let StructureJoint::Rigid { connects } = joint else { continue };
@@ -111,22 +110,20 @@ impl StructureEffect {
             let Some(size) = compliance.reduce(f64::max) else { continue };
             let name = format!("compliant joint of {}", rods.join(", "));
             let test = "load one rod at rest and photograph the angles at the joint";
-            add(format!("joints.{i}.rotation"), name, size, test, Term::JointSpring(i));
+            add(joint_rotation(i), name, size, test, Term::JointSpring(i));
         }
         for (i, support) in scene.supports.iter().enumerate() {
             let Some(rod) = rod_of(&support.of.rod) else { continue };
-            // The joint of the stub is the first one after those of the scene.
-            let joint = scene.joints.len() + soft_supports;
             // The stub continues the rod beyond its supported end, in the direction of a straight one.
             if let (Some(own), Shape::Straight { direction, .. }, Support::Clamped) =
                 (RodOfStructure::new(scene, rod), &rod.shape, support.kind)
             {
                 let size = CLAMP_EXTENSION * own.thickness / own.bending;
-                let name = format!("compliant support of {}", rod.name);
+                let end = ["start", "end"][support.of.at.index()];
+                let name = format!("compliant support of {}, {end}", rod.name);
                 let test = "repeat at another free length";
                 let term = Term::SoftSupport(i, *direction);
-                add(format!("joints.{joint}.rotation"), name, size, test, term);
-                soft_supports += 1;
+                add(joint_rotation(scene.joints.len()), name, size, test, term);
             }
         }
         let mut materials: Vec<&str> = Vec::new();
@@ -169,6 +166,19 @@ impl StructureEffect {
             }
         }
         all
+    }
+
+    /// The effect with the path of its number in a problem to which other effects may have been added: the joint of a
+    /// compliant support comes after all others.
+    pub fn beside_others_of(self, problem: &Problem) -> Self {
+        let structure = problem.scene().structure.as_ref();
+        match (&self.term, structure) {
+            (Term::SoftSupport(..), Some(scene)) => {
+                let path = Parameter::at(&joint_rotation(scene.joints.len())).path();
+                Self { path, ..self }
+            }
+            _ => self,
+        }
     }
 
     /// The number of the effect.
@@ -221,6 +231,11 @@ impl StructureEffect {
     }
 }
 
+/// Path of the rotational compliance of the joint with the index `joint`.
+fn joint_rotation(joint: usize) -> String {
+    format!("joints.{joint}.rotation")
+}
+
 /// Replaces the clamp of the support with the index `support`, in place, by a spring joint of a `compliance`, rad/(N
 /// m), to a short stiff rod that is clamped instead. `direction` is that of the supported rod, along which the short
 /// rod lies. None, without a change, if that rod or its material is missing.
@@ -234,7 +249,7 @@ fn soften_support(
     let rod = structure.rods.iter().find(|rod| rod.name == end.rod)?;
     let own = RodOfStructure::new(structure, rod)?;
     let material = structure.material_of(rod).ok()?;
-    let name = format!("support-of-{}", end.rod);
+    let name = format!("support-{support}-of-{}", end.rod);
     let stub = StructureRod {
         name: name.clone(),
         segments: STUB_EDGES,

@@ -111,6 +111,7 @@ fn effects_of_structures(
     let mut found: Vec<(StructureEffect, Vec<String>)> = Vec::new();
     for experiment in experiments.iter_mut() {
         for effect in StructureEffect::all(experiment) {
+            let effect = effect.beside_others_of(&experiment.problem);
             if stated.contains(&effect.parameter()) {
                 continue;
             }
