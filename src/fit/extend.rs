@@ -201,12 +201,13 @@ impl FitReport {
         self
     }
 
-    /// The estimate whose 95 % interval is farthest from the `other` fit's value of the same parameter, in widths of
-    /// the interval, with that value. `None` if all intervals contain the other values; estimates without an interval
-    /// are skipped.
+    /// The estimate whose 95 % interval is farthest from the `other` fit's value of the same parameter of the same
+    /// experiments, in widths of the interval, with that value. `None` if all intervals contain the other values;
+    /// estimates without an interval are skipped.
     fn largest_contradiction(&self, other: &Self) -> Option<(&Estimate, f64)> {
         let pairs = self.parameters.iter().filter_map(|own| {
-            let value = other.parameters.iter().find(|p| p.name == own.name)?.value?;
+            let is_same = |p: &&Estimate| p.name == own.name && p.experiments == own.experiments;
+            let value = other.parameters.iter().find(is_same)?.value?;
             let [low, high] = own.interval95?;
             // Distances in widths of the interval are comparable between parameters of any unit.
             let outside = (low - value).max(value - high);

@@ -54,14 +54,15 @@ pub(super) struct PlayedMotion<'a> {
 impl DrawingGrid {
     /// The transformation of the nodes and the tip path of a motion to integer coordinates from 0 to at most
     /// [`LARGEST_COORDINATE`], with one scale for all axes. There are two axes for a single plane, else all three. The
-    /// last of these is the axis with the largest component of gravity, pointing upwards.
+    /// last of these is the axis with the largest component of gravity, of equal ones the last, pointing upwards: z
+    /// without gravity.
     fn new(motion: &PlayedMotion<'_>, planes: &[DrawingPlane]) -> Self {
         let (axes, signs) = match planes {
             [plane] => (plane.to_vec(), vec![1.0; 2]),
             _ => {
                 let gravity = motion.gravity;
                 let size = |c: &usize| gravity[*c].abs();
-                let up = (0..3).rev().max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(2);
+                let up = (0..3).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(2);
                 // A second axis changes its sign too: the frame stays right-handed.
                 let sign = if gravity[up] > 0.0 { -1.0 } else { 1.0 };
                 (vec![(up + 1) % 3, (up + 2) % 3, up], vec![1.0, sign, sign])

@@ -74,6 +74,11 @@ fn tip_scale(samples: &[FilmSample]) -> Scale {
     Scale::for_values(samples.iter().flat_map(|sample| sample.tip), "m")
 }
 
+/// A coordinate, m, as a number in the unit of the scale, to a hundredth of it.
+pub(super) fn coordinate(scale: &Scale, x: f64) -> String {
+    scale.format(x, Some(DISPLAYED_ERROR * scale.factor))
+}
+
 /// The time axis, common to all charts, in seconds with a prefix by the last time.
 fn time_axis(samples: &[FilmSample]) -> ChartAxis {
     ChartAxis::new("time", &Scale::for_values(samples.iter().map(|sample| sample.time), "s"))
@@ -91,7 +96,7 @@ fn tip_table(samples: &[FilmSample]) -> String {
     let farthest =
         samples.iter().max_by(|a, b| displacement(a).total_cmp(&displacement(b))).unwrap_or(last);
     let scale = tip_scale(samples);
-    let shown = |x: f64| scale.format(x, Some(DISPLAYED_ERROR * scale.factor));
+    let shown = |x: f64| coordinate(&scale, x);
     let rows =
         [("at the start", first), ("at the largest displacement", farthest), ("at the end", last)];
     let mut table = HtmlTable::new("position of the tip", rows)

@@ -8,7 +8,7 @@
 //! does not have, and stretch beside a stretch law that is not linear, are rejected too. `actuated_directions` returns
 //! the vectors that must lie in the plane of a planar rod.
 
-use crate::error::Error;
+use crate::error::{Error, ensure};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, add, cross, scale, sub, unit};
 use crate::scene::StretchLaw;
@@ -182,20 +182,15 @@ impl Actuation {
     /// Rejects an actuator that begins at or beyond the end of a rod of a `length`, m, or ends beyond it; `key` is that
     /// of the actuator.
     pub(crate) fn check_on_rod(&self, key: &str, length: f64) -> Result<(), Error> {
-        let (name, [first, last]) = match self {
-            Self::Curvature { from, to, .. } => match to {
-                Some(to) => ("to", [*from, *to]),
-                None => ("from", [*from, *from]),
-            },
-            Self::Tendon { route, .. } => ("route", [route[0].at, route[route.len() - 1].at]),
+        let (names, [first, last]) = match self {
+            Self::Curvature { from, to, .. } => (["from", "to"], [*from, to.unwrap_or(*from)]),
+            Self::Tendon { route, .. } => (["route"; 2], [route[0].at, route[route.len() - 1].at]),
         };
-        let begins_on_rod = first < length;
-        if begins_on_rod && last <= length * (1.0 + PLACE_ROUNDING) {
-            return Ok(());
-        }
-        let found = if begins_on_rod { last } else { first };
-        let allowed = format!("arc lengths between 0 and {length} m");
-        Err(Error::invalid(format!("{key}.{name}"), found, allowed))
+        let allowed = format!("a beginning from 0 to below {length} m, the length of the rod");
+        ensure(first < length, format!("{key}.{}", names[0]), first, allowed)?;
+        let allowed = format!("an end up to {length} m, the length of the rod");
+        let is_on_rod = last <= length * (1.0 + PLACE_ROUNDING);
+        ensure(is_on_rod, format!("{key}.{}", names[1]), last, allowed)
     }
 }
 

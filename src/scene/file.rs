@@ -7,7 +7,7 @@
 //! [`Scene::load_with`] attaches user-defined energies before the validation. [`Scene::to_toml`] returns the scene as
 //! text. [`Scene::follow`] replaces the recording of driven ends (an error without one), and
 //! [`Scene::differs_in_recording_only`] compares two scenes without it. [`Scene::files`] lists the scene file and those
-//! of its polylines and recordings; [`Scene::make_paths_absolute`] replaces their paths.
+//! of its polylines, recordings and signals; [`Scene::make_paths_absolute`] replaces their paths.
 
 use crate::error::Error;
 use crate::input::hints::{SCENE, explained};
@@ -217,8 +217,8 @@ impl Scene {
         text.map_err(|error| Error::Parse { file: None, message: error.to_string() })
     }
 
-    /// Replaces the paths of polylines and recordings in the scene, relative to its folder, by absolute ones, so that
-    /// it can be saved anywhere. An error if the working directory is unknown.
+    /// Replaces the paths of polylines, recordings and signals in the scene, relative to its folder, by absolute ones,
+    /// so that it can be saved anywhere. An error if the working directory is unknown.
     pub fn make_paths_absolute(&mut self) -> Result<(), Error> {
         let folder = self.folder();
         for file in self.named_files() {
@@ -228,8 +228,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Paths of the files of the scene: first its own, if it has one, then those of polylines and recordings, below its
-    /// folder. They need not exist.
+    /// Paths of the files of the scene: first its own, if it has one, then those of polylines, recordings and signals,
+    /// below its folder. They need not exist.
     pub fn files(&self) -> Vec<PathBuf> {
         let folder = self.folder();
         let mut files: Vec<PathBuf> = self.path.iter().cloned().collect();
@@ -238,20 +238,23 @@ impl Scene {
         files
     }
 
-    /// References to the paths of polylines without points, then of the recording and of motions, as the scene gives
-    /// them. Empty ones are left out.
+    /// References to the paths of polylines without points, then of the recordings, of motions and of signals, as the
+    /// scene gives them. Those of its structure are included, empty ones are left out.
     fn named_files(&mut self) -> impl Iterator<Item = &mut PathBuf> {
-        let rods = self.structure.iter_mut().flat_map(|structure| &mut structure.rods);
+        let structure = self.structure.as_deref_mut();
+        let (rods, recorded) = structure.map(|own| (&mut own.rods, &mut own.recording)).unzip();
         let shapes = [Some(&mut self.rod.shape), self.initial.shape.as_mut()].into_iter().flatten();
-        let shapes = shapes.chain(rods.map(|rod| &mut rod.shape));
+        let shapes = shapes.chain(rods.into_iter().flatten().map(|rod| &mut rod.shape));
         // Points in the scene itself need no file.
         let polylines = shapes.filter_map(|shape| match shape {
             Shape::Polyline { file, points, .. } if points.is_empty() => Some(file),
             _ => None,
         });
         let recording = self.supports.path.iter_mut().map(|path| &mut path.file);
+        let recorded = recorded.into_iter().flatten().map(|own| &mut own.file);
         let motions = self.supports.motion.iter_mut().map(|motion| &mut motion.file);
-        let named = polylines.chain(recording).chain(motions);
+        let signals = self.signals.iter_mut().map(|signal| &mut signal.file);
+        let named = polylines.chain(recording).chain(recorded).chain(motions).chain(signals);
         named.filter(|file| !file.as_os_str().is_empty())
     }
 

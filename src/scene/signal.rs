@@ -258,12 +258,14 @@ impl Signal {
         Ok(())
     }
 
-    /// Rejects a simulation that ends more than a step after the last sample, without regard to the delay. If the step
-    /// is left to the program, it is the median interval of the samples. A missing end, and a signal without samples,
-    /// are accepted.
+    /// Rejects a simulation that ends more than a step after the last sample. A positive delay moves that sample to a
+    /// later time. A negative one does not, so that it does not limit a search for the delay: the last value is kept.
+    /// If the step is left to the program, it is the median interval of the samples. A missing end, and a signal
+    /// without samples, are accepted.
     pub(super) fn check_end(&self, time: &Time) -> Result<(), Error> {
         let Some(samples) = &self.samples else { return Ok(()) };
-        let (last, step) = (samples.end(), time.step.unwrap_or_else(|| samples.usual_step()));
+        let last = samples.end() + self.delay.max(0.0);
+        let step = time.step.unwrap_or_else(|| samples.usual_step());
         if time.end.is_finite() && time.end > last + step {
             let allowed = format!("up to {last} s, where the signal {} ends", self.name);
             return Err(Error::invalid("time.end", format!("{} s", time.end), allowed));

@@ -444,15 +444,20 @@ impl StructureScene {
             return Ok(());
         }
         let found = format!("\"{}\"", time.scheme.name());
+        let allowed = "\"newmark-beta\" or \"generalised-alpha\", with damping of joints";
+        ensure(!self.has_damped_joints(), "time.scheme", &found, allowed)?;
+        let is_recorded = self.has_recorded_ends();
+        let allowed = "\"newmark-beta\" or \"generalised-alpha\", with recorded supports";
+        ensure(!is_recorded, "time.scheme", &found, allowed)
+    }
+
+    /// Whether a spring between rods or bodies has a viscous moment.
+    pub(crate) fn has_damped_joints(&self) -> bool {
         let is_damped = |joint: &StructureJoint| match joint {
             StructureJoint::Spring { damping, .. } => *damping != 0.0,
             _ => false,
         };
-        let allowed = "\"newmark-beta\" or \"generalised-alpha\", with damping of joints";
-        ensure(!self.joints.iter().any(is_damped), "time.scheme", &found, allowed)?;
-        let is_recorded = self.has_recorded_ends();
-        let allowed = "\"newmark-beta\" or \"generalised-alpha\", with recorded supports";
-        ensure(!is_recorded, "time.scheme", &found, allowed)
+        self.joints.iter().any(is_damped)
     }
 
     /// Whether the end of a rod follows recorded markers.

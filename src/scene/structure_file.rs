@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::input::hints::{STRUCTURE, explained};
 use crate::input::missing_keys::{Rule, always, if_there, parse};
 use crate::scene::required::{section_keys, shape_keys};
-use crate::scene::{Shape, StructureScene};
+use crate::scene::{Shape, StructureRecording, StructureScene};
 use std::path::{Path, PathBuf};
 
 /// Required keys of every table of a structure.
@@ -101,19 +101,21 @@ impl StructureScene {
         Ok(scene)
     }
 
-    /// Replaces the file of `[recording]` by `file`, relative to the working directory, and reads it. The former track
-    /// is dropped, also where the new file is an error.
+    /// Replaces the file of `[recording]` by `file`, relative to the working directory, and reads it. The structure is
+    /// unchanged where that is an error.
     ///
     /// # Errors
     /// A structure without `[recording]`, a file that cannot be read, and markers that it does not have.
     pub fn follow(&mut self, file: impl AsRef<Path>) -> Result<(), Error> {
         let file = file.as_ref();
-        let Some(recording) = &mut self.recording else {
+        let Some(recording) = &self.recording else {
             let allowed = "[recording] in the structure, whose file the recording replaces";
             return Err(Error::invalid("recording", "no such table", allowed));
         };
-        recording.file = std::path::absolute(file).map_err(|source| Error::io(file, source))?;
-        recording.track = None;
-        recording.read(Path::new(""), &self.supports)
+        let file = std::path::absolute(file).map_err(|source| Error::io(file, source))?;
+        let mut followed = StructureRecording { file, track: None, ..recording.clone() };
+        followed.read(Path::new(""), &self.supports)?;
+        self.recording = Some(followed);
+        Ok(())
     }
 }

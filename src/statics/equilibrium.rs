@@ -43,8 +43,9 @@ pub struct Equilibrium {
     /// Largest unbalanced force on a node, N (N m for angles). Rounding errors of positions contribute about
     /// `1e-16 EI L/l^3` with edges of length `l`, much on very fine meshes.
     pub residual: f64,
-    /// Whether no direction is unstable or marginal, out of the plane included; absent for a planar scene without a shear
-    /// modulus, which determines the stability out of the plane, and under loads without a potential.
+    /// Whether no direction is unstable or marginal, out of the plane included. Absent for a planar scene without a
+    /// shear modulus, which determines the stability out of the plane, or with a moment, and under loads without a
+    /// potential.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stable: Option<bool>,
     /// Whether no direction in the plane is unstable or marginal; planar models without follower loads only.
@@ -104,7 +105,7 @@ impl Equilibrium {
         let status = match (self.stable, self.stable_in_plane, self.negative_directions) {
             (Some(true), ..) => Summary::new("stable equilibrium", Tone::Good),
             (None, Some(true), _) => Summary::new(
-                "stable equilibrium in its plane; out of the plane not examined, as no shear modulus is given",
+                "stable equilibrium in its plane; out of the plane not examined: no shear modulus, or a moment acts",
                 Tone::Good,
             ),
             (None, None, _) => Summary::new(

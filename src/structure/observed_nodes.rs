@@ -91,10 +91,10 @@ impl<D: Scalar> StructureNodes<'_, D> {
         self.first_node(self.meshes.len())
     }
 
-    /// Number of nodes of all rods, and of four for each body, also in space, where [`Structure::node_motions`] has
-    /// none of bodies.
+    /// Number of nodes of [`Structure::node_motions`]: those of all rods, and in a plane four for each body.
     pub fn count(&self) -> usize {
-        self.rod_nodes() + NODES_OF_BODY * self.scene.bodies.len()
+        let bodies = if self.is_spatial { 0 } else { self.scene.bodies.len() };
+        self.rod_nodes() + NODES_OF_BODY * bodies
     }
 }
 

@@ -16,6 +16,7 @@ use crate::rod::assembly::AssemblyFrames;
 use crate::scene::StructureScene;
 use crate::scene::path::RecordedNode;
 use crate::scene::prescribed_motion::MotionTime;
+use crate::scene::structure::{StructureRod, StructureSupport};
 use crate::structure::blueprint::{AssemblyAtRest, RodModels};
 use crate::structure::plan::{EndSupport, StructurePlan};
 
@@ -30,10 +31,16 @@ pub(super) struct RecordedEnds {
     is_spatial: bool,
 }
 
+/// Number of edges between the markers of a recorded `support` of a rod on a mesh with this number of edges. On
+/// another mesh than that of the scene it is scaled, so that the held length stays about the same, to at least one.
+pub(super) fn held_edges(support: &StructureSupport, rod: &StructureRod, edges: usize) -> usize {
+    let ratio = edges as f64 / rod.segments as f64;
+    ((support.edges as f64 * ratio).round() as usize).clamp(1, edges - 1)
+}
+
 impl RecordedEnds {
-    /// The recorded ends of a plan, on the meshes of the assembly at rest. On another mesh than that of the scene, the
-    /// number of edges between the markers is scaled with that of the rod, to at least one. An error for a marker that
-    /// the recording does not have.
+    /// The recorded ends of a plan, on the meshes of the assembly at rest. An error for a marker that the recording
+    /// does not have.
     pub fn new(
         scene: &StructureScene,
         plan: &StructurePlan,
@@ -60,9 +67,7 @@ impl RecordedEnds {
                     recording.marker(&format!("supports[{i}].markers"), &support.markers[k])
                 };
                 let markers = [marker(0)?, marker(1)?];
-                // On another mesh the held length stays about the same, and at least one edge is held.
-                let ratio = last as f64 / scene.rods[rod].segments as f64;
-                let edges = ((support.edges as f64 * ratio).round() as usize).clamp(1, last - 1);
+                let edges = held_edges(support, &scene.rods[rod], last);
                 let place = |k: usize| if end == 0 { k } else { last - k };
                 let node = |k: usize| RecordedNode {
                     node: first + place(k),

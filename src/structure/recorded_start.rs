@@ -26,6 +26,7 @@ use crate::structure::blueprint::{AssemblyAtRest, MarkerTies};
 use crate::structure::definition::Structure;
 use crate::structure::marker_place::{MarkerPlace, RelaxedFrames};
 use crate::structure::plan::EndSupport;
+use crate::structure::recorded_ends::held_edges;
 use std::f64::consts::TAU;
 
 /// The initial state of a recorded motion.
@@ -83,8 +84,9 @@ impl Structure {
                 let EndSupport::Recorded(i) = *hold else { continue };
                 let support = &self.scene.supports[i];
                 let last = mesh.nodes.len() - 1;
+                let edges = held_edges(support, &self.scene.rods[rod], last);
                 for (k, name) in support.markers.iter().enumerate() {
-                    let node = if end == 0 { k * support.edges } else { last - k * support.edges };
+                    let node = if end == 0 { k * edges } else { last - k * edges };
                     places.push(MarkerPlace {
                         rod,
                         arc_length: mesh.arc_length[node],
@@ -310,3 +312,41 @@ fn change_between<D: Nestable>(
 /// Factor on the negligible stiffness in the springs on angles: large enough for a regular matrix, without effect on
 /// the shape.
 const ANGLE_SPRING: f64 = 10.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Support, Track};
+
+    /// The markers of a recorded end over two of 20 edges of 1 m are those over four of 40.
+    #[test]
+    fn markers_of_recorded_ends_keep_their_arc_length_on_a_finer_mesh() {
+        let text = "[[rods]]\nname = \"a\"\nsegments = 20\n\
+                    shape = { kind = \"straight\", length = 1.0, direction = [1, 0, 0] }\n\
+                    section = { kind = \"circle\", radius = 3e-3 }\n\
+                    material = { density = 1100, youngs_modulus = 2e7 }\n\
+                    [[supports]]\nof = { rod = \"a\", at = \"start\" }\nkind = \"pinned\"\n\
+                    [[supports]]\nof = { rod = \"a\", at = \"end\" }\nkind = \"pinned\"\n";
+        let mut scene = StructureScene::from_toml(text, ".").unwrap();
+        for support in &mut scene.supports {
+            (support.kind, support.edges) = (Support::Recorded, 2);
+            support.markers = vec!["m0".into(), "m1".into()];
+        }
+        let marker = |name: &str| (name.to_string(), vec![Some([0.0; 3]); 2]);
+        let track = Track::new(vec![0.0, 0.01], vec![marker("m0"), marker("m1")]).unwrap();
+        scene.recording = Some(StructureRecording::of(track));
+        let expected = [0.0, 0.1, 1.0, 0.9];
+        for remeshed in [None, Some(40)] {
+            scene.rods[0].remeshed = remeshed;
+            let structure = Structure::new(scene.clone()).unwrap();
+            let recording = structure.scene.recording.as_ref().unwrap();
+            let places = structure.marker_places(recording).unwrap();
+            let found: Vec<f64> = places.iter().map(|place| place.arc_length).collect();
+            let apart = found.iter().zip(expected).map(|(s, expected)| (s - expected).abs());
+            assert!(
+                found.len() == 4 && apart.fold(0.0, f64::max) < 1e-12,
+                "{remeshed:?} {found:?}"
+            );
+        }
+    }
+}

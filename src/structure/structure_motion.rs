@@ -7,8 +7,8 @@
 //! the change of the energy. [`Structure::simulation_over`] is a simulation over dual numbers, for derivatives, without
 //! bisection. `equilibrium_over` is the equilibrium with derivatives. [`StructureReport`] collects times, s, energies,
 //! J, and ends of the rods, m. It warns if the change of the energy over the largest kinetic energy exceeds a limit,
-//! only without damping of the rods and recorded ends. In space only Newmark-beta and generalized-alpha integrate;
-//! other schemes are errors, as is a scene without `[time]`.
+//! only without damping of rods and joints, and without recorded ends. In space only Newmark-beta and generalized-alpha
+//! integrate; other schemes are errors, as is a scene without `[time]`.
 
 use crate::dynamics::{
     BisectedSteps, Simulation, StepControl, StepperSettings, Work, advance, energy_warning,
@@ -350,12 +350,13 @@ impl StructureReport {
 
     /// Sets the status, `completed` or the text of the error in `outcome`. Replaces the warnings by that of the energy,
     /// if its change relative to the largest kinetic energy exceeds the limit for the scene of the first rod. There is
-    /// none with damping of the rods, with recorded ends, and without kinetic energy.
+    /// none with damping of rods or joints, with recorded ends, and without kinetic energy.
     pub fn finish(&mut self, structure: &Structure, outcome: &Result<(), Error>) {
         let [change, kinetic] = self.energy_change();
         let warning =
             structure.parts().next().and_then(|scene| energy_warning(scene, change / kinetic));
-        let warning = warning.filter(|_| kinetic > 0.0 && structure.recorded.is_empty());
+        let is_conservative = structure.recorded.is_empty() && !structure.scene.has_damped_joints();
+        let warning = warning.filter(|_| kinetic > 0.0 && is_conservative);
         self.warnings = warning.iter().map(|(code, words)| code.behind(words)).collect();
         self.status = match outcome {
             Ok(()) => "completed".into(),

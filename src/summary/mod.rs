@@ -16,7 +16,6 @@ use std::fmt;
 
 pub use layout::{DEFAULT_WIDTH, wrap_message};
 pub use quantity::duration;
-#[cfg(feature = "page")]
 pub(crate) use table::distinct;
 pub use table::{ItemTable, SummaryTable, TextColumn};
 
@@ -205,18 +204,25 @@ impl Summary {
         self.details.as_mut().unwrap_or(&mut self.result).push(block);
     }
 
-    /// The wrapped lines of `subject: status [code]`, with control characters escaped. The first line is colored from
-    /// the status on, if the style is.
+    /// The wrapped lines of `subject: status [code]`, with control characters escaped. The line on which the status
+    /// begins is colored from the status on, if the style is.
     fn headline(&self, style: TextStyle) -> Vec<String> {
         let subject = printable_name(&self.subject);
         let subject = if subject.is_empty() { String::new() } else { format!("{subject}: ") };
         let code = self.code.map(|code| format!(" [{code}]")).unwrap_or_default();
         let text = format!("{subject}{}{code}", printable(&self.status));
         let mut lines = layout::wrapped_behind("", &text, style.width, INDENT);
-        // The color covers the status, which begins on the first line.
-        if let Some(first) = lines.first_mut() {
-            let status = first.split_off(subject.len().min(first.len()));
-            *first = format!("{subject}{}", self.tone.paint(&status, style.is_colored));
+        // Wrapping changes spaces only: the status begins behind as many other characters as the subject has.
+        let visible = |text: &str| text.chars().filter(|c| !c.is_whitespace()).count();
+        let mut ahead = visible(&subject);
+        for line in &mut lines {
+            let mut places = line.char_indices().filter(|(_, c)| !c.is_whitespace());
+            if let Some((start, _)) = places.nth(ahead) {
+                let status = line.split_off(start);
+                line.push_str(&self.tone.paint(&status, style.is_colored));
+                break;
+            }
+            ahead -= visible(line);
         }
         lines
     }

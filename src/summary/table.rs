@@ -203,7 +203,6 @@ impl SummaryTable {
 }
 
 /// Items without repetitions, in the order of their first appearance.
-#[cfg(feature = "page")]
 pub(crate) fn distinct<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
     let mut distinct = Vec::new();
     for item in items {

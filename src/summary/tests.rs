@@ -130,3 +130,27 @@ fn table_with_a_long_path_fits_into_80_columns() {
     assert!(lines.iter().all(|line| line.len() <= 80), "{lines:#?}");
     assert!(lines.iter().any(|line| line.contains("./data/cantilever-tip.csv ")), "{lines:#?}");
 }
+
+/// Wrapping changes the spaces of the subject: the status is written once, complete, and alone in color.
+#[test]
+fn headline_with_spaces_in_its_subject_has_subject_and_status_once() {
+    let long = format!("data/{}fit.toml", "a folder of measurements/".repeat(4));
+    let headline = |subject: &str, status: &str, is_colored: bool| {
+        let summary = Summary::new(status, Tone::Good).with_subject(subject);
+        summary.render(TextStyle { is_colored, ..TextStyle::default() })
+    };
+    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    // Two successive spaces in the subject, a status that is wrapped, and one that begins with two bytes.
+    for (subject, status) in [
+        (&long[..], "converged".to_string()),
+        ("data/a  b.toml", format!("converged{}", " after a long search".repeat(5))),
+        ("data/a  b.toml", format!("\u{e9}tat{}", " stable".repeat(12))),
+    ] {
+        let plain = headline(subject, &status, false);
+        assert_eq!(words(&plain), words(&format!("{subject}: {status}")));
+        let colored = headline(subject, &status, true);
+        let (before, rest) = colored.split_once("\x1b[32m").unwrap();
+        assert_eq!(words(before), words(&format!("{subject}:")));
+        assert_eq!(format!("{before}{}", rest.replacen("\x1b[0m", "", 1)), plain);
+    }
+}

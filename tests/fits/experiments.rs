@@ -435,3 +435,21 @@ fn fit_file_frequencies_are_read() {
     let error = load("kind = \"torsion\"").and_then(solved).unwrap_err().to_string();
     assert!(error.contains("poisson_ratio"), "{error}");
 }
+
+/// A prediction lists every parameter that is not fitted once, also if each experiment has its own.
+#[test]
+fn prediction_names_parameters_of_several_experiments_once() {
+    let experiment = |(name, length): (&str, f64)| {
+        let problem = rod(length, 0.2).problem().unwrap();
+        Experiment::new(name, &problem).observe(droop(&problem, 4).sigma(1e-3))
+    };
+    let mut fit = Fit::of([("a", 0.5), ("b", 0.4)].map(experiment));
+    for name in ["a", "b"] {
+        for parameter in [Parameter::YoungsModulus, Parameter::Density] {
+            fit = fit.identify(Unknown::new(parameter).of_experiment(name));
+        }
+    }
+    let report = fit.predict().unwrap();
+    let words = "youngs_modulus, density are not fitted";
+    assert!(report.warnings[0].starts_with(words), "{}", report.warnings[0]);
+}

@@ -122,6 +122,23 @@ fn worse_extension_does_not_improve_the_fit() {
     assert_eq!(noted.parameters, first.parameters);
 }
 
+/// One parameter of two experiments has two estimates. Each is compared with the other fit's for the same experiment.
+#[test]
+fn estimates_of_other_experiments_are_no_contradiction() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut best = without_its_damping(folder.path()).fit().solve().unwrap();
+    best.grade = Grade::Trustworthy;
+    let mut second = best.parameters[0].clone();
+    best.parameters[0].experiments = vec!["a".into()];
+    second.experiments = vec!["b".into()];
+    second.value = second.value.map(|value| 2.0 * value);
+    second.interval95 = second.interval95.map(|ends| ends.map(|end| 2.0 * end));
+    assert!(second.interval95.is_some(), "{best}");
+    best.parameters.push(second);
+    let report = best.clone().among_alternatives(&[("a taper".into(), best.clone())]);
+    assert_eq!((report.grade, report.warnings), (Grade::Trustworthy, best.warnings));
+}
+
 /// A second term with a similar likelihood and another value of E lowers the grade; the warning has both values. A term with
 /// a likelihood ratio below 1/100, or with the same value of E, does not.
 #[test]

@@ -1,7 +1,7 @@
 //! Reports, scenes and fits are unchanged after they are written and read; files in the documents are valid.
 
 use rodfit::fit::{Experiment, FitFile, FitReport, RestShape, Sighting};
-use rodfit::scene::{PointForce, Shape, Time};
+use rodfit::scene::{PointForce, Shape, Signal, Time};
 use rodfit::{Fit, Observation, Parameter, Point, Scene, Trajectory};
 
 use crate::calls::{refused, short};
@@ -274,4 +274,23 @@ fn files_in_the_documents_are_valid() {
         toml::from_str::<rodfit::Scene>(scene)
             .unwrap_or_else(|error| panic!("{error} in\n{scene}"));
     }
+}
+
+/// The file of a signal is one of the files of its scene, and is found where the scene is saved elsewhere.
+#[test]
+fn file_of_a_signal_belongs_to_its_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("tap.csv");
+    std::fs::write(&file, "t[s],value\n0,0\n5,1\n10,0\n").unwrap();
+    let mut scene = short();
+    let signal = Some("tap".to_string());
+    let node = Point::Node(9);
+    scene.loads.point = vec![PointForce { node, signal, ..PointForce::default() }];
+    scene.signals = vec![Signal { file: "tap.csv".into(), ..Signal::new("tap") }];
+    let mut read = Scene::from_toml(&scene.to_toml().unwrap(), folder.path()).unwrap();
+    assert_eq!(read.files().last(), Some(&file));
+    read.make_paths_absolute().unwrap();
+    let elsewhere = tempfile::tempdir().unwrap();
+    let saved = Scene::from_toml(&read.to_toml().unwrap(), elsewhere.path()).unwrap();
+    assert_eq!(saved.signals[0].file, file);
 }

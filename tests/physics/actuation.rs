@@ -343,8 +343,16 @@ fn viscous_rod_ends_at_the_equilibrium_of_the_actuator() {
 #[test]
 fn unsuitable_actuators_are_rejected() {
     type Change = fn(&mut Scene);
-    let cases: [(Change, &str); 7] = [
+    let cases: [(Change, &str); 8] = [
         (|scene| scene.signals.clear(), "actuation[0].signal"),
+        (
+            |scene| {
+                if let Actuation::Curvature { from, to, .. } = &mut scene.actuation[0] {
+                    (*from, *to) = (2.0, Some(3.0));
+                }
+            },
+            "actuation[0].from",
+        ),
         (
             |scene| {
                 scene.actuation = vec![Actuation::Tendon {

@@ -236,3 +236,20 @@ fn unsuitable_signals_are_rejected() {
     scene.loads.point[0].node = Point::ArcLength(0.5);
     assert!(scene.problem().is_ok());
 }
+
+/// A delayed signal lasts by its delay longer than its samples, of 10 ms; beyond its end a simulation is rejected.
+#[test]
+fn samples_of_a_delayed_signal_end_later_by_its_delay() {
+    let folder = tempfile::tempdir().unwrap();
+    let linear = samples(&folder, 0.01, Interpolation::Linear, |t| t);
+    for (delay, end, is_valid) in
+        [(0.005, 0.0145, true), (0.005, 0.0165, false), (0.0, 0.0145, false)]
+    {
+        let mut scene = short(Scheme::NewmarkBeta, end, 5e-4, &linear);
+        scene.signals[0].delay = delay;
+        match scene.problem() {
+            Ok(_) => assert!(is_valid, "{delay} {end}"),
+            Err(error) => assert!(!is_valid && error.to_string().contains("time.end"), "{error}"),
+        }
+    }
+}

@@ -8,6 +8,8 @@ mod fits;
 mod frames;
 mod joints;
 mod motion;
+#[cfg(feature = "page")]
+mod page;
 mod recorded;
 mod scenes;
 mod space;

@@ -1,8 +1,10 @@
 //! Motions of structures: momentum, energy, order and derivatives.
 
 use crate::derivative_checks::{dual_run, shifted};
-use crate::scenes::{joint, mixed, rod, structure};
+use crate::scenes::{joint, mixed, mixed_in_space, rod, structure};
 use rodfit::Structure;
+use rodfit::scene::structure::StructureJoint;
+use rodfit::structure::StructureReport;
 
 /// Two free rods of rubber with a spring that opens, `steps` steps in 0.01 s: 400 resolve all
 /// axial vibrations, of up to 8000 rad/s.
@@ -128,4 +130,39 @@ fn free_fall_of_a_structure_with_a_body_is_without_rotation() {
     assert!((bob.position[1] + 9.81 * 0.01 / 2.0).abs() < 1e-11, "{:?}", bob.position);
     assert!(bob.angle.abs() < 1e-11, "{:e}", bob.angle);
     assert!((bob.position[0] - 0.3).abs() < 1e-12);
+}
+
+/// The energy that a viscous spring dissipates is no numerical damping, of which a report warns.
+#[test]
+fn report_of_a_structure_with_a_damped_joint_has_no_warning_of_its_loss() {
+    let mut scene = opening("newmark-beta", 100).scene().clone();
+    let StructureJoint::Spring { damping, .. } = &mut scene.joints[0] else { panic!("a spring") };
+    *damping = 1.0;
+    let structure = Structure::new(scene).unwrap();
+    let (time, mut motion) = (structure.time().unwrap(), structure.simulation().unwrap());
+    let mut report = StructureReport::new(&structure);
+    report.push(&motion);
+    let outcome: Result<(), rodfit::Error> = (1..=time.steps()).try_for_each(|k| {
+        motion.step_to(time.at(k))?;
+        report.push(&motion);
+        Ok(())
+    });
+    report.finish(&structure, &outcome);
+    let kinetic = report.energies.iter().map(|energies| energies.kinetic).fold(0.0, f64::max);
+    let loss = report.energies[0].total() - report.energies.last().unwrap().total();
+    println!("loss {loss:e} J, largest kinetic energy {kinetic:e} J");
+    // The limit of the warning is a tenth of the largest kinetic energy.
+    assert!(loss > 0.2 * kinetic && kinetic > 0.0, "{loss:e} of {kinetic:e}");
+    assert_eq!((&report.status[..], &report.warnings[..]), ("completed", &[][..]));
+}
+
+/// The count of nodes is the number of their motions: bodies have nodes in a plane only.
+#[test]
+fn count_of_nodes_is_that_of_their_motions() {
+    for structure in [mixed(8), mixed_in_space(8, "")] {
+        let at_rest = structure.at_rest();
+        let (q, v) = (&at_rest.q[..], vec![0.0; at_rest.q.len()]);
+        let motions = structure.node_motions(&at_rest.assembly, [q, &v], &at_rest.frames);
+        assert_eq!(structure.nodes().count(), motions.len());
+    }
 }

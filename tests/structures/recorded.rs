@@ -331,3 +331,17 @@ fn fit_of_driven_structure_takes_few_simulations() {
     println!("{} simulations, {report}", report.simulations);
     assert!(report.converged && report.simulations < 40.0, "{report}");
 }
+
+/// A recording that cannot be read, or lacks a marker, leaves the former one in place.
+#[test]
+fn structure_is_unchanged_by_a_recording_that_is_an_error() {
+    let (_, mut scene) = cables(23, 0.0);
+    let before = scene.clone();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("clip.csv");
+    assert!(scene.follow(&file).is_err());
+    assert_eq!(scene, before);
+    std::fs::write(&file, "t,xA,yA,zA\n0,0,0,0\n0.01,0,0,0\n0.02,0,0,0\n").unwrap();
+    assert!(scene.follow(&file).is_err());
+    assert_eq!(scene, before);
+}

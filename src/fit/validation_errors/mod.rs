@@ -19,6 +19,7 @@ use crate::fit::measurement::experiment::{Experiment, all};
 use crate::fit::validate::{check_predicted, check_recorded};
 use crate::fit::validation_errors::compute::compare_all;
 use crate::fit::validation_errors::report::ValidationReport;
+use crate::summary::distinct;
 use std::time::Instant;
 
 impl Fit {
@@ -41,9 +42,7 @@ impl Fit {
         check_recorded(&self.experiments)?;
         let mut report = compare_all(&self.experiments, self.keep_plot_data)?;
         if !self.unknowns.is_empty() {
-            let mut names: Vec<String> =
-                self.unknowns.iter().map(|u| u.parameter.to_string()).collect();
-            names.dedup();
+            let names = distinct(self.unknowns.iter().map(|u| u.parameter.to_string()));
             let not_fitted = match &names[..] {
                 [one] => format!("{one} is not fitted"),
                 several => format!("{} are not fitted", several.join(", ")),
