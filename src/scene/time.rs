@@ -59,7 +59,7 @@ struct TimeForm<D> {
     /// Time step, s; default: chosen by the program.
     #[serde(skip_serializing_if = "Option::is_none")]
     step: Option<f64>,
-    /// Time integration scheme; default: chosen with the step, or `newmark-beta` beside a step.
+    /// Time integration scheme; default: chosen with the step; beside a step `newmark-beta`, with contacts `generalised-alpha`.
     #[serde(skip_serializing_if = "Option::is_none")]
     scheme: Option<Scheme>,
     /// Parameter of `newmark-beta`, 0.5 to 1: 0.5 conserves energy, 1 is implicit Euler.

@@ -36,11 +36,28 @@ fn forces_of_obstacles_are_written_to_json_and_csv() {
     assert!((carried - 1.0).abs() < 1e-6, "{carried}");
 }
 
+/// A scene with contacts and a step has a scheme with numerical damping unless it gives another, also by a number of it.
+#[test]
+fn default_scheme_of_contacts_keeps_a_rod_at_rest_on_a_plane() {
+    let folder = Folder::new();
+    let without_losses = |scheme: &str| scene(scheme).replace("friction = 0.3\ndamping = 100", "");
+    folder.write("contact.toml", &without_losses(""));
+    folder.write("beta.toml", &without_losses("beta = 0.5"));
+    succeeds(&folder.run(&["simulate", "contact.toml", "--json", "run.json"]));
+    let json: Value = serde_json::from_str(&folder.read("run.json")).unwrap();
+    assert_eq!(json["scheme"].as_str(), Some("generalised-alpha"));
+    let stopped = folder.run(&["simulate", "beta.toml"]);
+    assert_eq!(stopped.status.code(), Some(3));
+}
+
 /// Newmark's method without numerical damping gains energy where contacts begin and end within a step.
 #[test]
 fn growing_energy_of_a_scene_with_contacts_names_their_stiffness() {
     let folder = Folder::new();
-    folder.write("contact.toml", &scene("").replace("friction = 0.3\ndamping = 100", ""));
+    folder.write(
+        "contact.toml",
+        &scene("scheme = \"newmark-beta\"").replace("friction = 0.3\ndamping = 100", ""),
+    );
     let output = folder.run(&["simulate", "contact.toml"]);
     assert_eq!(output.status.code(), Some(3));
     let text = stderr(&output);
