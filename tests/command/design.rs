@@ -96,3 +96,11 @@ fn invalid_plan_is_rejected() {
     let (folder, _) = run(PLAN, &[]);
     refused(&folder.run(&["fit", "plan.toml"]), &["plan.toml", "observation[0].file", "planned"]);
 }
+
+/// The sigma of the command line is a length: values in other units need their own.
+#[test]
+fn sigma_of_the_command_line_is_that_of_positions_only() {
+    let lines = "[[frequencies]]\nhz = [2, 10, 27, 53, 88, 131, 183, 244]\n[[parameter]]";
+    let plan = replaced(&replaced(PLAN, "sigma = 1e-3\n", ""), "[[parameter]]", lines);
+    refused(&run(&plan, &["--sigma", "1e-3"]).1, &["frequencies[0].sigma", "none", "in Hz"]);
+}
