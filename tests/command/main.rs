@@ -13,6 +13,7 @@ mod documents;
 mod experiments;
 mod explain;
 mod export;
+mod file_names;
 mod first_use;
 mod fit;
 mod folder;
