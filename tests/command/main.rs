@@ -34,6 +34,7 @@ mod predictions;
 mod recorded_walls;
 mod recordings;
 mod refusals;
+mod refused_options;
 mod report;
 mod results;
 mod schema;
