@@ -69,7 +69,7 @@ fn set_sigma(file: &mut FitFile, sigma: f64) -> Result<(), Error> {
         return Err(Error::invalid("--sigma", sigma, "a finite number above 0, m"));
     }
     for measurement in file.experiments.iter_mut().flat_map(|e| &mut e.measurements) {
-        // Its number would be a noise in another unit for sensors, loads and frequencies.
+        // For sensors and gauges its number would be a noise in another unit.
         if measurement.header.unit == "m" {
             measurement.header.sigma.get_or_insert(sigma);
         }

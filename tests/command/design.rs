@@ -97,10 +97,15 @@ fn invalid_plan_is_rejected() {
     refused(&folder.run(&["fit", "plan.toml"]), &["plan.toml", "observation[0].file", "planned"]);
 }
 
-/// The sigma of the command line is a length: values in other units need their own.
+/// The sigma of the command line is a length: readings of an angle need their own.
 #[test]
 fn sigma_of_the_command_line_is_that_of_positions_only() {
-    let lines = "[[frequencies]]\nhz = [2, 10, 27, 53, 88, 131, 183, 244]\n[[parameter]]";
-    let plan = replaced(&replaced(PLAN, "sigma = 1e-3\n", ""), "[[parameter]]", lines);
-    refused(&run(&plan, &["--sigma", "1e-3"]).1, &["frequencies[0].sigma", "none", "in Hz"]);
+    let folder = Folder::new();
+    let rows = (0..10).map(|k| f64::from(k) * 0.02).map(|t| format!("{t},{}\n", -4.0 * t * t));
+    folder.write("angle.csv", &format!("t,angle\n{}", rows.collect::<String>()));
+    let sensor = "[[observation]]\nquantity = \"angle\"\nfile = \"angle.csv\"\n[[parameter]]";
+    let plan = replaced(&replaced(PLAN, "sigma = 1e-3\n", ""), "[[parameter]]", sensor);
+    folder.write("plan.toml", &plan);
+    let output = folder.run(&["design", "plan.toml", "--sigma", "1e-3"]);
+    refused(&output, &["observation[1].sigma", "found none", "a number in rad"]);
 }

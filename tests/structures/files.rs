@@ -69,7 +69,7 @@ fn structure_of_a_fit_is_checked_before_it_is_built() {
     let fit = folder.path().join("fit.toml");
     let name = "materials.steel.youngs_modulus";
     let text = format!(
-        "scene = \"frame.toml\"\n[[frequencies]]\nhz = [9, 50]\n[[parameter]]\nname = \"{name}\"\n"
+        "scene = \"frame.toml\"\n[[frequencies]]\nhz = [9, 50]\nsigma = 0.1\n[[parameter]]\nname = \"{name}\"\n"
     );
     std::fs::write(&fit, text).unwrap();
     let too_large = |scene: &Scene| {

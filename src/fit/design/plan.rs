@@ -148,7 +148,7 @@ fn prepare(experiment: &mut Experiment, point: ParameterPoint) -> Result<(), Err
     for i in 0..experiment.measurements.len() {
         if experiment.measurements[i].sigma().is_none() {
             let key = format!("{}.sigma", measurement_key(experiment, i));
-            // A sigma in the file is in the unit of the given values, as Hz.
+            // A sigma is in the unit of the given values.
             let unit = match experiment.measurements[i].data_unit().name {
                 "" => String::new(),
                 unit => format!(" in {unit}"),
