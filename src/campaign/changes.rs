@@ -9,27 +9,14 @@
 //! name, or a path below a plain value, is an error. [`can_be_planned`] rejects values that JSON does not have.
 
 use crate::error::Error;
-use crate::scene::Parameter;
+use crate::fit::FitFile;
+use crate::input::table_keys::table_keys;
+use crate::scene::{Parameter, Scene, StructureScene};
 use std::collections::BTreeMap;
 use toml::{Table, Value};
 
 /// New values (TOML) of a task, sorted by the paths of their keys.
 pub type Changes = BTreeMap<String, Value>;
-
-/// Possible first parts of the path of a key of a scene file.
-const SCENE_TABLES: [&str; 9] =
-    ["accuracy", "rod", "material", "supports", "loads", "initial", "time", "camera", "energy"];
-/// Possible first parts of the path of a key of a fit file.
-const FIT_TABLES: [&str; 8] = [
-    "scene",
-    "observation",
-    "shape",
-    "frequencies",
-    "experiment",
-    "parameter",
-    "known",
-    "analysis",
-];
 
 /// The path of a key as a list of parts, with the file that has the key.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,7 +43,7 @@ impl Key {
         {
             return Ok(Self::Scene(experiment.clone(), path));
         }
-        if FIT_TABLES.contains(&&*parts[0]) {
+        if FitFile::keys().contains(&&*parts[0]) {
             return Ok(Self::Fit(parts));
         }
         scene_path(&parts).map(Self::Scenes).ok_or_else(|| {
@@ -83,10 +70,13 @@ pub(crate) fn is_file_key(key: &str) -> bool {
     ["file", "path", "paths"].contains(&key)
 }
 
-/// The path of a key of a scene, from its `parts`. A first part of [`SCENE_TABLES`] leaves it unchanged; the short name
-/// of a parameter (all parts, joined by dots) becomes the parameter's path. None for other keys, or without parts.
+/// The path of a key of a scene, from its `parts`. If the first is a key of the scene of one rod or of a structure, the
+/// path has these parts; the short name of a parameter (all parts, joined by dots) becomes the parameter's path. None
+/// for other keys, or without parts.
 fn scene_path(parts: &[String]) -> Option<Vec<String>> {
-    if SCENE_TABLES.contains(&&**parts.first()?) {
+    let first = &**parts.first()?;
+    let tables = [table_keys::<Scene>(), table_keys::<StructureScene>()];
+    if tables.iter().any(|keys| keys.contains(&first)) {
         return Some(parts.to_vec());
     }
     let path = Parameter::named(&parts.join("."))?.path();
@@ -205,5 +195,26 @@ mod tests {
         assert_eq!(Key::new("experiment.long.radius").unwrap(), {
             Key::Scene("long".into(), ["rod", "section", "radius"].map(Into::into).to_vec())
         });
+    }
+
+    #[test]
+    fn keys_of_all_tables_are_those_of_their_files() {
+        let parts = |name: &str| name.split('.').map(String::from).collect::<Vec<_>>();
+        for name in ["load_deflection.0.file", "buckling.0.load", "field.0.length", "shape.0.file"]
+        {
+            assert_eq!(Key::new(name).unwrap(), Key::Fit(parts(name)));
+        }
+        // Keys that are no parameters: files, texts and numbers of edges.
+        for name in
+            ["signals.0.file", "actuation.0.signal", "contacts.0.shape", "rods.arm.segments"]
+        {
+            assert_eq!(Key::new(name).unwrap(), Key::Scenes(parts(name)));
+            let of_one = Key::new(&format!("experiment.long.{name}")).unwrap();
+            assert_eq!(of_one, Key::Scene("long".into(), parts(name)));
+        }
+        // Fields of the types that are no keys of files.
+        for name in ["path", "gravity_left_out", "structure", "energies"] {
+            assert!(Key::new(name).is_err(), "{name}");
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! The campaign file (TOML): which fits are made, and with which changes of their keys.
 //!
 //! Input: the file. Fit files are given by patterns or by a CSV table, whose columns are changed keys. A grid adds all
-//! combinations of listed values; it replaces a value of the table for a key with the same text. [`CampaignFile::read`]
+//! combinations of listed values; it replaces a value of the table for the same key. [`CampaignFile::read`]
 //! checks the keys; [`CampaignFile::rows`] returns one [`CampaignRow`] for each fit file or row of the table and each
 //! combination, the grid varying faster. [`CampaignFile::task_count`] is the number of tasks that a number of rows
 //! becomes. `[starts]` repeats each row from random start values. `[bootstrap]` divides the replicates of a bootstrap
@@ -128,9 +128,9 @@ impl CampaignFile {
     }
 
     /// All fits with their changes: each row of the table, or matched file, with each combination of the grid, the grid
-    /// varying faster. Values of the grid win over those of the table for a key of the same text. `file` is the path of
-    /// the campaign file, whose folder all paths are relative to. Error: an invalid pattern, table or grid, no fit, or
-    /// more than [`MOST_TASKS`] rows.
+    /// varying faster. Values of the grid win over those of the table for the same key, also by another name of it.
+    /// `file` is the path of the campaign file, whose folder all paths are relative to. Error: an invalid pattern,
+    /// table or grid, no fit, or more than [`MOST_TASKS`] rows.
     pub fn rows(&self, file: &Path) -> Result<Vec<CampaignRow>, Error> {
         let root = folder_of(file);
         let in_file = |error: Error| error.in_file(Some(file));
@@ -154,11 +154,15 @@ impl CampaignFile {
             let allowed = format!("up to {MOST_TASKS} tasks");
             return Err(in_file(Error::invalid("grid", found, allowed)));
         }
+        // All combinations have the same keys.
+        let names = combinations.iter().take(1).flat_map(Changes::keys);
+        let of_grid = names.map(|name| Key::new(name)).collect::<Result<Vec<_>, _>>()?;
         let mut all = Vec::new();
-        for row in rows {
+        for mut row in rows {
+            // A value of the grid replaces that of the table for the same key, whose names may differ.
+            row.changes.retain(|name, _| Key::new(name).is_ok_and(|key| !of_grid.contains(&key)));
             for combination in &combinations {
                 let mut row = row.clone();
-                // A value of the grid replaces that of the table for the same key.
                 row.changes.extend(combination.clone());
                 all.push(row);
             }

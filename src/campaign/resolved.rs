@@ -204,7 +204,7 @@ fn make_absolute(table: &mut Table, folder: &Path) {
 /// paths. Returns the table; none if the value is neither a name nor a table. Error: the file cannot be read or parsed.
 fn inline_scene<'a>(scene: &'a mut Value, folder: &Path) -> Result<Option<&'a mut Table>, Error> {
     if let Value::String(name) = scene {
-        let file = folder.join(&*name);
+        let file = at(folder, Path::new(&*name));
         let mut table = read_toml(&file)?;
         make_absolute(&mut table, folder_of(&file));
         *scene = Value::Table(table);

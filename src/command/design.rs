@@ -1,7 +1,7 @@
 //! `rodfit design`: predicts the uncertainty of the parameters of an experiment before it is made.
 //!
-//! Input is a fit file, or a plan without data. `--sigma` is the standard deviation of all measurements for which the
-//! file gives none, of positions in m, of others in their unit; `--known` adds standard uncertainties of inputs in
+//! Input is a fit file, or a plan without data. `--sigma` is the standard deviation, m, of all positions for which
+//! the file gives none; other measurements need one in the file. `--known` adds standard uncertainties of inputs in
 //! their units. The sensitivities of a simulation give the expected standard errors, and the best marker position,
 //! duration and frame rate. Output is JSON and a page, if requested, and a summary; the exit code is 3 if a parameter
 //! is not identifiable, else 0, or that of an output that cannot be written. Lists along the rod (`[[field]]`) are
@@ -62,14 +62,17 @@ pub fn run(options: &DesignOptions, global: GlobalOptions) -> Result<u8, Error> 
     Ok(outputs.finish(code, &design, Some(&page), &design.summary().with_subject(&name)))
 }
 
-/// Sets the standard deviation of all measurements of a fit file that have none to `sigma`, in m for positions and in
-/// the unit of the measurement for others. An error unless it is finite and positive.
+/// Sets the standard deviation of all positions of a fit file that have none to `sigma`, m. Values in other units stay
+/// without. An error unless it is finite and positive.
 fn set_sigma(file: &mut FitFile, sigma: f64) -> Result<(), Error> {
     if !(sigma.is_finite() && sigma > 0.0) {
         return Err(Error::invalid("--sigma", sigma, "a finite number above 0, m"));
     }
     for measurement in file.experiments.iter_mut().flat_map(|e| &mut e.measurements) {
-        measurement.header.sigma.get_or_insert(sigma);
+        // For sensors and gauges its number would be a noise in another unit.
+        if measurement.header.unit == "m" {
+            measurement.header.sigma.get_or_insert(sigma);
+        }
     }
     Ok(())
 }

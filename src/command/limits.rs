@@ -11,6 +11,7 @@
 //! ([`limit_threads`]).
 
 use crate::command::{GlobalOptions, terminal};
+use marker_files::file::at;
 use rodfit::fit::{Experiment, FitFile, Measurement};
 use rodfit::scene::{Dimension, Shape};
 use rodfit::{Code, Error, Problem, Scene};
@@ -256,7 +257,7 @@ fn node_count(scene: &Scene) -> f64 {
     match (&scene.rod.shape, scene.rod.segments) {
         (Shape::Polyline { points, .. }, None) if !points.is_empty() => points.len() as f64,
         (Shape::Polyline { file, .. }, None) => {
-            let size = std::fs::metadata(scene.folder().join(file)).map_or(0, |found| found.len());
+            let size = std::fs::metadata(at(&scene.folder(), file)).map_or(0, |found| found.len());
             size as f64 / MIN_ROW_BYTES
         }
         (_, segments) => segments.unwrap_or(0) as f64 + 1.0,

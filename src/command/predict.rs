@@ -28,9 +28,9 @@ pub struct PredictOptions {
     /// compared. Else each file is the motion of `--point`, or, without `[time]` in the scene, a shape at rest.
     #[arg(long, value_name = "FILE", required = true, num_args = 1..)]
     on: Vec<PathBuf>,
-    /// Observed point of the rod: `tip`, or its arc length in meters.
-    #[arg(long, value_name = "POINT", default_value = "tip")]
-    point: String,
+    /// Observed point of the rod: `tip` (default), or its arc length in meters.
+    #[arg(long, value_name = "POINT")]
+    point: Option<String>,
     /// Name of the marker in the file.
     #[arg(long, value_name = "NAME")]
     marker: Option<String>,
@@ -133,8 +133,8 @@ fn experiment_name(files: &[PathBuf], k: usize) -> String {
 }
 
 /// The keys (TOML) of the measurement in a file. If recordings prescribe the ends of the rod: its free markers;
-/// `--marker`, `--time-zero`, `--fps`, `--scale` and `--columns` are rejected. If the scene has no time: a shape at
-/// rest, with `--scale` and `--columns`; the other options have no effect. Else the motion of `--point`, with keys as
+/// `--point`, `--marker`, `--time-zero`, `--fps`, `--scale` and `--columns` are rejected. If the scene has no time: a
+/// shape at rest, with `--scale` and `--columns`; the others are rejected. Else the motion of `--point`, with keys as
 /// [`Inspection`] determines them where the options give none. `--sigma` is a key in all cases.
 fn measurement_keys(file: &Path, options: &PredictOptions, scene: &Scene) -> Result<Table, Error> {
     let RecordingUnits { fps, scale, .. } = options.units;
@@ -144,16 +144,17 @@ fn measurement_keys(file: &Path, options: &PredictOptions, scene: &Scene) -> Res
         keys.extend(number.map(|number| (key.to_string(), Value::Float(number))));
     };
     add_number(&mut keys, "sigma", options.sigma);
+    let of_motions = [
+        ("--point", options.point.is_some()),
+        ("--marker", options.marker.is_some()),
+        ("--time-zero", options.time_zero.is_some()),
+        ("--fps", fps.is_some()),
+    ];
+    let of_all_files = [("--scale", scale.is_some()), ("--columns", columns.is_some())];
     if scene.supports.path.is_some() {
         // The recording itself is read by the keys of the scene's table, which these options would contradict.
-        let excluded = [
-            ("--marker", options.marker.is_some()),
-            ("--time-zero", options.time_zero.is_some()),
-            ("--fps", fps.is_some()),
-            ("--scale", scale.is_some()),
-            ("--columns", columns.is_some()),
-        ];
-        if let Some((option, _)) = excluded.iter().find(|(_, is_given)| *is_given) {
+        let given = of_motions.iter().chain(&of_all_files).find(|(_, is_given)| *is_given);
+        if let Some((option, _)) = given {
             let found = "with a scene that has [supports.path]";
             return Err(Error::invalid(*option, found, "the keys of that table in the scene"));
         }
@@ -167,6 +168,10 @@ fn measurement_keys(file: &Path, options: &PredictOptions, scene: &Scene) -> Res
         keys.insert("columns".into(), written);
     }
     if scene.time.is_none() {
+        if let Some((option, _)) = of_motions.iter().find(|(_, is_given)| *is_given) {
+            let found = "with a scene without [time], whose files are shapes at rest";
+            return Err(Error::invalid(*option, found, "--scale, --columns and --sigma"));
+        }
         add_number(&mut keys, "scale", scale);
         return Ok(keys);
     }
@@ -185,7 +190,7 @@ fn measurement_keys(file: &Path, options: &PredictOptions, scene: &Scene) -> Res
     if found.y == Some(Vertical::Down) {
         keys.insert("y".into(), Value::String("down".into()));
     }
-    keys.insert("point".into(), point_value(&options.point)?);
+    keys.insert("point".into(), point_value(options.point.as_deref().unwrap_or("tip"))?);
     Ok(keys)
 }
 

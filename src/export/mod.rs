@@ -125,9 +125,13 @@ fn check_supports(scene: &Scene) -> Result<(), Error> {
 fn omitted(scene: &Scene, target: ExportFormat) -> Vec<String> {
     let damping = &scene.loads.damping;
     let supports = &scene.supports;
-    let is_table = target == ExportFormat::Table;
+    let is_usd = target == ExportFormat::Usd;
     let is_simulated = matches!(target, ExportFormat::Mujoco | ExportFormat::Pyelastica);
-    let viscous = [damping.stiffness, damping.bending, damping.twisting, damping.stretching];
+    let has_mass_damping = is_usd || target == ExportFormat::Pyelastica;
+    let is_viscous = [damping.stiffness, damping.bending, damping.twisting, damping.stretching]
+        .map(|time| time != 0.0);
+    // The time of bending, which a curve of USD has, includes that of all strains.
+    let [all, _, twisting, stretching] = is_viscous;
     let bending_law = &scene.material.bending_law;
     let has_law = scene.material.stretch_law != StretchLaw::default() || bending_law.is_some();
     let has_start = scene.initial != Initial::default();
@@ -139,15 +143,16 @@ fn omitted(scene: &Scene, target: ExportFormat) -> Vec<String> {
         (scene.loads.drag.is_some(), "drag of a fluid"),
         (!damping.maxwell.is_empty(), "Maxwell branches"),
         (damping.friction.is_some() && target != ExportFormat::Mujoco, "internal friction"),
-        (damping.mass != 0.0 && target != ExportFormat::Pyelastica, "mass-proportional damping"),
+        (damping.mass != 0.0 && !has_mass_damping, "mass-proportional damping"),
         (
-            viscous.iter().any(|time| *time != 0.0) && target != ExportFormat::Mujoco,
+            is_viscous.contains(&true) && target != ExportFormat::Mujoco && !is_usd,
             "damping of strains",
         ),
+        (is_usd && (all || twisting || stretching), "damping of twist and stretching"),
         (!scene.actuation.is_empty(), "actuators"),
         (!scene.energies.is_empty(), "user-defined energies"),
         (!scene.contacts.is_empty(), "contacts"),
-        (!scene.rod.mass.is_empty() && !is_simulated && !is_table, "point masses"),
+        (!scene.rod.mass.is_empty() && !is_simulated, "point masses"),
         (is_compliant, "compliance of clamps"),
         (has_start, "the initial state; the motion starts at rest in the rest shape"),
         (has_law, "nonlinear laws of the material"),

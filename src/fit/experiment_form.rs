@@ -16,7 +16,7 @@ use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement_tables::MeasurementTables;
 use crate::fit::observation_form::ObservationForm;
 use crate::fit::shape_form::ShapeForm;
-use crate::fit::structure::structure_problem::representative_problem;
+use crate::fit::structure::structure_problem::{representative_problem, representative_rod};
 use crate::scene::{Scene, StructureScene};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -183,10 +183,10 @@ impl ExperimentForm {
     }
 
     /// Reads the scene of this table of the fit file at path `file`, with the recording `path` that drives the ends,
-    /// and prepares it on its initial mesh. `check_scene` is called for a scene of one rod before its mesh is created,
-    /// for a structure with the rod that represents it. Then it reads the measurements; all are marked as validation
-    /// data if the table is `held_out`. Paths are relative to the folder of `file`. Errors are those of the scene, of
-    /// `check_scene` and of the measurements.
+    /// and prepares it on its initial mesh. `check_scene` is called before any mesh is created, for a structure with the
+    /// rod that represents it. Then it reads the measurements; all are marked as validation data if the table is
+    /// `held_out`. Paths are relative to the folder of `file`. Errors are those of the scene, of `check_scene` and of the
+    /// measurements.
     pub fn read(self, file: &Path, check_scene: &SceneCheck) -> Result<Experiment, Error> {
         // All paths in a fit file are relative to its folder.
         let folder = file.parent().unwrap_or(Path::new(""));
@@ -194,8 +194,9 @@ impl ExperimentForm {
             if let Some(path) = &self.path {
                 structure.follow(marker_files::file::at(folder, path))?;
             }
+            // The check comes before the meshes, whose size may exceed the memory.
+            check_scene(&representative_rod(&structure)?)?;
             let problem = representative_problem(structure)?;
-            check_scene(problem.scene())?;
             let experiment = Experiment::new(self.name.clone().unwrap_or_default(), &problem);
             return self.with_measurements(experiment, folder);
         }

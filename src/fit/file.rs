@@ -177,8 +177,8 @@ impl FitFile {
     }
 
     /// Reads and validates a fit file, its scenes and its data like [`load`](Self::load). `check_scene` is called for
-    /// every scene of one rod before its mesh is created, and for the rod that represents a structure. Its error ends
-    /// the reading. Planned measurements are rejected.
+    /// every scene of one rod before its mesh is created, and for the rod that represents a structure, before the
+    /// structure is built. Its error ends the reading. Planned measurements are rejected.
     ///
     /// # Errors
     ///
@@ -290,6 +290,12 @@ impl FitFile {
             })?;
         }
         Ok(())
+    }
+
+    /// The keys of fit files: their tables, and `scene`.
+    #[cfg(feature = "cli")]
+    pub(crate) fn keys() -> &'static [&'static str] {
+        crate::input::table_keys::table_keys::<FitForm>()
     }
 
     /// The paths of all files the fit was read from other than itself, by experiment: the files of the scene (with

@@ -4,7 +4,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::campaign::{collected, folder, plan, run, terminate};
+use crate::campaign::{collected, folder, lines, plan, run, terminate};
 use crate::folder::{Folder, change, refused, stderr, succeeds};
 
 const GRID: &str = "fits = [\"fit.toml\"]\n[grid]\nradius = [4.9e-3, 5e-3, 5.1e-3]\n";
@@ -208,5 +208,22 @@ fn formulas_in_text_cells_get_an_apostrophe() {
         folder.write("table.csv", &format!("name,loads.gravity.y\n{cell},-9.8\n"));
         plan(&folder, "again");
         assert_eq!(folder.read("again/tasks.jsonl"), folder.read("out/tasks.jsonl"));
+    }
+}
+
+/// The table names Young's modulus by its short name, the grid by its path.
+#[test]
+fn grid_value_replaces_a_table_value_by_another_name() {
+    let grid = "[grid]\n\"material.youngs_modulus\" = [1e8, 2e8]\n";
+    let folder = folder(&format!("fits = [\"fit.toml\"]\ntable = \"rods.csv\"\n{grid}"));
+    folder.write("rods.csv", "youngs_modulus,radius\n3e8,4.9e-3\n");
+    plan(&folder, "out");
+    let tasks = lines(&folder.read("out/tasks.jsonl"));
+    assert_eq!(tasks.len(), 2);
+    assert_ne!(tasks[0]["id"], tasks[1]["id"]);
+    for task in &tasks {
+        let changes = task["changes"].as_object().unwrap();
+        assert!(changes.contains_key("material.youngs_modulus") && changes["radius"] == 4.9e-3);
+        assert!(!changes.contains_key("youngs_modulus"), "{task}");
     }
 }

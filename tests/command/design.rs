@@ -96,3 +96,16 @@ fn invalid_plan_is_rejected() {
     let (folder, _) = run(PLAN, &[]);
     refused(&folder.run(&["fit", "plan.toml"]), &["plan.toml", "observation[0].file", "planned"]);
 }
+
+/// The sigma of the command line is a length: readings of an angle need their own.
+#[test]
+fn sigma_of_the_command_line_is_that_of_positions_only() {
+    let folder = Folder::new();
+    let rows = (0..10).map(|k| f64::from(k) * 0.02).map(|t| format!("{t},{}\n", -4.0 * t * t));
+    folder.write("angle.csv", &format!("t,angle\n{}", rows.collect::<String>()));
+    let sensor = "[[observation]]\nquantity = \"angle\"\nfile = \"angle.csv\"\n[[parameter]]";
+    let plan = replaced(&replaced(PLAN, "sigma = 1e-3\n", ""), "[[parameter]]", sensor);
+    folder.write("plan.toml", &plan);
+    let output = folder.run(&["design", "plan.toml", "--sigma", "1e-3"]);
+    refused(&output, &["observation[1].sigma", "found none", "a number in rad"]);
+}

@@ -1,6 +1,6 @@
 //! `rodfit export`: the numbers of the files against the formulas of the rod, and rods that no file can have.
 
-use crate::folder::{Folder, change, refused, stderr, stdout, succeeds};
+use crate::folder::{Folder, change, refused, replaced, stderr, stdout, succeeds};
 use std::f64::consts::PI;
 
 /// Radius, m, Young's modulus, Pa, and density, kg/m^3, of the scene.
@@ -112,4 +112,36 @@ fn rods_that_no_file_can_have_are_rejected() {
         &folder.run(&["export", "scene.toml", "--to", "csv", "--out", "scene.toml"]),
         &["input"],
     );
+}
+
+#[test]
+fn notes_name_only_what_the_file_does_not_have() {
+    let folder = Folder::new();
+    let damped = |times: &str| {
+        let gravity = "gravity = [0, -9.8, 0]";
+        let scene = change(gravity, &format!("{gravity}\ndamping = {{ mass = 1.0, {times} }}"));
+        replaced(&scene, "[material]", "[[rod.mass]]\nnode = \"tip\"\nmass = 1e-3\n[material]")
+    };
+    let notes = |target: &str| {
+        let output = folder.run(&["export", "scene.toml", "--to", target]);
+        succeeds(&output);
+        stderr(&output)
+    };
+    // A curve of USD has the attributes of mass damping and of the viscous time of bending.
+    folder.write("scene.toml", &damped("bending = 0.01"));
+    let of_curve = notes("usd");
+    assert!(!of_curve.contains("damping") && of_curve.contains("point masses"), "{of_curve}");
+    let of_table = notes("csv");
+    for part in ["mass-proportional damping", "damping of strains", "point masses"] {
+        assert!(of_table.contains(part), "`{part}` in: {of_table}");
+    }
+    for times in ["stiffness = 0.01", "twisting = 0.01", "stretching = 0.01"] {
+        folder.write("scene.toml", &damped(times));
+        let of_curve = notes("usd");
+        assert!(
+            of_curve.contains("not in this file: damping of twist and stretching"),
+            "{of_curve}"
+        );
+        assert!(!of_curve.contains("strains"), "{of_curve}");
+    }
 }

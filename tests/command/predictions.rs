@@ -132,6 +132,8 @@ fn predict_command_has_the_errors_of_the_fit_file() {
     refused(&folder.run(&["predict", "cable.toml", "--on", "none.csv"]), &["none.csv"]);
     let output = folder.run(&["predict", "cable.toml", "--marker", "2", "--on", "clip_0.csv"]);
     refused(&output, &["--marker", "supports.path"]);
+    let output = folder.run(&["predict", "cable.toml", "--point", "tip", "--on", "clip_0.csv"]);
+    refused(&output, &["--point", "supports.path"]);
 }
 
 /// The tip of a falling rod, and a shape at rest, compared with their own simulations.

@@ -2,7 +2,7 @@
 
 use rodfit::Observation;
 use rodfit::fit::{ColumnKey, ColumnRule, ColumnRules, ColumnWithUnit};
-use rodfit::fit::{Format, Inspection, Recording, Sample};
+use rodfit::fit::{Format, Inspection, Recording, Sample, Vertical};
 use rodfit::scene::Track;
 
 const FRAMES: usize = 12;
@@ -137,6 +137,18 @@ fn kinovea_pixels_have_y_up() {
     is_the_tip(&text, &scaled);
     let (inspection, samples) = inspected(&text, &scaled);
     assert!(!inspection.observation.contains("down"), "{}", inspection.observation);
+    // The motion of the test falls by 0.05 m until sample 5.
+    assert!((samples[5].position[1].unwrap() + 0.05).abs() < 1e-9);
+}
+
+#[test]
+fn stated_direction_of_y_is_in_the_proposed_observation() {
+    let row = |_: usize, [t, x, y]: [f64; 3]| format!("{t:.2},{:.6},{:.6}", 1e3 * x, 1e3 * y);
+    let text = format!("t,x[px],y[px]\n{}", lines(row));
+    let up = Recording { y: Some(Vertical::Up), scale: Some(1e-3), ..plain() };
+    let (Inspection { observation, .. }, samples) = inspected(&text, &up);
+    assert!(observation.contains("y = \"up\""), "{observation}");
+    assert!(!observation.contains("down") && !observation.contains("rejects"), "{observation}");
     // The motion of the test falls by 0.05 m until sample 5.
     assert!((samples[5].position[1].unwrap() + 0.05).abs() < 1e-9);
 }

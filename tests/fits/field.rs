@@ -262,3 +262,24 @@ fn adjoint_gradient_equals_jacobian_gradient() {
         back.simulations()
     );
 }
+
+#[test]
+fn observations_without_values_to_fit_are_refused() {
+    let problem = arc(8).problem().unwrap();
+    let sample = |time: &f64| Sample { time: *time, position: [Some(0.3), Some(0.2), None] };
+    let seen = |times: &[f64]| Observation::new(times.iter().map(sample).collect()).sigma(SIGMA);
+    for (observation, words) in [
+        (seen(&[0.1, 0.2]).held_out(), "observation[0].held_out: found true"),
+        (
+            Observation::planned(0.3, 100.0).unwrap().sigma(SIGMA),
+            "observation[0].file: found no file",
+        ),
+        (seen(&[0.2, 0.1]), "found 0.1 s after 0.2 s"),
+        (seen(&[-0.1, 0.2]), "found t = -0.1 s"),
+        (seen(&[]), "found no values"),
+    ] {
+        let fit = FieldFit::new(&problem).observe(observation).along(field(0.3, 0.1));
+        let message = fit.solve().unwrap_err().to_string();
+        assert!(message.contains(words), "{message}");
+    }
+}

@@ -1,8 +1,11 @@
 //! Files of structures: the shipped one, the documented one, and the commands.
 
-use rodfit::{Structure, StructureScene};
+use rodfit::fit::FitFile;
+use rodfit::{Error, Scene, Structure, StructureScene};
 #[cfg(feature = "cli")]
 use std::process::Command;
+
+use crate::scenes::{joint, rod, steel, support};
 
 #[test]
 fn documented_structure_is_valid_and_stable() {
@@ -49,4 +52,33 @@ fn commands_take_the_shipped_structure() {
     assert!(message.contains("this is a structure, not a fit file"), "{message}");
     let (code, list, _) = output(&["parameters", file, "--json", "-", "-q"]);
     assert_eq!((code, list.contains("\"joints.1.rotation\"")), (Some(0), true));
+}
+
+/// The joint connects a rod that does not exist, which only the building of the structure finds.
+#[test]
+fn structure_of_a_fit_is_checked_before_it_is_built() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = [
+        steel(),
+        rod("a", 20, 0.5, [1.0, 0.0]),
+        rod("b", 30, 0.5, [0.0, 1.0]),
+        joint("rigid", &["a.end", "none.start"], ""),
+        support("a.start", "clamped"),
+    ];
+    std::fs::write(folder.path().join("frame.toml"), text.concat()).unwrap();
+    let fit = folder.path().join("fit.toml");
+    let name = "materials.steel.youngs_modulus";
+    let text = format!(
+        "scene = \"frame.toml\"\n[[frequencies]]\nhz = [9, 50]\nsigma = 0.1\n[[parameter]]\nname = \"{name}\"\n"
+    );
+    std::fs::write(&fit, text).unwrap();
+    let too_large = |scene: &Scene| {
+        let found = scene.rod.segments.unwrap().to_string();
+        let (key, allowed) = ("rod.segments".into(), "fewer".into());
+        Err(Error::Invalid { file: None, key, found, allowed })
+    };
+    let error = FitFile::load_if(&fit, too_large).unwrap_err().to_string();
+    assert!(error.contains("rod.segments: found 50"), "{error}");
+    let error = FitFile::load(&fit).unwrap_err().to_string();
+    assert!(error.contains("none"), "{error}");
 }

@@ -6,9 +6,9 @@
 //! columns and the number is not quoted. Without such a separator it is the first comma, semicolon or tab of the
 //! header; without any of them white space if all lines have equally many words, else a comma. [`stated_separator`]
 //! reads a first line `sep=;`, as Excel writes it; another character there is an error. [`Separator::records`] splits
-//! bytes into [`TextRecord`]s with their lines; lines that start with `#` are comments and left out, as are empty lines
-//! and lines of separators only. Fields that are not UTF-8 are errors ([`csv_error`]). [`delimiter`] is the first
-//! comma, semicolon or tab of the header, [`with_tabs`] replaces spaces between columns by tabs, and
+//! bytes into [`TextRecord`]s with their lines; lines that start with `#` are comments and left out, as are blank
+//! lines, also those of spaces or separators only. Fields that are not UTF-8 are errors ([`csv_error`]). [`delimiter`]
+//! is the first comma, semicolon or tab of the header, [`with_tabs`] replaces spaces between columns by tabs, and
 //! [`is_number_or_blank`] tests a field.
 
 use crate::error::Error;
@@ -113,8 +113,8 @@ impl Separator {
         self == Self::Character(b';')
     }
 
-    /// Splits bytes into lines of fields, without comments, empty lines and lines of separators only; lines may have
-    /// different numbers of fields.
+    /// Splits bytes into lines of fields, without comments and blank lines, also those of spaces or separators only;
+    /// lines may have different numbers of fields.
     ///
     /// # Errors
     ///
@@ -137,8 +137,8 @@ impl Separator {
             let line = fields.position().map_or(1, |at| at.line());
             let from = fields.position().map_or(0, |at| at.byte()) as usize;
             let line = line + skipped_lines(&bytes[from.min(bytes.len())..]);
-            // Lines of separators only are blank, as spreadsheet programs write them below a table.
-            if !fields.iter().all(str::is_empty) || fields.len() == 1 {
+            // Lines of spaces or separators only are blank, as spreadsheet programs write them below a table.
+            if !fields.iter().all(str::is_empty) {
                 records.push(TextRecord { line, fields: fields.clone() });
             }
         }
@@ -290,6 +290,18 @@ mod tests {
         ] {
             let found = Separator::detect(Path::new("t"), text.as_bytes(), is_table);
             assert_eq!(found, separator, "{text}");
+        }
+    }
+
+    #[test]
+    fn blank_lines_are_no_records() {
+        for (separator, text) in [
+            (Separator::Character(b','), "t,x\n0,1\n  \n,\n2,3\n \t\n"),
+            (Separator::Whitespace, "t x\n0 1\n  \n \t\n2 3\n \n"),
+        ] {
+            let records = separator.records(Path::new("t"), text.as_bytes()).unwrap();
+            let found: Vec<(u64, &str)> = records.iter().map(|r| (r.line, r.field(1))).collect();
+            assert_eq!(found, [(1, "x"), (2, "1"), (5, "3")], "{text:?}");
         }
     }
 

@@ -9,10 +9,10 @@ pub const TIMES: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("n
 /// Units of length with their sizes in m.
 pub const LENGTHS: [(&str, f64); 4] = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6)];
 
-/// Name and unit of a column: `X` and `mm` of `X [mm]` or `X (mm)`. Without brackets at the end it is the whole header,
-/// without a unit. Any text in the brackets is a unit.
+/// Name and unit of a column: `X` and `mm` of `X [mm]` or `X (mm)`, `X (tip)` and `mm` of `X (tip) (mm)`. Without
+/// brackets at the end it is the whole header, without a unit. Any text in the last brackets is a unit.
 pub fn split_unit(header: &str) -> (String, Option<String>) {
-    let brackets = |open: char, close: char| header.strip_suffix(close)?.split_once(open);
+    let brackets = |open: char, close: char| header.strip_suffix(close)?.rsplit_once(open);
     // Brackets within a name belong to it; only those at the end have a unit.
     match brackets('[', ']').or_else(|| brackets('(', ')')) {
         Some((name, unit)) => (name.trim().into(), Some(plain_unit(unit))),
@@ -40,4 +40,21 @@ pub(crate) fn suffix_unit(name: &str, is_time: bool) -> Option<(&str, &'static s
     };
     let unit = symbols.into_iter().find(|symbol| *symbol == ending)?;
     (!own.is_empty()).then_some((own, unit))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::split_unit;
+
+    #[test]
+    fn unit_is_in_the_last_brackets() {
+        for (header, name, unit) in [
+            ("x [mm]", "x", Some("mm")),
+            ("x (tip) (mm)", "x (tip)", Some("mm")),
+            ("x [tip] [mm]", "x [tip]", Some("mm")),
+            ("x (tip) y", "x (tip) y", None),
+        ] {
+            assert_eq!(split_unit(header), (name.into(), unit.map(Into::into)), "{header}");
+        }
+    }
 }

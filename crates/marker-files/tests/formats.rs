@@ -161,3 +161,24 @@ fn control_characters_of_files_are_escaped_in_messages() {
     let error = read(&path, &Recording::default()).unwrap_err().to_string();
     assert!(error.contains("\\x1b[31m") && !error.contains('\x1b'), "{error}");
 }
+
+#[test]
+fn names_of_trajectories_keep_their_commas_and_brackets() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "#Kinovea Trajectory data export\n#T X Y\n\n# tip, left\n0,00 0,5 5\n0,01 1,5 5\n0,02 2,5 5\n";
+    let sheet =
+        "Time (s),tip (left)/0/X (mm),tip (left)/0/Y (mm)\n0,0.5,5\n0.01,1.5,5\n0.02,2.5,5\n";
+    for (text, name, scale) in [(text, "tip, left", Some(1e-3)), (sheet, "tip (left)/0", None)] {
+        let path = written(&folder, "kinovea.txt", text);
+        let format = Some(Format::Kinovea);
+        let recording =
+            Recording { marker: Some(name.into()), format, scale, ..Recording::default() };
+        let tip = read(&path, &recording).unwrap();
+        assert_eq!(tip.times, [0.0, 0.01, 0.02], "{name}");
+        // 0.5, 1.5 and 2.5 mm, whose products with 1e-3 are rounded.
+        for (k, position) in tip.positions.iter().enumerate() {
+            let x = position[0].unwrap();
+            assert!((x - 1e-3 * (k as f64 + 0.5)).abs() < 1e-15, "{name}: {x}");
+        }
+    }
+}

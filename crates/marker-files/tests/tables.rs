@@ -79,8 +79,10 @@ fn tables_of_one_motion_are_equal_in_every_dialect() {
         "time_s,x_cm,y_cm\n0,0,0.5\n0.01,0.1,0.5\n0.02,0.2,0.5\n",
         "t_ns,tip_x_um,tip_y_um\n0,0,5000\n10000000,1000,5000\n20000000,2000,5000\n",
         "t[us],x[\u{b5}m],y[\u{3bc}m]\n0,0,5000\n10000,1000,5000\n20000,2000,5000\n",
-        // Rows that are padded with blank columns.
+        // Rows that are padded with blank columns, and blank lines of spaces.
         "t,x,y\n0,0,0.005,\n0.01,0.001,0.005,,\n0.02,0.002,0.005\n",
+        "t,x,y\n0,0,0.005\n \n0.01,0.001,0.005\n0.02,0.002,0.005\n  \n",
+        "t x y\n0 0 0.005\n0.01 0.001 0.005\n0.02 0.002 0.005\n  \n",
     ] {
         is_the_motion(text, &Recording::default());
     }

@@ -1,35 +1,48 @@
 //! Names for several fits of one command, and the paths of their outputs.
 //!
 //! A fit is named after its file, with as many parent folders in front as distinguish it from the others (`a-fit`,
-//! `b-fit` for `a/fit.toml`, `b/fit.toml`). The name is appended to the stem of each output file (`--save`, `--json`),
-//! and is the folder of its page in that of `--report`. Files of `--save` get the extension `toml`. A single fit has no
-//! name, and its paths stay. A fit file that is given twice, and several fits on standard output, are errors.
+//! `b-fit` for `a/fit.toml`, `b/fit.toml`); all names differ. The name is appended to the stem of each output file
+//! (`--save`, `--json`), and is the folder of its page in that of `--report`. Files of `--save` get the extension
+//! `toml`. A single fit has no name, and its paths stay. A fit file that is given twice, and several fits on standard
+//! output, are errors.
 
 use rodfit::Error;
+use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
 /// The name of each fit file: its stem, preceded by as many parent folders (joined by `-`) as distinguish it from the
-/// other files with as many folders. `None` for a single fit. A file that is given twice is an error.
+/// names of all others. Of equal names those with the fewest folders get one more. `None` for a single fit. Errors: a
+/// file that is given twice, and equal names of files without further folders.
 pub(super) fn fit_names(fits: &[PathBuf]) -> Result<Vec<Option<String>>, Error> {
     if fits.len() < 2 {
         return Ok(vec![None; fits.len()]);
     }
     let parts: Vec<Vec<String>> = fits.iter().map(|fit| name_parts(fit)).collect();
-    let name = |i: usize, depth: usize| {
-        let parts: Vec<&str> = parts[i].iter().take(depth).rev().map(|part| &part[..]).collect();
-        parts.join("-")
-    };
-    let unique_name = |i: usize| {
-        let is_unique =
-            |depth: &usize| (0..fits.len()).all(|j| j == i || name(j, *depth) != name(i, *depth));
-        // The smallest number of folders that makes the name unique.
-        let depth = (1..=parts[i].len()).find(is_unique).ok_or_else(|| {
-            let found = format!("{} twice", fits[i].display());
-            Error::invalid("fit", found, "each fit file once")
-        })?;
-        Ok(Some(name(i, depth)))
-    };
-    (0..fits.len()).map(unique_name).collect()
+    if let Some(twice) = (1..fits.len()).find(|i| parts[..*i].contains(&parts[*i])) {
+        let found = format!("{} twice", fits[twice].display());
+        return Err(Error::invalid("fit", found, "each fit file once"));
+    }
+    // Numbers of parts of the names, from the stem on; each round adds one to some of them.
+    let mut depths = vec![1; fits.len()];
+    loop {
+        let name = |i: usize| {
+            let parts: Vec<&str> =
+                parts[i][..depths[i]].iter().rev().map(|part| &part[..]).collect();
+            parts.join("-")
+        };
+        let mut by_name: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+        (0..fits.len()).for_each(|i| by_name.entry(name(i)).or_default().push(i));
+        let Some((equal, same)) = by_name.iter().find(|(_, same)| same.len() > 1) else {
+            return Ok((0..fits.len()).map(|i| Some(name(i))).collect());
+        };
+        let longer = same.iter().copied().filter(|i| depths[*i] < parts[*i].len());
+        let Some(fewest) = longer.clone().map(|i| depths[i]).min() else {
+            let found = format!("several fits with the name {equal}");
+            return Err(Error::invalid("fit", found, "files whose names with folders differ"));
+        };
+        let grown: Vec<usize> = longer.filter(|i| depths[*i] == fewest).collect();
+        grown.into_iter().for_each(|i| depths[i] += 1);
+    }
 }
 
 /// The stem of a fit file, followed by the names of its folders, the innermost first.

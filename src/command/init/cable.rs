@@ -4,8 +4,10 @@
 //! Input are the template of the scene and a track of markers. The rod is straight at rest with one node at each
 //! marker. Edge lengths, m, are the medians of the distances of neighboring markers over all frames with both,
 //! rounded to 1e-5 m. The time step is the median frame interval, s. Gravity points along -y of planar recordings
-//! (all z zero) and along -z of spatial ones. Output is the scene (TOML).
+//! (all z zero) and along -z of spatial ones. Output is the scene (TOML). Neighboring markers that no frame has both
+//! are an error.
 
+use rodfit::Error;
 use rodfit::scene::Track;
 
 /// Fewest markers of a cable: two on each gripper, and one between them.
@@ -24,8 +26,14 @@ fn rounded(x: f64) -> f64 {
 
 /// The template `scene` (TOML) with its places in braces filled from `track`: segments, node positions (m), edge
 /// lengths (m), gravity and time step (s, rounded to 1e-7; 0.01 with a single frame). `file` is the recording's path as
-/// a TOML string; `keys` are further lines of its table.
-pub(super) fn cable_scene(scene: &str, track: &Track, file: &str, keys: &str) -> String {
+/// a TOML string; `keys` are further lines of its table. An error for two neighboring markers without a common frame,
+/// whose distance is unknown.
+pub(super) fn cable_scene(
+    scene: &str,
+    track: &Track,
+    file: &str,
+    keys: &str,
+) -> Result<String, Error> {
     let markers = track.markers();
     let mut lengths: Vec<f64> = Vec::new();
     for pair in markers.windows(2) {
@@ -35,7 +43,13 @@ pub(super) fn cable_scene(scene: &str, track: &Track, file: &str, keys: &str) ->
         };
         let distances = pair[0].seen.iter().zip(&pair[1].seen).filter_map(distance);
         // The median excludes frames with swapped or jumping markers.
-        lengths.push(median(distances.collect()).map_or(0.0, rounded));
+        let Some(length) = median(distances.collect()) else {
+            let [first, second] = [&pair[0].name, &pair[1].name];
+            let found = format!("the neighboring markers {first} and {second} in no common frame");
+            let allowed = "a frame with both, which gives the length between them";
+            return Err(Error::invalid("--from", found, allowed));
+        };
+        lengths.push(rounded(length));
     }
     let mut points = vec![[0.0, 0.0, 0.0]];
     let mut arc_length = 0.0;
@@ -56,5 +70,5 @@ pub(super) fn cable_scene(scene: &str, track: &Track, file: &str, keys: &str) ->
         ("{gravity}", gravity.into()),
         ("{step}", format!("{:?}", (step * 1e7).round() / 1e7)),
     ];
-    texts.iter().fold(scene.to_string(), |scene, (place, text)| scene.replace(place, text))
+    Ok(texts.iter().fold(scene.to_string(), |scene, (place, text)| scene.replace(place, text)))
 }

@@ -4,9 +4,9 @@
 //! The scene text is edited line by line: a given measure (m, kg/m^3) replaces the template's value. The mark of the
 //! value as an example (`# measure` in its comment) is then removed. A section without `--section` follows from its
 //! sizes; missing sizes have defaults, and the mark stays unless all are given. Measures without an option keep the
-//! template's value and its mark, which shows the user what is still to be measured. The cable has no length of its
-//! own: `--length` does not change it. Sizes that are not positive, sizes of different sections, and a rectangle for a
-//! spatial rod are errors.
+//! template's value and its mark, which shows the user what is still to be measured. The length of the cable is that
+//! between its markers: `--length` is an error. So are sizes that are not positive, sizes of different sections, and a
+//! rectangle for a spatial rod.
 
 use clap::ValueEnum;
 use rodfit::Error;
@@ -73,9 +73,14 @@ struct SizeOption {
 
 impl Measures {
     /// The text of a template's `scene` with the given measures in place of its values. `is_planar`: the rod bends in
-    /// the x-y plane, which a rectangle needs. Sizes that are not positive and sizes of different sections are errors.
+    /// the x-y plane, which a rectangle needs. Sizes that are not positive, sizes of different sections, and a length for
+    /// a scene without one are errors.
     pub fn apply(&self, scene: &str, is_planar: bool) -> Result<String, Error> {
         self.check(is_planar)?;
+        if let Some(length) = self.length.filter(|_| !scene.contains(LENGTH)) {
+            let allowed = "no such option for a cable, whose length is that between its markers";
+            return Err(Error::invalid("--length", length, allowed));
+        }
         Ok(scene.lines().map(|line| self.line(line) + "\n").collect())
     }
 

@@ -80,7 +80,7 @@ fn recorded_cable(
     }
     let sigma = "0.01                # m, the error of a good model";
     let fit = texts.fit.replace("{fitted}", &format!("[{path}]")).replace("{held_out}", "");
-    let scene = cable_scene(&texts.scene, &track, path, &keys);
+    let scene = cable_scene(&texts.scene, &track, path, &keys)?;
     Ok(texts.files(scene, fit.replace("{sigma}", sigma)))
 }
 

@@ -221,7 +221,7 @@ fn cable_files(scene: &str, fit: &str) -> Result<Vec<NewFile>, Error> {
     let folder = tempfile::tempdir().map_err(not_written)?;
     let straight = cable_track(frame_times(2), |j, _| [MARKER_DISTANCE * j as f64, 0.0, 0.0])?;
     let first_file = toml_string("cable-1.csv");
-    let truth = cable_scene(scene, &straight, &first_file, "");
+    let truth = cable_scene(scene, &straight, &first_file, "")?;
     for k in 0..RECORDINGS {
         // The scene reads the motion of the grippers from a file.
         std::fs::write(folder.path().join("cable-1.csv"), csv(&gripper_motion(k)?))
@@ -246,7 +246,8 @@ fn cable_files(scene: &str, fit: &str) -> Result<Vec<NewFile>, Error> {
         files.push(NewFile::new(format!("cable-{}.csv", k + 1), csv(&recorded)));
         // The scene has the lengths and the time step of the first recording.
         if k == 0 {
-            files.push(NewFile::new("cable.toml", cable_scene(scene, &recorded, &first_file, "")));
+            let text = cable_scene(scene, &recorded, &first_file, "")?;
+            files.push(NewFile::new("cable.toml", text));
         }
     }
     let validation = "\n[[experiment]]              # predicted only\nscene = \"cable.toml\"\npaths = [\"cable-4.csv\"]\n\

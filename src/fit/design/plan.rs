@@ -148,7 +148,13 @@ fn prepare(experiment: &mut Experiment, point: ParameterPoint) -> Result<(), Err
     for i in 0..experiment.measurements.len() {
         if experiment.measurements[i].sigma().is_none() {
             let key = format!("{}.sigma", measurement_key(experiment, i));
-            let allowed = "a number in m, as a plan has no data from which to estimate it";
+            // A sigma is in the unit of the given values.
+            let unit = match experiment.measurements[i].data_unit().name {
+                "" => String::new(),
+                unit => format!(" in {unit}"),
+            };
+            let allowed =
+                format!("a number{unit}, as a plan has no data from which to estimate it");
             return Err(Error::invalid(key, "none", allowed));
         }
         experiment.measurements[i].header.loss = Loss::Squares;

@@ -3,8 +3,8 @@
 //! A fit consists of a problem, recorded motions with a stated noise (m), lists with a smooth prior, and single
 //! parameters with a normal prior. `FieldFit::check` accepts the cases that the adjoint of the simulation supports:
 //! given mesh, step and scheme, positions on the center line, squared losses, and samples up to the end of the
-//! simulation. At least one list and one motion are required, and no data twice. All else is an error with the key and
-//! the reason. `solve` of `search` checks and solves it.
+//! simulation. At least one list and one motion are required, no validation data, no plans, and no data twice. All
+//! else is an error with the key and the reason. `solve` of `search` checks and solves it.
 
 use crate::error::{Error, ensure};
 use crate::fit::duplicates::check_duplicates;
@@ -15,6 +15,7 @@ use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::Observation;
 use crate::fit::misfit::camera::View;
 use crate::fit::unknown::Unknown;
+use crate::fit::validate::check_predicted;
 use crate::problem::Problem;
 use crate::scene::marker::is_beside;
 use std::sync::Arc;
@@ -74,9 +75,9 @@ impl FieldFit {
     }
 
     /// Checks that the scene has an adjoint and a given mesh, step and scheme, and the lists and single parameters by
-    /// [`FieldSpace::new`]. At least one motion is required. Each needs sigma, a point on the center line, squared
-    /// losses, and samples up to the end of the simulation; the same data twice are rejected. Error: the key with the
-    /// reason.
+    /// [`FieldSpace::new`]. At least one motion is required. Each needs recorded values to fit, sigma, a point on the
+    /// center line, squared losses, samples up to the end of the simulation, and finite positions at increasing times.
+    /// The same data twice are rejected. Error: the key with the reason.
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.problem.check_reversible()?;
         FieldSpace::new(&self.problem, &self.fields, &self.unknowns)?;
@@ -94,7 +95,10 @@ impl FieldFit {
                 let allowed = format!("{allowed} in a fit of distributed parameters ([[field]])");
                 ensure(holds, format!("observation[{i}].{key}"), found, allowed)
             };
-            let Header { sigma, loss, .. } = &observation.header;
+            let Header { sigma, loss, held_out, planned, .. } = &observation.header;
+            ensure(!held_out, "held_out", "true", "fitted observations only")?;
+            let found = "no file, as the measurement is only planned";
+            ensure(!planned, "file", found, "recorded observations only")?;
             ensure(sigma.is_some(), "sigma", "none", "the standard deviation of the noise, m,")?;
             let is_centered = !is_beside(observation.offset);
             ensure(is_centered, "offset", "a marker off the center line", "none")?;
@@ -106,9 +110,11 @@ impl FieldFit {
             let allowed = format!("samples up to time.end, {end} s, of the motion,");
             ensure(latest <= end * (1.0 + 1e-9), "file", &found, &allowed)?;
         }
-        // Data that are given twice make the posterior too narrow.
         let experiment = Experiment::new("", &self.problem);
         let observed = self.observations.iter().cloned();
-        check_duplicates(&[observed.fold(experiment, Experiment::observe)])
+        let experiments = [observed.fold(experiment, Experiment::observe)];
+        check_predicted(&experiments)?;
+        // Data that are given twice make the posterior too narrow.
+        check_duplicates(&experiments)
     }
 }

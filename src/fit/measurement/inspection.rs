@@ -188,9 +188,9 @@ impl Inspection {
 
     /// The `[[observation]]` table for `source` as TOML text. Its keys are file, format and columns if given, marker
     /// (if there are several), point (the tip), likelihood, and axes of a spatial marker. Frame rate and scale that the
-    /// file lacks, y in image coordinates, origin, time zero and noise follow. Values that neither file nor user state
-    /// are `..`, to be filled in. The noise is omitted if it is unknown or zero, or without a factor to meters. `file`
-    /// is the name of the file as a TOML string.
+    /// file lacks, y as stated or in image coordinates, origin, time zero and noise follow. Values that neither file nor
+    /// user state are `..`, to be filled in. The noise is omitted if it is unknown or zero, or without a factor to
+    /// meters. `file` is the name of the file as a TOML string.
     fn observation_table(&self, file: &str, source: &MarkerFile) -> String {
         let read = &self.recording;
         let mut lines = vec!["[[observation]]".to_string()];
@@ -245,8 +245,10 @@ impl Inspection {
                 read.scale
             }
         };
-        if self.has_image_coordinates(source) {
-            line("y", "\"down\"".into(), "y points down, as in images");
+        match read.y {
+            Some(Vertical::Down) => line("y", "\"down\"".into(), "y points down, as in images"),
+            Some(Vertical::Up) => line("y", "\"up\"".into(), "y points up"),
+            None => {}
         }
         // The origin and the start of the motion relate the file to the scene.
         line("origin", "[0, 0, 0]".into(), "origin of the scene in coordinates of the file");

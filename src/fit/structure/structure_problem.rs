@@ -4,7 +4,7 @@
 //! and the total number of edges of all rods, with section and material of the first rod. For a structure in a plane it
 //! is planar and in this plane, else spatial. It is never simulated: it gives the scales of length and work, the plane,
 //! the time, the damping and the camera. Its scene contains the structure, whose numbers are the parameters. A scene
-//! that is not valid is an error.
+//! that is not valid is an error. [`representative_rod`] is its scene before meshes are built, for limits of memory.
 //!
 //! [`structure_of`] returns the structure with the time step of the problem (its own `beta` and `rho_inf`), or None for
 //! a scene of one rod. If the problem is remeshed, the edges of each rod change by the same factor, to at least
@@ -21,22 +21,22 @@ const ORIENTING_GRAVITY: f64 = 9.81;
 /// Fewest edges of a rod on another mesh.
 const FEWEST_EDGES: f64 = 6.0;
 
-/// The problem of a straight rod that represents a structure, with the structure in its scene, as the header describes
-/// it.
+/// The scene of the rod that represents a structure, before anything is built: a straight rod along x with the total
+/// number of edges, and section, material, damping, time and camera of the structure. Its length counts polylines as
+/// zero, and its dimension is that of the scene, which may be left to the program.
 ///
 /// # Errors
 /// [`Error::Invalid`] for scenes that are not valid.
-pub(crate) fn representative_problem(scene: StructureScene) -> Result<Problem, Error> {
-    let structure = Structure::new(scene)?;
-    let scene = structure.scene();
-    let axes = structure.plane_axes();
-    let [direction, across] = axes.unwrap_or([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
-    let shape = Shape::Straight { length: structure.length(), direction };
+pub(crate) fn representative_rod(scene: &StructureScene) -> Result<Scene, Error> {
+    scene.validate()?;
+    let edges = scene.rods.iter().map(|rod| rod.segments);
+    let length = scene.rods.iter().map(|rod| rod.shape.length()).sum();
+    let shape = Shape::Straight { length, direction: [1.0, 0.0, 0.0] };
     let first = &scene.rods[0];
     let material = scene.material_of(first)?;
-    let mut rod = Scene::new(structure.segments(), shape, first.section.clone(), material);
-    rod.rod.dimension = if axes.is_some() { Dimension::Planar } else { Dimension::Spatial };
-    rod.loads.gravity = across.map(|x| -ORIENTING_GRAVITY * x);
+    let total = edges.fold(0, usize::saturating_add);
+    let mut rod = Scene::new(total, shape, first.section.clone(), material);
+    rod.rod.dimension = scene.dimension;
     rod.loads.damping = scene.loads.damping.clone();
     // A recorded start of the structure needs the recording of a rod; any start but rest is the same here.
     let state = match scene.initial.state {
@@ -47,7 +47,25 @@ pub(crate) fn representative_problem(scene: StructureScene) -> Result<Problem, E
     rod.time.clone_from(&scene.time);
     rod.camera = scene.camera;
     rod.path.clone_from(&scene.path);
-    rod.structure = Some(Box::new(scene.clone()));
+    Ok(rod)
+}
+
+/// The problem of a straight rod that represents a structure, with the structure in its scene, as the header describes
+/// it.
+///
+/// # Errors
+/// [`Error::Invalid`] for scenes that are not valid.
+pub(crate) fn representative_problem(scene: StructureScene) -> Result<Problem, Error> {
+    let mut rod = representative_rod(&scene)?;
+    let structure = Structure::new(scene)?;
+    // Mesh and plane are those of the structure that was built.
+    let axes = structure.plane_axes();
+    let [direction, across] = axes.unwrap_or([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
+    rod.rod.shape = Shape::Straight { length: structure.length(), direction };
+    rod.rod.segments = Some(structure.segments());
+    rod.rod.dimension = if axes.is_some() { Dimension::Planar } else { Dimension::Spatial };
+    rod.loads.gravity = across.map(|x| -ORIENTING_GRAVITY * x);
+    rod.structure = Some(Box::new(structure.scene().clone()));
     rod.build()
 }
 

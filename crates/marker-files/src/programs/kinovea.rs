@@ -54,9 +54,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     // Spreadsheet programs pad lines with empty columns.
     let named = names.fields().enumerate().skip(1).filter(|(_, name)| !name.is_empty());
     for (column, name) in named {
-        // The case of names is kept.
-        let name = name.split(['(', '[']).next().unwrap_or(name).trim();
-        let stated = split_unit(names.field(column)).1;
+        let (name, stated) = split_unit(name);
         let Some((trajectory, axis)) = name.rsplit_once('/') else {
             return lines.rejected(names.number, &format!("column `{name}`"), "NAME/X and NAME/Y");
         };
@@ -108,8 +106,13 @@ fn time_code(lines: &FieldLines, line: &FieldLine) -> Error {
 /// Trajectories without a name are numbered from 1. The first two lines are a header. Errors: time codes, lines without
 /// three fields, other texts than numbers, and two positions of a trajectory at one time.
 fn read_text(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
-    // A comma is a decimal point here.
-    let text: Vec<u8> = bytes.iter().map(|b| if *b == b',' { b'.' } else { *b }).collect();
+    // A comma is a decimal point here, but not in names, which are in comments.
+    let point = |b: &u8| if *b == b',' { b'.' } else { *b };
+    let plain = |line: &[u8]| match line.trim_ascii_start().starts_with(b"#") {
+        true => line.to_vec(),
+        false => line.iter().map(point).collect(),
+    };
+    let text: Vec<u8> = bytes.split_inclusive(|b| *b == b'\n').flat_map(plain).collect();
     let lines = FieldLines::new(path, Format::Kinovea, &text, b' ')?;
     let mut detections = Detections::default();
     let (mut name, mut count, mut last) = (None::<String>, 0, None::<u64>);
