@@ -70,11 +70,11 @@ static_mesh statics status step step_control step_map stepper stiffness store st
 structure_catalog structure_effects structure_experiment structure_file structure_film structure_frequencies
 structure_motion structure_places structure_point structure_problem structure_recording structure_run
 structure_shape structure_support study style substitution summaries summary support supports sweep sweeps
-synthetic_data table table_keys tangent taper target tendon tensions term_bound terminal tested_effects tests text_cell
-thickness tie time timed_forces timed_loads timoshenko tolerance track trajectory transposed trial tributary
-trigonometry tuning uncertainty undetected_bias unknown unstable_state usable_rows usd validate validation
-validation_errors vector vibration viscosity vtk warning_list warnings weighted_search work workspace writer
-zero_bound
+synthetic_data table table_keys tangent taper target tendon tensions term_bound terminal tested_effects tests
+text_cell thickness tie time timed_forces timed_loads timoshenko tolerance track trajectory transposed trial
+tributary trigonometry tuning uncertainty undetected_bias unknown unstable_state usable_rows usd validate
+validation validation_errors vector vibration viscosity vtk warning_list warnings weighted_search work
+workspace writer zero_bound
 ";
 
 /// All Rust files below a folder.
