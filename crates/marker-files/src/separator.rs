@@ -9,7 +9,9 @@
 //! bytes into [`TextRecord`]s with their lines; lines that start with `#` are comments and left out, as are empty lines
 //! and lines of separators only. Fields that are not UTF-8 are errors ([`csv_error`]). [`delimiter`] is the first
 //! comma, semicolon or tab of the header, [`with_tabs`] replaces spaces between columns by tabs, and
-//! [`is_number_or_blank`] tests a field.
+//! [`is_number_or_blank`] and [`is_number`] test a field. [`has_row_names`] returns whether rows have one field more
+//! than the header and begin with their numbers. [`header_separator`] is that of the header, `None` without any.
+//! Semicolons [imply decimal commas](Separator::implies_decimal_commas).
 
 use crate::error::Error;
 use csv::{ReaderBuilder, StringRecord, Trim};

@@ -2,9 +2,10 @@
 //!
 //! A fit consists of a problem, recorded motions with a stated noise (m), lists with a smooth prior, and single
 //! parameters with a normal prior. `FieldFit::check` accepts the cases that the adjoint of the simulation supports:
-//! given mesh, step and scheme, positions on the center line, squared losses, and samples up to the end of the
+//! mesh and step given by the scene, positions on the center line, squared losses, and samples up to the end of the
 //! simulation. At least one list and one motion are required, and no data twice. All else is an error with the key and
-//! the reason. `solve` of `search` checks and solves it.
+//! the reason. `observe` adds a motion, `along` a list and `identify` a parameter. Once the flag of `stop_when` is set,
+//! the fit ends with [`Error::Interrupted`]. `solve` of `search` checks and solves it.
 
 use crate::error::{Error, ensure};
 use crate::fit::duplicates::check_duplicates;
@@ -72,10 +73,10 @@ impl FieldFit {
         Self { problem: self.problem.stop_when(flag), ..self }
     }
 
-    /// Checks that the scene has an adjoint and a given mesh, step and scheme, and the lists and single parameters by
-    /// [`FieldSpace::new`]. At least one motion is required. Each needs sigma, a point on the center line, squared
-    /// losses, and samples up to the end of the simulation; the same data twice are rejected. Error: the key with the
-    /// reason.
+    /// Checks that the scene has an adjoint, that the program chose neither its mesh nor its step, and the lists and
+    /// single parameters by [`FieldSpace::new`]. At least one motion is required. Each needs sigma, a point on the
+    /// center line, squared losses, and no sample after the end of the simulation; the same data twice are rejected.
+    /// Error: the key with the reason.
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.problem.check_reversible()?;
         FieldSpace::new(&self.problem, &self.fields, &self.unknowns)?;

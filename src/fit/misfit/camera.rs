@@ -1,10 +1,10 @@
 //! The camera model: the recorded position of a point, and the time of the motion at a time of the recording.
 //!
 //! Input: the camera of a scene (displacement, m, rotation in the plane, rad, scale of lengths, time offset, s), with
-//! derivatives by its parameters. Output: a [`View`], which maps a position `x` in the world, m, to the recorded one,
-//! m, `wall + displacement + scale R (x - wall)`. `R` is the rotation about the normal of the plane, and `wall` is the
-//! start of the rod, or of the first rod of a structure. It maps a time `t` on the clock of the recording to the time
-//! of the motion, `t - offset`, at least 0.
+//! derivatives by its parameters. Output: a [`View`], which maps a position `x` in the world, m, to the recorded one
+//! (`recorded`), m, `wall + displacement + scale R (x - wall)`. `R` is the rotation about the normal of the plane, and
+//! `wall` is the start of the rod, or of the first rod of a structure. It maps a time `t` on the clock of the recording
+//! to the time of the motion (`time`), `t - offset`, at least 0.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};
