@@ -3,9 +3,9 @@
 //! A code follows its message in brackets, as in `[beyond-sigma]`, on the terminal, in JSON and on pages. Its entry
 //! with meaning, test and remedy is in `docs/codes/`, compiled into the library, and `rodfit explain` prints it.
 //! Messages may change; a renamed code is still read by its former name. Exit codes of the program have entries too.
-//! [`Code`] has the codes, and [`named`] returns the one with a current or former name. [`explained`] returns the entry
-//! of such a name, or of an exit code. Both return None for other texts. [`all_explained`] returns all entries with
-//! their names.
+//! [`Code`] has the codes (`Code::behind` appends one to a message), and [`named`] returns the one with a current or
+//! former name. [`explained`] returns the entry of such a name, or of an exit code. Both return None for other texts.
+//! [`all_explained`] returns all entries with their names.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;

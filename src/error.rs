@@ -4,8 +4,10 @@
 //! code; queries out of range belong to it. Failed or interrupted computations have a [`Code`] ([`Error::code`]), and
 //! in general the time, the quantity and a remedy. The command returns exit code 2 for the first group
 //! ([`Error::is_input`]) and 3 for the second. In messages, texts from files are shortened and their control characters
-//! escaped. Errors get their file ([`Error::in_file`]) and table ([`Error::below`]) where they are passed on.
-//! [`ensure`] checks a condition on a value. [`none_on_failure`] replaces an error by `None`, except an interruption.
+//! escaped. [`Error::invalid`] makes the error of a key or option, [`Error::io`] that of a file. Errors get their file
+//! ([`Error::in_file`]) and table ([`Error::below`]) where they are passed on. `at_key` turns a query out of range into
+//! the error of a key; `without_file` removes the file of an input that was given as text. [`ensure`] checks a
+//! condition on a value. [`none_on_failure`] replaces an error by `None`, except an interruption.
 
 use crate::code::Code;
 use marker_files::printable::{

@@ -9,6 +9,10 @@
 //! work, and none where the scene gives the step; then the run is kept unchanged. Output: the last run and its
 //! estimated error over the length, `None` for a failed run or without estimates. [`Scene::simulate`] does this for a
 //! scene, [`run_checked`] for any kind of run, and [`simulate_checked`] for a run that is recorded as a trajectory.
+//!
+//! `RunCheck` is made from the last trial run (`Basis`). `RunCheck::monitor` returns a `RunMonitor`, whose `push`
+//! compares each state of the run with the trial run. `RunCheck::assess` takes the outcome of the run and the monitor,
+//! and returns the decision (`RunAssessment`): accepted with its error, or to be repeated with other numerics.
 
 use crate::accuracy::aim::{RUN_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::basis::Basis;

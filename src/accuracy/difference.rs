@@ -8,6 +8,14 @@
 //! difference it is `assumed`. Modes that a coarse mesh does not have, or that large steps damp, appear one after the
 //! other, so that differences decrease more slowly than the order of the method. A difference is the largest distance
 //! of positions over the rod length ([`largest_distance`]), or relative for modes.
+//!
+//! `last` is the last difference (`None` without one), `order` the observed order, and `error` the error of the last
+//! run. Further functions of the sequence: `push` appends a difference with its factor, `pop` removes the last one and
+//! returns its factor, `clear` removes all. `coarsened` is the sequence that would end with the run before the last
+//! one. `count` is the number of differences. `is_falling` tests whether the last difference is the smaller one of the
+//! last two, `is_converging` whether they decrease at least as the lowest order requires. `order_or` is the observed
+//! order, or a given one for fewer than two differences. [`UNRELATED`] is a difference above which runs have no
+//! relation.
 
 use crate::accuracy::extrapolation::Extrapolation;
 
@@ -19,7 +27,8 @@ const BISECTIONS: usize = 40;
 /// Positions over the length at the points and times at which runs are compared.
 pub(crate) type Positions = Vec<[f64; 3]>;
 
-/// The largest distance between corresponding positions of two motions, over the length; zero for empty lists.
+/// The largest distance between corresponding positions of two motions, in their unit (lengths of the rod); zero for
+/// empty lists.
 pub(crate) fn largest_distance(a: &Positions, b: &Positions) -> f64 {
     let square =
         |(a, b): (&[f64; 3], &[f64; 3])| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();

@@ -1,10 +1,11 @@
 //! Richardson extrapolation: the error `e = C h^p` from the change by a refinement, and the theoretical orders `p` of
 //! mesh and step errors of a scene.
 //!
-//! [`Extrapolation`]: from the refinement factor `r` and the order `p`, the error before or after the refinement over
-//! the change that it makes. [`smooth_mesh_order`] is the theoretical order of the mesh error: 2, or 1 with an end that
-//! is clamped at nodes, or a recorded end that holds several markers. [`order_of_mesh`] is 1 also after a jump of
-//! velocities. [`step_order`] is the order of the scheme, or 1 for Newmark's method with numerical damping.
+//! [`Extrapolation`]: from the refinement factor `r` and the order `p`, the error before (`error_before`) or after the
+//! refinement (`error_after`) over the change that it makes. [`smooth_mesh_order`] is the theoretical order of the mesh
+//! error: 2, or 1 with an end that is clamped at nodes, or a recorded end that holds several markers. [`order_of_mesh`]
+//! is 1 also after a jump of velocities. [`step_order`] is the order of the scheme, or 1 for Newmark's method with
+//! numerical damping.
 
 use crate::accuracy::aim::begins_with_velocity_jump;
 use crate::scene::{Scene, Time};

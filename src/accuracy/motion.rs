@@ -1,10 +1,10 @@
 //! Search for mesh, step and scheme of a motion by trial runs.
 //!
-//! Input: the scene, whose given mesh or step is kept, the scene with the first mesh, and a first step in s. The first
-//! run has half of the edges or steps that the scene gives. Each further run usually has a finer mesh or smaller steps.
-//! The [differences](crate::accuracy::difference) between successive runs estimate the errors of mesh and step. The
-//! part with the larger error is refined next. A failed run is followed by one with smaller steps, unless the step is
-//! given; repeated failures also add edges, unless the mesh is given.
+//! `choose` makes the search. Input: the scene, whose given mesh or step is kept, the scene with the first mesh, and a
+//! first step in s. The first run has half of the edges or steps that the scene gives. Each further run usually has a
+//! finer mesh or smaller steps. The [differences](crate::accuracy::difference) between successive runs estimate the
+//! errors of mesh and step. The part with the larger error is refined next. A failed run is followed by one with
+//! smaller steps, unless the step is given; repeated failures also add edges, unless the mesh is given.
 //!
 //! If scheme and mesh are open and generalised-alpha needs much smaller steps, `rodas4` is tried on a mesh coarser by
 //! [`LARGE_RATIO`]. If its step error reaches the target with less work, the search goes on from that run.
@@ -559,7 +559,7 @@ impl<'a> MotionSearch<'a> {
 
     /// Edges, steps and scheme of the last trial run refined by `finer`, and the step, s. A given mesh or step is kept.
     /// Other steps are reduced to a stable one of an explicit scheme, and to one that resolves the motions of supports
-    /// and the signals well.
+    /// and the signals well. Errors are those of building the problem with these numerics.
     fn numerics(&self, basis: &Basis, finer: RefinementFactors) -> Result<(Numerics, f64), Error> {
         let numerics = basis.refined(finer, self.scene);
         let numerics = Numerics {

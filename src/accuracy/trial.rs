@@ -5,8 +5,15 @@
 //! around them, or nothing for a run that fails or needs halved steps of `rodas4`. Invalid input and files are errors.
 //! Steps of explicit schemes are at most [`OF_STABLE_STEP`] of the largest stable one. Results are stored, so that no
 //! run is computed twice. The unit of work is one edge times one Newton iteration of generalised-alpha; a step of
-//! `rodas4` counts as five in the plane and three in space. [`comparison_points`] are the points,
-//! [`free_ends_or_middle`] those for equilibria. [`largest_step`] is the largest stable step of an explicit scheme, s.
+//! `rodas4` counts as five in the plane and three in space. `TrialRuns::new` takes the scene and the same scene with
+//! its first numerics; `run` makes one run or returns a stored one. `expected_work` predicts the work of given
+//! numerics; `RunCost::work` is that of a run by its counts. `largest_stable_step` is [`OF_STABLE_STEP`] of the largest
+//! stable step. [`comparison_points`] are the points, [`free_ends_or_middle`] those for equilibria. [`largest_step`] is
+//! the largest stable step of an explicit scheme, s.
+//!
+//! `Numerics` are edges, steps and scheme of a run, `TrialRun` is the result of a run that reached the end, and
+//! `RunCost` the cost model of a problem. `ITERATIONS` is the mean number of Newton iterations of a step of
+//! generalised-alpha.
 
 use crate::accuracy::aim::{TRIAL_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::difference::Positions;
@@ -214,7 +221,8 @@ fn iterations_of_rodas4(problem: &Problem) -> f64 {
 }
 
 /// Positions of the compared points, in the world over the length, at [`TIMES`] equidistant times up to the end of the
-/// scene, point after point; interpolated from the `record` of a run.
+/// scene, point after point; interpolated from the `record` of a run. Errors: a scene without `[time]`, and a time or
+/// nodes that were not recorded.
 fn positions(problem: &Problem, stencils: &[Stencil], record: &Record) -> Result<Positions, Error> {
     let (end, over) = (problem.time()?.end, problem.length().recip());
     let times = || (1..=TIMES).map(|k| end * k as f64 / TIMES as f64);
@@ -227,13 +235,13 @@ fn positions(problem: &Problem, stencils: &[Stencil], record: &Record) -> Result
 }
 
 /// [`OF_STABLE_STEP`] of the largest stable step of an explicit scheme, s; `None` for implicit schemes, which have no
-/// limit.
+/// limit. Errors are those of the initial state.
 pub(super) fn largest_stable_step(problem: &Problem) -> Result<Option<f64>, Error> {
     Ok(largest_step(problem)?.map(|largest| OF_STABLE_STEP * largest))
 }
 
 /// The largest stable step, s, of the scene's explicit scheme at the start of the motion; `None` for schemes without a
-/// limit.
+/// limit. Errors are those of the initial state.
 pub(crate) fn largest_step(problem: &Problem) -> Result<Option<f64>, Error> {
     match problem.discretized() {
         AnyProblem::Planar(discretized) => discretized.largest_step(),

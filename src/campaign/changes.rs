@@ -6,7 +6,8 @@
 //! the short name, whether the fit file, all scenes or the scene of one experiment may have the key. Other names are
 //! errors. [`set_value`] writes the value into the table; a number or truth value in the place of a text becomes a
 //! text. It creates missing tables, and `[0, 0, 0]` for a missing vector, but no items of lists. A missing index or
-//! name, or a path below a plain value, is an error. [`can_be_planned`] rejects values that JSON does not have.
+//! name, or a path below a plain value, is an error. `names_a_file` and [`is_file_key`] return whether the value of a
+//! key is the path of a file. [`can_be_planned`] rejects values that JSON does not have.
 
 use crate::error::Error;
 use crate::fit::FitFile;

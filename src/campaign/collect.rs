@@ -2,10 +2,11 @@
 //!
 //! Input is a plan, whose folder has the files. Two results of one task must agree, else collection is an error. If
 //! both come from one platform, their JSON must be equal byte by byte. On two platforms they must have the same exit
-//! code and the same parameters. Values and standard errors must then agree to within a relative
-//! `PLATFORM_DIFFERENCE`. Of two such results the one whose JSON text is first in alphabetical order is kept. So the
-//! choice does not depend on the order of the files. Results of unplanned tasks are ignored. Damaged lines are
-//! ignored and listed.
+//! code and the same parameters (number, order, names and experiments). Values and standard errors must then agree to
+//! within a relative `PLATFORM_DIFFERENCE`. Of two such results the one whose JSON text is first in alphabetical order
+//! is kept. So the choice does not depend on the order of the files. Results of unplanned tasks are ignored. Damaged
+//! lines are ignored and listed; `Damage::is_torn` is true for the incomplete last line of a killed process, which is
+//! no fault.
 //!
 //! Output: [`Collected`], the input of the status, the CSV table and the comparison page. `Collected::write_lines`
 //! writes a line of JSON per task with a result, sorted by id. `missing` lists tasks without one.

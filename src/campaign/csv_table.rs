@@ -3,11 +3,16 @@
 //! Input are the collected results, as JSON. Rows are in the order of the plan. Columns are id, name, fit file, all
 //! changed keys but `analysis.bootstrap_first`, exit code, grade and status (of a failed fit its error). Value,
 //! standard error and ends of the 95 % interval of every parameter in SI units follow, empty where missing; a lower
-//! bound alone fills the low end. Tasks with `analysis.bootstrap_first` that are parts of one bootstrap (equal fit
-//! file, name and other changes) are one row. Its `analysis.bootstrap` is the number of all pooled replicates, which
-//! give one standard error and one interval in further columns; its other columns are those of the first part. Results
-//! that are not valid JSON of this version are an error. [`Collected::csv_table`] returns the bytes of the table,
-//! [`Collected::rows`] the rows before they become text.
+//! bound alone fills the low end. A text that a spreadsheet would compute has a leading apostrophe. Tasks with
+//! `analysis.bootstrap_first` that are parts of one bootstrap (equal fit file, name and other changes) are one row. Its
+//! `analysis.bootstrap` is the number of all pooled replicates, which give one standard error and one interval in
+//! further columns (also those of a bootstrap that is not divided); its other columns are those of the first part.
+//! Results that are not valid JSON of this version are an error. [`Collected::csv_table`] returns the bytes of the
+//! table, [`Collected::rows`] the rows before they become text, and [`plain_text`] a TOML value as text.
+//!
+//! [`ResultRow`] is a row before it becomes text; [`StoredResult`] and [`StoredReport`] are the parts of a stored
+//! result that rows and summaries need. [`BOOTSTRAP_KEYS`] are the changed keys that distinguish parts of one
+//! bootstrap.
 
 use crate::campaign::changes::Changes;
 use crate::campaign::collect::Collected;

@@ -5,8 +5,8 @@
 //! checks the keys; [`CampaignFile::rows`] returns one [`CampaignRow`] for each fit file or row of the table and each
 //! combination, the grid varying faster. [`CampaignFile::task_count`] is the number of tasks that a number of rows
 //! becomes. `[starts]` repeats each row from random start values. `[bootstrap]` divides the replicates of a bootstrap
-//! among tasks: replicates over batch, rounded down, at least 1. [`extended`] combines sets of changes. Wrong keys and
-//! patterns, no fit, and more than [`MOST_TASKS`] rows are errors, the last detected before the list is built.
+//! among tasks: replicates over batch, rounded down, at least 1 (`parts`). [`extended`] combines sets of changes. Wrong
+//! keys and patterns, no fit, and more than [`MOST_TASKS`] rows are errors, the last detected before the list is built.
 
 use crate::campaign::changes::{Changes, Key};
 use crate::campaign::fit_pattern::matching_files;

@@ -4,10 +4,14 @@
 //! and part of a bootstrap, with an id that is a hash of all inputs. Every fit is read and checked once. One of a
 //! pattern that cannot be solved is still planned and listed as refused. One of a table is an error, and so are keys of
 //! the grid that do not exist, and fits that [`Admission`] rejects. The folder gets `tasks.jsonl`, a line of JSON per
-//! task, and `plan.json` with the version, the number of tasks and their digest. Results in it stay; a folder with
-//! other files is an error. [`Plan::open`] rejects a changed list or a plan of another version. [`Plan::open_results`]
-//! accepts other versions, to collect results. [`Plan::size`] is the number of tasks of a campaign file, whose fits it
-//! does not read.
+//! task, and `plan.json` with the version, the number of tasks and their digest. [`Plan::files`] returns the paths of
+//! both. [`Plan::make`] writes both; results in the folder stay. A folder without `plan.json` that has other files is
+//! an error. [`Plan::open`] rejects a changed list or a plan of another version. [`Plan::open_results`] accepts other
+//! versions, to collect results. `Plan::from_lines` makes a plan from the text of `tasks.jsonl`. [`Plan::size`] is the
+//! number of tasks of a campaign file, whose fits it does not read.
+//!
+//! [`CampaignTask`] is a fit file with changes of its keys and an id; [`Planned`] is a new plan with the fits that were
+//! refused.
 
 use crate::campaign::changes::{Changes, can_be_planned};
 use crate::campaign::form::{CampaignFile, DistributedBootstrap, MOST_TASKS, extended};
@@ -387,7 +391,8 @@ fn parse<T: serde::de::DeserializeOwned>(path: &Path, text: &str, line: u64) -> 
     })
 }
 
-/// The values as JSON, one line each, in UTF-8, with a line break after the last one.
+/// The values as JSON, one line each, in UTF-8, with a line break after the last one. Error: a value that JSON cannot
+/// represent.
 fn json_lines<T: Serialize>(values: &[T]) -> std::io::Result<Vec<u8>> {
     let mut lines = Vec::new();
     for value in values {

@@ -1,13 +1,14 @@
 //! A task with everything that its result depends on: the fit file as one TOML table, with changes applied, the
 //! contents of scene files in the places of their names, and absolute paths of data.
 //!
-//! Input: a fit file and its changes, applied in the order fit file, all scenes, scene of one experiment. From this
-//! table come the fit to solve ([`ResolvedFit::fit`]) and the id of the task ([`ResolvedFit::id`]). The id is the first
-//! 128 bits, in hexadecimal, of a hash of the program's version, all keys, and the contents of all data files. Paths do
-//! not count, except for the stems of recordings, which name experiments. Equal inputs have equal ids, wherever the
-//! files are. Unreadable files, and keys or experiments that do not exist, are errors. [`ResolvedFit::path_names`] are
-//! the paths that results must not contain, with names of keys in their place. [`read_toml`] reads a TOML file, and
-//! [`folder_of`] returns the folder of a path.
+//! Input: a fit file and its changes, applied in the order fit file, all scenes, scene of one experiment.
+//! [`ResolvedFit::new`] makes this table. From it come the fit to solve ([`ResolvedFit::fit`]) and the id of the task
+//! ([`ResolvedFit::id`]). The id is the first 128 bits, in hexadecimal, of a hash of the program's version, all keys,
+//! and the contents of all data files. Paths do not count, except for the stems of recordings, which name experiments.
+//! Equal inputs have equal ids, wherever the files are. Unreadable files, unknown names of keys, and items of lists or
+//! experiments that do not exist, are errors; missing keys are created. [`ResolvedFit::path_names`] are the paths that
+//! results must not contain, with names of keys in their place. [`read_toml`] reads a TOML file, and [`folder_of`]
+//! returns the folder of a path.
 
 use crate::campaign::changes::{Changes, Key, is_file_key, set_value};
 use crate::campaign::hash::hash;
@@ -52,9 +53,11 @@ struct FitScene<'a> {
 }
 
 impl ResolvedFit {
-    /// The fit file `fit` with changes. Its path and file names in the changes are relative to `root`; those in files
-    /// are relative to the folder of their file, and become absolute. Changes apply in the order fit file, all scenes,
-    /// scene of one experiment. Errors: unreadable files, keys and experiments that do not exist.
+    /// The fit file `fit` as one table with changes, and with the contents of scene files in the places of their names.
+    /// Its path and file names in the changes are relative to `root`; those in files are relative to the folder of
+    /// their file; all become absolute. Changes apply in the order fit file, all scenes, scene of one experiment;
+    /// missing keys are created. Errors: unreadable fit or scene files; keys that start with no table of fits or
+    /// scenes; items of lists and experiments that do not exist.
     pub fn new(root: &Path, fit: &Path, changes: &Changes) -> Result<Self, Error> {
         let file = root.join(fit);
         let folder = folder_of(&file).to_path_buf();

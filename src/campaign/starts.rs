@@ -3,9 +3,10 @@
 //! Input: a fit file with its changes, the id of the fit, the seed of the campaign, and the number of the start (from
 //! 0). Each parameter that is not `fixed` has a start uniform between its bounds, in its unit; for positive parameters
 //! it is log-uniform. Missing, infinite or reversed bounds are errors, and so is a lower bound of 0 or less of a
-//! positive parameter. [`start`] returns changes `parameter.K.start` of the fit file, from which `plan` makes a task.
-//! [`bootstrap_seed`] returns a seed of 63 bits. The generator (ChaCha8) is keyed by the SHA-256 of id and seed, with
-//! one stream per start. So every start is reproducible and independent of the other fits and starts.
+//! positive parameter. [`start_ranges`] returns the ranges of all such parameters, [`start`] changes
+//! `parameter.K.start` of the fit file, from which `plan` makes a task. [`bootstrap_seed`] returns a seed of 63 bits.
+//! The generator (ChaCha8) is keyed by the SHA-256 of id and seed, with one stream per start. So every start is
+//! reproducible and independent of the other fits and starts.
 
 use crate::campaign::changes::Changes;
 use crate::campaign::resolved::ResolvedFit;

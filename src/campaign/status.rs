@@ -1,10 +1,10 @@
 //! Progress of a campaign: numbers of planned fits, of fits with a result by exit code, and the remaining time.
 //!
 //! Input are the collected results; each id counts once. [`Status`] has the number of planned fits and of those with a
-//! result. It counts the exit codes 0 (usable), 2 (rejected input) and 3 (not usable), and has the sum and maximum of
-//! the wall times, s. It serializes to JSON. [`Status::summary`] is the text: counts, mean and longest time, and the
-//! remaining time. That is the number of open fits times the mean wall time of finished ones, on one processor. Without
-//! any result the text is one line.
+//! result, and returns that of the others (`open_tasks`). It counts the exit codes 0 (usable), 2 (rejected input) and 3
+//! (not usable), and has the sum and maximum of the wall times, s. It serializes to JSON. [`Status::summary`] is the
+//! text: counts, mean and longest time, and the remaining time. That is the number of open fits times the mean wall
+//! time of finished ones, on one processor. Without any result the text is one line.
 
 use crate::campaign::collect::Collected;
 use crate::summary::{ItemTable, Summary, Tone, duration};

@@ -6,6 +6,9 @@
 //! outcome; a failed write is an error. `Store::read` passes every valid result to a function, by files in alphabetical
 //! order; a task may have several. It returns lines of another form or with a wrong checksum as damaged (torn if last
 //! without a line break). A missing folder has no results; results of version 0.1 get current names.
+//!
+//! `StoredRecord` is a stored result, with the circumstances of its computation (`RecordContext`), which differ between
+//! equal results. `DamagedLine` is a line without a valid result.
 
 use crate::campaign::former_results::with_current_names;
 use crate::campaign::hash::hash;

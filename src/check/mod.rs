@@ -8,7 +8,13 @@
 //! [`check_hessian`] a given Hessian. [`check_problem`] (`scene`) compares the elements of a scene, also at
 //! `random_states`. [`Scaled`] is an energy of unknowns in other units. The result is a [`CheckReport`]: largest
 //! errors, verdicts, the worst entry and the first entries above the [`Tolerance`] (default 1e-12 against dual numbers,
-//! 1e-7 against finite differences). It passes if at least one state was compared and both verdicts agree.
+//! 1e-7 against finite differences). It passes ([`CheckReport::passed`]) if at least one state was compared and both
+//! verdicts agree; `derivatives_agree` leaves finite differences out. `CheckReport::compare` adds one energy at one
+//! state to a report, and `summary` returns its text.
+//!
+//! Parts of a report: `Errors` are the largest relative errors, `Verdicts` those by dual numbers and by finite
+//! differences, `Worst` the entry with the largest difference from dual numbers, `Above` the listed entries, and
+//! `ValleyPoint` the errors of finite differences at one step size.
 
 mod finite_difference;
 mod own;

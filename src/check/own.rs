@@ -6,6 +6,9 @@
 //! state. `compare` does so by the unknowns of a rod, for an energy in a scene, with lengths in units of the edge
 //! length. `check_plane_is_kept` checks that an energy that keeps a plane has no force along its normal and no moment
 //! about the tangents. Both add their errors to the report of a scene's check.
+//!
+//! `Configuration` is the state of an element and its state at rest, each as `NodesAndEdges` (positions, m, and
+//! directors). `EnergyAt` is a user-defined energy at one place of a rod.
 
 use crate::check::{CheckReport, DerivativeSources, GradientAndHessian, Tolerance};
 use crate::energy::adapter::{AnyEnergy, MOST, Over, OwnLocal, Site};

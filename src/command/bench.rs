@@ -89,7 +89,8 @@ struct BenchReport {
 }
 
 /// Measures the steps per second of [`RUNS`] and the seconds per fit of both scenes, and writes the report (JSON if
-/// requested, and a table). Returns the exit code: 0, or that of an output that cannot be written.
+/// requested, and a table). Returns the exit code: 0, or that of an output that cannot be written. Errors: an output
+/// that cannot be used, and a simulation or fit that fails.
 pub fn run(options: &BenchOptions, global: GlobalOptions) -> Result<u8, Error> {
     let outputs = Outputs::with_json(&options.json, &[], global)?;
     let least = Duration::from_secs_f64(options.seconds);
@@ -146,7 +147,7 @@ fn fastest(
 
 impl ShippedScene {
     /// The problem of the scene with another time step, s, and another beta of the time scheme; the mesh is that of the
-    /// scene.
+    /// scene. Errors are those of [`Scene::problem`].
     fn problem(&self, step: f64, beta: f64) -> Result<Problem, Error> {
         let mut scene = Scene::from_toml(self.scene, ".")?;
         if let Some(time) = &mut scene.time {

@@ -23,7 +23,8 @@ pub struct CheckOptions {
 }
 
 /// Checks the derivatives of the energies of a scene, on the mesh of a first guess if the scene leaves it open, and
-/// writes the report. Returns exit code 0 if all agree, 3 if some disagree.
+/// writes the report. Returns exit code 0 if all agree, 3 if some disagree. Errors: a scene or an output that cannot be
+/// used, and a cost above a limit.
 pub fn run(options: &CheckOptions, global: GlobalOptions) -> Result<u8, Error> {
     let scene = Scene::load(&options.scene)?;
     // Outputs are checked before the computation: a mistyped path costs no time.

@@ -33,7 +33,8 @@ pub struct DesignOptions {
 }
 
 /// Reads the plan, computes the design and writes its outputs. Returns exit code 3 if the planned data do not determine
-/// all parameters, the code of an output that cannot be written, or 0.
+/// all parameters, the code of an output that cannot be written, or 0. Errors: a plan or an output that cannot be used,
+/// a cost above a limit, and a simulation that fails.
 pub fn run(options: &DesignOptions, global: GlobalOptions) -> Result<u8, Error> {
     let path = &options.fit;
     let admit = |scene: &_| limits::mesh_cost(scene).admit(global);

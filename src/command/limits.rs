@@ -9,6 +9,10 @@
 //! announced on standard error unless `--quiet` or `--no-limits` is given. The constants were measured on a current
 //! machine, and are right to within a factor of two or so. The number of threads is limited here too
 //! ([`limit_threads`]).
+//!
+//! [`CostEstimate`] has a function for each kind of run: `simulation_cost`, `equilibrium_cost`, `modes_cost`,
+//! `check_cost` (comparison of derivatives), `study_cost`, `fit_cost` and `design_cost`. `mesh_cost` is the memory of a
+//! simulation's state alone. `with_reactions` adds the series of reactions in a report.
 
 use crate::command::{GlobalOptions, terminal};
 use marker_files::file::at;

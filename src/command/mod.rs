@@ -234,7 +234,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     })
 }
 
-/// Prints the completion script of a shell. Returns exit code 0.
+/// Prints the completion script of a shell. Returns exit code 0. Error: standard output cannot be written.
 fn completions(shell: Shell) -> Result<u8, Error> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Arguments::command(), "rodfit", &mut script);

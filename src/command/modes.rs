@@ -31,7 +31,8 @@ pub struct ModesOptions {
 }
 
 /// Computes the modes of a scene on its own mesh or one chosen for their number, and writes the report; a structure has
-/// its own function. Returns exit code 0, or that of an output that cannot be written.
+/// its own function. Returns exit code 0, or that of an output that cannot be written. Errors: a scene or an output
+/// that cannot be used, a cost above a limit, and a computation that fails.
 pub fn run(options: &ModesOptions, global: GlobalOptions) -> Result<u8, Error> {
     let scene = match SceneFile::load(&options.scene)? {
         SceneFile::Rod(scene) => *scene,

@@ -1,13 +1,13 @@
 //! `rodfit predict`: compares a scene with recordings, without a fit.
 //!
-//! The scene and the recordings (`--on`) become a fit file whose measurements are all validation data, one experiment
-//! per recording. A recording prescribes the ends of the rod, and its other markers are the data, if the scene has
-//! recorded ends. Else it is a shape at rest if the scene has no `[time]`, or the motion of `--point`. Keys that the
-//! file of a motion needs are determined by its inspection. The experiments are simulated with the values of the scene
-//! ([`prediction`]). [`set_derivatives`] selects hand-derived derivatives or dual numbers for them.
-//! [`finish_prediction`] writes the output: a summary of the errors, and a report (`--json`) and a page (`--report`) if
-//! requested. The exit code is 3 if an experiment could not be simulated, else 0, or that of an output that cannot be
-//! written.
+//! [`run`] is the command. The scene and the recordings (`--on`) become a fit file whose measurements are all
+//! validation data, one experiment per recording. A recording prescribes the ends of the rod, and its other markers are
+//! the data, if the scene has recorded ends. Else it is a shape at rest if the scene has no `[time]`, or the motion of
+//! `--point`. Keys that the file of a motion needs are determined by its inspection. The experiments are simulated with
+//! the values of the scene ([`prediction`]). [`set_derivatives`] selects hand-derived derivatives or dual numbers for
+//! them. [`finish_prediction`] writes the output: a summary of the errors, and a report (`--json`) and a page
+//! (`--report`) if requested. The exit code is 3 if an experiment could not be simulated, else 0, or that of an output
+//! that cannot be written.
 
 use crate::command::inspect::RecordingUnits;
 use crate::command::output::Outputs;
@@ -100,7 +100,8 @@ pub fn finish_prediction(outputs: &Outputs, report: &ValidationReport, title: &s
 }
 
 /// A fit file as TOML text with the recordings of the options as validation data, one experiment each. With recorded
-/// ends in the scene, each recording prescribes them.
+/// ends in the scene, each recording prescribes them. Errors: options that have no effect on the scene's kind of data,
+/// and a recording that cannot be inspected.
 fn fit_text(options: &PredictOptions, scene: &Scene) -> Result<String, Error> {
     let path = |path: &Path| Value::String(path.display().to_string());
     let mut experiments: Vec<Value> = Vec::new();

@@ -26,7 +26,8 @@ pub struct StaticOptions {
 }
 
 /// Computes the equilibrium of a scene and writes the report and the table of nodes; a structure has its own function.
-/// Returns exit code 0, or that of an output that cannot be written.
+/// Returns exit code 0, or that of an output that cannot be written. Errors: a scene or an output that cannot be used,
+/// a cost above a limit, and a computation that fails.
 pub fn run(options: &StaticOptions, global: GlobalOptions) -> Result<u8, Error> {
     let scene = match SceneFile::load(&options.scene)? {
         SceneFile::Rod(scene) => *scene,

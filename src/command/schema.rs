@@ -57,7 +57,7 @@ enum SchemaKind {
     Design,
 }
 
-/// Prints the schema of the given kind as JSON. Returns exit code 0.
+/// Prints the schema of the given kind as JSON. Returns exit code 0. Error: standard output cannot be written.
 pub fn run(options: &SchemaOptions) -> Result<u8, Error> {
     terminal::print(&options.of.text()).map(|()| 0)
 }

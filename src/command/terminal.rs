@@ -11,6 +11,11 @@
 //! [`stop_on_ctrl_c`] returns a flag that the first signal sets and that a run reads; a second signal ends the process
 //! at once with exit code 130. [`end_after_stop`] ends the process some time after the flag was set. Progress bars and
 //! spinners are hidden with `--quiet`.
+//!
+//! On standard output `print` prints a text, `print_summary` a result in the width and the colors of the terminal, and
+//! `write_data` a part of data; for the last one a closed pipe is an error. `unless_closed` turns the error of a closed
+//! pipe into `Ok`, `stdout_error` adds the name of standard output to an error. On standard error `print_note`, `warn`
+//! (with a code) and `print_error` print messages; `progress_bar` and `spinner` show progress.
 
 use crate::command::GlobalOptions;
 use crate::command::style::Stream;
@@ -54,7 +59,7 @@ pub fn write_data(bytes: &[u8]) -> std::io::Result<usize> {
     stdout.write_all(printable(&text).as_bytes()).map(|()| bytes.len())
 }
 
-/// The outcome of a write; a closed pipe (`BrokenPipe`) becomes `Ok`.
+/// The outcome of a write; a closed pipe (`BrokenPipe`) becomes `Ok`. Other errors stay.
 pub fn unless_closed(written: std::io::Result<()>) -> std::io::Result<()> {
     match written {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),

@@ -2,10 +2,23 @@
 //! generalised-alpha.
 //!
 //! From the scheme, its parameter and the step size `h`, s, follow [`StepCoefficients`]: the factors of forces,
-//! velocities, accelerations and strain rates at both ends of the step. Its functions return the residual of the
-//! equations (kg m), velocities and accelerations at the end, and the factors of viscous stress. Newton's method solves
-//! the equations for the unknowns `q1` at the end. `q0`, `v0`, `a0` are unknowns, velocities and accelerations at the
-//! start, `M` the masses, `n(q, v)` the elastic gradient less the loads plus the damping force.
+//! velocities, accelerations and strain rates at both ends of the step. Its functions, where `change` is `q1 - q0` of
+//! an unknown:
+//!
+//! - `residual` and `residuals`: the residual of the equations (kg m), and minus the residuals of all unknowns.
+//! - `velocity`, `velocities`, `accelerations` and `acceleration_at_end`: motion at the end. `velocity_factors` and
+//!   `acceleration_factors` are the factors of change, velocity and acceleration at the start in it.
+//! - `damped_velocity`: the velocity that mass damping and drag act on, with its factors (`damped_velocity_factors`)
+//!   and its derivative by the change (`damped_velocity_slope`, 1/s). `add_damping` adds the forces of mass damping, N.
+//! - `load_factor` and `load_interval`: the factor of mean loads in time in the residual, s^2, and the interval of the
+//!   mean, s.
+//! - `viscous_factor` and `viscous_past`: the factor of stiffnesses under Kelvin-Voigt damping, and the part of a
+//!   strain's rate from the start, with minus sign.
+//! - `averages`: whether forces are means over stages of the step (`Stage`: `AVERAGE` are four Gauss points, `END` is
+//!   the end alone). `without_acceleration` leaves out the terms of accelerations; `map` converts the scalar type.
+//!
+//! Newton's method solves the equations for the unknowns `q1` at the end. `q0`, `v0`, `a0` are unknowns, velocities and
+//! accelerations at the start, `M` the masses, `n(q, v)` the elastic gradient less the loads plus the damping force.
 //!
 //! # Newmark-beta
 //!
@@ -309,8 +322,8 @@ impl<D: Scalar> StepCoefficients<D> {
     }
 
     /// Acceleration at the end of a step in which an unknown changed by `change` and its velocity from `v0` to `v1`,
-    /// with the acceleration `a0` at the start. Without accelerations in the scheme it is the mean acceleration `(v1
-    /// - v0)/h`.
+    /// with the acceleration `a0` at the start. Without accelerations in the scheme it is the mean acceleration `(v1 -
+    /// v0)/h`.
     #[inline]
     pub fn acceleration_at_end(&self, change: D, [v0, v1]: [D; 2], a0: D) -> D {
         match &self.acceleration {

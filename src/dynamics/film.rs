@@ -1,10 +1,10 @@
 //! A motion thinned to a bounded number of frames and samples, for the animation and the plots of a page.
 //!
-//! Input: the number of steps of a run, and its states, step after step. Samples (tip, m, and energies, J) are kept at
-//! regular intervals of steps, at most [`SAMPLES`] beside the first and the last state. Frames (positions of selected
-//! nodes, m, at most [`EDGES`] edges) are kept at every n-th sample, at most [`FRAMES`] beside the first and the last.
-//! Output: frames and samples with their times (s). `Film::thinned` describes the omitted steps and nodes for a
-//! caption.
+//! Input: the number of steps of a run, and its states, step after step, from the initial one on (`Film::push`).
+//! Samples (tip, m, and energies, J) are kept at regular intervals of steps, at most [`SAMPLES`] beside the first and
+//! the last state. Frames (positions of selected nodes, m, at most [`EDGES`] edges) are kept at every n-th sample, at
+//! most [`FRAMES`] beside the first and the last. Output: `frames` and `samples` with their times (s); every frame is
+//! at a sample. `Film::thinned` describes the omitted steps and nodes for a caption.
 
 use crate::dynamics::run::Snapshot;
 use crate::problem::Problem;

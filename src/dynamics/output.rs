@@ -1,16 +1,18 @@
 //! Output of `rodfit simulate`: a CSV table of all nodes, a JSON report, and one shape as CSV.
 //!
-//! [`NodeTable`] writes a header row, and a row per call of `push`: time (s), and x, y, z of every node (m, world
-//! axes). If requested, force (N) and moment (N m) of both supports and the force (N) of each contact follow.
-//! [`SimulationReport`] collects a run: model, tip (m) and energies (J) per recorded step, reactions and contact forces
-//! if the run keeps them, counts of work, largest strain and overlap with an obstacle. Its `finish` sets the status,
-//! and appends warnings of large strains, deep contacts and numerical damping, and of an unstable state if stability
-//! was checked. `energy_drift` is the largest change of the total energy over the largest kinetic energy, 0 for a rod
-//! whose kinetic energy is at most that of a displacement by `NEGLIGIBLE_DISPLACEMENT` lengths in the time of the
-//! scene. `energy_in_words` is one sentence, of the first case that holds: no motion, moving supports, flow, damping or
-//! friction, numerical damping by beta above 0.5 or by generalised-alpha. Otherwise the energy is conserved up to
-//! `MAX_KEPT`, or changed by the scheme. [`shape_csv`] has the columns x, y, z, s (m) and a row per node; more nodes
-//! than the rod has are an error.
+//! [`NodeTable`] writes a header row (`header`), and a row per call of `push`: time (s), and x, y, z of every node (m,
+//! world axes). If requested (`with_reactions`, `with_contacts`), force (N) and moment (N m) of both supports and the
+//! force (N) of each contact follow. `into_inner` returns the writer, which is not flushed. [`SimulationReport`]
+//! collects a run: model, tip (m) and energies (J) per recorded step, reactions and contact forces if the run keeps
+//! them, counts of work, largest strain and overlap with an obstacle; `without_series` keeps no lists that grow with
+//! the steps. `assessed` overwrites resolution and warnings after a check of the numerics. `last_tip` is the last
+//! recorded tip with its time. `SimulationReport::finish` sets the status, and appends warnings of large strains, deep
+//! contacts and numerical damping, and of an unstable state if stability was checked. `energy_drift` is the largest
+//! change of the total energy over the largest kinetic energy, 0 for a rod whose kinetic energy is at most that of a
+//! displacement by `NEGLIGIBLE_DISPLACEMENT` lengths in the time of the scene. `energy_in_words` is one sentence, of
+//! the first case that holds: no motion, moving supports, flow, damping or friction, numerical damping by beta above
+//! 0.5 or by generalised-alpha. Otherwise the energy is conserved up to `MAX_KEPT`, or changed by the scheme.
+//! [`shape_csv`] has the columns x, y, z, s (m) and a row per node; more nodes than the rod has are an error.
 
 use crate::code::Code;
 use crate::dynamics::energy_balance;
@@ -62,7 +64,7 @@ impl<W: Write> NodeTable<W> {
     }
 
     /// Writes the header row: `t`, then `x_i,y_i,z_i` of every node, with its index `i`, then the reactions and the
-    /// forces of contacts.
+    /// forces of contacts. Error: a failed write.
     pub fn header(&mut self) -> io::Result<()> {
         write!(self.writer, "t")?;
         for i in 0..self.nodes {
@@ -85,7 +87,7 @@ impl<W: Write> NodeTable<W> {
 
     /// Appends a row with the time, s, and the coordinates of all nodes, m, of a simulation's present state, separated
     /// by commas. With these columns, the reactions of the supports and the forces of the contacts follow, as in the
-    /// header row.
+    /// header row. Error: a failed write.
     pub fn push(&mut self, simulation: &dyn Snapshot) -> io::Result<()> {
         write!(self.writer, "{}", simulation.time())?;
         for i in 0..self.nodes {

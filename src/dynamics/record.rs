@@ -10,6 +10,19 @@
 //! Its numbers are those of the record, or dual numbers with the derivative by one parameter. A time outside of the
 //! record, and a node or edge that is not tracked, are [`Error::OutOfRange`]; an empty record is
 //! [`Error::Invalid`]. `truncate` removes the records after a number of them.
+//!
+//! Functions of [`Record`]: `new` and `with_axes` choose nodes and edges. `push` appends the values of one time, and
+//! `derivatives_mut` returns the list of one parameter, to be appended to. `make_room` reserves memory. `motion_of` and
+//! `index_of` find the motion of a node after a number of steps, as a value (`None` if it is not recorded) and as an
+//! index (an error). `into_parts` returns the lists. `read` and `along` (dual numbers) return views. `tracked` and
+//! `edges` are the recorded nodes and edges, `times` the times, and `motions` the list of motions.
+//!
+//! Functions of [`RecordView`]: `position` and `places` of a point at one and at many times, `marker` of a point with
+//! an offset, `motion` of a point with its velocity. `reactions` are those of both supports at every time, empty if
+//! they are not recorded. `weights` returns the motions, and their factors, from which a position is interpolated, for
+//! adjoint derivatives.
+//!
+//! `Motion` is position and velocity, m and m/s, or their derivatives.
 
 use crate::dynamics::step::Work;
 use crate::dynamics::unstable_state::StabilityChecks;
@@ -383,7 +396,7 @@ impl<D: Scalar> RecordView<'_, D> {
 
     /// The interpolated position, m, in the step that ends with record `k`, or the velocity, m/s, if `hermite` has the
     /// derivatives of the weights. It is the sum over `columns` (index within a record, and weight) of the Hermite
-    /// interpolants with the weights `hermite`.
+    /// interpolants with the weights `hermite`. Always `Ok`.
     fn interpolate(
         &self,
         columns: &[(usize, D)],

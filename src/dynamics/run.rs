@@ -310,8 +310,8 @@ impl<R: Sensitive> BisectedSteps for RunSteps<'_, R> {
         self.simulation
     }
 
-    /// Makes a trial step of the simulation, and of dual simulations of the derivatives if the scheme needs them, to
-    /// a time, s.
+    /// Makes a trial step of the simulation, and of dual simulations of the derivatives if the scheme needs them, to a
+    /// time, s. Errors are those of a step; the state is then the one before it.
     fn step_to(&mut self, time: f64) -> Result<(), Error> {
         self.carrier.step_to(self.simulation, time)
     }
@@ -321,8 +321,8 @@ impl<R: Sensitive> BisectedSteps for RunSteps<'_, R> {
         self.carrier.step_back(self.simulation);
     }
 
-    /// Completes an accepted step: calls the observer of substeps, then advances the derivatives over it or sends it
-    /// to the other thread.
+    /// Completes an accepted step: calls the observer of substeps, then advances the derivatives over it or sends it to
+    /// the other thread. Errors: derivatives that cannot be computed, and the end of the other thread.
     fn accepted(&mut self) -> Result<(), Error> {
         (self.accepted)(self.simulation);
         self.carrier.advance(self.simulation)

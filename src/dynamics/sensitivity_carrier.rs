@@ -1,7 +1,8 @@
 //! Derivatives of a run: computed by the thread that makes the steps, or by another one to which the steps are sent.
 //!
 //! [`SensitivityCarrier`] gives the main loop of a run the same three operations for both. They make a step of the
-//! simulation to a time (s), undo it, and advance the derivatives over an accepted one.
+//! simulation to a time (`step_to`, s), undo it (`step_back`), and advance the derivatives over an accepted one
+//! (`advance`).
 //!
 //! On the same thread there are three methods. Steps of Newmark-beta and generalised-alpha are in general linearized
 //! again by a second simulation, from the states before and after the step. The other thread does the same, so that

@@ -8,6 +8,13 @@
 //! therefore bitwise the same either way. States are sent in batches over a bounded channel, and used batches are
 //! returned for reuse. Output: the derivatives of all recorded states, one list per parameter, the work of the
 //! derivatives, and the first error of a derivative, which ends the run.
+//!
+//! `new` returns both sides. On the first thread [`StepProducer::push`] appends a step, `mark_recorded` marks it as
+//! recorded, and `finish` closes the pipeline; `push` waits for the consumer, and fails if that has ended. On the
+//! second thread [`SensitivityConsumer::consume`] computes and records until then. [`ActiveRun::begin`] counts a run
+//! while its result exists.
+//!
+//! `SensitivityResult` has the derivatives of a run, `SensitivityFailure` the error with the work up to its step.
 
 use crate::dynamics::record::Motion;
 use crate::dynamics::sensitivity::Sensitivities;

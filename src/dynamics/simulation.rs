@@ -3,15 +3,26 @@
 //! Input: rod, unknowns, frames, free range, damping and scheme; then drag, loads in time, actuators that follow
 //! signals, moving supports and velocities. `step_to` makes one step of any size. A step that fails, or goes through a
 //! fold, is an error and leaves the state before it. `step_back` restores the state before the last step; counts of
-//! work stay. The scalar is any number type: with dual numbers the state has derivatives. If tangents were requested,
-//! `linearization` is the last step of Newton's method at its solution. It is `None` at the start, after an undone
-//! step, and for explicit and linearly implicit schemes. Energies are in J, without derivatives: the kinetic one of
-//! free unknowns, the elastic ones with those of Maxwell and friction springs, and the potential of the loads. Of loads
-//! in time, loads without a potential and actuators it has minus the work since the start.
+//! work stay. After `stay` it changes nothing. The scalar is any number type: with dual numbers the state has
+//! derivatives. If tangents were requested, `linearization` is the last step of Newton's method at its solution. It is
+//! `None` at the start, after an undone step, and for explicit and linearly implicit schemes. Energies are in J,
+//! without derivatives: the kinetic one of free unknowns, the elastic ones with those of Maxwell and friction springs,
+//! and the potential of the loads. Of loads in time, loads without a potential and actuators it has minus the work
+//! since the start.
 //!
 //! `linearized` linearizes an earlier step from the states before and after it. `repeat_step` and `adopt` transfer a
 //! step between simulations in plain and in dual numbers. `energy_of_motion_by` and `follower_work_error` bound the
 //! effect of rounding errors of coordinates on the energy, J.
+//!
+//! Settings: `immerse` (drag), `load_in_time`, `follow` (actuators with signals), `move_supports`, `set_velocity`, and
+//! `set_velocity_from_change` (of a recorded start). Each computes the forces at the start again. `keep_tangent`
+//! requests tangents, `keep_all_tangents` also those that transposed derivatives need.
+//!
+//! Queries: `rod`, `state`, `free` (the range of free unknowns), `damping`, `drag` and `work` (counts, with undone
+//! steps). `previous` is the state before the last step. `needs_dual_steps` and `can_linearize_again` state how
+//! derivatives of steps are computed; `linear` is a copy that linearizes steps again. `kinetic_energy` and `energies`
+//! are those of the present state; `non_finite_energy` is the error of the first user-defined energy that is not
+//! finite. `timed_loads`, `boundary_motion` and `newton` return parts, the last two `None` without them.
 
 use crate::dynamics::coefficients::AVERAGE;
 use crate::dynamics::linearization::Linearization;
@@ -426,7 +437,9 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         }
     }
 
-    /// [`step_to`](Self::step_to) of a rod with constant laws, without the work of loads that have no potential.
+    /// [`step_to`](Self::step_to) of a rod with constant laws, without the work of loads that have no potential. A step
+    /// that fails or goes through a fold restores the state before it. The error is then that of a user-defined energy
+    /// that is not finite, if there is one, else that of the step.
     fn plain_step_to(&mut self, time: f64) -> Result<(), Error> {
         std::mem::swap(&mut self.state, &mut self.previous);
         let (before, state, work) = (&self.previous, &mut self.state, &mut self.work);

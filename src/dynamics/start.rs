@@ -3,12 +3,16 @@
 //! Input: a discretized scene. Positions: rest shape, initial shape of the scene, or equilibrium under the loads and
 //! the forces `initial.point`, each with the perturbation of the scene. For a recorded motion: the shape of least
 //! energy near the markers of its first frame. Velocities: those of a rigid body (`initial.velocity` of the center of
-//! mass, `initial.angular_velocity` about it), or of the recorded motion over its first interval, extrapolated to t =
-//! 0. The equilibrium is found once in plain numbers; its derivatives follow from linear systems with the tangent. At a
-//! neutral equilibrium, or with a singular tangent, they are those of a rod that moves with its initial position, and a
-//! small stiffness is added; [`Error::Indifferent`] if the tangent is singular even so. Output: a [`Simulation`] with
+//! mass, `initial.angular_velocity` about it), or of the recorded motion over its first interval, extrapolated to t
+//! = 0. The equilibrium is found once in plain numbers; its derivatives follow from linear systems with the tangent. At
+//! a neutral equilibrium, or with a singular tangent, they are those of a rod that moves with its initial position, and
+//! a small stiffness is added; [`Error::Indifferent`] if the tangent is singular even so. Output: a [`Simulation`] with
 //! supports, loads in time, actuators, drag and scheme (Newmark-beta without `[time]`), or the [`Sensitivities`] of one
 //! simulation in dual numbers per parameter. Errors are those of the search for the equilibrium or the recorded shape.
+//!
+//! `simulation_over` is the simulation over any scalar, `sensitivities` the derivatives by parameters. `start` returns
+//! the positions with frames, and `start_velocity` the velocities of a rigid body, `None` over plain numbers if they
+//! are zero.
 
 use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::simulation::Simulation;

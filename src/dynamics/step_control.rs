@@ -19,15 +19,15 @@
 //! turn by more than 45 degrees in a step. The average vector field conserves the energy where its quadrature is
 //! exact; its limits are much smaller, for losses too.
 //!
-//! [`StepControl::check`] is called after every trial step, with the simulation; its error makes the caller halve
-//! the step or end the run. [`StepControl::accept`] is called for each accepted step. The sum of all energies is
-//! skipped for at most `INTERVAL` steps in succession (`EXPLICIT_INTERVAL` for explicit schemes, none where energy
-//! is conserved exactly). It is not skipped after a rise of the kinetic energy, or many Newton iterations where
-//! energy must fall. The limit per step holds for each step since the last sum. Gains of a run count from its
-//! start, or from the lowest energy so far with damping or a dissipative parameter. Limits hold for gains and
-//! losses alike only if the scheme conserves energy exactly and the scene has neither damping nor user-defined
-//! energies; else for gains only. Errors are [`Error::EnergyGrowth`], for rotations [`Error::Leap`], and
-//! [`Error::NotFinite`] for a user-defined energy.
+//! [`StepControl::check`] is called after every trial step, with the simulation; its error makes the caller halve the
+//! step or end the run. [`StepControl::accept`] is called for each accepted step. [`StepControl::without_limits`]
+//! limits rotations of edges only. The sum of all energies is skipped for at most `INTERVAL` steps in succession
+//! (`EXPLICIT_INTERVAL` for explicit schemes, none where energy is conserved exactly). It is not skipped after a rise
+//! of the kinetic energy, or many Newton iterations where energy must fall. The limit per step holds for each step
+//! since the last sum. Gains of a run count from its start, or from the lowest energy so far with damping or a
+//! dissipative parameter. Limits hold for gains and losses alike only if the scheme conserves energy exactly and the
+//! scene has neither damping nor user-defined energies; else for gains only. Errors are [`Error::EnergyGrowth`], for
+//! rotations [`Error::Leap`], and [`Error::NotFinite`] for a user-defined energy.
 
 use crate::dynamics::energy_balance::is_dissipative;
 use crate::dynamics::simulation::Simulation;
@@ -200,7 +200,8 @@ impl StepControl {
         Self::within(None, scene, simulation)
     }
 
-    /// The control with these limits, as [`new`](Self::new).
+    /// The control with these limits, from the energies of `simulation` at the start of a run, as [`new`](Self::new).
+    /// Without limits of the energy only rotations of edges are limited.
     fn within<R: Rod<f64>>(
         limits: Option<Limits>,
         scene: &Scene,

@@ -4,11 +4,23 @@
 //! [`Trajectory`] belongs to one problem and one run, or to an equilibrium (one record at time 0, with zero velocities,
 //! [`Trajectory::at_rest`]). A run is made by [`Problem::simulate`] or [`Trajectory::run`], which rejects a second run,
 //! another scene, more steps than the scene has, and a scene without `[time]`. A run that fails keeps the states
-//! before. `at` returns the position (m, world axes) of a point on the rod at any simulated time (s), by cubic Hermite
+//! before. If parameters include a Kelvin-Voigt time and the rod has no viscosity, the run is made with a trace of it.
+//! `at` returns the position (m, world axes) of a point on the rod at any simulated time (s), by cubic Hermite
 //! interpolation, and its derivative by each parameter. Times that were not simulated, and points whose nodes were not
 //! tracked, are errors; `node`, `velocity` and `tip` panic for these. [`Trajectory::over`] repeats the run with its
 //! accepted steps in another scalar, for example hyper-dual numbers for second derivatives. Energies, reactions, axes
 //! of edges and stability checks are recorded if requested before the run.
+//!
+//! - `simulate_with`, `new`, `at_rest` and `load_path` (equilibria of one rod under several loads) take parameters, by
+//!   which there are derivatives. `find_equilibrium` computes an equilibrium in an empty trajectory. `unrecorded`
+//!   records nothing, for a run with an observer.
+//! - `keep_energies`, `keep_reactions`, `keep_axes` and `check_stability` request records before the run.
+//! - `times` (s), `work` (counts), `stepping` (wall time), `energies` (J), `reactions` (N, N m) and `reaction_rates`
+//!   (their derivatives) are results; lists that were not requested are empty. `into_parts` returns the lists of the
+//!   record.
+//! - `record`, `record_mut`, `into_record` and `recorded` (from a record made elsewhere) give access to the record;
+//!   `parameters` are those of the derivatives, and `nodes` is the number of nodes of the rod. `scale_derivatives`
+//!   multiplies the derivatives by one parameter by a factor. `check_run` rejects runs as above.
 
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::run::{RunObservers, RunTask, Snapshot, repeat_over, run};
@@ -246,9 +258,9 @@ impl Trajectory {
     /// states before it remain recorded.
     ///
     /// # Errors
-    /// A record is of one run of the problem it was made for: [`Error::Invalid`] for a second run, another
-    /// problem's, or one of more steps than the scene has. The same for a scene without `[time]`, and a step above the
-    /// limit of stability of an explicit scheme. Those of the initial state. Those of [a
+    /// A record is of one run of the problem it was made for: [`Error::Invalid`] for a second run, another problem's,
+    /// or one of more steps than the scene has. The same for a scene without `[time]`, and a step above the limit of
+    /// stability of an explicit scheme. Those of the initial state. Those of [a
     /// step](crate::dynamics::Simulation::step_to), and [`Error::EnergyGrowth`] or [`Error::Leap`], where halves of it
     /// fail too; [`Error::SingularTangent`] of derivatives; [`Error::Interrupted`].
     pub fn run(
@@ -425,8 +437,8 @@ impl Trajectory {
     /// ```
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for a time that was not simulated, and for a point that is not on the rod or
-    /// whose nodes were not tracked. [`Error::Invalid`] for an empty trajectory.
+    /// [`Error::OutOfRange`] for a time that was not simulated, and for a point that is not on the rod or whose nodes
+    /// were not tracked. [`Error::Invalid`] for an empty trajectory.
     pub fn at(&self, point: Point, time: f64) -> Result<([f64; 3], Vec<[f64; 3]>), Error> {
         let stencil = self.problem.stencil(point)?;
         let position = self.record.read().position(&stencil, time)?;

@@ -14,9 +14,10 @@
 //! 3. The state persists: forces and velocities displace the rod little in the time `1/sigma` ([`PERSISTENT`]). With
 //!    `s = 2 sigma^2` these displacements are `(K + s M)^-1 f` and `(K + s M)^-1 s^(1/2) M v`.
 //!
-//! A mode out of the plane of a planar scene counts as held. Input of [`StabilityChecks`] is a simulation at each
-//! state. Output: the number of examined states, and the last such state of the run with its time (s) and growth rate
-//! (1/s), which becomes a warning of the report. The run is not changed.
+//! A mode out of the plane of a planar scene counts as held. `includes` returns whether the state after a step is
+//! examined, and `examine` does so with a simulation in that state. Output: the number of examined states, and the last
+//! such state of the run with its time (s) and growth rate (1/s), which becomes a warning of the report. The run is not
+//! changed.
 
 use crate::code::Code;
 use crate::dynamics::simulation::Simulation;
@@ -187,8 +188,9 @@ fn unstable_state<M: Model>(
 }
 
 /// Unknowns of the state without vibrations that are fast against a `squared` rate, 1/s^2: less the static response
-/// `(K + s M)^-1 f` to the forces out of balance. Axial vibrations, for example, double the load of a column for half
-/// a period. `None` if the response displaces a node by more than [`PERSISTENT`] lengths: the state does not persist.
+/// `(K + s M)^-1 f` to the forces out of balance. Axial vibrations, for example, double the load of a column for half a
+/// period. `None` if the response displaces a node by more than [`PERSISTENT`] lengths: the state does not persist.
+/// Error: a zero pivot.
 fn relaxed<M: Model>(
     discretized: &Discretized<'_, M>,
     rod: &M::Rod<f64>,
@@ -212,7 +214,7 @@ fn relaxed<M: Model>(
 
 /// The square of the fastest growth rate of motions out of the plane of a planar scene at `q`, 1/s^2, under its loads at
 /// a time, s, from its spatial model. `None` if no squared rate exceeds `least`, or that motion displaces no node (a
-/// spin).
+/// spin). Error: the eigenvalue search fails.
 fn out_of_plane<M: Model>(
     discretized: &Discretized<'_, M>,
     time: f64,

@@ -17,8 +17,8 @@
 //! Input: coefficients of the step, damping (times in s), and strains, mean strain rates and spring stretches at its
 //! start. Output: a [`Viscosity`] (factors of the stiffnesses and shifts of the natural strains) for the end of a step
 //! ([`at_end`]) or for its start ([`at_start`]), from which the laws follow. [`relax`] returns the stretches of the
-//! Maxwell springs after the step. Averaging schemes have the viscous stress apart from the elastic one, half of it at
-//! each end, and no Maxwell branches.
+//! Maxwell springs after the step, by the factors `[e^(-h/tau), w]` of `relaxation`. Averaging schemes have the viscous
+//! stress apart from the elastic one, half of it at each end, and no Maxwell branches.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::numerics::phi_function::phi1;

@@ -5,10 +5,12 @@
 //! derivatives by hand, `g` and `H` by `y`, the chain rule gives those by `q`: `J' g` and `J' H J + d2(g.y)/dq2`. Nodes
 //! are linear in the unknowns; `J` of the directors, and the second derivatives of `g.y` at a constant `g`, are
 //! computed in dual numbers. Without derivatives by hand, or if they are not requested, the energy itself is evaluated
-//! in dual numbers. Input of [`Over`]: a [`Site`] (chart, reference frames, numbers of the place, values of the
-//! parameters, weight) and the unknowns of an element of one to three nodes. Output: energy, J, gradient, N (N m for
-//! angles), and the lower triangle of the Hessian, all times the weight of the site (1 without one). Entries beyond the
-//! unknowns of the element have no meaning. [`Adapter`] makes these of a user's type.
+//! in dual numbers. A chart also returns the number of unknowns of several nodes (`unknowns`), the number of unknowns
+//! per node (`stride`), the world axis of a coordinate (`axis`), and nodes and directors of an element (`world`). Input
+//! of [`Over`]: a [`Site`] (chart, reference frames, numbers of the place, values of the parameters, weight) and the
+//! unknowns of an element of one to three nodes. Output: energy, J, gradient, N (N m for angles), and the lower
+//! triangle of the Hessian, all times the weight of the site (1 without one). Entries beyond the unknowns of the
+//! element have no meaning. [`Adapter`] makes these of a user's type.
 
 use crate::energy::Derivatives;
 use crate::energy::by_unknowns::{self, Function};

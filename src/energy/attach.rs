@@ -25,8 +25,8 @@ impl Code for Kept {
     }
 }
 
-/// The energy as code that a scene stores, compiled for all scalars of the rod. An energy over more than three nodes
-/// does not compile.
+/// The energy as code that a scene stores, compiled for all scalars of the rod. An energy over no node, or over more
+/// than three nodes, does not compile.
 fn code<E, const N: usize, const P: usize>(energy: E) -> Arc<dyn Code>
 where
     E: OwnEnergy<N, P>,

@@ -2,7 +2,10 @@
 //!
 //! Input: three node positions (m) and the angles of both edges (rad) in the order of [`UNKNOWNS`]. A [`BendTwist`] has
 //! stiffness, natural strains and the references of the directors. Output: strains (rad), energy (J), gradient (N, N m
-//! for angles) and full Hessian, also by num-dual ([`dual_gradient`], [`dual_tangent`]). [`JointLaw`] is the law alone.
+//! for angles) and full Hessian, also by num-dual ([`dual_gradient`], [`dual_tangent`]). [`JointLaw`] is the law alone:
+//! `pull` returns its first derivatives by rotations of both edges, `pack_lanes` puts several laws in SIMD lanes. `at`
+//! makes the element of a node from a law and the frames, `strains` are its strains; `joint` makes the joint of two
+//! edges, `energies` are those of bending and of twisting.
 //!
 //! Energy (Huang and Jawed 2019, Eqs. 1b and 1c): `E = 1/2 sum_a K_a (s_a - s_natural_a)^2` over the strains
 //!

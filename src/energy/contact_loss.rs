@@ -22,9 +22,9 @@
 //! part have derivatives.
 //!
 //! Input: a contact with its numbers, unknowns and velocities of an edge. Output: minus the forces on these unknowns
-//! (N, N m for the angle), as for a gradient. Also their derivatives by the unknowns at the end of a step, on which the
-//! velocities depend linearly; they are computed in dual numbers and not symmetric. `touches` is whether there is an
-//! overlap.
+//! (`forces`, N, N m for the angle), as for a gradient. Also their derivatives (`tangent`) by the unknowns at the end
+//! of a step, on which the velocities depend linearly; they are computed in dual numbers and not symmetric. `touches`
+//! is whether there is an overlap.
 
 use crate::energy::by_unknowns::jacobian;
 use crate::energy::edge_contact::{EdgeContact, GAUSS};

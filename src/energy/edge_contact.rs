@@ -20,8 +20,12 @@
 //!
 //! Input: obstacle, part of the edge and positions of its nodes (m) along the axes of the model, and the stiffness `k`
 //! (N/m^3). Output: the energy, and for each surface of the obstacle gradient (N) and lower triangle of the Hessian
-//! (N/m), derived by hand: with the share `w` of a node the integrals of `k l w delta^2 g` and
-//! `k l w w' (2 delta g g' + delta^2 H)`, where `H` is the second derivative of the overlap.
+//! (N/m), derived by hand: with the share `w` of a node the integrals of `k l w delta^2 g` and `k l w w' (2 delta g
+//! g' + delta^2 H)`, where `H` is the second derivative of the overlap. `derive` overwrites the derivatives of one
+//! surface, and returns false, with nothing written, without contact.
+//!
+//! `EdgeContact` is the contact of a part of an edge, `ContactDerivatives` its gradient and Hessian by the unknowns of
+//! the edge. `GAUSS` are points and weights on [0, 1].
 
 use crate::energy::overlap::{EdgePart, Overlap, OverlapAlong, Surface};
 use crate::numerics::scalar::Scalar;

@@ -2,8 +2,9 @@
 //!
 //! Input: components of forces on both nodes of an edge (N) along its tangent `t` and both directors, of a moment (N m)
 //! about these, and of a moment about fixed axes. Further the unknowns of the edge, in space with its reference frame.
-//! Output: the forces on the unknowns of the edge (N, N m for the angle), and minus their derivatives by these unknowns
-//! (N/m), which are not symmetric.
+//! Output: the forces on the unknowns of the edge (N, N m for the angle; `planar_forces`, `spatial_forces`), and minus
+//! their derivatives by these unknowns (N/m; `planar_tangent`, `spatial_tangent`), which are not symmetric. `scaled`
+//! multiplies a load by a factor, `map` converts its scalar type.
 //!
 //! In the plane the components are those along the tangent and the normal to its left, and moments have no effect. In
 //! space a moment `m` does the

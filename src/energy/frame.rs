@@ -16,6 +16,11 @@
 //! tangents is the reference twist less this angle, plus the difference of both `theta`. `EdgeFrame::material` returns
 //! both material directors at a tangent and an angle. `Frames::replace` exchanges the frame of one edge, with the
 //! reference twists of its joints.
+//!
+//! `EdgeFrame::transported` is the frame moved to another tangent by parallel transport. `EdgeFrame::turned` returns
+//! both directors after a rotation about the tangent. `moved_twist` is the reference twist of a joint after its edges
+//! moved. `one_plus_dot` is `1 + a.b` of unit vectors, accurate also where they oppose each other. `pack_lanes`,
+//! `after` and `vector_after` put consecutive edges in SIMD lanes and shift these by one edge.
 
 use crate::numerics::scalar::{Scalar, SimdScalar};
 use crate::numerics::vector::{Vector, add, combine, cross, dot, map_components, scale, sub, unit};

@@ -26,7 +26,14 @@
 //!
 //! [`EdgeState::gradient`] and [`EdgeState::derivatives`] convert them to derivatives by an edge's vector (m) and angle
 //! (rad), once for the sum of the edge's two joints. They add those of an axial force; [`between`] converts the block
-//! of two edges. `BendTwist` and the assembly of rods in space use this module.
+//! of two edges. [`Joint::slopes`] returns the table above, `Joint::pull` the first derivatives of the energy by `p`,
+//! `q` and `h` from given stresses. [`DirectedEdge`] is tangent, directors and inverse length of an edge: `moved` makes
+//! it from a transported frame, `across` returns the derivative by the edge vector from those by `p` and `q`.
+//! `EdgeSum::plus` adds the parts of both joints of an edge. `EdgeState::at_reference` takes the present frame as the
+//! reference, as the derivatives of the literature do.
+//!
+//! `JointGradient` and `JointTangent` are derivatives by `p`, `q` and `h` of both edges, `EdgeSum` and `ByEdge` those
+//! by one edge before and after the conversion. `Between` are second derivatives by both edges.
 
 use crate::energy::frame::{EdgeFrame, vector_after};
 use crate::energy::law::{Stiffness, Symmetric};

@@ -6,8 +6,12 @@
 //! from the center of a sphere or the axis of a cylinder it is `(D^2 - d^2)/(2 D)`. `D` is the sum of both radii
 //! (derivation in [`edge_contact`]). [`EdgePart`] has the surfaces that the edge may touch, each with its part of the
 //! edge: three of a capsule (sides and both ends), one of other obstacles. [`Overlap`] is the overlap with one surface.
-//! [`OverlapAlong`] is the overlap along the edge, a polynomial of second degree, with its gradients at the nodes and
-//! the part of the edge where it is positive. [`largest_overlap`] returns the largest overlap of an edge part.
+//! `surfaces` is the number of surfaces, and `surface` one of them with its part of the edge. [`OverlapAlong`]
+//! (`Overlap::along`) is the overlap along the edge, a polynomial of second degree, with its gradients at the nodes and
+//! the part of the edge where it is positive. `positive_part` returns that part as numbers, `moving_part` with the
+//! derivatives of its ends, and `at_moving` the overlap at a fraction that has derivatives. [`largest_overlap`] returns
+//! the largest overlap of an edge part. `EdgePart::is_apart` is true only if the edge is certainly out of reach of the
+//! obstacle.
 //!
 //! [`edge_contact`]: crate::energy::edge_contact
 

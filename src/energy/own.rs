@@ -56,6 +56,8 @@
 //! ```
 //!
 //! [`Scene::with_energy`]: crate::Scene::with_energy
+//!
+//! `MOST_NODES` is the largest number of nodes of an energy, `Block` a block of second derivatives.
 
 use crate::energy::place::{Directors, Place};
 use crate::numerics::scalar::Scalar;

@@ -4,8 +4,10 @@
 //! the first or last element. An arc length has the two elements whose centers enclose it, with linear weights, or the
 //! nearest one beyond all centers. An interval or the whole rod has all elements with a positive tributary length
 //! there. Output: per element its first node, its weight (None for 1), and a list of numbers. These are arc length and
-//! tributary length, m, then the positions of its nodes, m, and the directors of its edges at rest. The list is empty
-//! if the mesh has too few nodes.
+//! tributary length, m, then the positions of its nodes, m, and the directors of its edges at rest. The list of
+//! elements is empty if the mesh has too few nodes. `numbers` makes this list. Functions of [`Place`] return arc
+//! length, tributary length (`length`) and position of a node (`node`) from it, `number` returns any entry, and `edge`
+//! the [`Directors`] of an edge (unit tangent and both material directors, in the world).
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, components};

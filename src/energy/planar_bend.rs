@@ -1,9 +1,11 @@
 //! Element for bending at one inner node of a rod in a plane: energy, hand-derived gradient and Hessian.
 //!
-//! Energy (Eq. 1b): `E = 1/2 (EI/dl) (k - k_natural)^2`, with the Voronoi length `dl` and the integrated curvature
-//! `k = 2 tan(phi/2)` of the turning angle `phi` between the edges `e` and `f`, positive counter-clockwise. Input:
-//! `EI/dl`, N m, and the coordinates of three nodes, m; output: energy, J, gradient, N, and full Hessian, N/m.
-//! [`curvature`] is `k` of three points.
+//! Energy (Eq. 1b): `E = 1/2 (EI/dl) (k - k_natural)^2`, with the Voronoi length `dl` and the integrated curvature `k =
+//! 2 tan(phi/2)` of the turning angle `phi` between the edges `e` and `f`, positive counter-clockwise. Input: `EI/dl`,
+//! N m, and the coordinates of three nodes, m; output: energy, J, gradient, N, and full Hessian, N/m. [`curvature`] is
+//! `k` of three points, `strain` the same of an element, and `curvature_between` that of two unit tangents. `energy_at`
+//! is the energy at `k`. `slope` is `dk/dphi`, and `by_angle` the moment `dE/dphi` and `d2E/dphi2`, N m, from stiffness
+//! and stress by the curvature. `none` and `pack_lanes` serve SIMD lanes of several joints.
 //!
 //! `tan(phi/2)` is `sin/(1 + cos)` for turning angles up to a right angle and `(1 - cos)/sin` beyond, so that
 //! nothing cancels, neither in a straight rod nor in a fold. A fold of exactly 180 degrees has infinite energy.

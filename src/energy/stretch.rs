@@ -6,6 +6,13 @@
 //! `d2E/de2 = (K/l - F/|e|) t t' + F/|e| I`, where `K = dF/deps` is EA. Input: EA, N, rest length, m, natural strain,
 //! and the coordinates of both nodes, m; output: energy, J, gradient, N, and full Hessian, N/m. The part of a law that
 //! is not linear in the strain is added by [`HyperelasticStretch`](crate::energy::HyperelasticStretch).
+//!
+//! `edge` is the edge vector of two nodes, `strain` the strain of an edge vector, and `force` the axial force, positive
+//! in tension. `strain_of`, `energy_at` and `tension` (`[F, dF/d|e|]`, N and N/m) take the squared length and the
+//! length of an edge. `strain_after` is the strain to first order in the change of the edge. For a given axial force
+//! `along` is the force vector, `axial_hessian` the Hessian by the edge vector, and `axial_tangent` gradient and
+//! Hessian by both nodes. `to_nodes` turns the gradient by the edge vector into that by both nodes. `none` and
+//! `pack_lanes` serve SIMD lanes of several edges.
 
 use crate::energy::law::Law;
 use crate::energy::{Element, Local};

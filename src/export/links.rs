@@ -6,7 +6,8 @@
 //! the middles of its edges. Its rotational stiffnesses, N m/rad, are `EI/l` for bending and `GJ/l` for twist. It also
 //! has the rotations without stress, viscous times, and moments of internal friction. Directors are free of twist at
 //! rest; the first one is that of the section. Supports, gravity, mass-proportional damping and moduli are those of the
-//! scene. Error: point masses outside the rod.
+//! scene. `tip_fraction` is the place of the end of the rod in the last link, below 1 within a clamp; `weight_strain`
+//! is the largest axial strain by the weight, which rigid links leave out. Error: point masses outside the rod.
 
 use crate::energy::frame::{EdgeFrame, Frames};
 use crate::error::Error;
@@ -39,8 +40,8 @@ pub(super) struct RodChain {
     pub gravity: Vector<f64>,
     /// Rate of the force `-rate M v`, 1/s.
     pub mass_damping: f64,
-    /// Young's and shear modulus, Pa, and density, kg/m^3, without taper. The shear modulus is none if the scene has
-    /// none.
+    /// Young's and shear modulus, Pa, and density, kg/m^3, without taper. The shear modulus is none without one in the
+    /// scene, or with moments in `loads.point`.
     pub moduli: ChainModuli,
 }
 

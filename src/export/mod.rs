@@ -1,11 +1,17 @@
 //! Files of a rod for other simulators, from a problem.
 //!
 //! Input: a [`Problem`] of one rod and an [`ExportFormat`]. Output: an [`Export`] with the text of the file, and notes
-//! on the parts of the scene that the file does not have or has in another form. `links` describes the rod as a chain
-//! of rigid links with elastic joints (stiffnesses, masses, frames at rest); the writers `mujoco`, `pyelastica`, `usd`
-//! and `table` write it in SI units. Errors: a roller, a recorded end, a prescribed motion of a support, or point
-//! masses outside the rod. [`Problem::export_motion`] (`vtk`) returns the frames of a simulated motion, with any
-//! supports, as files for ParaView.
+//! on the parts of the scene that the file does not have or has in another form. `links` computes a chain of rigid
+//! links with elastic joints (stiffnesses, masses, frames at rest). The writers use its numbers in SI units:
+//!
+//! - `mujoco` for links with hinges,
+//! - `pyelastica` for a script with a Cosserat rod,
+//! - `usd` for a curve with widths and attributes,
+//! - `table` for a CSV of stiffnesses, mass per length and radius.
+//!
+//! Errors: a roller, a recorded end, a prescribed motion of a support, or point masses outside the rod.
+//! [`Problem::export_motion`] (`vtk`) returns up to a given number of frames of a simulated motion (at least the first
+//! and the last), with any supports, as files for ParaView, and their list.
 
 mod links;
 mod mujoco;

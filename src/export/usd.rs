@@ -2,7 +2,7 @@
 //!
 //! Input: a [`RodChain`] and the notes of the export, which become comments. Output: a stage in meters with the curve
 //! `/rod` at rest, its density (kg/m^3) by the physics schema, and the attributes `rodfit:..`. These are Young's and
-//! shear modulus (Pa; 0 without a shear modulus), and bending and torsional rigidity (N m^2). Mass damping (1/s), the
+//! shear modulus (Pa; 0 if the chain has none), and bending and torsional rigidity (N m^2). Mass damping (1/s), the
 //! viscous time of bending (s) and the kinds of both supports are the others. Rigidities and the viscous time are those
 //! of the joint in the middle.
 

@@ -5,11 +5,15 @@
 //! deserialized (`FitForm`). A `scene` is one experiment; each `[[experiment]]` is one, or one for each recording in
 //! its `paths`. Each scene (of a rod or a structure) is loaded and prepared as a [`Problem`](crate::Problem) on its
 //! initial mesh, and the files of the measurements are read. Parameters with `fixed` replace values of the scenes.
-//! Output: a [`FitFile`], checked as a fit of lists along the rod if it has any, as validation data if all are, else
-//! as a fit of parameters. [`FitFile::load`] also rejects planned measurements; duplicates are rejected by the fit.
+//! Output: a [`FitFile`], checked as a fit of lists along the rod if it has any, as validation data if all are, else as
+//! a fit of parameters. [`FitFile::load`] also rejects planned measurements; duplicates are rejected by the fit.
+//! [`FitFile::load_if`] calls a check for every scene before its mesh is created, and [`FitFile::load_plan_if`] also
+//! accepts planned measurements. `files` lists the files that were read besides the fit file. [`FitFile::from_toml`]
+//! takes a text and the folder of its paths. `of_parameters` is an error for a file with lists along the rod, and
+//! `is_validation_only` returns whether all measurements are validation data and there are no such lists.
 //! [`FitFile::fit`] makes a [`Fit`] of all but the lists along the rod. Errors have the file (of the fit, a scene or
-//! data); those of a key have the key with the value found and the allowed values. [`Fit::add_toml`] adds
-//! measurements (to the last experiment), parameters and inputs to a fit, and replaces its analyses.
+//! data); those of a key have the key with the value found and the allowed values. [`Fit::add_toml`] adds measurements
+//! (to the last experiment), parameters and inputs to a fit, and replaces its analyses.
 
 use crate::error::{Error, ensure};
 use crate::fit::Fit;
@@ -249,7 +253,7 @@ impl FitFile {
     }
 
     /// Adds the unknowns and the inputs with an uncertainty of these tables. A parameter with a `fixed` value changes
-    /// the scenes instead.
+    /// the scenes instead. Errors are those of the tables, with their keys.
     fn add(&mut self, parameters: Vec<ParameterForm>, known: Vec<KnownForm>) -> Result<(), Error> {
         for (i, parameter) in parameters.into_iter().enumerate() {
             self.add_parameter(i, parameter)?;

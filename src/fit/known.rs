@@ -2,12 +2,13 @@
 //! exact.
 //!
 //! [`Known`] has the input, its standard uncertainty in its unit, the experiments that share the error (none named: all
-//! that have the input), and correlations with other inputs. [`check`] rejects inputs that no scene has, that are
-//! fitted or given twice in an experiment, and uncertainties that are not positive or above [`MOST_SIGMA`].
-//! [`correlations`] returns the correlation matrix of all inputs for the uncertainty budget (0 for pairs without one).
-//! Correlations that are ambiguous, beyond -1 to 1 or contradictory (a negative eigenvalue) are errors.
-//! [`correlation_root`] returns a square root `B` of the matrix (`B B'`, by eigenvectors) for the Monte Carlo
-//! propagation.
+//! that have the input), and correlations with other inputs. `of_experiment` adds an experiment to those that share the
+//! error, and `correlated` a correlation. `label` is the name with its experiments, `as_unknown` an unknown of the same
+//! number, for derivatives of the residuals. [`check`] rejects inputs that no scene has, that are fitted or given twice
+//! in an experiment, and uncertainties that are not positive or above [`MOST_SIGMA`]. [`correlations`] returns the
+//! correlation matrix of all inputs for the uncertainty budget (0 for pairs without one). Correlations that are
+//! ambiguous, beyond -1 to 1 or contradictory (a negative eigenvalue) are errors. [`correlation_root`] returns a square
+//! root `B` of the matrix (`B B'`, by eigenvectors) for the Monte Carlo propagation.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::experiment::{Experiment, named};
@@ -158,7 +159,7 @@ pub(crate) fn correlations(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
 
 /// A root `B` of the [correlation matrix](correlations) `B B'`, square and one row per input: the product of `B` with
 /// independent standard normal numbers has these correlations. `B` is the eigenvectors times the roots of the
-/// eigenvalues, negative ones as zero.
+/// eigenvalues, negative ones as zero. Errors are those of [`correlations`].
 pub(crate) fn correlation_root(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
     let correlations = correlations(knowns)?;
     if knowns.is_empty() {

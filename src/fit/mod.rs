@@ -18,6 +18,12 @@
 //! repeated. `uncertainty` assesses the optimum, `report` is the result, `extend` adds omitted effects. `design`
 //! evaluates plans, `field` fits lists along the rod, `validation_errors` compares without a fit, and `structure`
 //! serves scenes of several rods.
+//!
+//! `experiment`, `observe` and `identify` add experiments, measurements (to the last experiment) and parameters;
+//! `known` adds inputs, and `analyse` replaces the analyses. `on_progress` sets a callback, `stop_when` a flag that
+//! stops the fit; its report then has the best values so far. `keep_plot_data` costs further simulations.
+//! [`Fit::solve`] is the fit. `with_resolution_of` is the fit on the final meshes of its report, and `residuals` are
+//! its residuals as a function of the unknowns.
 
 mod buckling_form;
 pub(crate) mod design;
@@ -422,7 +428,8 @@ impl Fit {
     /// Searches the global optimum on the initial mesh, and refines and assesses it. Where a scene leaves mesh or step
     /// open, the search stops at the first optimum that explains the motion, except for rods with recorded ends. If its
     /// residuals are then not noise, the state of the search is kept, so that `refine` can complete it. `since` is the
-    /// start of the fit, for its duration. The sigmas and weights in `search` change.
+    /// start of the fit, for its duration. The sigmas and weights in `search` change. Errors are those of the search
+    /// and of the assessment.
     fn search(
         &self,
         search: &mut Search,
@@ -444,7 +451,7 @@ impl Fit {
     /// the optimum requires. Then complete a search that stopped early, compare the optimum with other minima, and
     /// assess the final one. A finer mesh, or another optimum of the completion or the comparison, calls this function
     /// again with the changed `state`; held unknowns do not. A lower minimum whose report did not converge is replaced
-    /// by the report of this optimum, with a warning.
+    /// by the report of this optimum, with a warning. Errors are those of the assessment of this optimum.
     fn refine(
         &self,
         fitted: Fitted,
@@ -536,7 +543,8 @@ impl Fit {
     }
 
     /// The experiments without constant coordinates. The layout of each mesh is fixed for generic values of all
-    /// parameters by which the residuals are differentiated: unknowns and inputs with an uncertainty.
+    /// parameters by which the residuals are differentiated: unknowns and inputs with an uncertainty. Error: a scene
+    /// that cannot be prepared.
     fn prepared_experiments(&self) -> Result<Vec<Experiment>, Error> {
         // The budget varies the inputs too: the layout must not change with them either.
         let knowns = self.knowns.iter().map(Known::as_unknown);

@@ -6,6 +6,9 @@
 //! names of experiments the list is empty, which means all. The only error here is an empty list in the file; values
 //! are checked later with the scenes. The key `fixed` is not part of the unknown: `fit::file` sets that value in the
 //! scenes instead.
+//!
+//! `ParameterForm` is the table `[[parameter]]`, `KnownForm` the table `[[known]]` with `CorrelationForm`, and
+//! `ExperimentNames` one name or a list.
 
 use crate::error::Error;
 use crate::fit::known::{Correlation, Known};

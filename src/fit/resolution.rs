@@ -86,7 +86,7 @@ pub(crate) fn with_initial_resolution(
 
 /// The experiments on the meshes and with the steps of their scenes. Where the program chose the scheme for a
 /// simulation, the tolerance of its steps becomes the (smaller) default one, so that the residuals are smooth functions
-/// of the unknowns.
+/// of the unknowns. Errors are those of building a problem.
 pub(crate) fn with_smooth_steps(experiments: Vec<Experiment>) -> Result<Vec<Experiment>, Error> {
     let smooth = |experiment: Experiment| {
         let mut scene = experiment.problem.scene().clone();
@@ -128,9 +128,11 @@ fn step_size(experiment: &Experiment) -> f64 {
     experiment.problem.scene().time.as_ref().map_or(1.0, |time| time.step_size())
 }
 
-/// The experiment with at least this number of edges (`segments`) and this `step`, s, where its scene leaves them open.
-/// The markers of a recording that prescribes the ends are at nodes: the number of edges is rounded up to a multiple of
-/// the spans between markers.
+/// The experiment with at least this number of edges (`segments`) and this `step`, s, where its scene leaves them open
+/// or the program chose them. With the step, a scheme that is open or that the program chose becomes generalised-alpha
+/// with the default tolerance. The markers of a recording that prescribes the ends are at nodes: the number of edges is
+/// rounded up to a multiple of the spans between markers. Errors: a recording that is not read, and those of building
+/// the problem.
 fn with_resolution(
     experiment: Experiment,
     segments: usize,

@@ -7,6 +7,9 @@
 //! deviation, loss and `held_out`. Errors have the key: an end without a support, a filter or tare that is not valid,
 //! keys of another quantity, and no component that remains. A file that cannot be read is an error with its path.
 //! [`refuse_given`] rejects keys that a table must not have.
+//!
+//! `SensorForm` are the keys of sensors in `[[observation]]`, with `TareForm` (known offsets, or `NuisanceTare` for
+//! unknown ones) and `SensorFilter`. `GivenKey` is a key and whether a table has it.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;

@@ -7,7 +7,8 @@
 //! without a fit, and [`check_recorded`] rejects planned measurements. [`Measurement::check_units`] rejects positions
 //! in a wrong unit, whose median distance from the wall exceeds [`FARTHEST`] rod lengths. Output: `Ok`, or the first
 //! [`Error::Invalid`] with the key in the fit file or the file, the value found, and the allowed values.
-//! [`measurement_key`] returns the key of a measurement in the fit file.
+//! [`measurement_key`] returns the key of a measurement in the fit file. `is_same_in_any` returns whether two unknowns
+//! are one parameter of any experiment.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;

@@ -2,9 +2,10 @@
 //!
 //! [`parse`] deserializes a text. The message of an error lists the keys with a placeholder (`..`, `...`, `?`, `TODO`,
 //! without quotes) as value and their lines, if there are any. Else, if the error is a missing key, it lists all
-//! missing keys by the [`Rule`]s of the file kind, or one key with the line of its table. Else it has the message of
-//! the TOML reader with line, column and the token at fault. Files of scenes, structures, fits and campaigns are read
-//! with it. [`placeholders`] lists the keys with placeholders.
+//! missing keys by the [`Rule`]s of the file kind ([`always`] for a required table, [`if_there`] for an optional one),
+//! or one key with the line of its table. Else it has the message of the TOML reader with line, column and the token at
+//! fault. Files of scenes, structures, fits and campaigns are read with it. [`placeholders`] lists the keys with
+//! placeholders.
 
 use crate::error::Error;
 use marker_files::printable::{column_name, token, with_tokens_cut};

@@ -1,10 +1,10 @@
 //! Input and output of text files, for scenes, fits, recordings and campaigns.
 //!
 //! `arrays` deserializes lists of fixed length, and null as an infinite number. `missing_keys` parses TOML; its error
-//! messages list all missing keys and all placeholders. `hints` replaces the message of an error by a likely mistake,
-//! such as another kind of file. `onset` estimates the time at which a recorded motion begins. With the feature `cli`
-//! there are also table cells that spreadsheets do not compute (`text_cell`), output files that are replaced only when
-//! complete (`part_file`), and the keys of the table of a type (`table_keys`).
+//! messages list all placeholders, or else all missing keys. `hints` replaces the message of an error by a likely
+//! mistake, such as another kind of file. `onset` estimates the time at which a recorded motion begins. With the
+//! feature `cli` there are also table cells that spreadsheets do not compute (`text_cell`), output files that are replaced
+//! only when complete (`part_file`), and the keys of the table of a type (`table_keys`).
 
 pub(crate) mod arrays;
 pub(crate) mod hints;

@@ -1,12 +1,14 @@
-//! Estimate of the onset of motion (release) in a recording that begins with a rest.
+//! Estimate of the onset of motion (release) after a rest in a recording.
 //!
 //! Input are times and positions of a point, in any units; frames without all recorded coordinates are left out. The
-//! samples around the onset follow `x = c + a max(0, t - t0)^p`, with a free `t0`. A point that is released from rest
-//! accelerates (`p = 2`); after a blow it has a velocity (`p = 1`). Behind a driven support it starts more smoothly (`p
-//! = 3, 4`). Least squares over `t0` and `p` is a change-point estimate (Hinkley 1970). It is accepted if models
-//! without rest (a cubic, or a power from the first sample) have a larger sum of squares by more than `SIGNIFICANT`
-//! residual variances. [`onset_of_motion`] returns `t0` in the unit of the times, or none without a rest before the
-//! motion, without motion above the noise, or with fewer than `FEWEST_SAMPLES` samples.
+//! rest is the last one before the first fast motion. It begins the recording, or is at least as long as the rise after
+//! it. Slower motion may precede it, as that of a point that is pulled aside and held. The samples around the onset
+//! follow `x = c + a max(0, t - t0)^p`, with a free `t0`. A point that is released from rest accelerates (`p = 2`);
+//! after a blow it has a velocity (`p = 1`). Behind a driven support it starts more smoothly (`p = 3, 4`). Least
+//! squares over `t0` and `p` is a change-point estimate (Hinkley 1970). It is accepted if models without rest (a cubic,
+//! or a power from the first sample) have a larger sum of squares by more than `SIGNIFICANT` residual variances.
+//! [`onset_of_motion`] returns `t0` in the unit of the times, or none without a rest before the motion, without motion
+//! above the noise, or with fewer than `FEWEST_SAMPLES` samples.
 
 use crate::numerics::upper_median;
 use std::collections::VecDeque;
@@ -216,8 +218,8 @@ impl MotionSamples {
         }
     }
 
-    /// Time of the onset by least squares over a grid of [`CANDIDATES`], refined once, with the best of the powers 1 to
-    /// 4. None if fewer than [`FEWEST_AT_REST`] samples lie before it, or there are too few samples. None also if a
+    /// Time of the onset by least squares over a grid of [`CANDIDATES`], refined once, with the best of the powers 1
+    /// to 4. None if fewer than [`FEWEST_AT_REST`] samples lie before it, or there are too few samples. None also if a
     /// model without rest (a power from the first sample, or a cubic) fits nearly as well, within [`SIGNIFICANT`]
     /// residual variances.
     fn onset(&self) -> Option<f64> {

@@ -2,10 +2,11 @@
 //! rod.
 //!
 //! The tangent of an open rod is a band with `W = 5` in the plane and 10 in space. [`BandMatrix`] stores it by columns,
-//! adds element blocks and multiplies it with vectors; [`Ldlt`] factors a range of its rows and solves. The
-//! factorization takes no pivots; a pivot that is zero or not finite is an error with its row. It is backward stable
-//! for positive definite matrices. For other symmetric matrices the number of negative pivots is positive; callers
-//! check the solution by its [residual](Tangent::residual).
+//! adds element blocks and multiplies it with vectors (as a [`Tangent`]); `zeros` makes it, `is_symmetric` returns
+//! whether no unsymmetric block was added, and `columns_mut` returns groups of columns to be overwritten. [`Ldlt`]
+//! factors a range of its rows and solves. The factorization takes no pivots; a pivot that is zero or not finite is an
+//! error with its row. It is backward stable for positive definite matrices. For other symmetric matrices the number of
+//! negative pivots is positive; callers check the solution by its [residual](Tangent::residual).
 //!
 //! Row by row, an elimination mostly waits for the previous pivot. Therefore it proceeds from both ends at once:
 //! first row, last row, second row, and so on. The ends meet in `W` or `W + 1` rows in the middle, which come last.

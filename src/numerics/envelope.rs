@@ -4,9 +4,12 @@
 //! [`Envelope::zeros`] takes the first column of each row. `factor` replaces the matrix by its factors, without pivots
 //! and without entries outside the envelope (Jennings 1966, doi:10.1093/comjnl/9.3.281); a pivot that is zero or not
 //! finite is an error with its row. `solve` overwrites several right-hand sides by their solutions, and
-//! `negative_pivots` counts the negative eigenvalues, both with the factors. The cost is the sum of the squared lengths
-//! of the rows, so that a good order of the rows has short ones. [`reverse_cuthill_mckee`] returns such an order of the
-//! vertices from the lists of neighbors in the graph of the matrix.
+//! `negative_pivots` counts the negative eigenvalues, both with the factors. `order` is the number of rows, `first` the
+//! first column of a row. `get` and `for_each` read entries, zero outside the envelope. `add`, `set` (lower triangle,
+//! inside the envelope), `clear`, `add_scaled` and `set_scaled` (another matrix of the same envelope times a factor)
+//! change them. `uncouple` replaces a row and column by those of the identity. The cost is the sum of the squared
+//! lengths of the rows, so that a good order of the rows has short ones. [`reverse_cuthill_mckee`] returns such an
+//! order of the vertices from the lists of neighbors in the graph of the matrix.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::{RightHandSide, Singular};

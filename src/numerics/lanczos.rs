@@ -3,11 +3,11 @@
 //! Input: a vector `b`, and products with the matrix `A`, which the caller computes: [`Lanczos::next`] returns the
 //! vector to be multiplied, or none at the end, and [`Lanczos::extend`] takes the product. After `k` products there are
 //! an orthonormal basis `Q` of the Krylov space of `b`, and the tridiagonal matrix `T = Q' A Q`. Output: eigenvalues of
-//! `T` (Ritz values, descending, each with vector and error bound), which approximate the largest ones of `A`. Also `Q
-//! (T + shift)^-1 Q' b`, the approximate solution of `(A + shift) x = b` for any shift without further products, with
-//! the norm of its residual. It is zero before the first product, and if `T + shift` is not positive definite. Fits of
-//! many parameters (fields along the rod) use it for steps and uncertainties, with one forward and one adjoint run for
-//! each product.
+//! `T` ([`Lanczos::ritz_pairs`]: Ritz values, descending, each with vector and error bound), which approximate the
+//! largest ones of `A`. [`Lanczos::solve`] returns `Q (T + shift)^-1 Q' b`, with `b` scaled to a given length: the
+//! approximate solution of `(A + shift) x = b` for any shift without further products, with the norm of its residual.
+//! This solution is zero before the first product, and if `T + shift` is not positive definite. Fits of many parameters
+//! (fields along the rod) use it for steps and uncertainties, with one forward and one adjoint run for each product.
 
 use crate::numerics::total_order;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};

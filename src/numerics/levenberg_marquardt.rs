@@ -1,7 +1,8 @@
 //! Bounded Levenberg-Marquardt method for `min 1/2 |r(x)|^2`, as a solver for argmin's Executor.
 //!
 //! The problem implements argmin's `Operator` (the residuals `r`) and `Jacobian`; bounds of the unknowns are given to
-//! [`LevenbergMarquardt`]. Output: the state with iterate, Jacobian, residuals and cost. The search converges if the
+//! [`LevenbergMarquardt`]. [`LevenbergMarquardt::longest_steps`] limits the change of each unknown in one iteration
+//! (default: unlimited). Output: the state with iterate, Jacobian, residuals and cost. The search converges if the
 //! Gauss-Newton step within the bounds changes no unknown by more than `step_tolerance`, or the linear model by at most
 //! `noise_tolerance` standard deviations of the residuals. A short step of at most `last_step` standard errors (default
 //! 0), whose extrapolated model error is below `noise_tolerance`, ends it too. It is not evaluated: residuals and cost

@@ -6,7 +6,8 @@
 //! step that changes `J s` by more than the unbounded one is repeated with `DAMPING_FACTOR` times the damping. Output:
 //! the step, None if it is not finite. `predicted` returns the decrease of the cost `|r|^2/2` that the linear model
 //! predicts for a step. `least_kept_effect` divides the column norms of `J` at another point by those at `x`; it
-//! returns the smallest of these ratios over the largest, one number for all free unknowns.
+//! returns the smallest of these ratios over the largest, one number for all free unknowns. [`half_sum_of_squares`] is
+//! the cost, and [`column_norms`] are the norms of the columns of a matrix of rows.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -11,12 +11,13 @@
 //! is that of the lowest of the orders 2 to 6 that the next one does not significantly lower (von Neumann 1941; Gasser,
 //! Sroka and Jennen-Steinmetz 1986). If the highest order still lowers it, the estimate is marked as an upper bound.
 //! Autocorrelated noise lowers it: AR(1) of 0.3, 0.8, 0.95 between neighbors to 0.83, 0.35, 0.18 of the truth. A
-//! comparison with every second sample reveals strong autocorrelation and smoothing, but not a missing effect.
-//! [`NoisySeries::noise`] returns the estimate in the unit of the values, for a sample of relative standard deviation
-//! one, or the reason why there is none. Reasons are constant values, fewer than [`FEWEST_DIFFERENCES`] differences, a
-//! share of outliers above `MOST_OUTLIERS`, or autocorrelation (with a lower bound). Excluded samples, repeated frames
-//! and outliers are left out before (`samples`). `quantization_step` returns the lattice step of rounded values, None
-//! without one or for at most `COINCIDENT_DIFFERENCES` differences. Fits use the estimate as the noise of recordings.
+//! comparison with every second sample reveals strong autocorrelation and smoothing. An effect that the model of a fit
+//! lacks has no part in it. [`NoisySeries::noise`] returns the estimate in the unit of the values, for a sample of
+//! relative standard deviation one, or the reason why there is none. Reasons are constant values, fewer than
+//! [`FEWEST_DIFFERENCES`] differences, a share of outliers above `MOST_OUTLIERS`, or autocorrelation (with a lower
+//! bound). Excluded samples, repeated frames and outliers are left out before (`samples`). `quantization_step` returns
+//! the lattice step of rounded values, None without one or for at most `COINCIDENT_DIFFERENCES` differences. Fits use
+//! the estimate as the noise of recordings.
 
 mod samples;
 #[cfg(test)]

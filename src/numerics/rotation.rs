@@ -8,10 +8,14 @@
 //! ```
 //!
 //! so that `T dr` is the rotation in the turned axes. Rotation matrices have the turned axes in their columns.
-//! `logarithm` returns the vector of a rotation by less than half a turn, and is not finite at half a turn.
-//! `rotation_vector` returns that of any rotation, of length up to half a turn, in plain numbers only.
-//! `tangent_map_slope` is the symmetric part of the derivative of `T' u` by `r`. All functions but `rotation_vector`
-//! take numbers with derivatives. Bodies and joints of assemblies use them.
+//! `exponential` is `exp(r)` and `tangent_map` is `T`. `logarithm` returns the vector of a rotation by less than half a
+//! turn, and is not finite at half a turn. `rotation_vector` returns that of any rotation, of length up to half a turn,
+//! in plain numbers only. `tangent_map_slope` is the symmetric part of the derivative of `T' u` by `r`. All functions
+//! but `rotation_vector` take numbers with derivatives. Bodies and joints of assemblies use them.
+//!
+//! Operations on matrices: `identity`, `components_of` (from a function of row and column), `column`, `times` (`m v`),
+//! `transposed_times` (`m' v`), `product`, `transpose` and `inverse` (not finite for a singular matrix). `cross_matrix`
+//! is the matrix of `v x`. `orthonormal` returns orthonormal columns near the given ones (Gram-Schmidt).
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{

@@ -1,11 +1,11 @@
 //! SIMD arithmetic: several `f64` in one register of the processor's vector unit, which is detected at run time.
 //!
-//! [`SimdF64`] implements [`Scalar`], so that a formula written for any scalar processes four elements of a rod at
-//! once (AVX2). Operations are never fused (no FMA): each lane has bitwise the result of scalar arithmetic.
-//! Exceptions are sines and cosines, by polynomials (`numerics::trigonometry`), and `nearest_whole`, which rounds
-//! halves to even. The value of a vector whose lanes differ is NaN. [`with_simd`] runs a computation compiled for the
-//! vector unit; [`PairLevel`] computes `a - x y` of pairs for band matrices. Without AVX2 all of them use scalar
-//! code.
+//! [`SimdF64`] implements [`Scalar`], so that a formula written for any scalar processes four elements of a rod at once
+//! (AVX2). Operations are never fused (no FMA): each lane has bitwise the result of scalar arithmetic. Exceptions are
+//! sines and cosines, by polynomials (`numerics::trigonometry`), and `nearest_whole`, which rounds halves to even. The
+//! value of a vector whose lanes differ is NaN. [`with_simd`] runs a computation compiled for the vector unit,
+//! [`with_simd_if_wide`] only for arrays of more than two numbers; [`simd_level`] is the name of the unit;
+//! [`PairLevel`] computes `a - x y` of pairs for band matrices. Without AVX2 all of them use scalar code.
 
 use crate::numerics::operators::derived_operators;
 use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, SimdScalar, Sweep};

@@ -95,14 +95,15 @@ pub trait Factors<D: Scalar>: Clone + Debug + Send + Sync {
     /// Type of the factored matrices.
     type Matrix;
 
-    /// Factors the rows and columns of `range` of the matrix and replaces earlier factors; allocates nothing for a
-    /// symmetric matrix.
+    /// Factors the rows and columns of `range` of the matrix (of an assembly all of them) and replaces earlier factors.
+    /// A symmetric band matrix needs no allocation.
     ///
     /// # Errors
     /// The row of a pivot that is zero or not finite.
     fn factor(&mut self, matrix: &Self::Matrix, range: Range<usize>) -> Result<(), Singular>;
 
-    /// Factors `scale diag(diagonal) + factor matrix` over `range` without forming it, and replaces earlier factors.
+    /// Factors `scale diag(diagonal) + factor matrix` over `range` (of an assembly all of it) without forming it, and
+    /// replaces earlier factors.
     ///
     /// # Errors
     /// As [`factor`](Self::factor).

@@ -1,6 +1,7 @@
-//! Vectors of three components `[x, y, z]` over any [`Scalar`], with or without derivatives: sum, difference, multiple,
-//! linear combination, scalar and vector product, and unit vector. [`rotate`] rotates by a rotation vector, rad
-//! (Rodrigues' formula, by its series below 0.01). The unit vector of zero is NaN.
+//! Vectors of three components `[x, y, z]` over any [`Scalar`], with or without derivatives: sum (`add`), difference
+//! (`sub`), multiple (`scale`), linear combination (`combine`), scalar and vector product (`dot`, `cross`), and unit
+//! vector (`unit`). [`rotate`] rotates by a rotation vector, rad (Rodrigues' formula, by its series below 0.01). The
+//! unit vector of zero is NaN.
 //!
 //! Energies, frames and prescribed motions use them. [`components`] and [`map_components`] build arrays of any length
 //! by inlined loops.

@@ -1,11 +1,24 @@
 //! Charts under construction: series of data in SI units, axes, legend and CSV. `drawing` renders them as SVG.
 //!
-//! A builder adds lines, dots, intervals (bands along y, bars along x), stems and reference lines. Values are divided
-//! by the factor of their axis' unit, except for horizontal reference lines and shaded bands, which are in that unit
-//! already. Points that are not finite, or not positive on a logarithmic axis, are left out. Named lines and dots enter
-//! the legend and the CSV file, series with intervals the CSV file only; unnamed ones are decoration. Names of rows may
-//! replace the numbers of the y axis. Drawn series of more than `MAX_POINTS` points are thinned out evenly, in the CSV
-//! file too. There series with intervals have all finite points.
+//! Values are divided by the factor of their axis' unit, except for horizontal reference lines and shaded bands, which
+//! are in that unit already. A [`ChartAxis`] is linear unless `log` makes it logarithmic. `padded_range` is the range
+//! of its data with a margin, and [`labeled`] a label with a unit. Points that are not finite, or not positive on a
+//! logarithmic axis, are left out. Functions of [`PageChart`]:
+//!
+//! - `line`, `dots` and `dotted_line` draw a series. If it has a name, it enters the legend and the CSV file, else it
+//!   is decoration.
+//! - `line_with_band` and `dots_with_bars` draw points with intervals, along y or along x. They enter the CSV file
+//!   only.
+//! - `stems` (decoration), `level` and `mark` (horizontal and vertical reference line), `band` (a shaded range of
+//!   ordinates).
+//! - `covering` extends the x axis without drawing. `equal_scales` gives both axes the same length per unit,
+//!   `whole_ticks` restricts the ticks of the x axis to whole numbers, and `row_names` replaces the numbers of the y
+//!   axis by names.
+//! - `legend` returns HTML: the names of two or more series, and a note if points were thinned out. `without_legend`
+//!   clears the names so far. `csv` returns an HTML link to the data, empty without any.
+//!
+//! Drawn series of more than `MAX_POINTS` points are thinned out evenly, in the CSV file too. There series with
+//! intervals have all finite points.
 
 use crate::page::csv::csv_link;
 use crate::page::html::escaped;

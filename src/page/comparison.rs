@@ -3,7 +3,8 @@
 //! Input are the summaries of the fits. The first card has the number of fits per grade, and for each parameter the
 //! smallest and largest value of the fits that identify it. From [`MIN_VALUES`] values on it has their mean and the
 //! standard deviation between fits. Sections follow with a plot and a table of each parameter's estimates with 95 %
-//! intervals, and a table of grades, warnings and changed keys. Output is a self-contained HTML page.
+//! intervals, and a table with the grade, the status of fits that did not converge, the warnings, and a column per
+//! changed key. Output is a self-contained HTML page.
 
 use crate::fit::{Estimate, FitSummary, Grade, QuotedEstimate, interval_heading};
 use crate::page::card::{card, tone_class};

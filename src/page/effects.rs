@@ -1,11 +1,11 @@
 //! Sections on effects that the model omits, such as a compliant clamp or a taper.
 //!
-//! Input are the score tests of a fit, and the undetected biases of a fit or a design. "Likely omitted effects" has the
-//! score tests: rank, estimated size, its ratio to the standard error, largest bias and p-values; tests that are not
-//! significant are folded. "Undetected bias" has effects that the data do not exclude, with the bias that each would
-//! cause at its largest plausible size, and a test that would reveal it; biases of zero are left out. Both are HTML
-//! tables, empty without entries. [`largest_biases`] is a sentence on biases beyond the intervals, for the first card
-//! of a page.
+//! Input are the score tests of a fit, and the undetected biases of a fit or a design. "Likely omitted effects"
+//! ([`likely_omitted`]) has the score tests: rank, estimated size, its ratio to the standard error, largest bias and
+//! p-values; tests that are not significant are folded. "Undetected bias" ([`undetected_bias`]) has effects that the
+//! data do not exclude, with the bias that each would cause at its largest plausible size, and a test that would reveal
+//! it; biases of zero are left out. Both are HTML tables, empty without entries. [`largest_biases`] is a sentence on
+//! biases beyond the intervals, for the first card of a page.
 
 use crate::code::Code;
 use crate::fit::{Estimate, ScoreTest, UndetectedBias, biases_beyond_interval};
@@ -108,8 +108,9 @@ pub(super) fn likely_omitted(tests: &[ScoreTest]) -> String {
     html
 }
 
-/// The table of score tests: effect, rank, estimate, its ratio to the standard error, largest bias, and p-values.
-/// Biases of effects that are not significant are left out.
+/// The table of score tests: effect, rank, estimate, its ratio to the standard error, largest bias, its ratio to the
+/// standard error, and p-values. Rank 1 explains the largest part of the residuals; effects that the data cannot
+/// distinguish share a rank. Both numbers of the bias are left out for effects that are not significant.
 fn score_table(tests: Vec<&ScoreTest>) -> HtmlTable<&ScoreTest> {
     HtmlTable::new("score tests of omitted effects", tests)
         .html("effect", |test| {

@@ -1,10 +1,11 @@
 //! The main table of a page: estimates with standard errors and quoted 95 % intervals; and their parts as text.
 //!
-//! Input are quoted estimates in SI units, the headings, and a sentence below the table. Values have an SI prefix by
-//! their size and digits by their standard error. The error is also in per cent of the value, for positive parameters
-//! (identified in their logarithm) and for combinations. The quoted interval is the expanded one if inputs have a
-//! stated uncertainty; a row with the statistical part, without value and unit, follows. Else the quoted interval is
-//! the statistical one.
+//! Input of [`estimate_table`] are quoted estimates in SI units, the headings ([`error_heading`]), and a sentence below
+//! the table. [`estimate_scale`] is the unit of an estimate, [`quoted_interval`] an interval as text. Values have an SI
+//! prefix by their size and digits by their standard error. The error is also in per cent of the value, for positive
+//! parameters (identified in their logarithm) and for combinations. The quoted interval is the expanded one if inputs
+//! have a stated uncertainty; a row with the statistical part, without value and unit, follows. Else the quoted
+//! interval is the statistical one.
 //!
 //! Where the data bound the parameter on one side, `at least` or `at most` replaces the interval. The standard error
 //! is then absent. With a lower bound the value is absent too. Without value and lower bound the cell of the value is

@@ -5,6 +5,12 @@
 //! All digits in front of the decimal point are written. Very small or large numbers without a prefix have a power of
 //! ten, and numbers that are not finite are a dash. Minus signs and exponents are typographic. All sections of pages
 //! use these functions; CSV files have plain numbers instead.
+//!
+//! `Scale::for_size` and `Scale::for_values` (largest absolute value) choose a prefix; `Scale::format` and
+//! `Scale::format_with_unit` write an SI value, with the decimals of its error. `quantity` is an SI value with a unit,
+//! `percent` a fraction in per cent, both also with a plus sign (`signed_..`). `three_digits` and `scientific` (with a
+//! power of ten) are numbers without a unit. `with_minus_sign` and `superscripts` convert characters. [`MISSING`] is
+//! the dash.
 
 /// Symbols of SI units that take prefixes. Masses are displayed in grams where a prefix is needed.
 const PREFIXED: [&str; 9] = ["m", "s", "Pa", "Hz", "N", "rad", "J", "W", "g"];

@@ -4,6 +4,9 @@
 //! has the status of the run, positions of the tip (start, largest displacement, end), energy and warnings. Sections
 //! follow with an animation, up to [`MAX_SNAPSHOTS`] shapes side by side, energies over time, the path of the tip,
 //! settings and cost. Output is a self-contained HTML page. A film without frames has the card and the settings only.
+//! [`simulation_page`] makes the page. `run_card` (the first card, colored by status and warnings), `snapshots` (shapes
+//! side by side) and `run_settings` (scene file, model, mesh, step and scheme) are parts of other pages too, as are the
+//! figures `energy` and `tip`.
 
 use crate::dynamics::{Film, FilmSample, Frame, SimulationReport};
 use crate::page::card::{MessageList, card};

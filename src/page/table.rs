@@ -1,9 +1,11 @@
 //! HTML tables: a row for each item, a column for each of its properties.
 //!
-//! [`HtmlTable`] is built from items, and columns by functions that return the cell of an item as text (escaped) or
-//! HTML. The first column has the headings of the rows. Other columns without content are left out, missing cells have
-//! a dash, and rows beyond a number can be folded, except a single one. Output is HTML, empty without rows: a labeled
-//! region that scrolls on narrow screens. [`KeyTable`] is a table of keys with one text each.
+//! [`HtmlTable`] is built from items, and columns by functions that return the cell of an item as text (`text`,
+//! escaped) or HTML (`html`). `id`, `class` and `row_class` set an identifier and CSS classes. The first column has the
+//! headings of the rows. Other columns without content are left out, missing cells have a dash, and rows beyond a
+//! number can be folded (`render_folded`), except a single one. Output is HTML, empty without rows: a labeled region
+//! that scrolls on narrow screens. [`KeyTable`] is a table of keys (HTML) with one text each; `row_if_any` adds a row
+//! only if there is a text.
 
 use crate::page::html::{escaped, folded};
 use crate::page::number::MISSING;

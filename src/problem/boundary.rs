@@ -6,14 +6,20 @@
 //! x = c + u + exp(r) (x0 - c)
 //! ```
 //!
-//! with the displacement u, the rotation vector r and the point c. A wall also rotates its edge about the rod by
-//! the twist. Displacements, rotation vectors and twists of several motions of one end are added. The nodes of a
-//! recorded end are at the recorded markers; its angles are constant relative to the parallel-transported frame, or
-//! free. Nodes between the ends may be prescribed likewise. The mass matrix does not couple held and free unknowns,
-//! so that a step requires only the positions of the supports at its end. All vectors are in the axes of the model;
-//! in the plane the third component is zero. [`BoundaryMotion`] writes positions (m), velocities (m/s) and
-//! accelerations (m/s^2) into lists of all unknowns. Steppers, equilibria and sensitivities use it. For equilibria,
-//! which move ends in stages, `stages` returns their number; more than `MOST_STAGES` are an error.
+//! with the displacement u, the rotation vector r and the point c. A wall also rotates its edge about the rod by the
+//! twist. Displacements, rotation vectors and twists of several motions of one end are added. The nodes of a recorded
+//! end are at the recorded markers; its angles are constant relative to the parallel-transported frame, or free. Nodes
+//! between the ends may be prescribed likewise. The mass matrix does not couple held and free unknowns, so that a step
+//! requires only the positions of the supports at its end. All vectors are in the axes of the model; in the plane the
+//! third component is zero. [`BoundaryMotion`] overwrites the entries of held and recorded nodes in lists of all
+//! unknowns with positions (`advance`, m, with the angles of held edges), velocities (m/s) and accelerations (m/s^2).
+//! `prescribed` lists all prescribed unknowns, and their angles alone. `has_numbers` returns whether the motion depends
+//! on numbers of the scene, `changes` whether any of these has a derivative. Steppers, equilibria and sensitivities use
+//! it. For equilibria, which move ends in stages, `stages` returns their number; more than `MOST_STAGES` are an error.
+//! `carry` moves all nodes by weighted motions of the ends, as the initial guess of a stage.
+//!
+//! `MovedEnd` is an end that a support holds, with its nodes (`HeldNode`) and, at a clamp, its edge (`HeldEdge`)
+//! without motion. `RecordedPart` is a part of the rod that follows recorded markers.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};

@@ -38,7 +38,9 @@ pub(super) fn contact_parts<D: Scalar>(
     mesh.arc_length.windows(2).map(part).collect()
 }
 
-/// Stiffness of a contact, N/m^3: that of the scene, or the default of the module. `length` is that of the rod, m.
+/// Stiffness of a contact, N/m^3: that of the scene. Without one, a line load of the weight per length plus
+/// `EI/length^3`, with the smaller second moment, makes an overlap of [`OVERLAP_AT_REST`] radii; section and material
+/// are those in the middle. `length` is that of the rod, m.
 fn contact_stiffness<D: Scalar>(contact: &Contact<D>, scene: &Scene<D>, length: D) -> D {
     if let Some(stiffness) = contact.given_stiffness() {
         return stiffness;

@@ -6,6 +6,8 @@
 //! potential there, as a moment about the normal of the plane ([`Setup::dead_part`]). In space every moment is without
 //! a potential. [`Setup::follower_loads`] returns them, N and N m: a group of the constant loads, and one for each
 //! signal; those of one edge are added. [`Setup::dead_part`] returns the part of a load that has a potential.
+//! `follower_signals` are the signals, and [`follower_vector`] is a vector of the world from components along tangent
+//! and directors of the first edge.
 
 use crate::energy::FollowerLoad;
 use crate::energy::adapter::Chart;
@@ -93,8 +95,8 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         load.follower || M::STRIDE > 2 && turns()
     }
 
-    /// The loads without a potential that have this signal, or the constant ones, at the factor 1, summed over each
-    /// edge.
+    /// The loads without a potential that have this signal, or the constant ones (`None`), with the factor 1. Those of
+    /// a node act half on each of its edges, and are summed over each edge.
     fn follower_group(
         &self,
         model: &M,

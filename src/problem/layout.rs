@@ -1,5 +1,7 @@
-//! Discrete choices of a problem, which have no derivatives: planar or spatial model, and corrections of the
-//! elements. The mesh of a scene and its checks are here too.
+//! Discrete choices of a problem, which have no derivatives: planar or spatial model, and corrections of the elements.
+//! The mesh of a scene and its checks are here too: `mesh` builds it, `made_mesh` does for a scene whose mesh was built
+//! before (else it panics), `check_edges` rejects lengths of edges, and `behind_walls` returns the fractions of the
+//! outermost edges behind walls.
 //!
 //! [`choose`] returns the model that `rod.dimension` requests, with its setup and the reason as text. With `auto` it is
 //! the planar model if rest shape, loads and section lie in one plane, else the spatial one. A requested planar model

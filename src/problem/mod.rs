@@ -9,6 +9,25 @@
 //! the values. [`Discretized`] is the problem with the type of its model; statics, dynamics, vibration and fits compute
 //! with it.
 //!
+//! Functions of [`Problem`]:
+//!
+//! - `with_scene` is the problem of another scene with the same settings, `lasting` of another duration.
+//!   `with_generic_layout_for` and `with_generic_layout_for_another` choose a layout for all values of some parameters.
+//! - `resolution` has mesh, step and scheme with their error (none if the program neither chose nor checked any);
+//!   `set_estimated_error` replaces this error.
+//! - `discretized`, `spatial_model` and `discretized_as` (with a given model) return typed problems. `can_twist`
+//!   returns whether a planar scene has a spatial model for motion out of its plane.
+//! - `dof`, `nodes`, `segments`, `length` (m), `turning` (upper bound of the turning angle, rad) and `normal` (of the
+//!   plane) describe the rod. `wall` is the position of the first node at rest, `rest_position` and `marker_at_rest`
+//!   are those of a point and a marker, m.
+//! - `derivatives` and `with_derivatives` concern hand-derived or dual derivatives. `stop_when`, `is_stopped` and
+//!   `check_stop` concern a flag that ends runs with [`Error::Interrupted`]. `time` is the table `[time]`, an error
+//!   without one.
+//!
+//! Functions of [`Discretized`]: `setup_over` is the setup over a number type; `rest_frames` are the frames at rest.
+//! `free` is the range of free unknowns, and `prescribed` are the unknowns in it that a recording prescribes.
+//! `bending_frequency_squared` is `EI/(rho A L^4)`, 1/s^2.
+//!
 //! The models are in [`model`], `planar`, `spatial` and `model_with_setup`; their parts in `rest_line`,
 //! `section_profile`, `tributary`, `curved_joints` and `soft_clamp`. Loads and energies: `line_loads`,
 //! `follower_loads`, `setup`, `own`, `actuation`, `contact`. Start and supports: `start`, `boundary`, `perturbation`.
@@ -504,7 +523,8 @@ impl Problem {
     }
 
     /// The problem of another scene, such as one with another mesh or step, which is validated. Varying parameters,
-    /// choice of derivatives and stop flag are those of this problem; the model is chosen again.
+    /// choice of derivatives and stop flag are those of this problem; the model is chosen again. Error: an invalid
+    /// scene, with the key.
     pub(crate) fn with_scene(&self, scene: Scene) -> Result<Self, Error> {
         scene.validate()?;
         Ok(Self::of(scene, self.varying.clone(), None)?.computed_as(self))

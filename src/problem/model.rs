@@ -2,8 +2,11 @@
 //!
 //! A [`Model`] builds rods over any number type and maps their nodes to the world. [`PlanarModel`](super::PlanarModel)
 //! has two coordinates per node, without angles and frames; [`SpatialModel`](super::SpatialModel) has three
-//! coordinates, angles and frames. Functions for both follow: nodes rotated by `supports.angle`, the first material
-//! director, springs of internal friction, and the direction of a roller.
+//! coordinates, angles and frames. Functions for both follow: nodes rotated by `supports.angle` (`tilted`), the first
+//! material director (`first_director`), springs of internal friction (`springs`), and the direction of a roller
+//! (`rolling`, none without one). `NodalLoad` and `NodalMass` are a load and a mass on a node, `Correction` has the
+//! corrections that were decided for a problem. `shear_modulus` is that of a material, Pa, zero without a given one and
+//! without Poisson's ratio.
 //!
 //! # The corrected discretization
 //!

@@ -4,9 +4,9 @@
 //! `rod.natural_bending` times its length; here the sizes of both are added. It is free of stress at the turning angle
 //! `2 atan(k/2)`, which approximates `k` with the relative error `k^2/12` and stays below half a turn. [`check`]
 //! rejects a scene in which `k` of a joint, or the angle by a constant actuator of curvature, is half a turn or more.
-//! If `k` exceeds `MAX_RESOLVED_TURN`, there is a warning for a given mesh, with node and sufficient number of edges.
-//! The limits of `k` do not apply to rods with the factor 1 and no natural bending. [`turning`] returns an upper bound
-//! of the turning angle (rad) of the whole rod, at rest or without stress, for a first mesh.
+//! If `k` exceeds `MAX_RESOLVED_TURN`, there is a warning for a given mesh, with node and sufficient number of edges
+//! (`natural_turn_note`). The limits of `k` do not apply to rods with the factor 1 and no natural bending. [`turning`]
+//! returns an upper bound of the turning angle (rad) of the whole rod, at rest or without stress, for a first mesh.
 
 use crate::code::Code;
 use crate::error::Error;

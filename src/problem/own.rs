@@ -6,6 +6,9 @@
 //! of edges. All three return `UserEnergies`, the user-defined part of a rod, which the setup gives to it.
 //! [`find_nonplanar`] returns the key of the first energy that does not keep a given plane at given parameter values,
 //! or `None`, for the choice of the model.
+//!
+//! `RestState` is the rod at rest. `NodeTie` and `PointTie` are springs between a node, or a point between two nodes,
+//! and a fixed point.
 
 use crate::energy::adapter::{Adapter, Chart};
 use crate::energy::attach;

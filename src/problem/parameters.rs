@@ -1,15 +1,15 @@
 //! Parameters of a problem: their list for users, and the check of those that a fit may vary.
 //!
 //! [`ParameterList`] has path, short names, value, unit and limits of every physical number of the scene, with the
-//! reason if it cannot be fitted. It is displayed as two tables, without the reasons. [`Problem::check_parameter`] is
-//! an error for parameters that the scene does not have or that have no effect in it. Without effect are curvature
-//! factors of a straight rod, compliances of unclamped ends, rotations of pinned ends, and motions of recorded ends
-//! except the twist. It also rejects Kelvin-Voigt times with a given scheme without viscosity, axial compliances beside
-//! a nonlinear stretch law, and rotational ones beside a nonlinear bending law. The clamp angle needs a planar model
-//! and a start without `initial.shape`. Moments need a planar model or a load without a potential (a follower load, or
-//! a moment other than zero). Parameters that leave its plane, or rotate a roller, are rejected by derivatives in dual
-//! numbers. `with_trace_viscosity` replaces a fitted Kelvin-Voigt time of an elastic rod by `TRACE_VISCOSITY`, so that
-//! it has derivatives.
+//! reason if it cannot be fitted. It is displayed as two tables (`summary`), without the reasons.
+//! [`Problem::check_parameter`] is an error for parameters that the scene does not have or that have no effect in it.
+//! Without effect are curvature factors of a straight rod, compliances of unclamped ends, rotations of pinned ends, and
+//! motions of recorded ends except the twist. It also rejects Kelvin-Voigt times with a given scheme without viscosity,
+//! axial compliances beside a nonlinear stretch law, and rotational ones beside a nonlinear bending law. The clamp
+//! angle needs a planar model and a start without `initial.shape`. Moments need a planar model or a load without a
+//! potential (a follower load, or a moment other than zero). Parameters that leave its plane, or rotate a roller, are
+//! rejected by derivatives in dual numbers. `with_trace_viscosity` replaces a fitted Kelvin-Voigt time of an elastic
+//! rod by `TRACE_VISCOSITY`, so that it has derivatives.
 
 use crate::error::Error;
 use crate::numerics::vector::{sub, unit};

@@ -1,8 +1,8 @@
 //! Overlaps of the shapes of a rod with the obstacles of its scene.
 //!
 //! [`Problem::check_contacts`] rejects a scene whose initial shape, or else rest shape, overlaps an obstacle by more
-//! than rounding errors. [`PenetrationRecord`] takes the states of a motion (positions of nodes, m, with the time, s)
-//! or of an equilibrium, and holds the largest overlap over the radius of the rod. It has a warning with code,
+//! than rounding errors. [`PenetrationRecord`] takes the states (`add`) of a motion (positions of nodes, m, with the
+//! time, s) or of an equilibrium, and holds the largest overlap over the radius of the rod. It has a warning with code,
 //! obstacle, overlap, place and time if that exceeds [`LARGEST_PENETRATION`].
 
 use crate::code::Code;
@@ -74,7 +74,8 @@ impl Obstacles {
 }
 
 impl Problem {
-    /// Rejects an initial shape, or else a rest shape, that overlaps an obstacle. `Ok` without contacts.
+    /// Rejects an initial shape, or else a rest shape, that overlaps an obstacle by more than rounding errors
+    /// ([`ROUNDING`] radii). `Ok` without contacts.
     pub(super) fn check_contacts(&self) -> Result<(), Error> {
         let scene = self.scene();
         if scene.contacts.is_empty() {

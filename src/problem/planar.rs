@@ -2,11 +2,12 @@
 //!
 //! [`PlanarModel`] finds the plane of rest shape, initial shape, loads, actuators, obstacles and motions. It rejects
 //! scenes that leave the plane, also by natural twist or bending, the twist of an end or a user-defined energy, with
-//! the key of the first such quantity. It selects the second moment of the section that resists bending in the plane. A
-//! section with principal axes oblique to the plane is rejected, unless both moments are equal. As a [`Model`] it
-//! builds the `PlanarRod` over any number type, with two coordinates (m) per node, in the axes of the plane. Point
-//! masses, loads and user-defined energies are added by the setup. Moments (N m) act by half on both edges of a node.
-//! With a roller, one of the axes lies along its direction.
+//! the key of the first such quantity. It selects the second moment of the section that resists bending in the plane
+//! (`second_moment` is its index). `in_plane` is the model of one rod of a structure in a given plane, `normal` the
+//! normal of the plane in the world. A section with principal axes oblique to the plane is rejected, unless both
+//! moments are equal. As a [`Model`] it builds the `PlanarRod` over any number type, with two coordinates (m) per node,
+//! in the axes of the plane. Point masses, loads and user-defined energies are added by the setup. Moments (N m) act by
+//! half on both edges of a node. With a roller, one of the axes lies along its direction.
 
 use crate::energy::adapter::Chart;
 use crate::energy::law::NonlinearBending;

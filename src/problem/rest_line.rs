@@ -1,11 +1,12 @@
 //! Rest shape of a rod in the axes of its model, and the parts of the rod that are alike in both models.
 //!
 //! [`RestLine`] holds nodes and lengths of chords (m), tributary lengths (m), and places of the nodes as fractions of
-//! the length. `stretch` returns the edges with their axial stiffness, N: `EA` of the section profile times chord over
-//! arc, in series with the axial compliance of clamps. It also returns the parts of a nonlinear stretch law.
-//! `inertia_and_weight` returns masses of all unknowns (kg), with the added mass of a fluid, and in space the
-//! rotational inertia (kg m^2) about the rod for angles. The weights of the nodes (N) are gravity times the mass of the
-//! rod less that of the displaced fluid. Point masses are not included. The planar and the spatial model use it.
+//! the length. `edge` is the vector of an edge, m. `stretch` returns the edges with their axial stiffness, N: `EA` of
+//! the section profile times chord over arc, in series with the axial compliance of clamps. It also returns the parts
+//! of a nonlinear stretch law. `inertia_and_weight` returns masses of all unknowns (kg), with the added mass of a
+//! fluid, and in space the rotational inertia (kg m^2) about the rod for angles. The weights of the nodes (N) are
+//! gravity times the mass of the rod less that of the displaced fluid. Point masses are not included. The planar and
+//! the spatial model use it.
 
 use crate::energy::law::NonlinearPart;
 use crate::energy::{DeadLoad, Stretch};

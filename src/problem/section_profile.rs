@@ -95,17 +95,20 @@ impl<'a, D: Scalar> SectionProfile<'a, D> {
         }
     }
 
-    /// Mean constants of joint `i`, which is at node `i + 1`, between the middles of its two edges.
+    /// Constants of joint `i`, which is at node `i + 1`, between the middles of its two edges: harmonic means of
+    /// stiffnesses, arithmetic ones of area, mass and inertia per length.
     pub fn joint(&self, i: usize) -> SectionConstants<D> {
         self.mean(self.middle(i), self.middle(i + 1))
     }
 
-    /// Mean constants of edge `j` between its two nodes.
+    /// Constants of edge `j` between its two nodes: harmonic means of stiffnesses, arithmetic ones of area, mass and
+    /// inertia per length.
     pub fn edge(&self, j: usize) -> SectionConstants<D> {
         self.mean(self.nodes[j], self.nodes[j + 1])
     }
 
-    /// Mean constants of node `i` between the middles of its two edges; of an end node over half an edge.
+    /// Constants of node `i` between the middles of its two edges, of an end node over half an edge: harmonic means of
+    /// stiffnesses, arithmetic ones of area, mass and inertia per length.
     pub fn node(&self, i: usize) -> SectionConstants<D> {
         let last = self.nodes.len() - 1;
         let start = if i == 0 { self.nodes[0] } else { self.middle(i - 1) };

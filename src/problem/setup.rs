@@ -7,9 +7,12 @@
 //! (`follower_loads`), user-defined energies, actuators and contacts; `initial.point` is added by
 //! `rod_with_release_forces` only. `rod_at` has the signals of loads and actuators at a time, s. `rod_in_motion` leaves
 //! out loads that have signals and a potential, which `timed_loads` returns; `actuators` returns the other parts that
-//! follow signals. `tied` returns the rod without loads, with springs to fixed points. [`between_markers`] returns the
-//! positions (m) of all nodes on straight lines between recorded markers at a time. [`nodal`] and [`nodal_masses`]
-//! return loads (world axes) and masses of nodes; a point outside the rod is an error with its key.
+//! follow signals. `rod` is the rod with the signals at `loads.at_time`, `drag` the drag on the nodes (none without a
+//! fluid). `loads_at` are the loads of nodes with the values of signals at a time; without a time only those without a
+//! signal. `start_shape` are the nodes of the initial shape, m, none without one. `tied` returns the rod without loads,
+//! with springs to fixed points. [`between_markers`] returns the positions (m) of all nodes on straight lines between
+//! recorded markers at a time. [`nodal`] and [`nodal_masses`] return loads (world axes) and masses of nodes; a point
+//! outside the rod is an error with its key.
 
 use crate::energy::adapter::Chart;
 use crate::error::Error;

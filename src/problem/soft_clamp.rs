@@ -7,7 +7,8 @@
 //! is not zero or varies), the whole outermost edge counts as behind the wall, so that the joint is at the wall. A
 //! rigid clamp keeps its wall at mid-edge. Along the rod the wall moves by `a` times the axial force: the edge next to
 //! the outermost one, which the clamp holds, gets the axial stiffness `K/(1 + K a/l)`, N, with its rest length `l`.
-//! [`SoftClamps`] returns these stiffnesses; those of other joints and edges are unchanged.
+//! [`SoftClamps`] returns these stiffnesses (`bending`, `stretching`); those of other joints and edges are unchanged.
+//! [`soft_by_itself`] returns where the scene has a rotational compliance.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::{End, Parameter, Scene, Support};

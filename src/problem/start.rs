@@ -6,10 +6,11 @@
 //! same, `None` if nothing moves. Rollers and free ends are not held. `turn_ends` adds the prescribed rotation about
 //! the rod (rad) of recorded ends to the angles of edges: it decreases linearly to zero at a held other end, else it is
 //! equal for all edges. `placed`, in space only, returns the state of a rod whose nodes are moved from rest to given
-//! positions (m). Its frames are moved by parallel transport, so that it does not rotate about itself. If any edge
-//! rotates by more than 120 degrees, the frames of all edges are transported by way of a state halfway.
-//! `start_positions` returns the positions (m) of all nodes before supports and loads act, `recorded` the parts of the
-//! rod that follow a recording. `is_held` returns whether the first coordinate of a node is prescribed.
+//! positions (m). Its frames are moved by parallel transport, so that it does not rotate about itself. `placed_still`
+//! is the same in plain numbers. If any edge rotates by more than 120 degrees, the frames of all edges are transported
+//! by way of a state halfway. `start_positions` returns the positions (m) of all nodes before supports and loads act,
+//! `recorded` the parts of the rod that follow a recording. `is_held` returns whether the first coordinate of a node is
+//! prescribed.
 
 use crate::energy::frame::Frames;
 use crate::numerics::prescribed_dofs::PrescribedDofs;

@@ -4,10 +4,10 @@
 //! stretch law only. At each joint it is the strain on the surface by bending: half the thickness times the change of
 //! curvature. In space the latter is a lower bound; shear strain by twist is not included. [`StrainGauge`] holds the
 //! stress-free state of one rod. From the positions of nodes (m) it returns the largest strain (dimensionless), its
-//! kind, arc length (m) and time (s). [`StrainRecord`] holds the maximum over a motion. Both return `None` for scenes
-//! with recorded markers (`supports.path`), whose distances have tracking errors. [`LargestStrain::warning`] returns
-//! the warning of a strain above [`LARGEST_STRAIN`]. `second_moments_of_bending` returns the second moments of area
-//! (m^4) of the directions in which the model bends.
+//! kind, arc length (m) and time (s). [`StrainRecord`] holds the maximum over a motion; its `add` takes one state. Both
+//! return `None` for scenes with recorded markers (`supports.path`), whose distances have tracking errors.
+//! [`LargestStrain::warning`] returns the warning of a strain above [`LARGEST_STRAIN`]. `second_moments_of_bending`
+//! returns the second moments of area (m^4) of the directions in which the model bends.
 
 use crate::code::Code;
 use crate::energy::bend_twist::JointLaw;

@@ -2,10 +2,10 @@
 //!
 //! [`Problem::warnings`] returns all of them in this order, as texts with finding, consequence and action, and with the
 //! [`Code`] in brackets at the end of each text; `coded_warnings` has the codes apart. The list is empty for a scene
-//! without findings. Recordings: all defects, corrected or not, of those that move supports and of the samples of
-//! signals that a load or an actuator has. Steps, with `[time]` only: a step that resolves the motion of a support or
-//! such a signal poorly, or is longer than the simulation. Units, gravity and mesh: see `plausibility`. The last one is
-//! an estimated discretization error above the requested one.
+//! without findings. Recordings (`recording_warnings`): all defects, corrected or not, of those that move supports and
+//! of the samples of signals that a load or an actuator has. Steps (`step_warnings`), with `[time]` only: a step that
+//! resolves the motion of a support or such a signal poorly, or is longer than the simulation. Units, gravity and mesh:
+//! see `plausibility`. The last one is an estimated discretization error above the requested one.
 
 use crate::code::Code;
 use crate::problem::Problem;

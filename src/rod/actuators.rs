@@ -4,9 +4,12 @@
 //! [`NaturalShifts`] are the changes of the natural strains of edges and joints at the value 1 of a signal.
 //! [`Actuators`] is the list of all actuators with a signal, each with its [`ActuatorEffect`]: such changes in
 //! proportion to the signal, tendons whose tension (N) it is, or a group of loads without a potential whose factor it
-//! is. It returns the values of all signals at a time, s, or their means over an interval, and stores those to which
-//! the rod is set. A simulation sets the rod to the values or means of each step before it evaluates forces. The list
-//! is empty without such actuators.
+//! is. It returns the values of all signals at a time (`values_at`, s), or their means over an interval (`means`), and
+//! stores those to which the rod is set. A simulation sets the rod to the values or means of each step before it
+//! evaluates forces. The list is empty without such actuators.
+//!
+//! `Actuator` is an actuator with its signal; `EdgeShift` and `JointShift` are changes of natural strains of an edge
+//! and a joint.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::SignalCurve;

@@ -1,11 +1,11 @@
 //! Storage of gradient and tangent of a rod node by node, from entries of several nodes in SIMD lanes.
 //!
 //! The tangent is a symmetric band matrix, stored column by column as the diagonal and the `W` entries below it.
-//! [`NodeEntries`] has gradient, N, and columns, N/m, for one node per lane, with `K` unknowns each. [`NodeColumns`]
-//! overwrites the gradient and the matrix with them; lanes beyond the rod are left out. `write_gradient` overwrites
-//! the gradient alone, with the elastic one less the dead loads on the first `N` unknowns of each node. `loads`
-//! collects the dead loads of the nodes in lanes, N, zero beyond the last node. The sinks of planar and spatial rods
-//! use it.
+//! [`NodeEntries`] has gradient, N, and columns, N/m, for one node per lane, with `K` unknowns each.
+//! [`NodeColumns::write`] overwrites the gradient and the matrix with them; lanes beyond the rod are left out.
+//! `write_gradient` overwrites the gradient alone, with the elastic one less the dead loads on the first `N` unknowns
+//! of each node. `loads` collects the dead loads of the nodes in lanes, N, zero beyond the last node. The sinks of
+//! planar and spatial rods use it.
 
 use crate::energy::DeadLoad;
 use crate::numerics::banded::BandMatrix;

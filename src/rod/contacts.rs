@@ -2,10 +2,14 @@
 //!
 //! Input: the unknowns of the rod (m; angles have no part), and for each contact an obstacle in the axes of the model
 //! with the parts of all edges that may touch it. Its stiffness is the force per length over the square of the overlap,
-//! N/m^3. Energy and derivatives of one edge are those of [`edge_contact`](crate::energy::edge_contact). Damping and
-//! friction depend on the velocities of a step (`add_losses`): minus their forces (N) and the unsymmetric derivatives
-//! (N/m) are added to the equations of a step only ([`contact_loss`](crate::energy::contact_loss)). `gradients` returns
-//! minus the forces of each contact alone, losses included. The list is empty in scenes without contacts.
+//! N/m^3. Energy and derivatives of one edge are those of [`edge_contact`](crate::energy::edge_contact). `add_gradient`
+//! and `add_tangent` add them to those of the rod. Damping and friction (`have_losses`) depend on the velocities of a
+//! step (`add_losses`): minus their forces (N) and the unsymmetric derivatives (N/m) are added to the equations of a
+//! step only ([`contact_loss`](crate::energy::contact_loss)). `gradients` returns minus the forces of each contact
+//! alone, losses included. The list is empty in scenes without contacts.
+//!
+//! `RodContacts` are all contacts, `RodContact` is that with one obstacle. `StepVelocities` are the velocities of all
+//! unknowns in a step, with their derivative by the unknown.
 
 use crate::energy::contact_loss::LossyContact;
 use crate::energy::edge_contact::{ContactDerivatives, EdgeContact};

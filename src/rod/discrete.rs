@@ -7,8 +7,10 @@
 //! frames of edges. Output: energies (J), gradient of the energy less the work of the loads (N), its tangent (N/m),
 //! strains, and checks of a step for folds and large rotations. Minus the follower loads is part of the gradient, which
 //! then is not that of an energy. For viscous stresses of a step, the laws are overwritten by other stiffnesses and
-//! natural strains. The [`Layout`] has the element formulas, evaluated for several edges at a time in SIMD lanes. The
-//! method is Discrete Elastic Rods (Bergou et al. 2008, 2010).
+//! natural strains; `set_viscous_from` and `set_dashpots_from` do so for one rod of an assembly. `elements` are
+//! references to the laws and loads, `stretch_element` is the whole law of an edge. The [`Layout`] has the element
+//! formulas, evaluated for several edges at a time in SIMD lanes. The method is Discrete Elastic Rods (Bergou et al.
+//! 2008, 2010).
 
 mod rates;
 mod transposed;

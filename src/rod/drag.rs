@@ -12,6 +12,8 @@
 //! the node, m. The tangent is the direction from the node before to the node after, one-sided at the ends. The speeds
 //! `|u|` are the roots of `u^2` plus [`STILL`]. `add_forces` and `add_slopes` add minus the drag and its derivatives,
 //! as for a gradient. At a given tangent the derivative by the velocity is symmetric, with one block per node.
+//! `tangents` overwrites a list with those of all nodes; the tangent is zero where both neighbors coincide. `is_none`
+//! returns whether all coefficients are zero without derivatives, and `no_slopes` a zero [`DragSlopes`].
 //! `add_transposed_slopes` adds the derivatives of `d . f`, with weights `d` and minus the drag `f`, by coefficients,
 //! fluid velocity, lengths, velocities, and positions through the tangents.
 

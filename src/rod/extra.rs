@@ -7,7 +7,10 @@
 //! to those of the rod: by the energy's own formulas if requested and available, else by dual numbers. The energy is
 //! returned in plain numbers. `non_finite_energy` returns name and arc length, m, of the first energy whose value or
 //! gradient is not finite; `None` if all are finite. Places with unknowns that are not finite are skipped there.
-//! `set_first_value` replaces the first parameter of energies, the tension of tendons.
+//! `set_first_value` replaces the first parameter of energies, the tension of tendons; `with` joins two lists;
+//! `copy_values` takes all values from another list of the same energies. `add_gradient` and `add_tangent` add to those
+//! of the rod. `span` and `site` return, for one place, its ranges of unknowns and frames, and the other arguments of
+//! the energy.
 
 use crate::energy::Derivatives;
 use crate::energy::adapter::{AnyEnergy, Chart, MOST, Over, Site};

@@ -2,10 +2,13 @@
 //! (N/m, not symmetric).
 //!
 //! Input: groups of [`FollowerLoad`]s with a factor each, and the unknowns with their frames. A group has the constant
-//! loads, or those that one signal multiplies. [`FollowerLoads`] adds their forces times a sign to a list; minus the
-//! forces is part of the gradient of the rod, which then is not the derivative of an energy. It subtracts their
-//! derivatives by the unknowns from the tangent. `set_factor` replaces the factor of a group by the value of its
-//! signal. The list is empty without such loads.
+//! loads, or those that one signal multiplies. [`FollowerLoads`] adds their forces times a sign to a list
+//! (`add_forces`); minus the forces is part of the gradient of the rod, which then is not the derivative of an energy.
+//! `add_tangent` subtracts the forces from the gradient, and their derivatives by the unknowns from the tangent.
+//! `set_factor` replaces the factor of a group by the value of its signal; `copy_factors` takes all factors from the
+//! same loads of another rod. The list is empty without such loads.
+//!
+//! `EdgeFollower` is the load of one edge, `FollowerGroup` the loads with one factor.
 
 use crate::energy::FollowerLoad;
 use crate::numerics::scalar::{Nestable, Scalar};

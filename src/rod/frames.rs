@@ -4,8 +4,9 @@
 //! and director of each edge, reference twist of each joint (time-parallel transport, Bergou et al. 2010). A planar rod
 //! has no angles; its frames are `()`, and every operation is empty. The derivative of a frame is that of its tangent
 //! and a rotation about the tangent, rad ([`FrameRate`]). [`frame_rates`] returns these derivatives from frames over
-//! dual numbers, [`set_dual_frames`] and [`set_real_frames`] convert frames to dual and to plain numbers. The trait
-//! [`RodGeometry`] has strains at a state and the products with derivatives of frames, forward and transposed.
+//! dual numbers, [`set_dual_frames`] and [`set_real_frames`] convert frames to dual and to plain numbers;
+//! [`zero_frame_rates`] are derivatives of constant frames. The trait [`RodGeometry`] has strains at a state and the
+//! products with derivatives of frames, forward and transposed.
 
 use crate::energy::frame::{EdgeFrame, one_plus_dot};
 use crate::numerics::lanes::Lanes;
@@ -17,11 +18,11 @@ use std::fmt::Debug;
 
 /// The reference frames of the angles of a rod.
 pub trait ReferenceFrames<D: Scalar>: Clone + Debug + Send + Sync {
-    /// Frames made of the tangents and directors of all edges and the reference twists of all joints, rad. In the
-    /// plane both lists are ignored.
+    /// Frames made of the tangents and directors of all edges and the reference twists of all joints, rad. In the plane
+    /// and by an assembly both lists are ignored.
     fn from_parts(edges: Vec<EdgeFrame<D>>, twists: Vec<D>) -> Self;
 
-    /// The frames (tangent and reference director) of all edges; an empty list in the plane.
+    /// The frames (tangent and reference director) of all edges; an empty list in the plane and of an assembly.
     fn edge_frames(&self) -> &[EdgeFrame<D>] {
         &[]
     }

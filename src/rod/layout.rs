@@ -6,9 +6,13 @@
 //! and has the formulas of strains, energies (J), forces of follower loads (N), and their derivatives. First and second
 //! derivatives are computed by edge vectors and passed to an [`EdgeSink`]. The sink writes them by nodes (gradient, N,
 //! and band matrix, N/m) or by edges. [`Elements`] are references to the laws, loads and springs of a rod, [`At`] these
-//! with unknowns and frames. Functions of [`Elements`] return laws, stiffnesses and stresses (N m) of single joints and
-//! of joints in SIMD lanes, with friction springs and nonlinear bending. Nonlinear parts of stretching laws, constant
-//! moments, user-defined energies and contacts are added outside of a layout.
+//! with unknowns and frames. Functions of [`Elements`]: `stretch_element` is the whole law of an edge, `elastic_joint`
+//! an elastic law with stiffness and stress of a joint. In SIMD lanes `stretches` are laws of edges, and `responses`
+//! stiffnesses and stresses (N m) of joints. Those of joints include friction springs and nonlinear bending. Nonlinear
+//! parts of stretching laws, constant moments, user-defined energies and contacts are added outside of a layout.
+//!
+//! `LayoutSprings` and `LayoutBending` are friction springs and nonlinear bending of all joints, `AdditionalStresses`
+//! both. `NodeSink` is a sink that writes by nodes.
 
 use crate::energy::law::{self, Law, NonlinearBending, NonlinearPart, StiffnessEntry, Symmetric};
 use crate::energy::{DeadLoad, FollowerLoad, HyperelasticStretch, Stretch};

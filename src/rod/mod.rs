@@ -14,6 +14,10 @@
 //! (user-defined energies), `follower_loads` and `frames`. `state` has the state between steps, `viscosity` the viscous
 //! stress as changed laws, `sensitive` and `transposed` forward and adjoint derivatives along parameters. `sweeps`,
 //! `blocks`, `columns` and `edges` are the loops in SIMD lanes.
+//!
+//! `TangentOf` and `FactorsOf` are the types of the matrix of a rod and of its factors, `DualFrames` its frames with
+//! derivatives along one parameter. `RotationRates` are the velocities and coefficients of a step for the inertia of
+//! rotating bodies.
 
 mod actuators;
 pub mod assembly;

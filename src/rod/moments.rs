@@ -1,10 +1,19 @@
-//! Constant moments (N m) on the edges of a planar rod: potential (J), gradient (N), tangent (N/m), and derivatives
-//! by the moments.
+//! Constant moments (N m) on the edges of a planar rod: potential (J), gradient (N), tangent (N/m), and derivatives by
+//! the moments.
 //!
-//! A moment `M` has the potential `-M angle`. The angle is that of its edge from the first edge's direction at rest.
-//! It is the angle of the first edge, in (-pi, pi], plus the turning angles of the joints between. So whole turns
-//! along the rod are counted; those of the first edge over time are added by the caller ([`Moments::jump`]). In space
-//! a constant moment has no potential (Ziegler 1968), so that spatial rods have none.
+//! A moment `M` has the potential `-M angle`. The angle is that of its edge from the first edge's direction at rest. It
+//! is the angle of the first edge, in (-pi, pi], plus the turning angles of the joints between. So whole turns along
+//! the rod are counted; those of the first edge over time are added by the caller. In space a constant moment has no
+//! potential (Ziegler 1968), so that spatial rods have none.
+//!
+//! - `add_gradient` and `add_tangent` add first and second derivatives of the potential by the coordinates of the
+//!   nodes. `add_edge_tangent` adds the second derivatives by the vectors of the edges; edge `i` has the rows of node
+//!   `i + 1`.
+//! - [`Moments::potential`] returns the potential, [`Moments::jump`] its jump in a step in which the angle of the first
+//!   edge passes half a turn.
+//! - [`add_slopes`] adds, for each edge, the derivative of the number `d . gradient` by a moment there, with given
+//!   weights `d` of the unknowns. [`Moments::along`] sums such derivatives, each times that of the moment by a
+//!   parameter.
 
 use crate::energy::{DeadMoment, Element};
 use crate::numerics::scalar::Scalar;

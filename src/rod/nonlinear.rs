@@ -3,7 +3,9 @@
 //!
 //! Input: one [`NonlinearPart`] per edge, which is the law less its linear part, or none at all, with the linear laws
 //! of the edges and the unknowns `q`. The sweeps over edges evaluate the linear laws; the functions here add the rest
-//! to their results, edge after edge. The list is empty for a rod with linear laws. Nonlinear bending is elsewhere
+//! to their results, edge after edge. `add_gradient`, `add_tangent` and `add_edge_tangent` (second derivatives by edge
+//! vectors) add to their results; `stretch_energy` is the sum of the energies, `axial_force` the force of one edge. The
+//! list is empty for a rod with linear laws. Nonlinear bending is elsewhere
 //! ([`LayoutBending`](crate::rod::layout::LayoutBending)).
 
 use crate::energy::Stretch;

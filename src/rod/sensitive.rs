@@ -120,7 +120,8 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
 
     /// Overwrites `out` with the derivatives of the gradient, N, at fixed unknowns `q` and frames, from the derivatives
     /// `stress` of the stresses of all elements: `B^T stress` with `B = ds/dq`. `changed` adds those of dead loads,
-    /// moments, user-defined energies and contacts; `None` leaves them out.
+    /// moments, user-defined energies and contacts; `None` leaves them out. `derivatives` selects hand-derived formulas
+    /// or num-dual.
     fn stressed_rate<const G: usize>(
         changed: Option<ChangedRods<'_, Self, G>>,
         stress: &[Lanes<G>],

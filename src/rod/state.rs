@@ -5,10 +5,10 @@
 //! the gradient of elastic energy less loads, plus damping for most schemes, N: minus the force that accelerates.
 //! Accelerations are empty for schemes without them. [`InternalVariables`] are strains, their mean rates over the last
 //! step, 1/s, and spring stretches, on which stresses with a history depend: Kelvin-Voigt damping, relaxation (Maxwell
-//! branches), internal friction. Their lists are empty without these. `wound` is the potential of moments by whole
-//! turns of the rod, less the work of loads in time since the start, J; [`ExchangedEnergy`] sums the absolute works of
-//! these loads. `at_rest` returns a state at t = 0 without velocity; steppers overwrite it with that at the end of each
-//! step, and `restore` copies an earlier one back.
+//! branches), internal friction. Their lists are empty without these; `branches` are the stretches of each Maxwell
+//! branch. `wound` is the potential of moments by whole turns of the rod, less the work of loads in time since the
+//! start, J; [`ExchangedEnergy`] sums the absolute works of these loads. `at_rest` returns a state at t = 0 without
+//! velocity; steppers overwrite it with that at the end of each step, and `restore` copies an earlier one back.
 
 use crate::numerics::scalar::Scalar;
 use std::slice::ChunksExact;

@@ -1,11 +1,14 @@
 //! Forces on nodes, and in the plane moments on edges, that are constants times signals: loads in time.
 //!
 //! [`TimedLoads`] has one entry per signal, with the forces (N) on unknowns and the moments (N m) on edges that it
-//! multiplies. Output: lists of forces at a time, s, or of their means over an interval, which are exact integrals of
-//! the signals over its length; on request the rates (N/s) times a given time are added. The forces of a moment depend
-//! on the direction of its edge; `add_tangent` adds minus their derivatives (N/m). `work` and [`work_of`] return the
-//! work (J) of mean or constant loads between two states. These loads have no part in the energy or gradient of the
-//! rod; steppers add them to the equations of motion.
+//! multiplies. Output are lists, which are overwritten: forces at a time, s (`set_at`), or means of forces and moments
+//! over an interval, which are exact integrals of the signals over its length (`set_mean`; as forces alone
+//! `set_mean_at`). `set_with_rate` adds the rates (N/s) at another time, times a given time, to the forces. The forces
+//! of a moment depend on the direction of its edge; `add_tangent` adds minus their derivatives (N/m). `work` and
+//! [`work_of`] return the work (J) of mean or constant loads between two states. These loads have no part in the energy
+//! or gradient of the rod; steppers add them to the equations of motion.
+//!
+//! `TimedLoad` are the loads of one signal; `UnknownForce` is a force on an unknown, `EdgeMoment` a moment on an edge.
 
 use crate::energy::{DeadMoment, Element};
 use crate::numerics::scalar::Scalar;

@@ -5,8 +5,9 @@
 //! (N) and a route: offsets (m) along both material directors at arc lengths, straight between. Its energy is the
 //! tension times the length of the route. Without a signal the values are constants. Rejected, with the key, are places
 //! outside the rod, routes of fewer than two points, and routes that do not ascend. Names of signals that the scene
-//! does not have, and stretch beside a stretch law that is not linear, are rejected too. `actuated_directions` returns
-//! the vectors that must lie in the plane of a planar rod.
+//! does not have, and stretch beside a stretch law that is not linear, are rejected too. `check_actuation` makes these
+//! checks, `check_on_rod` that of the places. `actuated_directions` returns the vectors that must lie in the plane of a
+//! planar rod.
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::Scalar;

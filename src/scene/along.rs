@@ -2,9 +2,11 @@
 //! ([`Along`]).
 //!
 //! `rod.natural_curvature`, `rod.natural_twist` and the taper of section and material have this type. A scene file
-//! gives a number, a list with one number for each of equally many equal parts of the length, `{ from, to }`, or
-//! `{ at, factor }`. [`Along::at`] returns the value at a fraction of the rod length: at a boundary of two parts that
-//! of the second, beyond an end that at the end. Every number is a parameter of the scene: `key`, `key.0`, `key.1`, ..,
+//! gives a number, a list with one number for each of equally many equal parts of the length, `{ from, to }`, or `{ at,
+//! factor }`. [`Along::at`] returns the value at a fraction of the rod length: at a boundary of two parts that of the
+//! second, beyond an end that at the end. [`Along::values`] lists the numbers, `shares` their weights in a value, and
+//! `breaks` the inner boundaries of parts as fractions of the length (none of a number and a linear function).
+//! `is_zero` returns whether all are zero. Every number is a parameter of the scene: `key`, `key.0`, `key.1`, ..,
 //! `key.from` and `key.to`, or `key.factor.0` and so on. Empty lists, numbers that are not finite, and arc lengths `at`
 //! that do not ascend from 0 are rejected.
 

@@ -2,9 +2,9 @@
 //!
 //! Input: ascending arc lengths (m) from 0 to the end of the rod, and as many numbers. The last arc length stands for
 //! the end of the rod, so that the places move in proportion where the length of the rod varies. Output: the value at a
-//! fraction of the rod length, the weights of the numbers in it, and the inner places as fractions. Beyond an end the
-//! value is that at the end. Rejected are fewer than two places, places that do not ascend from 0, another count of
-//! numbers, and numbers that are not finite.
+//! fraction of the rod length, the weights of the numbers in it (`shares`), and the inner places as fractions
+//! (`breaks`). Beyond an end the value is that at the end. Rejected are fewer than two places, places that do not
+//! ascend from 0, another count of numbers, and numbers that are not finite.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;

@@ -4,11 +4,13 @@
 //! round ends. The rod is a tube of its outer radius, or of `contact_radius`. `stiffness` is the force per length over
 //! the square of the overlap, N/m^3; without it, the program takes one from the weight and the bending stiffness of the
 //! rod. `damping` (s/m) and `friction` (Coulomb's coefficient) with `slip_velocity` (m/s) are the numbers of the forces
-//! that depend on the velocity; damping and friction are zero by default. Rejected, with the key, are invalid numbers,
-//! directions without length, equal ends of a capsule, and sections other than circle and tube where `contact_radius`
-//! is missing. Output over any number type: shape and size of an obstacle, stiffness, losses and radius of the rod in
-//! the contact. `contact_directions` returns the vectors that the plane of a planar rod must contain, and those that
-//! must be normal to it.
+//! that depend on the velocity; damping and friction are zero by default. `check_contacts` rejects, with the key,
+//! invalid numbers, directions without length, equal ends of a capsule, and sections other than circle and tube where
+//! `contact_radius` is missing. Output over any number type: shape and size of an obstacle (`obstacle`), the stiffness
+//! that the scene gives (`given_stiffness`, else `None`), losses (`loss`, `None` without damping and friction) and
+//! radius of the rod in the contact (`rod_radius`, `None` without one). `has_damping` and `has_friction` return whether
+//! these are above zero. `contact_directions` returns the vectors that the plane of a planar rod must contain, and
+//! those that must be normal to it.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -201,7 +203,8 @@ impl<D: Copy> Obstacle<D> {
 }
 
 impl<D: Scalar> Contact<D> {
-    /// Shape and size of the obstacle.
+    /// Shape and size of the obstacle: kind, radius, point, axis as a unit vector (the normal of a plane), and length
+    /// of a capsule from the point on. Numbers that the kind does not have are zero.
     pub(crate) fn obstacle(&self) -> Obstacle<D> {
         let zero = D::from(0.0);
         let (kind, radius, point, axis, length) = match *self {

@@ -4,6 +4,8 @@
 //! [`Scene::load`] parses a file, validates the scene and reads polylines, recordings and samples of signals; paths are
 //! relative to the folder of the file. A `time.end` that is left out becomes the end of the recording `supports.path`.
 //! Errors have the path; for a text that cannot be parsed they list missing keys or a likely mistake.
+//! [`Scene::from_toml`] takes a text and the folder of its paths; `read` and `read_with` (with changes before the
+//! validation) take a text and its path. `read_shapes` reads the named files unless they have been read.
 //! [`Scene::load_with`] attaches user-defined energies before the validation. [`Scene::to_toml`] returns the scene as
 //! text. [`Scene::follow`] replaces the recording of driven ends (an error without one), and
 //! [`Scene::differs_in_recording_only`] compares two scenes without it. [`Scene::files`] lists the scene file and those
@@ -150,7 +152,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Validates the scene of a file with this path, and reads the files that it names.
+    /// Validates the scene of a file with this path, and reads the files that it names. Errors have the path.
     fn complete(mut self, path: &Path) -> Result<Self, Error> {
         self.validate()?;
         // Numbers first: an invalid scene names its key without reading further files.

@@ -1,10 +1,11 @@
 //! `[initial]`: shape and velocity of the rod at t = 0, and the validation of these keys.
 //!
-//! The state is the rest shape, another given shape, the equilibrium under the loads, or that of the first two
-//! recorded frames. A velocity, m/s, an angular velocity about the center of mass, rad/s, and a perturbation of the
-//! shape up to `MAX_PERTURBATION` of the length may be given besides. Forces until t = 0 are allowed with an
-//! equilibrium only, a perturbation not with a recorded start. A shape is required by the state "shape", and allowed
-//! as start of the search for an equilibrium; with other states it is rejected.
+//! The state is the rest shape, another given shape, the equilibrium under the loads, or that of the first two recorded
+//! frames. A velocity, m/s, an angular velocity about the center of mass, rad/s, and a perturbation of the shape up to
+//! `MAX_PERTURBATION` of the length may be given besides. Forces until t = 0 are allowed with an equilibrium only, a
+//! perturbation not with a recorded start. A shape is required by the state "shape", and allowed as start of the search
+//! for an equilibrium; with other states it is rejected. `check` makes these checks. `is_rest` returns whether the rod
+//! starts at rest in its rest shape, `moves` whether it has a velocity.
 
 use crate::error::Error;
 use crate::scene::loads::PointForce;

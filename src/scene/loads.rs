@@ -3,9 +3,15 @@
 //! The tables declare units and search ranges of their numbers: gravity, m/s^2, forces, N, and moments, N m, at points,
 //! forces per length, N/m, between two arc lengths, and damping. The latter has a rate, 1/s, Kelvin-Voigt times, s,
 //! Maxwell branches and friction springs (fractions of the rod's stiffness). Loads may have a signal over time, or turn
-//! with the rod (follower loads). Predicates for the choice of schemes and checks return whether there are forces or a
-//! flow of the fluid, and the first load without a potential. Others return whether damping dissipates energy, is
-//! viscous, or makes the stress depend on the history of the strains. Numbers are validated with the scene.
+//! with the rod (follower loads). Numbers are validated with the scene.
+//!
+//! Functions for the choice of schemes and for checks: `have_forces` returns whether there are point or line loads,
+//! also of zero force, and `have_flow` whether the fluid moves. `first_follower` is the key of the first load without a
+//! potential (follower loads, in space also moments). `are_dissipative` returns whether damping dissipates energy
+//! (`is_dissipative`) or there is a drag. `is_viscous` is true with a Kelvin-Voigt time or Maxwell branches,
+//! `depends_on_history` also with friction; derivatives that are not zero count too. `times` are the keys and values of
+//! all four Kelvin-Voigt times, s; `additional_times` are the Kelvin-Voigt times of stretch, bending and twist, s.
+//! `LineForce::size` is the absolute resultant, N.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::scene::drag::Drag;

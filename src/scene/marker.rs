@@ -3,8 +3,9 @@
 //! [`MarkerStencil`] is a weighted sum of nodes, plus an offset, m, along the tangent and the two material directors,
 //! which are weighted sums of those of edges. Both follow from a [`Point`] (tip, node index or arc length) and the
 //! mesh. Weights are cubic, those of edges by the arc lengths of their middles; without an offset there are no edges.
-//! They have derivatives if the mesh has. A point outside the rod is an error. `edges_around` returns the range of
-//! these edges, and [`is_beside`] whether an offset is not zero.
+//! Weights of nodes are linear on the straight edge in a clamp; a node index is that node alone. All weights have
+//! derivatives if the mesh has. A point outside the rod is an error. `edges_around` returns the range of these edges,
+//! and [`is_beside`] whether an offset is not zero.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -26,7 +27,7 @@ pub(crate) struct MarkerStencil<D = f64> {
 impl<D: Scalar> MarkerStencil<D> {
     /// Stencil of a marker at an `offset`, m, from a point, along the tangent and the two material directors. Edges
     /// have cubic weights by the arc lengths of their middles. For an offset of zero there are no edges. Weights have
-    /// derivatives if the mesh has.
+    /// derivatives if the mesh has. An error for a point outside the rod.
     pub fn new(point: Point<D>, offset: [f64; 3], mesh: &Mesh<D>) -> Result<Self, Error> {
         let edges = match is_beside(offset) {
             // Smooth along the rod, as the interpolation of positions.

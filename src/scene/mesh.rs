@@ -3,9 +3,11 @@
 //!
 //! Shapes build a [`Mesh`] (`shape`, `polyline`), and problems hold it. A clamp in the middle of an edge puts the first
 //! node behind the wall, at a negative arc length. At the other end the last node is beyond the length. With dual
-//! numbers it has derivatives by the parameters of the shape. Functions return whether an arc length is in the edge
-//! within such a clamp, and arc lengths as fractions of the rod length. Others return the absolute turning angles of
-//! the joints, their sum, whether all are zero, and a scaled mesh.
+//! numbers it has derivatives by the parameters of the shape. `is_clamped_at_end` returns whether this is so, and
+//! `is_in_clamped_edge` whether an arc length is in the edge within such a clamp. `places` are the arc lengths of the
+//! nodes as fractions of the rod length. `turns` are the absolute turning angles of the joints, `turning` is their sum,
+//! and `is_straight` returns whether all are below `STRAIGHT`. `times` is a scaled mesh, and `angle` the angle
+//! between two vectors, rad.
 
 use crate::numerics::scalar::Scalar;
 use nalgebra::Vector3;

@@ -6,8 +6,11 @@
 //! `table`), and has a [`Parameter`] name, its path in the file. [`Scene::validate`] rejects invalid values and
 //! contradicting keys; the error has file, key, and the found and the allowed value. [`Scene::load`] reads a file, and
 //! the module `problem` builds the rod. Functions here return quantities of a whole scene: its integration scheme and
-//! tolerance, its discretization, section and material at a place of a tapered rod, and whether the motion loses
-//! energy. [`StructureScene`] is the scene of several rods.
+//! tolerance, its discretization, section and material at a place of a tapered rod (`at`), and whether the motion loses
+//! energy (`is_dissipative`). `has_own_energies` is true with user-defined energies, tendons or contacts.
+//! `second_moments_along` are both second moments of area, m^4, within each part of the taper. `mesh_is_given` returns
+//! whether the scene names a node by its index, so that another mesh would change it. [`Scene::new`] is a clamped rod
+//! without loads and time. [`StructureScene`] is the scene of several rods.
 //!
 //! Files: `rod`, `material`, `section`, `taper`, `along`, `break_points`, `mass`, `loads`, `drag`, `maxwell`,
 //! `contact`, `actuation`, `signal`, `initial`, `camera`, `time`, `scheme`, `tolerance` (tables); `shape`, `polyline`,

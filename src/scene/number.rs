@@ -5,8 +5,13 @@
 //! [`Quantity`]. From the declaration follow the number's parameter name (its path in the file,
 //! `loads.point.0.force.y`), its validation, and its place in lists of all numbers. Validation rejects numbers that are
 //! not finite or have a sign that is not allowed; the limits bound fits, and the values of user-defined energies.
-//! `NumberVisitor` has the path of the present table, and converts a scene to another number type, such as dual
-//! numbers.
+//! `NumberVisitor` has the path of the present table (`enter` appends a key, `leave` removes it), and converts a scene
+//! to another number type, such as dual numbers.
+//!
+//! A [`Quantity`] is `positive` (identified in its logarithm) or `signed`. `vanishing` also allows zero, `within` sets
+//! limits, `searched` the values at which a search begins, and `of_the_camera` marks numbers without effect on the
+//! motion. `Quantity::check` rejects a value as above, not by its limits. `is_default` returns whether a value is left
+//! out in files.
 
 use crate::error::Error;
 use serde::Serialize;

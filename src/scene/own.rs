@@ -1,12 +1,14 @@
 //! `[energy.<name>]`: [user-defined energies](crate::energy::own) of a scene with their place on the rod and
 //! parameters.
 //!
-//! [`Attached`] is one of them: name, place ([`At`]), values and, once given, the code. A scene file contains the
-//! place and the parameters, but not the code. A scene that is read from such a file is complete only once the code
-//! is given: see [`Scene::load_with`](crate::Scene::load_with). The check of a scene rejects an energy without code,
-//! a name twice, names that are not a letter followed by letters, digits, - and _, and values outside the limits of
-//! the code. It also rejects two energies that declare one parameter path with different quantities. The functions
-//! `serialize` and `deserialize` write and read the tables.
+//! [`Attached`] is one of them: name, place ([`At`]), values and, once given, the code. A scene file contains the place
+//! and the parameters, but not the code. A scene that is read from such a file is complete only once the code is given:
+//! see [`Scene::load_with`](crate::Scene::load_with). `Attached::new` makes an energy with its code, and declares the
+//! quantities of its parameters for the whole program; `key` is the path of its table, `values` are names and values of
+//! its parameters, and `code` is `None` after reading from a file. `At::check` rejects places outside the rod. The
+//! check of a scene rejects an energy without code, a name twice, names that are not a letter followed by letters,
+//! digits, - and _, and values outside the limits of the code. It also rejects two energies that declare one parameter
+//! path with different quantities. The functions `serialize` and `deserialize` write and read the tables.
 
 use crate::error::Error;
 use crate::scene::number::{NumberVisitor, Quantity, SceneNumber};

@@ -1,11 +1,15 @@
 //! Parameters: the physical [numbers](crate::scene::number) of a scene by their path in the file, or by a short name.
 //!
 //! Trajectories are differentiated by parameters, and fits identify them. [`Parameter`] is a path, of which the program
-//! keeps one copy. Its methods return unit and limits, its value in a scene, and a scene with other values. Numbers
-//! without effect in a scene are no parameters of it ([`Scene::map_numbers`]). The quantities of all built-in
-//! parameters come from `catalog_scenes`, which contain every kind of table; those of user-defined energies from their
-//! declarations. Unknown names are errors with similar names ([`Parameter::named`] returns `None`), and so are
-//! parameters that a scene does not have when they are set; the value of these is `None`.
+//! keeps one copy. Its methods return unit and limits (`quantity`), its value in a scene (`of`), and a scene with other
+//! values (`set`, `set_all`). `at` does not check the path, `declare` sets the quantity of a parameter of a
+//! user-defined energy, and `list` returns the parameters of a list along the rod. `absent` is the error for a scene
+//! without the parameter. `is_positive`, `is_of_the_camera`, `is_of_structure`, `is_moment` and `is_of_kelvin_voigt`
+//! classify; `aliases` has the short name. [`Scene::over_parameters`] converts a scene, with a number of choice for
+//! each parameter. Numbers without effect in a scene are no parameters of it ([`Scene::map_numbers`]). The quantities
+//! of all built-in parameters come from `catalog_scenes`, which contain every kind of table; those of user-defined
+//! energies from their declarations. Unknown names are errors with similar names ([`Parameter::named`] returns `None`),
+//! and so are parameters that a scene does not have when they are set; the value of these is `None`.
 
 use crate::error::Error;
 use crate::scene::Scene;

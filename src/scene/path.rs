@@ -7,6 +7,12 @@
 //! nodes. The number of edges of a mesh must be a multiple of the number of parts. Output: the nodes that an end holds
 //! and those at inner markers, each with its two markers and the fraction of the chord between them ([`RecordedNode`]).
 //! Before the recording is read the lists are empty.
+//!
+//! `end_nodes` are the nodes that an end holds, `held_nodes` is their number, and `inner_nodes` are those at inner
+//! markers. `spans` is the number of parts (1 before the recording is read), and `free_markers` are the observations.
+//! `check` rejects settings, `check_nodes` a mesh and inner markers. `track` is the recording, an error before it is
+//! read; `Recorded::of` is made from a track in place of a file. `nodes` are the nodes at all markers, an error if the
+//! mesh does not fit.
 
 use crate::error::Error;
 use crate::scene::faults::{LostFrames, SwappedLabels};

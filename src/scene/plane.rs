@@ -3,8 +3,10 @@
 //! [`Plane::through`] takes the plane of the first edge and the first edge or vector that is not parallel to it. If all
 //! are parallel, a hint that is not, or else the world axis farthest from the line, is the second direction. Edges and
 //! vectors may leave the plane by `TOLERANCE` of their length, else the error is the number of the edge or the key of
-//! the vector. The axes are world axes if the plane is parallel to two of them, else x is along the first edge. The
-//! other functions convert positions, m, and vectors between plane and world. The planar model uses the plane.
+//! the vector. The axes are world axes if the plane is parallel to two of them, else x is along the first edge.
+//! `project` and `to_world` convert positions, m, between world and plane; `direction_to_world` converts a vector
+//! without the origin, and `components` returns those of a vector in the plane and along the normal. The planar model
+//! uses the plane.
 
 use crate::numerics::scalar::Scalar;
 use nalgebra::{Vector2, Vector3};

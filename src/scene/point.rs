@@ -1,9 +1,14 @@
 //! Points of the rod (`"tip"`, a node index or an arc length from the wall, m), and their interpolation by nodes.
 //!
 //! A [`Point`] on a mesh becomes a [`Stencil`]: nodes with weights that sum to one. Arc lengths between nodes have
-//! cubic weights of the four nearest nodes. Masses, and points on the straight edge in a clamp, have linear ones
-//! (lever rule). Node indices are those of the scene's own mesh, also on a refined one. A point outside the rod,
-//! beyond rounding, is an error. Loads, masses, observations and results are placed with stencils.
+//! cubic weights of the four nearest nodes. Masses, and points on the straight edge in a clamp, have linear ones (lever
+//! rule). Node indices are those of the scene's own mesh, also on a refined one. A point outside the rod, beyond
+//! rounding, is an error.
+//!
+//! [`Point::stencil`] is for positions and forces, `Point::shares` for masses. `Point::place` is the arc length, m;
+//! `nodes_around` is the range of nodes for this and slightly different lengths of the rod, and `fixed` a point without
+//! derivatives. `Stencil::place` is the weighted position, `around` are the four nodes around an arc length. Loads,
+//! masses, observations and results are placed with stencils.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;

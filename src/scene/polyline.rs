@@ -1,14 +1,22 @@
 //! Shapes of the rod as smooth curves through points of a file or of the scene.
 //!
 //! [`Polyline::read`] reads the points from columns x, y, z of a file (m, or the unit of their header),
-//! [`Polyline::through`] takes those of the scene, m. The file of an initial shape may also have s, the arc length of
-//! each point on the rod at rest. Without s the arc lengths start at 0, and are those of circles through neighboring
-//! points. [`Polyline::with_lengths`] replaces the distances of the points by given ones, m. Positions between the
-//! points are cubics through two points on either side, at the ends through the outermost four; through three points
-//! they are parabolas. [`Polyline::mesh`] returns the mesh of a rest shape, [`Polyline::nodes_of`] the positions, m, of
-//! the nodes of a rod in an initial shape. Rejected are fewer than three points, a point that equals the one before,
-//! and arc lengths that do not increase or do not cover the rod. Corners above `SHARPEST` degrees are rejected if a
-//! node is not at a point.
+//! [`Polyline::through`] takes those of the scene, m. The file of an initial shape (`on_a_rod`) may also have s, the
+//! arc length of each point on the rod at rest; in that of a rest shape s is an error. Without s the arc lengths start
+//! at 0, and are those of circles through neighboring points. Positions between the points are cubics through two
+//! points on either side, at the ends through the outermost four; through three points they are parabolas.
+//!
+//! - [`Polyline::with_lengths`] gives the edges between the points other lengths, m, with the same directions; not for
+//!   a curve with s. [`Polyline::lengths`] returns these lengths, empty without any.
+//! - [`Polyline::mesh`] returns the mesh of a rest shape, of which given fractions of the first and last edge are
+//!   behind a wall.
+//! - [`Polyline::nodes_of`] returns the positions, m, of the nodes of a rod in an initial shape: at their arc lengths
+//!   if s is given, else at the same fractions of the length as at rest.
+//! - [`Polyline::path`] returns the file of the points, and [`Polyline::is_through`] whether they are given points of
+//!   the scene.
+//!
+//! Rejected are fewer than three points, a point that equals the one before, and arc lengths that do not increase or do
+//! not cover the rod. If any node is not at a point, a curve with a corner above `SHARPEST` degrees is rejected.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;

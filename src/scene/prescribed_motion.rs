@@ -3,11 +3,13 @@
 //! Input of a [`Motion`]: displacement (m), rotation vector and twist (rad) of an end of the rod. It has a ramp (s), a
 //! frequency f (Hz), or the recording of a point. The first three quantities are multiplied by a factor of time: a
 //! quintic from 0 to 1 over the ramp, `sin(2 pi f t)`, or 1 without both. A recording adds the displacement of its
-//! point since t = 0, m. In the search for an equilibrium ([`MotionTime`]) there is no recorded displacement. There the
-//! factor is the progress of the search, or 0 for a frequency and for a ramp that has not ended. `Motion::read` reads
-//! the recording, `Motion::check` rejects invalid motions. Clamped ends may have any motion, pinned ones no rotation,
-//! recorded ones a constant twist only; free ends and rollers have none. Errors are also a ramp beside a frequency, and
-//! a start time or columns without a file.
+//! point since t = 0, m. `recorded_displacement` is that, `None` without a recording that was read. `is_offset` returns
+//! whether a motion displaces its end from the beginning (neither ramp, frequency nor recording). In the search for an
+//! equilibrium ([`MotionTime`]) there is no recorded displacement. There the factor is the progress of the search, or 0
+//! for a frequency and for a ramp that has not ended. `Motion::read` reads the recording, `Motion::check` rejects
+//! invalid motions. Clamped ends may have any motion, pinned ones no rotation, recorded ones a constant twist only;
+//! free ends and rollers have none. Errors are also a ramp beside a frequency, and a start time or columns without a
+//! file.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;

@@ -5,8 +5,11 @@
 //! `resolved` returns the scene with chosen settings and a [`Resolution`], `by` that with another scheme, `reopened`
 //! the scene with them left open again. `check_accuracy` rejects an accuracy that is not allowed, and an open mesh
 //! beside node indices. The resolution has the requested error (by default `ACCURACY`) and the estimated one, fractions
-//! of the rod length (of a frequency for modes). The latter is none where it was not estimated. `words` returns both as
-//! text, `warning` a warning with its code if the request is not met. Module `accuracy` makes the choice.
+//! of the rod length (of a frequency for modes). The latter is none where it was not estimated. `chosen` are the
+//! settings that the program chose before. `asked` is the requested one. `words` returns both as text, `warning` a
+//! warning with its code if the request is not met; `words_over` and `warning_over` are those of a fraction of another
+//! quantity, such as a frequency. [`Chosen::any`] returns whether the program chose mesh or step. Module `accuracy`
+//! makes the choice.
 
 use crate::code::Code;
 use crate::error::Error;

@@ -5,8 +5,10 @@
 //! chooses it. A mesh of an arc or helix must have so many edges that they turn by less than half a turn on average.
 //! Natural curvature is a factor on the curvature of the rest shape, natural twist is in rad/m. Natural bending, 1/m,
 //! is a list of pairs (one number for each director) at equally spaced places from the first node to the last, for
-//! spatial rods only. `bending_at` interpolates it linearly at a node of any mesh. `check` rejects invalid shapes,
-//! sections, numbers and meshes. Tapers and the places of masses are checked with the scene.
+//! spatial rods only. `bending_at` interpolates it linearly at a node of any mesh, by the weights `bending_shares`.
+//! `is_unstressed` returns whether the rest shape is free of stress: curvature factor 1, natural twist 0, no natural
+//! bending, none as a list. `check` rejects invalid shapes, sections, numbers and meshes. Tapers and the places of
+//! masses are checked with the scene.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;

@@ -1,9 +1,11 @@
 //! The time integrators ([`Scheme`]) and their properties ([`Traits`]): name, order, supported terms, stability limit
 //! (step times angular frequency), conservation of energy, parameter.
 //!
-//! The schemes are Newmark-beta (default), average vector field, Rodas4, Verlet, PEFRL and generalised-alpha. A
-//! scheme is a variant of [`Scheme`], a row of [`Traits`], and a stepper in [`crate::dynamics::stepper`]. The row
-//! determines the terms that a scene may contain, the energy check, the steps of a study and the text of messages.
+//! The schemes are Newmark-beta (default), average vector field, Rodas4, Verlet, PEFRL and generalised-alpha. A scheme
+//! is a variant of [`Scheme`], a row of [`Traits`], and a stepper in [`crate::dynamics::stepper`]. [`Scheme::all`]
+//! lists the variants, `traits` is the row of one, and `names` are those with a property, for messages. `takes_beta` is
+//! true for Newmark-beta only. The row determines the terms that a scene may contain, the energy check, the steps of a
+//! study and the text of messages.
 
 use serde::{Deserialize, Serialize};
 

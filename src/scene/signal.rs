@@ -5,7 +5,8 @@
 //! can be identified. `read` reads the file, with the scene. `check_signals` rejects missing keys, keys of another
 //! kind, and names that are used twice; `check_reference` a load whose signal does not exist; `check_end` a simulation
 //! beyond the samples. `motion_rate` is the period of a sine, or that of the bandwidth of samples, with which time
-//! steps are compared. `warnings` are those of missing samples.
+//! steps are compared. `warnings` are those of missing samples. `is_smooth` returns whether schemes that require smooth
+//! signals accept it: a sine, or samples with cubic interpolation.
 
 use crate::code::Code;
 use crate::error::Error;

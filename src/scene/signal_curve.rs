@@ -80,8 +80,8 @@ impl<D: Scalar> CurveShape<D> {
         count.checked_sub(1)
     }
 
-    /// Coefficients of the polynomial that holds at the time `t`, s, ascending, and the time since its knot, s (0
-    /// before the first knot).
+    /// Coefficients of the polynomial piece that contains the time `t`, s, of a signal that is not a sine, ascending,
+    /// and the time since its knot, s (0 before the first knot).
     fn local(&self, t: D) -> ([D; 4], D) {
         let k = self.last_knot(t.value());
         let since = k.and_then(|k| self.knot(k)).map_or(D::from(0.0), |knot| t - knot);

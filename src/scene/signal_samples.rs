@@ -78,7 +78,8 @@ impl SignalSamples {
         Self::new(times, &values, interpolation).map_err(|message| table.error(1, &message).into())
     }
 
-    /// The signal through `values`, one per time, s, or none where it is missing.
+    /// The signal through `values`, one per time, s, or none where it is missing. Missing samples become defects, and
+    /// the bandwidth is found as that of a recorded motion.
     ///
     /// # Errors
     /// A message for fewer than two values.

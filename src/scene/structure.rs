@@ -4,8 +4,10 @@
 //! [`StructureScene`] is generic over the type of its numbers, as [`Scene`]: `map_numbers` converts each by its path,
 //! in which rods, materials and bodies have their names. Rods name materials; joints, supports and loads name rods and
 //! bodies, whose indices `rod` and `body` return. [`StructureScene::validate`] rejects invalid numbers, names and
-//! supports, friction, and a `[time]` without a step or with an unsupported scheme; files are not read. `part` returns
-//! the scene of one rod alone, `fill_part` replaces the numbers in one.
+//! supports, friction, and a `[time]` without a step or with an unsupported scheme; files are not read. `connects` are
+//! the ends and the body of a joint, `material_of` is the material of a rod (an error for an unknown name).
+//! `has_recorded_ends` returns whether any end follows recorded markers. `part` returns the scene of one rod alone,
+//! `fill_part` replaces the numbers in one.
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::Scalar;

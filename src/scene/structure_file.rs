@@ -1,10 +1,15 @@
 //! Reading of the files of structures (TOML), and of the polylines and the recording that they name.
 //!
 //! [`StructureScene::load`] and [`StructureScene::from_toml`] parse a text, validate the scene, and read the points of
-//! shapes and the recorded markers; paths are relative to the folder of the file. Errors have the path. For a text that
-//! cannot be parsed they list all required keys that are missing, or a likely mistake. `is_text_of` returns whether a
-//! text is that of a structure, [`StructureScene::files`] lists the files of a structure, and
-//! [`StructureScene::follow`] replaces and reads its recording.
+//! shapes and the recorded markers; paths are relative to the folder of the file. `read` does the same with the text of
+//! a file; `read_without_recording` leaves out the recording, which is to be replaced.
+//!
+//! Errors of `load` have the path. Those of `from_toml` in the text itself name no file. For a text that cannot be
+//! parsed they list the placeholders, or all required keys that are missing, or a likely mistake.
+//!
+//! `is_text_of` returns whether a text is valid TOML with a key `rods`. [`StructureScene::files`] lists the file of the
+//! structure, if it has one, and then those that it names. [`StructureScene::follow`] replaces the file of its
+//! recording by one relative to the working directory, and reads it; without `[recording]` it is an error.
 
 use crate::error::Error;
 use crate::input::hints::{STRUCTURE, explained};

@@ -2,10 +2,12 @@
 //! keys.
 //!
 //! An end is free, pinned, on a roller, clamped or recorded. Methods of [`Supports`] return the kind of support of an
-//! end, the compliance of its clamp (rad/(N m), m/N), and the twists of recorded ends (rad). Others return the end on a
-//! roller, whether ends move, and warnings of recordings. `check` rejects two rollers, a compliance without a clamp,
-//! recorded ends without a recording, and motions that an end cannot have. `check_start` rejects an end that starts
-//! displaced, `check_end` a simulation beyond the end of a recording.
+//! end (`at`), the compliance of its clamp (rad/(N m), m/N; zero is rigid), the twists of recorded ends
+//! (`recorded_turns`, rad), and the end on a roller (`rolling`). `move_ends` returns whether there is any motion or
+//! recording, `cut_edges` whether half an edge beside a held end does not bend, and `turns_freely` whether an end
+//! rotates freely about the rod. `recording_warnings` are those of all recordings. `check` rejects two rollers, a
+//! compliance without a clamp, recorded ends without a recording, and motions that an end cannot have. `check_start`
+//! rejects an end that starts displaced, `check_end` a simulation beyond the end of a recording.
 
 use crate::code::Code;
 use crate::error::Error;

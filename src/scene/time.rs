@@ -4,8 +4,10 @@
 //! step, or a number of the scheme, the default is Newmark-beta. Numbers of a scheme (`beta`, `rho_inf`, `tolerance`)
 //! are accepted with the schemes that have them only. `check` rejects an end or step that is not positive and finite, a
 //! missing end without a recording, numbers out of range, and more than `MOST_STEPS` steps. [`Time`] also returns the
-//! number of its scheme (`parameter`) and the step size, s (the duration if no step is chosen yet). `steps` is the
-//! number of steps, of which the last may be shorter, and `at` the time after `k` of them, s.
+//! number of its scheme (`parameter`) and the step size (`step_size`, s; the duration if no step is chosen yet).
+//! `is_beyond_end` returns whether a given step is longer than the duration. `new` has Newmark-beta, `lasting` leaves
+//! step and scheme to the program. `steps` is the number of steps, of which the last may be shorter, and `at` the time
+//! after `k` of them, s.
 
 use crate::error::Error;
 use crate::scene::number::{Candidates, Quantity, SceneNumber};

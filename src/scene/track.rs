@@ -8,6 +8,18 @@
 //! accelerations. Before the first and after the last position the motion continues with constant velocity. Building
 //! a problem examines a track: it then has the defects of the recording, and the bandwidth, Hz, of the markers that
 //! drive a support (none if they move less than the noise).
+//!
+//! `read` and `read_as` (given markers, units and start time) read files; `from_integrated` has the velocities of an
+//! integration. `window` is a range of frames with times from 0. `with_faults`, `with_first_fault` and
+//! `with_motion_defects` (missing frames and jumps of driving markers, and their bandwidth) return the recording with
+//! defects; `faults`, `is_examined` and `warnings` describe these. `end` is the time of the last frame and `usual_step`
+//! the median interval, s.
+//!
+//! `median_step`, `check_clock` (rejects a first time other than 0), `known_positions` and `with_velocities`
+//! are parts for other modules.
+//!
+//! `TimedPosition` is a position at a time, `PathPoint` has also the velocity. `CLOCK_TOLERANCE` is the largest first
+//! time that counts as 0, and `TIME_ZERO_REMEDY` the remedy in messages.
 
 use crate::code::Code;
 use crate::error::Error;

@@ -9,11 +9,11 @@
 //!
 //! In every vector, edge `j` has the indices of node `j + 1`; angles keep theirs.
 //!
-//! [`EdgeCoordinates`] converts lists of all unknowns, in place: forces on nodes (N) to those on edges (`T' f`),
-//! changes of edges (m) to those of nodes (`T e`). `metric` returns the weights (kg) that replace the masses, `change`
-//! the difference of an edge vector between two states. [`EdgeCoordinates::new`] returns them above [`MANY_NODES`]
-//! nodes, for a rod without held nodes beside those at its start. `Discretized::edge_coordinates` excludes rods with
-//! user-defined energies or loads without a potential.
+//! [`EdgeCoordinates`] converts lists of all unknowns, in place: forces on nodes (N) to those on edges (`edge_forces`,
+//! `T' f`), changes of edges (m) to those of nodes (`node_changes`, `T e`). `metric` returns the weights (kg) that
+//! replace the masses, `change` the difference of an edge vector between two states. [`EdgeCoordinates::new`] returns
+//! them above [`MANY_NODES`] nodes, for a rod without held nodes beside those at its start.
+//! `Discretized::edge_coordinates` excludes rods with user-defined energies or loads without a potential.
 
 use crate::numerics::scalar::Scalar;
 use crate::rod::Rod;

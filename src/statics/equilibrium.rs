@@ -206,7 +206,7 @@ impl Problem {
 /// The equilibrium of a model with energies, reactions, positions of all nodes and the tip. Warnings, in this order:
 /// implausible values, a large strain, deep contacts. The counts of unstable and marginal directions are those in the
 /// model, zero under loads without a potential. The caller sets `stable` and `stable_in_plane`, which are absent, as
-/// `resolution` is.
+/// `resolution` is. Errors are those of the search.
 fn model_equilibrium<M: Model>(
     problem: &Problem,
     discretized: &Discretized<'_, M>,

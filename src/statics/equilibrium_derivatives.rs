@@ -5,9 +5,14 @@
 //! energy. Newton steps `q -= K^-1 g(q, p)` in dual numbers, with the tangent `K` in plain numbers, make one more order
 //! of derivatives exact each. At a neutral equilibrium `K` is singular: a small stiffness is added, and the nodes move
 //! with the initial position. Long rods are solved in edge coordinates. Held unknowns have the derivatives of the
-//! supports at the end of their motion. Output: rod and unknowns (m, rad) with derivatives, or positions of nodes in
-//! the world (m) and reactions (N, N m). A singular tangent is [`Error::Indifferent`]. `displacement_under_forces`
-//! solves with `K` alone, for the adjoint; `None` for a singular tangent and for long rods.
+//! supports at the end of their motion. Output: rod and unknowns (m, rad) with derivatives
+//! (`differentiated_equilibrium`), or positions of nodes in the world (m) and reactions (N, N m;
+//! `outputs_at_equilibrium`). Parts of it are `hold` (values of held unknowns), `differentiate` (Newton steps, in
+//! place) and `add_start_derivatives` (those of the initial positions). A singular tangent is [`Error::Indifferent`].
+//! `displacement_under_forces` solves with `K` alone, for the adjoint; `None` for a singular tangent and for long rods.
+//!
+//! `CheckedEquilibrium` is an equilibrium and whether it is neutral, `EquilibriumOutputs` are positions and reactions
+//! with derivatives.
 
 use crate::energy::Derivatives;
 use crate::error::Error;

@@ -5,9 +5,10 @@
 //! clamp under loads far above buckling is first [loaded step by step](crate::statics::standing). Output: unknowns (m,
 //! rad) and frames of the last equilibrium, number of Newton iterations in all, largest unbalanced force (N). Moved
 //! ends are then at the end of their motion, or in `held_equilibrium` at their places at t = 0, under the forces
-//! `initial.point` too. `begin_at_rest` returns the shape of the start, `descend` makes one descent. Errors: no
-//! equilibrium, ends that move too far, an interruption, and those of a recorded start. The search does not examine
-//! stability.
+//! `initial.point` too. `begin_at_rest` returns the shape of the start, `descend` makes one descent. `edge_coordinates`
+//! are those of a long rod that is held at its start only, else `None`. `has_follower_loads` returns whether there are
+//! loads without a potential. Errors: no equilibrium, ends that move too far, an interruption, and those of a recorded
+//! start. The search does not examine stability.
 
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;

@@ -2,11 +2,12 @@
 //! spin of a straight round rod between hinges.
 //!
 //! Detection: the tangent has an eigenvalue within plus or minus the negligible stiffness. Its motion is found by
-//! inverse iteration. [`MotionMeasure`] is the size of a motion, scaled to a displacement of the rod's length or a
-//! rotation of 1 rad. It is a spin if nodes move by at most `SPIN` lengths, and rigid if the absolute strains sum to at
-//! most `RIGID`. Output of `is_neutral`: whether the equilibrium is neutral, which is false under loads without a
-//! potential. Its derivatives then need an added stiffness, as the tangent is singular. Another motion without
-//! resistance, as at a critical load, is [`Error::Indifferent`] with the node that moves most.
+//! inverse iteration. [`MotionMeasure`] (`measure_motion`) is the size of a motion, scaled to a displacement of the
+//! rod's length or a rotation of 1 rad. It is a spin (`is_spin`) if nodes move by at most `SPIN` lengths, and rigid
+//! (`is_rigid`) if the absolute strains sum to at most `RIGID`. Output of `is_neutral`: whether the equilibrium is
+//! neutral, which is false under loads without a potential. Its derivatives then need an added stiffness, as the
+//! tangent is singular. Another motion without resistance, as at a critical load, is [`Error::Indifferent`] with the
+//! node that moves most.
 
 use crate::error::Error;
 use crate::numerics::tangent::Factors;

@@ -2,11 +2,13 @@
 //! stability.
 //!
 //! Its eigenvalues `K x = omega^2 M x` are squared angular frequencies. At an equilibrium negligible stiffnesses can
-//! replace the masses: eigenvalues are then multiples of these, and those below -1 are unstable motions. Output:
-//! factors of `K - s M`, the number of eigenvalues below `s` (1/s^2; inertia), rounding errors of eigenvalues. A zero
-//! pivot is an error; `inertia` tries up to `SHIFTS` values of `s`, each slightly lower. Prescribed unknowns have no
-//! eigenvalues. For a planar rod the pencil of motions out of its plane (a deflection and an angle per node) follows
-//! from the spatial model.
+//! replace the masses: eigenvalues are then multiples of these, and those below -1 are unstable motions. `at` takes
+//! masses, `resting` negligible stiffnesses. Output: `factors` of `K - s M`, the number of eigenvalues below `s`
+//! (`below`, and `inertia` with other shifts, 1/s^2), the rounding error of the eigenvalue of a mode (`rounding`), and
+//! the number of finite ones (`order`). A zero pivot is an error; `inertia` tries up to `SHIFTS` values of `s`, each
+//! slightly lower. Prescribed unknowns have no eigenvalues. For a planar rod the pencil of motions out of its plane (a
+//! deflection and an angle per node) follows from the spatial model (`out_of_plane`). [`spatial_motion`] returns the
+//! unknowns of the spatial model for such a motion.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -115,8 +117,8 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         Ok(self.factors(squared)?.negative_pivots())
     }
 
-    /// Number of eigenvalues below `squared`, 1/s^2. In case of a zero pivot the shift is lowered by
-    /// [`SHIFT_DISTANCE`] of itself, up to [`SHIFTS`] shifts in all; then [`Error::SingularEquilibrium`].
+    /// Number of eigenvalues below `squared`, 1/s^2. In case of a zero pivot the shift is lowered by [`SHIFT_DISTANCE`]
+    /// of itself, up to [`SHIFTS`] shifts in all (a shift of zero stays); then [`Error::SingularEquilibrium`].
     pub fn inertia(&self, squared: f64) -> Result<usize, Error> {
         // A zero pivot depends on the shift: a slightly lower one avoids it.
         (0..SHIFTS)

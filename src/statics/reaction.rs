@@ -13,8 +13,12 @@
 //! and the end of the rod otherwise. Half of the mass of a cut edge is inside the wall. It is left out, so that force
 //! and moment at rest balance the rod from the wall on. Kelvin-Voigt stress is that of the mean strain rates over the
 //! last step. The rotational inertia of a held edge that spins is left out too. At rest there are no damping, drag and
-//! inertia. Output: [`Reactions`], force, and moment about `c`, of both ends; zero for a free end. A [`ReactionModel`]
-//! is over any scalar of a rod: with dual numbers its output has derivatives by parameters.
+//! inertia. Output: [`Reactions`], force, and moment about `c`, of both ends; zero for a free end.
+//!
+//! `reactions_at_rest` returns those of an equilibrium. `reactions_in_motion` returns a [`ReactionModel`], with which
+//! `reactions` are computed in any state. It is over any scalar of a rod: with dual numbers its output has derivatives
+//! by parameters. `nodal_loads` are weight, point and line forces on every node, N, at a time; `loads_at_state` are the
+//! loads of a rod at a state. `Reactions::parts` has the order of records.
 
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{Vector, add, cross, scale, sub, unit};

@@ -17,9 +17,10 @@
 //! For a straight rod these energies would be noise; its section is oriented by `up`. Additional twist by a gripper
 //! is a number of the scene, the twist of `supports.motion`.
 //!
-//! Output: [`RecordedStart`], unknowns (m, rad) and frames at the first frame, change to the second one, and the time
-//! between, s, with derivatives by parameters if requested. Errors: no `supports.path`, no equilibrium, and a
-//! singular tangent where derivatives are requested.
+//! Output of `recorded_start`: [`RecordedStart`], unknowns (m, rad) and frames at the first frame, change to the second
+//! one, and the time between, s, with derivatives by parameters if requested. `recorded_shape` is the relaxed shape of
+//! the first frame alone, and `marker_spring` the stiffness of the springs, N/m. Errors: no `supports.path`, no
+//! equilibrium, and a singular tangent where derivatives are requested.
 
 use crate::energy::Derivatives;
 use crate::error::Error;

@@ -64,7 +64,7 @@ pub(crate) fn free_part<M: Model>(discretized: &Discretized<'_, M>, j: usize) ->
 /// Displacements by shear of all nodes of a model in world axes at equilibrium, m, for `E/(kappa G) = 1`. Edge `j` adds
 /// `-l Q/(E A)`, with its length `l` outside of walls and the transverse internal force `Q`. The running sums are zero
 /// at the held end. Between two held ends a part that is linear in the node's index is subtracted, so that both are
-/// zero.
+/// zero. Errors are those of the equilibrium.
 fn deflections<M: Model>(discretized: &Discretized<'_, M>) -> Result<Vec<[f64; 3]>, Error> {
     let rest = discretized.equilibrium()?;
     let (rod, scene) = (discretized.rod(), discretized.scene());

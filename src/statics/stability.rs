@@ -9,11 +9,12 @@
 //! ```
 //!
 //! evaluated element by element in dual numbers. There, strains and their rates are differences of neighboring nodes.
-//! The rounding error is that of forces in elements times squared slopes of the motion,
-//! `eps n (EA + EI n^2/L^2) sum |dx|^2/h`. It is some `n^3` times smaller for the motion of a rigid body. With more
-//! than [`MAX_UNCERTAIN`] such eigenvalues, without their eigenvectors, and in edge coordinates, the inertia decides
-//! alone, and no motion is marginal. Output: numbers of unstable and of marginal motions, for equilibria and modes; a
-//! rigid motion or spin without stiffness is neither.
+//! The rounding error is that of forces in elements times squared slopes of the motion, `eps n (EA + EI n^2/L^2) sum
+//! |dx|^2/h`. It is some `n^3` times smaller for the motion of a rigid body. With more than [`MAX_UNCERTAIN`] such
+//! eigenvalues, without their eigenvectors, and in edge coordinates, the inertia decides alone, and no motion is
+//! marginal. Output of `stability`: numbers of unstable and of marginal motions, for equilibria and modes; a rigid
+//! motion or spin without stiffness is neither. `stiffnesses` are principal values of `x' K x`, J, among given motions,
+//! each with its tolerance, and `linear_combination` is a weighted sum of vectors.
 
 use crate::energy::Derivatives;
 use crate::error::Error;

@@ -3,11 +3,11 @@
 //! [`Structure::new`] validates a scene of rods, bodies and joints and builds its assembly at rest, without the
 //! deformation by loads. An invalid scene is an error with file and key. `at_rest_over` returns the assembly over
 //! another number type, such as dual numbers, for derivatives. `with_derivatives` selects hand-derived or dual-number
-//! derivatives for simulations only. `length` is the sum of the lengths of all rods, m. The squared frequency of
-//! bending, 1/s^2, is the smallest one of all rods over that length. That of rounding errors is a threshold for motions
-//! without resistance. The negligible stiffness, N/m or N m per unknown, counts as zero. `segments` and `dof` are the
-//! numbers of edges and of unknowns that move. Equilibria, modes and simulations of the structure are methods in other
-//! modules.
+//! derivatives for simulations only. `at_rest` is the assembly in plain numbers, `parts` are the scenes of the single
+//! rods. `length` is the sum of the lengths of all rods, m. `bending_frequency_squared`, 1/s^2, is the smallest one of
+//! all rods over that length. `rounding_frequency_squared` is a threshold for motions without resistance.
+//! `negligible_stiffness`, N/m or N m per unknown, counts as zero. `segments` and `dof` are the numbers of edges and of
+//! unknowns that move. Equilibria, modes and simulations of the structure are methods in other modules.
 
 use crate::energy::Derivatives;
 use crate::error::Error;

@@ -7,6 +7,8 @@
 //! space an attachment with a clamped end also has tangent and director of the edge. Input: the plan, a rod at rest,
 //! and the centers (m) and axes of the bodies. Output: [`HeldNodes`] of this rod, in the order of its ends; free and
 //! recorded ends have none.
+//!
+//! `planar_held_nodes` and `spatial_held_nodes` return the nodes of one rod that bodies carry, and those at walls.
 
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::sub;

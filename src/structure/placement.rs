@@ -6,7 +6,9 @@
 //! from their first point than `JOINT_TOLERANCE` times the length of the longest rod; body points without an offset are
 //! not compared. [`common_plane`] returns the plane of all nodes, gravity, point forces and body positions. It is an
 //! error, with the key, if one of them leaves it; offsets must be in that plane, and hinge axes normal to it.
-//! [`PlacedRod`] is a rod at its place, with the position, m, and the mass, kg, of its nodes.
+//! [`placed_meshes`] returns the shifted meshes. `PlacedRod::wall` is the middle of the outer edge of an end.
+//! [`end_nodes`] are the two outermost nodes of an end, [`end_point`] is its point in a joint. [`PlacedRod`] is a rod
+//! at its place, with the position, m, and the mass, kg, of its nodes.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};

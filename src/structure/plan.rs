@@ -9,6 +9,10 @@
 //! The first rod is at zero without an origin. Joints of one body without offsets are at one point. Errors: roller
 //! supports, ends held twice, joints with two bodies or fewer than two entries, and springs (or hinges in space) whose
 //! body is not the first entry. So are rods that nothing places, and rods or bodies without joint and support.
+//!
+//! `Placement` is the place of a rod, by itself or by a joint, and `EndSupport` the support of an end. `BodyPlan` is a
+//! body or the common pose of a joint, `SpringPlan` a rotational spring or hinge, and `JointPoint` an end of a rod or a
+//! point of a body.
 
 use crate::error::{Error, ensure};
 use crate::numerics::envelope::reverse_cuthill_mckee;

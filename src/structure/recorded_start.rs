@@ -118,7 +118,8 @@ impl Structure {
     }
 
     /// The assembly at rest, over the number type of `scene`, with springs from the observed markers to their recorded
-    /// positions in frame number `frame`. Markers of recorded ends have no springs.
+    /// positions in frame number `frame`. Markers of recorded ends have no springs. Errors: a recording that is not
+    /// read, and those of building the assembly.
     fn sprung<D: Nestable>(
         &self,
         scene: &StructureScene<D>,
@@ -179,7 +180,8 @@ impl Structure {
     }
 
     /// The equilibrium of the structure with springs to the markers in frame number `frame`, by a descent from `q` and
-    /// `frames`. Positions of recorded ends stay; their angles relax.
+    /// `frames`. Positions of recorded ends stay; their angles relax. Error: no equilibrium, or a recording that is not
+    /// read.
     fn relax(
         &self,
         recording: &StructureRecording,

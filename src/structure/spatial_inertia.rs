@@ -3,13 +3,15 @@
 //!
 //! A body has its own mass, and that of nodes of the rod ends on it. For a clamped end it is the mass of the inner
 //! node, which is without the part behind the joint. Half of the rotational inertia of the outer edge about itself is
-//! added. For a hinged end it is the mass of the outer node. Its axes are the principal ones of the sum. The mass of
-//! a sprung clamp counts at the joint, with its moment of inertia about it. An elastic joint is a rotational spring,
-//! or a hinge: a stiff spring ([`HINGE_STIFFNESS`] times the largest stiffness of the rod's joint beside it) across
-//! its axis. [`SpatialBodiesAtRest`] has bodies with loads, springs, centers, m, coordinates at rest, m (zero for
-//! rotations), and the references of the rotations. Errors: a body without three moments of inertia, a rotating joint
-//! without inertia, a hinge without axis, a spring with one rest angle other than zero (three numbers are required),
-//! or one that is too stiff for its rod ([`LEAST_COMPLIANCE`]).
+//! added. For a hinged end it is the mass of the outer node. Its axes are the principal ones of the sum. The mass of a
+//! sprung clamp counts at the joint, with its moment of inertia about it. An elastic joint is a rotational spring, or a
+//! hinge: a stiff spring ([`HINGE_STIFFNESS`] times the largest stiffness of the rod's joint beside it) across its
+//! axis. [`SpatialBodiesAtRest`] has bodies with loads, springs, centers, m, coordinates at rest, m (zero for
+//! rotations), and the references of the rotations. `clamp_axes` are the axes of a clamp, `rest_axes` those of a
+//! rotation at rest, and `in_axes` are components of a vector along axes. `end_edge` is the outermost edge of an end.
+//! Errors: a body without three moments of inertia, a rotating joint without inertia, a hinge without axis, a spring
+//! with one rest angle other than zero (three numbers are required), or one that is too stiff for its rod
+//! ([`LEAST_COMPLIANCE`]).
 
 use crate::error::{Error, ensure};
 use crate::numerics::rotation::{

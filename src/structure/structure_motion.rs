@@ -2,13 +2,15 @@
 //! of a run.
 //!
 //! [`Structure::simulation`] returns a [`StructureMotion`] at t = 0, without velocity unless it starts from a
-//! recording, which advances to given times. A step that fails, or that the step control rejects, is replaced by two
+//! recording, which advances to given times (`step_to`). `shape` and `position` are those of its present state, m;
+//! `taken` are the ends of all steps, s. A step that fails, or that the step control rejects, is replaced by two
 //! halves, and so on. It limits rotations of edges and, by the scene of the first rod and without recorded ends only,
 //! the change of the energy. [`Structure::simulation_over`] is a simulation over dual numbers, for derivatives, without
 //! bisection. `equilibrium_over` is the equilibrium with derivatives. [`StructureReport`] collects times, s, energies,
-//! J, and ends of the rods, m. It warns if the change of the energy over the largest kinetic energy exceeds a limit,
-//! only without damping of rods and joints, and without recorded ends. In space only Newmark-beta and generalized-alpha
-//! integrate; other schemes are errors, as is a scene without `[time]`.
+//! J, and ends of the rods, m. `push` adds a state, `push_energies` its energies only; `finish` sets the status and the
+//! warnings. The report warns if the change of the energy over the largest kinetic energy exceeds a limit, only without
+//! damping of rods and joints and without recorded ends. In space only Newmark-beta and generalized-alpha integrate; other schemes are
+//! errors, as is a scene without `[time]`.
 
 use crate::dynamics::{
     BisectedSteps, Simulation, StepControl, StepperSettings, Work, advance, energy_warning,
@@ -184,8 +186,9 @@ impl Structure {
         Ok(AssemblyAtRest { assembly, q, frames, meshes })
     }
 
-    /// The simulation of a scene over any number type, at its start, as [`simulation`](Self::simulation) without
-    /// control.
+    /// The simulation of a scene over any number type, at its start: rest, equilibrium or recorded start, with recorded
+    /// ends as moving supports. Steps are not controlled. Errors: a scene without `[time]`, in space a scheme that does
+    /// not integrate rotations of bodies, and those of the equilibrium or the recorded start.
     fn simulation_of<D: Nestable>(
         &self,
         scene: &StructureScene<D>,

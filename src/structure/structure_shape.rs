@@ -1,11 +1,11 @@
 //! Positions of the rods and bodies of a structure, by their names, and their CSV.
 //!
-//! [`Structure::shape_at`] converts unknowns and frames to a [`StructureShape`] in the world, m: all nodes and the
-//! end (`tip`) of each rod, and the pose of each body of `[[bodies]]`. A pose is its own center of mass and its
-//! rotation from rest, rad: the angle about the normal of the plane, or in space the rotation vector and its size.
-//! Bodies of joints are left out. Nodes that bodies carry are placed by these. The tip is the last node, or the
-//! wall or joint that holds the end between two nodes. `displacements` converts a mode shape, for nodes only, to
-//! world axes. The CSV has a row per node of each rod, without bodies.
+//! [`Structure::shape_at`] converts unknowns and frames to a [`StructureShape`] in the world, m: all nodes and the end
+//! (`tip`) of each rod, and the pose of each body of `[[bodies]]`. A pose is its own center of mass and its rotation
+//! from rest, rad: the angle about the normal of the plane, or in space the rotation vector and its size. Bodies of
+//! joints are left out. Nodes that bodies carry are placed by these. The tip is the last node, or the wall or joint
+//! that holds the end between two nodes. `displacements` converts a mode shape, for nodes only, to world axes. The CSV
+//! (`to_csv`; `write_rows` with a time) has a row per node of each rod, without bodies.
 
 use crate::numerics::rotation::{identity, product, rotation_vector, transpose};
 use crate::numerics::vector::dot;

@@ -3,7 +3,8 @@
 //! Lines break between words; a number and its unit stay together, and words longer than a line are not divided.
 //! Continued lines are indented; quoted lines of files in messages stay whole. The width is 80 columns
 //! ([`DEFAULT_WIDTH`]) without a terminal; beside a label a text has at least 20. Input and output are plain text;
-//! [`wrap_message`] also colors `error:` and `warning:`.
+//! [`wrapped`] wraps a text, [`wrapped_behind`] a text behind a label, with an indent; [`wrap_message`] also colors
+//! `error:` and `warning:`.
 
 use crate::summary::{TextStyle, Tone};
 

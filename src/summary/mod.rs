@@ -1,10 +1,13 @@
 //! Results as text for a terminal: the status and the result first, then warnings, then the details.
 //!
 //! Every report of the library has a function `summary` that returns a [`Summary`]. It has a status with its [`Tone`]
-//! (severity), subject and code, and a list of labelled facts, notes, tables and verbatim text. Parts that are added
-//! before its warnings are the result, later ones are details. Its `Display` is 80 columns wide and without color;
-//! [`Summary::render`] takes another width, and colors the status and the warnings. Control characters of names are
-//! escaped. `quantity` writes numbers with units, `table` the tables, and `layout` wraps lines.
+//! (severity), subject and code, and a list of labelled facts, notes, tables and verbatim text. `with_subject` and
+//! `with_code` set these, and `naming_warnings` adds the codes of warnings to the status. `fact`, `facts`, `note`,
+//! `table`, `verbatim` and `warnings` add parts; `details` ends the result. Those that are added before the warnings
+//! are the result, later ones are details. `Tone::of_result` is `Bad` without success, `Doubtful` with warnings, else
+//! `Good`; `paint` colors a text. The `Display` of a summary is 80 columns wide and without color; [`Summary::render`]
+//! takes another width, and colors the status and the warnings. Control characters of names are escaped. `quantity`
+//! writes numbers with units, `table` the tables, and `layout` wraps lines.
 
 mod layout;
 pub(crate) mod quantity;
@@ -267,7 +270,7 @@ impl Summary {
     }
 
     /// The lines of several blocks. Empty lines separate them, except that facts and notes follow each other, and a
-    /// note follows a table without a title.
+    /// note follows a table without a title. A label that equals that of the fact above is left blank.
     fn section_lines(blocks: &[SummaryBlock], style: TextStyle) -> Vec<String> {
         use SummaryBlock::{Fact, Note, Table};
         let mut lines = Vec::new();

@@ -1,9 +1,10 @@
 //! Tables of text for terminals: a row for each item, a column for each property.
 //!
 //! Columns are as wide as their longest cell, and columns without any text are left out. If a table is too wide,
-//! columns of the kind `wrapped` shrink, the widest first, and their cells continue on further lines; a line may
-//! exceed the width if no column can shrink. Control characters of cells are escaped. Tables are built from items by
-//! [`ItemTable`], or row by row as [`SummaryTable`], and a summary shows them.
+//! columns of the kind `wrapped` shrink, the widest first, and their cells continue on further lines; a line may exceed
+//! the width if no column can shrink. Control characters of cells are escaped. Tables are built from items by
+//! [`ItemTable`], or row by row as [`SummaryTable`], and a summary shows them. `left`, `right` (numbers) and `wrapped`
+//! are kinds of columns. `min_width` is the width of the narrowest table. [`distinct`] removes repetitions from a list.
 
 use crate::summary::layout::{columns, wrapped};
 use marker_files::printable::printable_name;

@@ -1,19 +1,20 @@
 //! Critical loads: the value of a load at which the lowest mode about the equilibrium loses its stiffness, with
 //! derivatives.
 //!
-//! Input: a load, its expected value, whose sign counts, and parameters. Let `F(P, p)` be the squared lowest frequency
-//! of the rod under the load `P` with the parameters `p`, 1/s^2. It is positive where the rod is stable, and nearly
-//! linear in `P` for a column. Newton's method in `P` approaches the root from the stable side, from no load on. It
-//! ends at a distance of [`DISTANCE`] of the load, where the equilibrium is not singular yet. Output
-//! ([`CriticalLoad`]): the extrapolated root and its derivatives,
+//! Input: a load, its expected value, which gives the sign and the range of the search, and parameters. Let `F(P, p)`
+//! be the squared lowest frequency of the rod under the load `P` with the parameters `p`, 1/s^2. It is positive where
+//! the rod is stable, and nearly linear in `P` for a column. Newton's method in `P` approaches the root from the stable
+//! side, from no load on. It ends at a distance of [`DISTANCE`] of the load, where the equilibrium is not singular yet.
+//! Output ([`CriticalLoad`]): the extrapolated root and its derivatives,
 //!
 //! ```text
 //! P_c = P - F/F_P,   dP_c/dp = -F_p/F_P + F F_Pp/F_P^2
 //! ```
 //!
 //! whose errors are of second order, and of first order, in the distance times the curvature of `F`. Derivatives of `F`
-//! are exact (hyper-dual numbers). Errors are [`Error::Invalid`] where the rod stays stable, as one that bends from the
-//! first load on, and those of natural frequencies, as under loads without a potential.
+//! are exact (hyper-dual numbers). Errors are [`Error::Invalid`] without such a load up to [`FARTHEST`] times the
+//! expected one, as for a rod that bends from the first load on, and those of natural frequencies, as under loads
+//! without a potential.
 
 use crate::error::Error;
 use crate::problem::Problem;

@@ -29,10 +29,12 @@ pub(super) struct FollowerMode {
     pub vector: Vec<f64>,
 }
 
-/// All modes of a pencil in ascending order of frequency.
+/// All modes of a pencil with their growth rates, in ascending order of frequency; that of a divergence is minus its
+/// growth rate. `scale`, 1/s^2, is the size of a small eigenvalue: the matrix `K + scale M` is inverted.
 ///
 /// # Errors
-/// [`Error::Invalid`] for too many unknowns, [`Error::SingularEquilibrium`] where the linear algebra fails.
+/// [`Error::Invalid`] for too many unknowns, [`Error::SingularEquilibrium`] if `K + scale M` is singular or the
+/// eigenvalues cannot be computed.
 pub(super) fn follower_modes<T: Tangent<f64>>(
     pencil: &Pencil<f64, T>,
     scale: f64,

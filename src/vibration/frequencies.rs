@@ -15,9 +15,10 @@
 //! names have `timoshenko` have frequencies that shear and rotary inertia reduce.
 //!
 //! Input: names of modes ([`ModeName`]) and parameters. Output: one angular frequency per name, in their order, rad/s,
-//! with its derivative by each parameter. Errors: a mode without stiffness, a number above that of the modes, a filter
-//! or parameter that the scene cannot have, and a load without a potential. With parameters also a mode whose frequency
-//! agrees with another one in its plane within `CLUSTER_DISTANCE`.
+//! with its derivative by each parameter (`natural_frequencies`; `natural_frequencies_over` over any scalar). Errors: a
+//! mode without stiffness, a number above that of the modes, a filter or parameter that the scene cannot have, and a
+//! load without a potential. With parameters also a mode whose frequency agrees with another one in its plane within
+//! `CLUSTER_DISTANCE`.
 //!
 //! [`Trajectory::at_rest`]: crate::Trajectory::at_rest
 

@@ -8,11 +8,17 @@
 //! without moments has modes out of its plane too. These are computed separately, so that modes of equal frequency do
 //! not mix; both are sorted together by frequency, and the lowest of them are returned.
 //!
-//! A mode has a plane (none in space), a [`ModeKind`] and a number among the modes of its plane. Torsion: the
-//! energy of twist exceeds both others. Axial: that of stretch exceeds bending, and most kinetic energy is along
-//! the rod. Rigid: without strains, or a spin without stiffness. Bending: all others. Free rigid motions of
-//! frequency zero have no number. Shapes are displacements of the nodes in world axes, the largest 1. Output:
-//! [`Modes`] (`mode`), and the eigenpairs for frequencies with derivatives.
+//! A mode has a plane (none in space), a [`ModeKind`] and a number among the modes of its plane. Torsion: the energy of
+//! twist exceeds both others. Axial: that of stretch exceeds bending, and most kinetic energy is along the rod. Rigid:
+//! without strains, or a spin without stiffness. Bending: all others. Free rigid motions of frequency zero have no
+//! number. Shapes are displacements of the nodes in world axes, the largest 1. Output: [`Modes`] (`mode`), and the
+//! eigenpairs for frequencies with derivatives.
+//!
+//! [`VibratingRod`] has tangent, masses and the numbers of unstable and marginal modes at a state; `out_of_plane` is
+//! that of motions out of the plane. `lowest` are its lowest modes, in ascending order. `available` is the number of
+//! modes, `most_free` the largest possible number of free rigid motions, and `node_masses` are those of nodes, kg.
+//! `linearization_state` and `spatial_state` return the state, in the latter case of the spatial model of a planar
+//! problem. `motion_in_model` converts a vector of the pencil to unknowns of the model.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -365,7 +371,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
 
     /// Appends to `modes` the `count` lowest modes, or as many as there are unstable ones (at most [`MAX_UNSTABLE`]) if
     /// these are more. They are numbered from 1 on in ascending order without free motions, which have no number.
-    /// Returns the numbers of unstable and marginal motions of the rod.
+    /// Returns the numbers of unstable and marginal motions of the rod. Errors are those of the eigenvalue search.
     fn add_modes(&self, count: usize, modes: &mut Vec<Mode>) -> Result<Stability, Error> {
         if self.follows {
             return self.add_follower_modes(count, modes);

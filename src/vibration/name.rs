@@ -1,13 +1,14 @@
 //! Names of modes: a number, and a filter of the modes among which it counts. Measured frequencies name their modes
 //! by these.
 //!
-//! A filter has a plane (in or out of the plane of a planar scene), a kind and a direction. Modes pass a direction
-//! with more than half of their kinetic energy along it. Without a plane, torsion and directions within 45 degrees
-//! of the normal are out of the plane of a planar scene, all others in it; modes in space have no plane. Modes are
-//! counted from 1 on in ascending order of frequency; free rigid motions are not counted. `check` rejects a zero or
-//! infinite direction, a plane in space, torsion in the plane, axial modes out of it, and modes out of it without
-//! torsional stiffness or with moments. `words` is the filter as text. A name also states whether its frequency is that
-//! of a slender rod, or of Timoshenko's beam.
+//! A filter has a plane (in or out of the plane of a planar scene), a kind and a direction. Modes pass a direction with
+//! more than half of their kinetic energy along it. Without a plane, torsion and directions within 45 degrees of the
+//! normal are out of the plane of a planar scene, all others in it; modes in space have no plane. Modes are counted
+//! from 1 on in ascending order of frequency; free rigid motions are not counted. `check` rejects a zero or infinite
+//! direction, a plane in space, torsion in the plane, axial modes out of it, and modes out of it without torsional
+//! stiffness or with moments. `plane_of` is the plane of a filter in a problem, `None` in space; `includes` tests kind
+//! and direction of a mode. `words` is the filter as text. A name also states whether its frequency is that of a
+//! slender rod, or of Timoshenko's beam.
 
 use crate::error::Error;
 use crate::numerics::vector::dot;

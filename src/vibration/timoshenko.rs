@@ -23,8 +23,9 @@
 //! ```
 //!
 //! This is exact for a simply supported rod, whose `s` and `r` are `(I/A) k^2 E/(kappa G)` and `(I/A) k^2`. For other
-//! supports it is an approximation up to [`LARGEST_FACTOR`]. [`ThicknessEffect`] has `s` for `E/(kappa G) = 1` and `r`;
-//! [`ThicknessEffect::factor`] returns `T`. [`VibrationState::frequency_factor`] returns `1/sqrt(T)` with derivatives.
+//! supports it is an approximation up to [`LARGEST_FACTOR`]. [`ThicknessEffect`] (`thickness_effect`) has `s` for
+//! `E/(kappa G) = 1` and `r`; [`ThicknessEffect::factor`] returns `T`. [`VibrationState::frequency_factor`] returns
+//! `1/sqrt(T)` with derivatives.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::tangent::Tangent;

@@ -1,9 +1,9 @@
 //! Errors of files of markers: the file, the line, the found content and the allowed content.
 //!
-//! [`Error`] is a file that cannot be read (`Io`), a line that cannot be used (`Data`), or a table of accelerations
-//! instead of positions. All have the path; `Data` has the line, counted from 1, and a message. In C3D files the line
-//! is the number of the frame, or 1. In the text of an error, control characters of paths and messages are escaped, and
-//! messages of `Data` have long tokens, words and lines cut.
+//! [`Error`] is a file that cannot be read or is no regular file (`Io`), a line that cannot be used (`Data`), or a
+//! table of accelerations instead of positions. All have the path; `Data` has the line, counted from 1, and a message.
+//! In C3D files the line is the number of the frame, or 1. In the text of an error, control characters of paths and
+//! messages are escaped, and messages of `Data` have long tokens, words and lines cut.
 
 use crate::printable::{io_reason, printable_path, shown};
 use std::path::{Path, PathBuf};

@@ -2,11 +2,13 @@
 //!
 //! A [`MarkerFile`] has the frames with the reading of the clock, and the positions of each marker in them, with their
 //! units: [`Clock`] and [`LengthUnit`]. [`FieldLines`] splits bytes at a separator into lines of fields and leaves out
-//! empty lines; binary files and fields that are not UTF-8 are errors. It also reads single numbers, and builds errors
-//! with a line. [`ColumnLayout`] maps columns to markers and reads rows into frames ([`FrameTable`]); blank and NaN
-//! fields are missing (`None`). A marker without x or y, two columns of one quantity, and no row are errors. So are,
-//! with their line, rows with too few or further fields that are not blank, other texts, and clocks that do not
-//! increase. [`length_unit`] recognizes the name of a unit; [`is_same_name`] compares names of markers, ignoring case.
+//! empty lines; binary files and fields that are not UTF-8 are errors. It also reads single fields: `number` (`None`
+//! for blank and NaN), `required_number` (an error for these), and `rate` (positive). `error` builds an error with a
+//! line, `rejected` that of a file without the format of its program. [`ColumnLayout`] maps columns to markers (`add`)
+//! and reads rows into frames ([`FrameTable`]); blank and NaN fields are missing (`None`). A marker without x or y, two
+//! columns of one quantity, and no row are errors. So are, with their line, rows with too few or further fields that
+//! are not blank, other texts, and clocks that do not increase. [`length_unit`] recognizes the name of a unit;
+//! [`is_same_name`] compares names of markers, ignoring case.
 
 use crate::error::Error;
 use crate::format::Format;

@@ -60,8 +60,8 @@ fn cut(text: &str, longest: usize) -> String {
 }
 
 /// A message whose tokens, the texts between two `quote` characters, are cut as by [`token`] if they have more than
-/// [`LONGEST_TOKEN`] bytes. Tokens that are already cut, and texts outside of quotes, stay. Borrowed if nothing
-/// changes.
+/// [`LONGEST_TOKEN`] bytes. Tokens up to twice that length that end with ` ..]`, as cut ones do, stay, and so do texts
+/// outside of quotes. Borrowed if no token is long.
 pub fn with_tokens_cut(message: &str, quote: char) -> Cow<'_, str> {
     let is_long = |token: &str| {
         token.len() > LONGEST_TOKEN && (!token.ends_with(" ..]") || token.len() > 2 * LONGEST_TOKEN)

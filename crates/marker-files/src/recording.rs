@@ -5,11 +5,11 @@
 //! times the unit of the file, or the key `scale`; y changes its sign where it points down. The result is mapped to the
 //! world's axes. If a likelihood is stated, positions with a lower one, or without any, are missing (`None`).
 //! [`Recording::convert`] converts all frames of a marker of a [`MarkerFile`], which [`Recording::select_marker`]
-//! selects. For plain tables with one marker, [`Recording::columns`] and its parts return columns of clock, coordinates
-//! and standard deviations with their factors. [`Recording::position`] returns the position of a row, m, and
-//! [`Recording::row_sigma`] its standard deviations, m. [`Recording::observed_axes`] returns which axes of the world
-//! are observed. Keys that contradict the file, or are missing, are errors, as are results of a conversion that are not
-//! finite.
+//! selects. For plain tables with one marker, [`Recording::columns`] and its parts (`axis_columns`, `sigma_columns`)
+//! return columns of clock, coordinates and standard deviations with their factors; `check_columns` rejects further
+//! columns. [`Recording::position`] returns the position of a row, m, and [`Recording::row_sigma`] its standard
+//! deviations, m. [`Recording::observed_axes`] returns which axes of the world are observed. Keys that contradict the
+//! file, or are missing, are errors, as are results of a conversion that are not finite.
 
 use crate::axes::Axes;
 use crate::columns::ColumnRules;

@@ -7,9 +7,11 @@
 //! header; without any of them white space if all lines have equally many words, else a comma. [`stated_separator`]
 //! reads a first line `sep=;`, as Excel writes it; another character there is an error. [`Separator::records`] splits
 //! bytes into [`TextRecord`]s with their lines; lines that start with `#` are comments and left out, as are blank
-//! lines, also those of spaces or separators only. Fields that are not UTF-8 are errors ([`csv_error`]). [`delimiter`]
-//! is the first comma, semicolon or tab of the header, [`with_tabs`] replaces spaces between columns by tabs, and
-//! [`is_number_or_blank`] tests a field.
+//! lines, also those of spaces or separators only. Fields that are not UTF-8 are errors ([`csv_error`]). [`delimiter`] is the first
+//! comma, semicolon or tab of the header, [`with_tabs`] replaces spaces between columns by tabs, and
+//! [`is_number_or_blank`] and [`is_number`] test a field. [`has_row_names`] returns whether rows have one field more
+//! than the header and begin with their numbers. [`header_separator`] is that of the header, `None` without any.
+//! Semicolons [imply decimal commas](Separator::implies_decimal_commas).
 
 use crate::error::Error;
 use csv::{ReaderBuilder, StringRecord, Trim};

@@ -3,7 +3,8 @@
 //! They are one column for all axes, or one for each axis of the file; names are compared ignoring case.
 //! [`SigmaColumns::find`] takes a table, the axes that it has, and the names of columns with other contents. It returns
 //! the index of the column of each axis that the table has, `None` for others. [`SigmaColumns::all`] returns all stated
-//! names. An axis without a stated column, and a column that is missing or has other contents, are errors.
+//! names in lower case, that of all axes three times. An axis without a stated column, and a column that is missing or
+//! has other contents, are errors.
 
 use crate::error::Error;
 use crate::table::Table;

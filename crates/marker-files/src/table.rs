@@ -5,10 +5,11 @@
 //! values (`None`). Decimal commas are read where they cannot be separators. Units stand in brackets, or at the end of
 //! a name, as `t_ms,x_mm`. Output: [`Table`] with names (in lower case) and units of the columns, and the rows with
 //! their lines; values are not converted. Blank columns without a name, and first columns that number the rows, are
-//! left out, with the key `columns` all columns that it does not state. [`Table::find`] returns the index of a column,
-//! [`Table::factor`] the size of its unit; `number` reads a single field. Other texts, rows with another number of
-//! fields than the header, commas and points that may separate thousands, and files that are no table are errors with
-//! the line.
+//! left out, with the key `columns` all columns that it does not state. [`Table::of_columns`] is a table of the columns
+//! that the key states. [`Table::find`] returns the index of a column, [`Table::require`] an error with the [found
+//! columns](Table::columns_found) if it is missing, [`Table::factor`] the size of its unit; `number` reads a single
+//! field. Other texts, rows with another number of fields than the header, commas and points that may separate
+//! thousands, and files that are no table are errors with the line.
 
 use crate::columns::{ColumnRules, FoundColumns, RuleError};
 use crate::decimals::Decimals;

@@ -18,7 +18,7 @@ use std::path::Path;
 pub const COMPARISON_PAGE: &str = "comparison.html";
 
 /// The stored results of all tasks of a plan. Each damaged line gives a warning, except the incomplete last line that a
-/// killed process leaves.
+/// killed process leaves. Errors: results that contradict each other or cannot be read.
 pub(super) fn collected_results(plan: &Plan) -> Result<Collected<'_>, Error> {
     let collected = Collected::new(plan)?;
     for damage in collected.damaged.iter().filter(|damage| !damage.is_torn()) {
@@ -29,7 +29,8 @@ pub(super) fn collected_results(plan: &Plan) -> Result<Collected<'_>, Error> {
 
 /// Writes the results of the campaign in `folder`: JSON lines to the file `out`, a CSV table to the file `csv`, and a
 /// comparison page into the folder `report`; each is omitted if `None`. Prints the status. Returns exit code 3 while
-/// results are missing, the code of an output that cannot be written, or 0.
+/// results are missing, the code of an output that cannot be written, or 0. Errors before anything is written: a folder
+/// without a plan, outputs that cannot be used, and results that contradict each other.
 pub(super) fn collect(
     folder: &Path,
     out: Option<&Path>,

@@ -132,7 +132,7 @@ impl ShardOptions {
 }
 
 /// Runs a subcommand of `rodfit campaign` and returns its exit code. Defaults: `run` uses all processors, `sbatch` one
-/// job per fit, at most [`DEFAULT_SHARDS`].
+/// job per fit, at most [`DEFAULT_SHARDS`]. Errors are those of the subcommand.
 pub fn run(command: &CampaignCommand, global: GlobalOptions) -> Result<u8, Error> {
     match command {
         CampaignCommand::Plan { campaign, out } => plan(campaign, out, global),
@@ -242,7 +242,7 @@ fn summary(run: &RunSummary) -> Summary {
 }
 
 /// Writes (JSON) and prints the progress of the campaign in `folder`. Returns exit code 3 while results are missing,
-/// else 0.
+/// else 0. Errors: a folder without a plan, an output that cannot be used, and results that contradict each other.
 fn status(folder: &Path, json: &JsonOption, global: GlobalOptions) -> Result<u8, Error> {
     let plan = Plan::open_results(folder)?;
     let outputs = Outputs::with_json(json, &[], global)?;

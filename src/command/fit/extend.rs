@@ -7,7 +7,8 @@
 //! explains the residuals as well, with a contradicting value of a parameter, becomes a warning, and a better grade
 //! becomes correlated-or-missing. Without an improvement file and report are those of the first fit, with a warning
 //! that has the candidates tried, if there are any. An interruption ends the refits; the completed ones count. Rejected
-//! candidates are printed as notes.
+//! candidates, and those whose refit fails, are printed as notes. An error is returned only if the candidates cannot be
+//! made.
 
 use crate::command::terminal;
 use rodfit::Error;

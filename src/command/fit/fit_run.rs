@@ -3,10 +3,10 @@
 //! Three kinds of fit files are distinguished: validation data only (predictions, no fit), parameters that vary along
 //! the rod (`[[field]]`), and single parameters. Each prints a summary and writes the requested report (`--json`) and
 //! page (`--report`); fits also write the scenes with fitted values (`--save`). `--extend` is an error for the first
-//! two kinds, `--save` and `--known` for the first. The result is an exit code with a line for the overview of
-//! several fits, and of single parameters a summary for the comparison page. The code is 3 if the grade is not
-//! usable, no minimum was reached or an experiment could not be predicted. An output that cannot be written may raise
-//! it.
+//! two kinds, `--save` and `--known` for the first. `inputs` are the files that the fit reads; `solve` makes the fit
+//! until a stop flag is set. The result is an exit code with a line for the overview of several fits, and of single
+//! parameters a summary for the comparison page. The code is 3 if the grade is not usable, no minimum was reached or an
+//! experiment could not be predicted. An output that cannot be written may raise it.
 
 use crate::command::fit::FitOptions;
 use crate::command::fit::extend::extended_fit;

@@ -20,7 +20,8 @@ pub(super) struct SavedScene {
 }
 
 /// The scene of a problem with other `values` of its parameters, as TOML (UTF-8 bytes) with absolute paths of its data
-/// files. Mesh and step that the program chose are left open again.
+/// files. Mesh and step that the program chose are left open again. Errors: values that the scene does not allow, and a
+/// path that cannot be made absolute.
 pub(super) fn scene_text(
     problem: &Problem,
     values: Vec<(Parameter, f64)>,

@@ -85,7 +85,7 @@ fn recorded_cable(
 }
 
 /// The path of `file` as a TOML string, as files in `folder` refer to it: unchanged if the folder is the current one or
-/// the path is absolute, else absolute.
+/// the path is absolute, else absolute. Error: the path cannot be made absolute.
 fn path_from(folder: &Path, file: &Path) -> Result<String, Error> {
     let path = match folder == Path::new(".") || file.is_absolute() {
         true => file.to_path_buf(),

@@ -1,9 +1,10 @@
 //! Synthetic data of the templates of `rodfit init`.
 //!
-//! The scene of a template is simulated with other parameter values than its own. All but the cable have [`refined`]
-//! meshes and steps, whose error is far below the noise. Normal noise with a fixed seed is added to positions, so that
-//! the data are reproducible. Output are the scene, the fit and the data: tip motion, shape at rest, two natural
-//! frequencies (in the fit file, without noise), or recordings of a cable's markers.
+//! Motion, equilibrium or modes of the scene of a template are computed with other parameter values than its own. All
+//! but the cable have [`refined`] meshes and steps, whose error is far below the noise. Normal noise with a fixed seed
+//! is added to positions, so that the data are reproducible; those of markers on the grippers of a cable have none.
+//! Output are the scene, the fit and the data: tip motion, shape at rest, two natural frequencies (in the fit file,
+//! without noise), or recordings of a cable's markers.
 
 use crate::command::init::cable::cable_scene;
 use crate::command::init::{NewFile, Template, TemplateTexts, toml_string};
@@ -88,7 +89,8 @@ pub(super) fn synthetic_files(texts: &TemplateTexts) -> Result<Vec<NewFile>, Err
     Ok(files)
 }
 
-/// The scene of a TOML text; its data files are relative to the current folder.
+/// The scene of a TOML text; its data files are relative to the current folder. Errors are those of
+/// [`Scene::from_toml`].
 fn read(scene: &str) -> Result<Scene, Error> {
     Scene::from_toml(scene, ".")
 }
@@ -126,7 +128,7 @@ fn tip_motion(scene: &Scene, is_spatial: bool) -> Result<String, Error> {
 }
 
 /// The equilibrium of the scene with Young's modulus 3e7 Pa as CSV with noise of 0.3 mm: arc length and two
-/// coordinates, mm, at every tenth node from the tenth on.
+/// coordinates, mm, at every tenth node from the tenth on. Errors: an invalid scene, or no equilibrium.
 fn rest_shape(scene: &Scene) -> Result<String, Error> {
     let problem = refined(scene).problem()?.with([(Parameter::YoungsModulus, 3e7)])?;
     let rest = problem.equilibrium()?;
@@ -141,7 +143,7 @@ fn rest_shape(scene: &Scene) -> Result<String, Error> {
 }
 
 /// The track of [`MARKERS`] markers, named from `0`. `position(j, k)` returns the coordinates, m, of marker `j` in
-/// frame `k`; `times` are those of the frames, s.
+/// frame `k`; `times` are those of the frames, s. Errors are those of [`Track::new`].
 fn cable_track(
     times: Vec<f64>,
     position: impl Fn(usize, usize) -> [f64; 3],
@@ -159,7 +161,7 @@ fn frame_times(frames: usize) -> Vec<f64> {
 /// The prescribed motion of recording number `recording`, with [`TRANSIENT_FRAMES`] in front: two grippers with two
 /// markers each move and rotate in the x-y plane. Each of the six coordinates is a sine of time, less its value at 0,
 /// with an amplitude and a frequency of its own. The inner markers lie on a parabola between them, which is 0.07 m
-/// below the chord in its middle.
+/// below the chord in its middle. Errors are those of [`cable_track`].
 fn gripper_motion(recording: usize) -> Result<Track, Error> {
     // The grippers are closer than the cable is long, so that the cable sags.
     let span = 0.65 * MARKER_DISTANCE * (MARKERS - 1) as f64;
@@ -214,7 +216,8 @@ fn csv(track: &Track) -> String {
 
 /// Scene, fit and [`RECORDINGS`] recordings of a simulated cable with Young's modulus 1e7 Pa and noise of 0.2 mm on the
 /// free markers. Positions on the grippers are rounded to 1e-6 m. The prescribed motion is passed to the simulation by
-/// a temporary folder. The last recording is validation data in the fit.
+/// a temporary folder. The last recording is validation data in the fit. Errors: an invalid scene, a failed simulation,
+/// and a temporary file that cannot be written.
 fn cable_files(scene: &str, fit: &str) -> Result<Vec<NewFile>, Error> {
     let mut files = Vec::new();
     let not_written = |source| Error::io(&std::env::temp_dir(), source);

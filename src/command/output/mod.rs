@@ -8,6 +8,18 @@
 //! [`Outputs::write`] writes one file, [`Outputs::begin`] one in pieces. [`Outputs::finish`] writes report and page,
 //! prints the summary, and returns the exit code. The summary is printed unless `--quiet`, or an output on standard
 //! output, is given.
+//!
+//! Functions of [`Outputs`]:
+//!
+//! - `empty`, `new` (the report of `--json`), `with_json_file` and `with_json` make a list; only the last one checks
+//!   it.
+//! - `add` and `add_in_folder` add a file, and return its index, or `None` if its option is not given. `add_page` adds
+//!   the page of `--report`, `add_page_with_data` also the report as JSON beside it.
+//! - `check` rejects outputs as above, `check_beside` those that another fit of the command writes too.
+//! - `set_interrupted` marks all later results as those of an interrupted run. `end_pieces` ends an output that was
+//!   begun; after an error its written part is kept. `print` prints a summary.
+//! - `has_json`, `has_page` and `has_summary` return what was requested; `is_file` excludes standard output and
+//!   devices; `is_stdout_closed` is true after its reader closed it.
 
 mod path;
 mod target;
@@ -71,6 +83,7 @@ impl Outputs {
     }
 
     /// Outputs with the report of `--json`, if given, as the only one, checked against the `inputs` of the command.
+    /// Errors are those of [`check`](Self::check).
     pub fn with_json(
         json: &JsonOption,
         inputs: &[PathBuf],
@@ -108,7 +121,8 @@ impl Outputs {
         self.page_json = self.add_in_folder("--report", folder, &format!("{name}.json"));
     }
 
-    /// Adds a target for the `option`, and returns its index. `creates_folder`: a missing folder is created.
+    /// Adds a target for the `option`, and returns its index. `creates_folder`: a missing folder is created. The index
+    /// is never `None`.
     fn push(&mut self, option: &str, path: PathBuf, creates_folder: bool) -> Option<Output> {
         self.targets.push(Target { option: option.into(), path, creates_folder });
         Some(Output(self.targets.len() - 1))
@@ -201,7 +215,8 @@ impl Outputs {
         self.end(writer, written, false)
     }
 
-    /// Writes a `report` as JSON on one line with a line break; nothing without an output.
+    /// Writes a `report` as JSON on one line with a line break; nothing without an output. Error: the output cannot be
+    /// written.
     fn write_json(&self, output: Option<Output>, report: &impl Serialize) -> Result<(), Error> {
         let Some(output) = output else { return Ok(()) };
         let mut writer = self.begin(output)?;
@@ -237,7 +252,8 @@ impl Outputs {
     }
 
     /// Begins an output that is written in pieces: on standard output, on a device, or in a temporary file beside its
-    /// path, whose missing folder is created if so requested.
+    /// path, whose missing folder is created if so requested. Error: the device, the folder or the temporary file
+    /// cannot be opened or created.
     pub fn begin(&self, output: Output) -> Result<OutputWriter, Error> {
         let target = &self.targets[output.0];
         let sink = if target.is_stdout() {

@@ -1,9 +1,13 @@
 //! The destination of an output, and the check that it can be written.
 //!
 //! A [`Target`] has the option that names it, the path, and whether a missing folder is created. `-` and `/dev/stdout`
-//! are standard output. Before a run [`Target::check_writable`] rejects closed standard output, folders, read-only
-//! files, pipes, and devices that are not in `/dev` or do not open. It also rejects files whose folder is not writable,
-//! or is missing and not to be created. Afterwards no file exists that did not before.
+//! are standard output ([`Target::is_stdout`]). [`Target::files`] returns the identities of the file and of the one
+//! that an interrupted run may write beside it, to find files with two uses; none for standard output and devices.
+//! [`Target::invalid`] makes the error of an unusable destination, [`Target::error`] that of a failed write.
+//!
+//! Before a run [`Target::check_writable`] rejects closed standard output, folders, read-only files, pipes, and devices
+//! that are not in `/dev` or do not open. It also rejects files whose folder is not writable, or is missing and not to
+//! be created. Afterwards no file exists that did not before.
 
 use crate::command::output::path::{
     ends_like_folder, folder_of, identity, interrupted_name, is_device, resolved,

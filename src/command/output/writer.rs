@@ -1,10 +1,10 @@
 //! Writers of outputs: standard output, a device, or a temporary file.
 //!
-//! [`OutputWriter`] buffers the bytes of an output and passes them to its [`Sink`]. A standard output whose reader
-//! has closed it drops the rest without an error. The temporary file becomes the output when `Outputs` ends it.
-//! [`with_partial_file`] keeps that of a failed write, for outputs that are written in pieces, and returns the error
-//! with its path. Also here: the test for a standard output that was closed from the beginning (Linux only; elsewhere
-//! it counts as open).
+//! [`OutputWriter`] buffers the bytes of an output and passes them to its [`Sink`]. A standard output whose reader has
+//! closed it drops the rest without an error. The temporary file becomes the output when `Outputs` ends it.
+//! [`with_partial_file`] keeps the temporary file of an output that could not be written or renamed, and returns the
+//! error with its path. [`open_device`] opens an existing device. [`is_stdout_closed_at_start`] tests for a standard
+//! output that was closed from the beginning (Linux only; elsewhere it counts as open).
 
 use crate::command::output::Output;
 use crate::command::terminal;
@@ -22,12 +22,12 @@ pub struct OutputWriter {
 }
 
 impl Write for OutputWriter {
-    /// Writes bytes into the buffer, and returns how many of them are taken.
+    /// Writes bytes into the buffer, and returns how many of them are taken. Error: a failed write of the sink.
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.buffer.write(bytes)
     }
 
-    /// Passes all buffered bytes to the sink, and flushes it.
+    /// Passes all buffered bytes to the sink, and flushes it. Error: a failed write of the sink.
     fn flush(&mut self) -> io::Result<()> {
         self.buffer.flush()
     }
@@ -45,7 +45,7 @@ pub(super) enum Sink {
 
 impl Write for Sink {
     /// Writes bytes to the destination, and returns how many of them are written. On a closed standard output they are
-    /// dropped and count as written; the flag is set.
+    /// dropped and count as written; the flag is set. Other failed writes are errors.
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match self {
             Self::Stdout(is_closed) if is_closed.get() => Ok(bytes.len()),
@@ -82,7 +82,7 @@ pub(super) fn with_partial_file(file: PartFile, source: io::Error) -> io::Error 
     io::Error::new(source.kind(), format!("{source}; {note}"))
 }
 
-/// Opens an existing device for writing; it is not created.
+/// Opens an existing device for writing; it is not created. Error: it does not exist or cannot be written.
 pub(super) fn open_device(path: &Path) -> io::Result<File> {
     OpenOptions::new().write(true).open(path)
 }

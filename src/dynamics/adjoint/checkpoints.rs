@@ -4,11 +4,11 @@
 //! each accepted step ([`Checkpoints::push`]). If the states of so many steps fit, all are stored. Otherwise whole
 //! simulations are stored at checkpoints after equal numbers of steps. If bisected steps exceed the capacity for
 //! states, these are discarded, and checkpoints follow. Of the memory 4/7 are for states and 3/7 for simulations, each
-//! at least two, also in less memory. The states between two checkpoints are recomputed
-//! when the reverse sweep reaches them, with further levels of checkpoints inside if needed (Griewank and Walther,
-//! *Evaluating Derivatives*, chapter 12). [`Checkpoints::reverse`] and [`Checkpoints::forward`] call a function
-//! with the state after each accepted step and the linearized step that led to it. The initial state comes without
-//! a step, last or first. Errors are those of the function, and of recomputed and linearized steps.
+//! at least two, also in less memory. The states between two checkpoints are recomputed when the reverse sweep reaches
+//! them, with further levels of checkpoints inside if needed (Griewank and Walther, *Evaluating Derivatives*, chapter
+//! 12). [`Checkpoints::reverse`] and [`Checkpoints::forward`] call a function with the state after each accepted step
+//! and the linearized step that led to it. The initial state comes without a step, last or first. `start` is the
+//! simulation in that state. Errors are those of the function, and of recomputed and linearized steps.
 
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;
@@ -156,9 +156,10 @@ impl<R: Rod<f64>> Checkpoints<R> {
         Ok(())
     }
 
-    /// Visits the ends of a range of steps backwards. Their states are recomputed from the `simulation` at the start
-    /// of the range. If they do not fit into the memory, further checkpoints inside the range are stored, and the
-    /// parts are visited recursively. `linear` linearizes the steps.
+    /// Visits the ends of a range of steps backwards. Their states are recomputed from the `simulation` at the start of
+    /// the range. If they do not fit into the memory, further checkpoints inside the range are stored, and the parts
+    /// are visited recursively. `linear` linearizes the steps. Errors are those of `visit`, and of repeated and
+    /// linearized steps.
     fn reverse_over(
         &self,
         mut simulation: Simulation<f64, R>,
@@ -195,7 +196,7 @@ impl<R: Rod<f64>> Checkpoints<R> {
 }
 
 /// Calls `visit` with each of `states` and the step from the one before, from the last to the second state. `linear`
-/// linearizes the steps.
+/// linearizes the steps. Errors are those of `visit` and of linearized steps.
 fn visit_backwards<R: Rod<f64>>(
     states: &[State<f64, R::Frames>],
     linear: &mut Simulation<f64, R>,

@@ -2,12 +2,16 @@
 //! the laws of a few joints only.
 //!
 //! Input: the requested parameters ([`RequestedParameters`] divides them into list entries and others), and the
-//! derivatives of the misfit by the laws of all joints. One rod in dual numbers, with a derivative along all
-//! entries of a list, contains the derivative of every joint's law by the value at the joint. The derivative of the
-//! misfit by that value is distributed to the entries with their interpolation weights. A rod for each entry would
-//! cost as many constructions as there are entries. Output: entries of the gradient, at their indices in the
-//! request, zero without influence. A parameter that the scene does not have, or its model cannot vary, is an
-//! error.
+//! derivatives of the misfit by the laws of all joints. One rod in dual numbers, with a derivative along all entries of
+//! a list, contains the derivative of every joint's law by the value at the joint. The derivative of the misfit by that
+//! value is distributed to the entries with their interpolation weights. A rod for each entry would cost as many
+//! constructions as there are entries. `separate_lists` treats all entries as other parameters, which is needed if the
+//! initial state depends on them. Output: `add_natural_strains` overwrites their entries of the gradient, at their
+//! indices in the request, zero without influence. A parameter that the scene does not have, or its model cannot vary,
+//! is an error.
+//!
+//! `NaturalStrains` is a list, `ListEntryParameter` a requested entry of one, and `UnlistedParameter` another
+//! parameter.
 
 use crate::error::Error;
 use crate::problem::{Discretized, Model, Problem};

@@ -7,11 +7,14 @@
 //! state. Their products with the derivatives of these numbers by a parameter are the gradient; these come from one
 //! initial state in dual numbers per parameter.
 //!
-//! Input: [`Reversible::run`] simulates a number of steps of a problem and records the tracked nodes.
-//! [`TrajectorySlopes`] has the derivatives of the misfit by positions (m) and velocities (m/s) of these nodes at
-//! all records. Output: one derivative per parameter, in their order, in the unit of the misfit over that of the
-//! parameter. [`Reversible`] also has the derivatives of the motion along a direction of parameters, by one forward
-//! sensitivity.
+//! Input: [`Reversible::run`] simulates a number of steps of a problem and records the tracked nodes
+//! ([`Reversible::trajectory`]); `run_within` limits the bytes of the stored states. `Reversible::slopes` returns zero
+//! derivatives, to which `TrajectorySlopes::add` adds those by the position of a point at a time, and `add_motion`
+//! those by the motion of a node. `Reversible::gradient` is the reverse sweep. [`TrajectorySlopes`] has the derivatives
+//! of the misfit by positions (m) and velocities (m/s) of these nodes at all records. Output: one derivative per
+//! parameter, in their order, in the unit of the misfit over that of the parameter. [`Reversible::along`] returns the
+//! derivatives of the motion of the tracked nodes along a direction of parameters, by one forward sensitivity.
+//! `Reversible::problem` is the problem as it was given.
 //!
 //! The reverse sweep needs the states of the run. Where they exceed the memory (56 MiB by default), simulations at
 //! checkpoints are stored (`checkpoints`), and the steps between are repeated. `start` makes the gradient at the

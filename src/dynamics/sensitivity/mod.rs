@@ -18,6 +18,11 @@
 //!
 //! The independent check is the whole simulation run in dual numbers
 //! ([`Discretized::simulation_over`](crate::Discretized::simulation_over)).
+//!
+//! Functions of [`Sensitivities`]: `new` takes the initial dual simulations. `step_to` makes a step of a simulation,
+//! `step_back` undoes it, and `advance` (or `advance_over`, with a given linearization) takes the derivatives over an
+//! accepted one. `of_nodes` passes the derivatives of `Nodes` along one parameter to a function, and `dual_state`
+//! returns a state with them as dual numbers.
 
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;
@@ -111,6 +116,7 @@ impl<R: Sensitive, const G: usize> LaneGroup<R> for Implicit<R, G> {
     }
 
     /// Advances the derivatives from the start of a linearized step to its end, by [`StepMap::apply`].
+    /// [`Error::SingularTangent`] if the step has no derivatives.
     fn advance(&mut self, step: &Linearization<'_, f64, R>) -> Result<(), Error> {
         StepMap::new(step).apply(&self.parameters, &mut self.state, &mut self.room)
     }

@@ -5,8 +5,9 @@
 //! and `s1` at start and end. In the stress there, the branch counts as a strain `g z1` with its stiffness fraction
 //! `g`. At the start of a step its part is `g z0`. Input: the branch (fraction of the rod's stiffness, relaxation time,
 //! s) and the step size (s). [`BranchRelaxation`] has `left` and `taken` with their derivatives by the relaxation time,
-//! and returns the factors of strain change and stretch with their derivatives. [`HistoryMoment`] is the moment of a
-//! stress: the end of the step, or the start of the next.
+//! and returns the factors of strain change (`change_factor`) and stretch (`stretch_factor`) with their derivatives by
+//! the stiffness fraction (`by_stiffness`) and by the relaxation time (`by_time`, 1/s). [`HistoryMoment`] is the moment
+//! of a stress: the end of the step, or the start of the next.
 
 use crate::dynamics::viscosity::relaxation;
 use crate::scene::Maxwell;

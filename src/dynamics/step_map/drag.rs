@@ -2,11 +2,12 @@
 //!
 //! In the equations of a step drag depends on the velocities of mass damping: those at the end, or the mean of an
 //! averaging scheme. It also depends on the unit tangents of the rod at the predicted places `q0 + h v0`. The next step
-//! takes the drag at the state at the end. Forward, input are the derivatives of state and drag coefficients along
-//! parameters. The derivatives of minus the drag (N) are added to those of the forces; SIMD lanes (parameters) without
-//! drag are skipped. Transposed: from derivatives `d` of a misfit by the forces, those by state, numbers of drag and
-//! the scheme's parameter are added. Those by the predicted places are returned, for the caller to pass on to `q0` and
-//! `v0`.
+//! takes the drag at the state at the end. `add_drag` and its transpose `drag_transposed` concern the equations of the
+//! step, `add_next_drag` and `next_drag_transposed` the drag at the start of the next step. Forward, input are the
+//! derivatives of state and drag coefficients along parameters. The derivatives of minus the drag (N) are added to
+//! those of the forces; SIMD lanes (parameters) without drag are skipped. Transposed: from derivatives `d` of a misfit
+//! by the forces, those by state, numbers of drag and the scheme's parameter are added. Those by the predicted places
+//! are returned, for the caller to pass on to `q0` and `v0`.
 
 use crate::dynamics::step_map::StepMap;
 use crate::dynamics::step_map::rates::{LaneDrag, ParameterRates, ParameterSlopes, StateRates};

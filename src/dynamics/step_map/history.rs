@@ -14,11 +14,12 @@
 //! An averaging scheme has the viscous stress apart from the elastic one: there `s` is that of the dashpots alone, and
 //! the natural strain is left out.
 //!
-//! Forward, `set_end_stress` returns the derivatives of the stresses along parameters at fixed unknowns, and
-//! `advance_history` moves those of strains, rates and stretches to the end of the step. Transposed,
-//! `stress_transposed` and `history_transposed` take derivatives of a misfit by the forces and by the history at the
-//! end. They return those by strains, rates, stretches, laws and damping numbers; internal friction is left out there.
-//! [`add_by_strains`] returns derivatives by unknowns and frames from those by strains.
+//! `coefficients` are those of the step with derivatives along the scheme's parameter. Forward, `set_end_stress`
+//! returns the derivatives of the stresses along parameters at fixed unknowns, and `advance_history` moves those of
+//! strains, rates and stretches to the end of the step. Transposed, `stress_transposed` and `history_transposed` take
+//! derivatives of a misfit by the forces and by the history at the end. They return those by strains, rates, stretches,
+//! laws and damping numbers; internal friction is left out there. [`add_by_strains`] returns derivatives by unknowns
+//! and frames from those by strains.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step_map::StepMap;

@@ -16,6 +16,12 @@
 //! Derivatives by mass, mass damping and the scheme's parameter are separate functions. Forward functions take `G`
 //! parameters in SIMD lanes; transposed ones take one derivative of a misfit by each result and return those by the
 //! inputs.
+//!
+//! [`NodalEquations`]: `residual` is `[n, r]`, `force` is `n1`, `end` is `[v1, a1]`; each has a function
+//! `.._transposed`. `with_mass_and_damping` and `with_scheme` add the parts by mass, mass damping and the scheme's
+//! parameter to `[n, r]`, and `numbers_transposed` is the transpose of both. `end_by_scheme` are derivatives of `[v1,
+//! a1]` by the scheme's parameter. `damped_velocity` and `damped_factors` are the velocity that mass damping and drag
+//! act on, and its factors `d`.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::numerics::lanes::Lanes;

@@ -6,6 +6,9 @@
 //! `StateRates` with one lane and [`ParameterSlopes`], the derivatives of a misfit by state and numbers. Their
 //! `product` with the forward ones is the derivative of the misfit along one parameter, `dm/dp = dm/dx . dx/dp`,
 //! without friction springs.
+//!
+//! `StateRates::zeros` and `ParameterSlopes::zeros` are zero derivatives of a misfit, to which a reverse sweep adds.
+//! `ParameterRates::changed_rods` are the dual rods with the derivatives of their laws and loads.
 
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step_map::numbers::StepNumbers;

@@ -1,12 +1,13 @@
 //! Derivatives of a misfit by parameters that move supports, for the adjoint method.
 //!
 //! Input: derivatives of the misfit by places and velocities of all unknowns at the end of each step, and for each
-//! parameter the support motion over dual numbers. Each step adds `dm/dq dq/dp + dm/dv dv/dp`, summed over the
-//! prescribed unknowns, to the sum of every parameter. The derivatives by prescribed unknowns are then set to zero:
-//! their values at the end do not depend on those at the start. Those by held angles are subtracted from the
-//! derivatives by the turns of the frames. If the motion depends on no number of the scene, as a recording or no
-//! motion, only the derivatives by velocities of held unknowns are set to zero. Output: `sums`, pairs of the index of a
-//! parameter and its sum.
+//! parameter the support motion over dual numbers. `add` adds a parameter, and `transpose` does the following for a
+//! step. `depends_on_parameters` returns whether the motion depends on numbers of the scene. Each step adds `dm/dq
+//! dq/dp + dm/dv dv/dp`, summed over the prescribed unknowns, to the sum of every parameter. The derivatives by
+//! prescribed unknowns are then set to zero: their values at the end do not depend on those at the start. Those by held
+//! angles are subtracted from the derivatives by the turns of the frames. If the motion depends on no number of the
+//! scene, as a recording or no motion, only the derivatives by velocities of held unknowns are set to zero. Output:
+//! `sums`, pairs of the index of a parameter and its sum.
 
 use crate::dynamics::linearization::Linearization;
 use crate::problem::boundary::BoundaryMotion;

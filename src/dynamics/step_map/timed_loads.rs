@@ -8,6 +8,12 @@
 //! numbers of signals, and the parameter of the scheme, on which factors and interval depend. [`TimedLoadRates`] adds
 //! them to those of forces and right-hand sides. Transposed ([`TimedLoadSlopes`]), the same terms are multiplied with
 //! the derivatives of a misfit by forces and right-hand sides, and summed over all steps for each parameter.
+//!
+//! `TimedLoadRates::add` adds to the derivatives of forces at the end at fixed unknowns and of right-hand sides.
+//! `subtract_moments` removes those of the moments from the forces of the state at the end.
+//! `TimedLoadSlopes::transpose_end` is the transpose of the latter; `transpose_right` and `transpose_direct` are those
+//! of the two parts of `add`. All three add to the sums, and the first two to derivatives by unknowns.
+//! `TimedLoadSlopes::add` adds a parameter; `sums` returns its derivative with its index.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::Linearization;

@@ -2,9 +2,11 @@
 //!
 //! Input: equations of motion, size of the step (s), state at its start. Output: state at its end (unknowns,
 //! velocities, frames, and for implicit schemes forces, internal variables, and of generalised-alpha accelerations), in
-//! two functions: `step`, and `finish` for a step that is accepted. Errors: Newton's method fails, a matrix is
-//! singular, or velocities are not finite. `newton` solves the implicit schemes; `rosenbrock` and `splitting` are the
-//! others.
+//! two functions: `step`, and `finish` for a step that is accepted. `find_forces`, `find_acceleration` and
+//! `set_initial_acceleration` overwrite forces and accelerations at the start of the next step. `keep_tangent` and
+//! `keep_next_tangent` request tangents for derivatives; without Newton's method they have no effect. Errors: Newton's
+//! method fails, a matrix is singular, or velocities are not finite. `newton` solves the implicit schemes; `rosenbrock`
+//! and `splitting` are the others.
 //!
 //! | scheme | order | work per step | conserves | for errors or cases |
 //! |---|---|---|---|---|

@@ -5,8 +5,8 @@
 //! constant velocities, and in space the frames. Verlet is kick, drift, kick (order 2, one gradient per step). PEFRL
 //! has five drifts and four kicks between them (order 4; Omelyan, Mryglod and Folk 2002). Loads in time act in the
 //! kicks: of Verlet their means over the half of the step next to the kick, of PEFRL their values at its time. Output:
-//! the state at the end of the step, in place, and the work of loads in time, J. There is no error: the caller keeps
-//! the step below the stability limit.
+//! the state at the end of the step, in place, and the work of loads in time in the last step (`timed_work`, J). There
+//! is no error: the caller keeps the step below the stability limit.
 
 use crate::dynamics::step::{Step, Work};
 use crate::numerics::phi_function::phi1;

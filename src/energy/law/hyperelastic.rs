@@ -20,7 +20,9 @@
 //!
 //! Input: the law, EA (N), C2/(C1 + C2) of a Mooney-Rivlin rod, and a strain. Output of [`NonlinearPart`] is the part
 //! beyond the linear law only: energy over the rest length, force, and its derivative by the strain, all in N.
-//! [`NonlinearPart::new`] is `None` for the linear law. A new law is a variant of [`StretchLaw`] and its formulas here.
+//! `response` returns derivative and force, `force_shapes` the derivatives of the force by both moduli; `scaled`
+//! multiplies the moduli, `map` converts their scalar type. [`NonlinearPart::new`] is `None` for the linear law. A new
+//! law is a variant of [`StretchLaw`] and its formulas here.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::StretchLaw;

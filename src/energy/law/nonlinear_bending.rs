@@ -12,8 +12,9 @@
 //! In the plane that is `EI b kappa^3`. In space it is the same law in every direction of a round section, since `|s|`
 //! is the size of the curvature. With two stiffnesses each principal direction alone has `EI_a kappa (1 + b kappa^2)`.
 //! Twisting has no part. Input: the coefficient `b` (m^2), linear stiffness, natural strains and length of the joint,
-//! and its strains. Output of [`NonlinearBending`], beyond the linear law only: energy (J), stresses and stiffness (N
-//! m), and derivatives by `A` and natural strains. Rods with this law keep it in a list beside their joints.
+//! and its strains. Output of [`NonlinearBending`], beyond the linear law only: energy (J), stresses (`stress`, N m),
+//! stiffness with stresses (`response`), and derivatives of a number by `A` and natural strains from those by the
+//! stresses, which `add_slopes` adds. Rods with this law keep it in a list beside their joints.
 
 use crate::energy::law::{LawSlopes, Symmetric};
 use crate::numerics::scalar::Scalar;

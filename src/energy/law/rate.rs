@@ -1,9 +1,9 @@
 //! Derivatives of the stresses of a law along parameters, and of a number by the law.
 //!
-//! The stress `K s + w` of a linear [`Law`] is linear in its stiffness `K` and in its stress without strain
-//! `w = -K s_natural`. [`LawRate`] has the derivatives of `K` and `w` along `G` parameters, one lane each, from one
-//! dual law per parameter; its `stress` returns `dK s + dw` at fixed strains. [`LawSlopes`] has the derivatives of a
-//! number by the entries of `K` (upper triangle) and by `w`, added from those by the stresses: the transposed product.
+//! The stress `K s + w` of a linear [`Law`] is linear in its stiffness `K` and in its stress without strain `w = -K
+//! s_natural`. [`LawRate`] has the derivatives of `K` and `w` along `G` parameters, one lane each, from one dual law
+//! per parameter; its `stress` returns `dK s + dw` at fixed strains. [`LawSlopes`] has the derivatives of a number by
+//! the entries of `K` (upper triangle) and by `w`, added from those by the stresses: the transposed product (`add`).
 //! `along` is the sum of rates times slopes. The modulus of a [`NonlinearPart`](crate::energy::law::NonlinearPart) is
 //! only a field of [`LawSlopes`], which others fill.
 

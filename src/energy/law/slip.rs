@@ -14,10 +14,11 @@
 //! which is the derivative of the step itself: Newton's method returns to the limit in every iteration.
 //! `R` is a curvature, 1/m, times the joint's length.
 //!
-//! Input: the joint's stiffness `K` (N m), and the stretch `z` of its springs without slip. Output of [`Sliders`]:
-//! the stretch `z` with slip, stiffness and stress of the springs (N m), their energy (J), and the distance of `|z|`
-//! from `R`. With one strain, `|z|` is the absolute value, and a slipping spring has no stiffness. [`SliderRates`]
-//! has the derivatives of the stretch with slip along parameters.
+//! Input: the joint's stiffness `K` (N m), and the stretch `z` of its springs without slip. Output of [`Sliders`]: the
+//! stretch `z` with slip (`stretch_with_slip`), stiffness and stress of the springs (`response`, N m), their energy
+//! (`energy`, J), and the absolute distance of `|z|` from `R` (`distance_to_slipping`). With one strain, `|z|` is the
+//! absolute value, and a slipping spring has no stiffness. [`SliderRates`] has the derivatives of `R`, taken from dual
+//! sliders; its `slip_rate` returns those of the stretch with slip along parameters.
 
 use crate::energy::law::Symmetric;
 use crate::numerics::lanes::{Lanes, dot as lanes_dot};

@@ -7,12 +7,17 @@
 //! Jacobian and those of the priors, by the covariance `(J'J)^-1` with stated noise. [`standard_errors`] returns one
 //! per unknown in its unit, none if unidentified.
 //!
-//! [`CandidateDesigns::advice`] lists them for the report of a plan: by arc length (m) for each recording with
-//! candidate positions. Each experiment with a motion has a list by duration (s), and one by frame rate (1/s) if its
-//! frames have a usual spacing. All are ascending. In each the best choice is marked. Of positions it is that with the
-//! smallest geometric mean of the errors on the scales of the unknowns (relative for positive ones; an unidentified one
-//! counts [`NOT_IDENTIFIED`]). Of durations and rates it is the smallest within [`NEARLY_BEST`] of the least mean.
-//! Nothing is marked where no choice identifies any parameter.
+//! `experiments` returns the planned experiments with the candidate recordings after the planned measurements of each.
+//! `planned` selects the rows of the planned measurements and the priors, `end` is the number of rows of all
+//! measurements. `planned_blocks` are the rows of each planned measurement, and `fill` overwrites the placeholders of
+//! the plan by simulated values.
+//!
+//! [`CandidateDesigns::advice`] lists the candidate designs for the report of a plan: by arc length (m) for each
+//! recording with candidate positions. Each experiment with a motion has a list by duration (s), and one by frame rate
+//! (1/s) if its frames have a usual spacing. All are ascending. In each the best choice is marked. Of positions it is
+//! that with the smallest geometric mean of the errors on the scales of the unknowns (relative for positive ones; an
+//! unidentified one counts [`NOT_IDENTIFIED`]). Of durations and rates it is the smallest within [`NEARLY_BEST`] of the
+//! least mean. Nothing is marked where no choice identifies any parameter.
 
 use crate::error::Error;
 use crate::fit::design::report::{Advice, Choice, DesignVariable};
@@ -252,7 +257,8 @@ impl DesignErrors<'_> {
     }
 
     /// The recording of a planned `block` with its marker at all candidate positions and the planned one, ascending by
-    /// arc length, m; all other recordings stay as planned. None without candidates.
+    /// arc length, m; all other recordings stay as planned. None without candidates. Error: a planned point outside the
+    /// rod, or a covariance that cannot be computed.
     fn by_marker_position(&self, block: &CandidateRows) -> Result<Option<Advice>, Error> {
         let experiment = &self.planned[block.experiment];
         let own = self.designs.blocks.iter().filter(|b| b.is_alternative_to(block));
@@ -286,7 +292,7 @@ impl DesignErrors<'_> {
 
     /// Experiment `e` with the planned duration divided by [`DIVISORS`], the planned one, and [`LONGER`] times it if
     /// there are later frames, s, ascending. All of its recordings end together; measurements that are no motion, and
-    /// other experiments, stay as planned.
+    /// other experiments, stay as planned. Error: the covariance cannot be computed.
     fn by_duration(&self, e: usize) -> Result<Advice, Error> {
         let experiment = &self.planned[e];
         let whole = experiment.duration();
@@ -312,7 +318,7 @@ impl DesignErrors<'_> {
 
     /// Experiment `e` with the planned frame rate divided by [`DIVISORS`], the planned one, and that times
     /// [`RATE_FACTORS`], 1/s, ascending. The planned rate is that of the recording with the closest frames. None
-    /// without a usual spacing of frames.
+    /// without a usual spacing of frames. Error: the covariance cannot be computed.
     fn by_frame_rate(&self, e: usize) -> Result<Option<Advice>, Error> {
         let experiment = &self.planned[e];
         let spacings = experiment.measurements.iter().filter_map(|m| frame_spacing(m.motion()?));

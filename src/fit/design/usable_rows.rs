@@ -3,9 +3,9 @@
 //! In a chaotic motion the derivatives by the parameters grow exponentially, and with them the errors of the model.
 //! [`UsableRows::new`] finds the onset of the growth in each experiment from the rows of the Jacobian and the simulated
 //! speeds. Rows of its motions after the onset (growth weight below 1) are not usable; all others and those of priors
-//! are. Its methods set the former to zero, return weights 0 and 1, and add a warning of the severity `Numerics` per
-//! such experiment. They withdraw recommendations of durations after the onset, and all of an experiment whose planned
-//! duration is longer. The assessment of a plan uses them.
+//! are. `remove_others` sets the former to zero, `weights` returns 0 and 1, and `warn` adds a warning of the severity
+//! `Numerics` per such experiment. `withdraw_marks` withdraws recommendations of durations after the onset, and all of
+//! an experiment whose planned duration is longer. The assessment of a plan uses them.
 
 use crate::code::Code;
 use crate::fit::design::candidate_designs::CandidateDesigns;

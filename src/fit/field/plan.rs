@@ -2,9 +2,11 @@
 //!
 //! A fit consists of a problem, recorded motions with a stated noise (m), lists with a smooth prior, and single
 //! parameters with a normal prior. `FieldFit::check` accepts the cases that the adjoint of the simulation supports:
-//! given mesh, step and scheme, positions on the center line, squared losses, and samples up to the end of the
-//! simulation. At least one list and one motion are required, no validation data, no plans, and no data twice. All
-//! else is an error with the key and the reason. `solve` of `search` checks and solves it.
+//! mesh and step given by the scene, positions on the center line, squared losses, and samples up to the end of the
+//! simulation. At least one list and one motion are required, no
+//! validation data, no plans, and no data twice. All else is an error with the key and
+//! the reason. `observe` adds a motion, `along` a list and `identify` a parameter. Once the flag of `stop_when` is set,
+//! the fit ends with [`Error::Interrupted`]. `solve` of `search` checks and solves it.
 
 use crate::error::{Error, ensure};
 use crate::fit::duplicates::check_duplicates;
@@ -74,7 +76,7 @@ impl FieldFit {
         Self { problem: self.problem.stop_when(flag), ..self }
     }
 
-    /// Checks that the scene has an adjoint and a given mesh, step and scheme, and the lists and single parameters by
+    /// Checks that the scene has an adjoint, that the program chose neither its mesh nor its step, and the lists and single parameters by
     /// [`FieldSpace::new`]. At least one motion is required. Each needs recorded values to fit, sigma, a point on the
     /// center line, squared losses, samples up to the end of the simulation, and finite positions at increasing times.
     /// The same data twice are rejected. Error: the key with the reason.

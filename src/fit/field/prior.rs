@@ -10,8 +10,8 @@
 //! with zero slope at the ends, solved on equal spacings as a tridiagonal system. The prior penalizes second
 //! differences, and deviations from the scene. Its covariance is that of Matern with a smoothness of 3/2 (Lindgren, Rue
 //! and Lindstrom 2011). The factor `c` normalizes the standard deviation in the middle of the rod; at the ends it is up
-//! to 1.5 times as large. [`SmoothPrior`] multiplies a vector by `c A^-1` in place, without the mean, for the search.
-//! It returns the standard deviation of each value, in its unit, for the report.
+//! to 1.5 times as large. [`SmoothPrior::multiply`] multiplies a vector by `c A^-1` in place, without the mean, for the
+//! search. [`SmoothPrior::deviation`] returns the standard deviation of each value, in its unit, for the report.
 
 /// Smooth prior of values at equal spacings along a rod.
 #[derive(Clone, Debug)]

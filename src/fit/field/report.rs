@@ -10,6 +10,9 @@
 //! above [`UNDETERMINED`] of the prior. Correlations are not computed, which is a warning with several lists or any
 //! single parameter. The warning on the local minimum is always there. [`FieldReport::values`] returns the parameters
 //! with their values, and a summary is for the terminal.
+//!
+//! `FieldEstimate` is the estimate of a list, `SingleEstimate` that of a single parameter. `FieldOptimum` is the
+//! optimum with the directions that the data determine.
 
 use crate::code::Code;
 use crate::error::Error;

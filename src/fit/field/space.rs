@@ -1,14 +1,18 @@
 //! The unknowns of a fit along the rod: a linear map from independent normal numbers `z` of variance one to the
 //! parameters.
 //!
-//! [`FieldSpace::new`] validates the lists and single parameters and assigns each a prior: a smooth one along the
-//! rod, or a normal one. Values of natural bending are at equal distances from end to end, those of other lists in
-//! the middle of equal parts. Then `values = means + C z`, in the units of the parameters, with the symmetric root
-//! `C` of the prior covariance, block by block. The means are the values of the scene for lists, those of the prior
-//! for single parameters; lists come first. The search works on `z`; simulations take the
-//! [values](FieldSpace::values), derivatives the [changes](FieldSpace::changes). No list, a list twice, parameters
-//! without derivatives, and single parameters without a prior, twice, or of camera, supports or shape of the rod are
-//! errors.
+//! [`FieldSpace::new`] validates the lists and single parameters and assigns each a prior: a smooth one along the rod,
+//! or a normal one. Values of natural bending are at equal distances from end to end, those of other lists in the
+//! middle of equal parts. Then `values = means + C z`, in the units of the parameters, with the symmetric root `C` of
+//! the prior covariance, block by block. The means are the values of the scene for lists, those of the prior for single
+//! parameters; lists come first. The search works on `z`; simulations take the [values](FieldSpace::values),
+//! derivatives the [changes](FieldSpace::changes). `multiply` multiplies by `C` in place. `layout_parameters` are those
+//! for whose values the layout of unknowns is chosen, so that it is the same for all values. No list, a list twice,
+//! parameters without derivatives, and single parameters without a prior, twice, or of camera, supports or shape of the
+//! rod are errors.
+//!
+//! `Field` is the list of a fit file, `FieldList` a list with its prior, and `SingleParameter` a single parameter with
+//! its prior.
 
 use crate::error::{Error, ensure};
 use crate::fit::field::prior::SmoothPrior;

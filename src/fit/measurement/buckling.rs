@@ -56,7 +56,7 @@ impl DataKind for BucklingLoad {
         vec![1.0]
     }
 
-    /// Name of the load in reports: `P`.
+    /// Name of the load in reports: `P`. Never `None`.
     fn axis(&self) -> Option<&'static str> {
         Some("P")
     }

@@ -5,6 +5,19 @@
 //! values, the outputs of a simulation that they require, and the differences of these outputs from the values.
 //! [`Dataset`] is a header with data of a kind. Everything else in a fit uses this interface. Values are in the order
 //! of the residuals: point by point, and within a point x, y, z, observed coordinates only; or scalars in their order.
+//!
+//! Functions of a data set: `sigma` and `sigmas` set the standard deviation of all, or of each point or value; `loss`
+//! sets the loss, and `held_out` marks validation data. `with_source` stores the file, `with_properties` those of a
+//! table of a fit file, whose sigma has precedence. `Header::in_meters` has unknown noise, `Header::with_sigma` a known
+//! one; `component_label` names a component in messages.
+//!
+//! Functions of all kinds: `sigmas` returns the standard deviation of every value, `scale` the size of relevant changes
+//! in the unit of the values, and `requirements` the outputs of a simulation. `free_share` is the part of the degrees
+//! of freedom that nuisance parameters leave. A [`Coordinate`] lists the values of one axis, or scalars, with their
+//! abscissas; `ascending` sorts them.
+//!
+//! `DataUnit` is the unit in which data were given, with its size in the unit of the values. `ValidationContext` has
+//! the problem and the names of a measurement for errors.
 
 use crate::error::Error;
 use crate::fit::measurement::loss::Loss;

@@ -1,13 +1,15 @@
 //! Experiments: the prepared problem of one scene with its measurements. Several experiments may share parameters.
 //!
-//! [`Experiment`] has a name, the problem and the measurements. Its methods return the recorded motions (readings of
-//! gauges and sensors over time included, as x coordinates), their last time, s, and the highest measured mode (0
-//! without any). The simulation by whose accuracy the mesh is chosen is the motion, else the modes, else the
-//! equilibrium. The work of a simulation is steps times segments of the motion, plus [`STEPS_OF_REST`] times segments
-//! for every equilibrium if anything is measured at rest. Over a list of experiments, [`all`] iterates over
-//! measurements in the order of the residuals, [`full_work`] sums the work, and [`fitted`] removes validation data.
-//! [`named`] adds experiments to the name of a parameter. A measured motion in a scene without time is an error of the
-//! work.
+//! [`Experiment`] has a name, the problem (`new`, or `of_structure`) and the measurements (`observe`). Its `records`
+//! are the recorded motions, with readings of gauges and sensors over time as x coordinates. `duration` is their last
+//! time, s, and `highest_mode` the highest measured mode (0 without any). `moves` and `rests` return whether a motion,
+//! and whether anything else, was measured. `aim` is the simulation by whose accuracy the mesh is chosen: the motion,
+//! else the modes, else the equilibrium. The work of a simulation is steps times segments of the motion, plus
+//! `rest_work`: [`STEPS_OF_REST`] times segments for every equilibrium if anything is measured at rest. `held_out`,
+//! `only` and `with_problem` return changed copies. `key`, `label`, `group` and `with_name` are texts with the name of
+//! the experiment. Over a list of experiments, [`all`] iterates over measurements in the order of the residuals,
+//! [`full_work`] sums the work, and [`fitted`] removes validation data. [`named`] adds experiments to the name of a
+//! parameter. A measured motion in a scene without time is an error of the work.
 
 use crate::accuracy::Aim;
 use crate::error::Error;

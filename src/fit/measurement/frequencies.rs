@@ -3,7 +3,8 @@
 //! Input: angular frequencies, rad/s (or Hz, converted), with one standard deviation in the same unit. Each belongs to
 //! the mode with a number up to [`MOST_MODES`], counted from 1 in rising frequency among the modes of a filter (plane,
 //! kind, direction). By default these are modes 1, 2 and so on, in the plane of a planar scene or all of a spatial one.
-//! Simulated frequencies of bending modes include shear deformation and rotary inertia on request. Output:
+//! `of_modes` sets the numbers; `plane`, `of_kind` and `along` set the filters. Simulated frequencies of bending modes
+//! include shear deformation and rotary inertia on request (`timoshenko`). `names` are those of the modes. Output:
 //! [`Frequencies`], a data set whose differences in a fit are simulated less measured angular frequency, rad/s.
 //! Frequencies that are not above 0, repeated modes, another number of modes than frequencies, and filters that the
 //! scene does not allow (none for a structure) are errors.
@@ -140,7 +141,7 @@ impl DataKind for ModeFrequencies {
         self.values.iter().map(|f| f.mode as f64).collect()
     }
 
-    /// Name of the axis of frequencies in reports: `f`.
+    /// Name of the axis of frequencies in reports: `f`. Never `None`.
     fn axis(&self) -> Option<&'static str> {
         Some("f")
     }

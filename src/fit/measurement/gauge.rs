@@ -4,8 +4,8 @@
 //! unit, with times in s or at rest; one standard deviation in this unit. Output: [`Gauge`], a data set whose
 //! differences in a fit are the quantity of the simulated rod less the reading. They do not depend on the camera of the
 //! scene. Points that are not on the rod, readings that are not finite, times that do not increase within the
-//! simulation, and structures are errors. Only the library has gauges, fit files do not. [`check_readings`] checks
-//! times and values, also of sensors.
+//! simulation, and structures are errors. [`Gauge::over_time`] and [`Gauge::at_rest`] make them. Only the library has
+//! gauges, fit files do not. [`check_readings`] checks times and values, also of sensors.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{DataKind, Dataset, Header, ValidationContext};
@@ -82,7 +82,7 @@ impl DataKind for GaugeReadings {
         header.name.clone()
     }
 
-    /// Name of the axis of readings in reports: `g`.
+    /// Name of the axis of readings in reports: `g`. Never `None`.
     fn axis(&self) -> Option<&'static str> {
         Some("g")
     }
@@ -92,7 +92,7 @@ impl DataKind for GaugeReadings {
         &self.readings
     }
 
-    /// The list of the readings, for changes.
+    /// The list of the readings, for changes. Never `None`.
     fn readings_mut(&mut self) -> Option<&mut Vec<Reading>> {
         Some(&mut self.readings)
     }

@@ -6,7 +6,9 @@
 //! repeated frames, in the units of the file. It counts the positions with a confidence below [`SURE`], which are taken
 //! for missing. Three or more markers are tested for lost frames and swapped labels, as if along a rod, if unit and
 //! clock are known. Output: [`Inspection`], with the `[[observation]]` table of a fit file that reads the marker that
-//! moves most. The table is checked by reading the file with it; an error is added as a comment.
+//! moves most. The table is checked by reading the file with it; an error is added as a comment. `largest_coordinate`
+//! is the largest absolute one of all markers, in the unit of the file; in a file without a unit, taken as m, it is
+//! implausible above [`FAR`].
 
 use crate::error::Error;
 use crate::fit::measurement::motion::Observation;
@@ -93,8 +95,8 @@ pub struct InspectedMarker {
 impl Inspection {
     /// Inspects a file: format, clock with gaps, unit, markers, faults along a rod, and an `[[observation]]` table that
     /// reads the marker that moves most. `recording` may have its format, and the `fps` and `scale` that the file
-    /// lacks. The rate is 1 over the median step of a clock of times, else that of the file or `fps`. If the table
-    /// cannot be read by a fit, it has the error as a comment.
+    /// lacks. The rate is 1 over the median step of a clock of times, else that of the file or `fps`. Scale and rate
+    /// that are still unknown are `..` there. If the table cannot be read by a fit, it has the error as a comment.
     ///
     /// # Errors
     ///

@@ -4,9 +4,10 @@
 //! applied, N or N m. For each there is one coordinate of the displacement of a point, m, in world axes. Output:
 //! [`LoadDeflection`], a data set whose differences in a fit are simulated less measured displacement. Displacements
 //! are relative to the equilibrium at a load of zero, under the other loads of the scene. Equilibria follow each other:
-//! each search begins at the equilibrium under the load before. The camera has no effect. [`check_load`] rejects other
-//! parameters than loads, also for critical loads. Errors: a load that is no force or moment of the scene, or that is
-//! an unknown of the fit; structures; values that are not finite; and points that are not on the rod.
+//! each search begins at the equilibrium under the load before. `largest_load` is the largest one by absolute value,
+//! with its sign. The camera has no effect. [`check_load`] rejects other parameters than loads, also for critical
+//! loads. Errors: a load that is no force or moment of the scene, or that is an unknown of the fit; structures; values
+//! that are not finite; and points that are not on the rod.
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
@@ -92,7 +93,7 @@ impl DataKind for LoadCurve {
         self.curve.iter().map(|own| own.load).collect()
     }
 
-    /// Name of the displacement in reports: `ux`, `uy` or `uz`.
+    /// Name of the displacement in reports: `ux`, `uy` or `uz`. Never `None`.
     fn axis(&self) -> Option<&'static str> {
         Some(["ux", "uy", "uz"][self.axis])
     }

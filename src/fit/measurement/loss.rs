@@ -2,10 +2,11 @@
 //!
 //! A loss `rho` replaces the square of a residual `r` in units of the noise. Least squares on the robust residuals
 //! `sign(r) sqrt(rho(r))` minimizes the sum of the losses, with any least-squares solver. [`Loss`] (squares, Huber,
-//! soft L1, Cauchy) computes the loss, its derivatives, the robust residual and its inverse. It also computes the
-//! noise of a sample (root mean square; by median with a robust loss) and the information relative to normal noise.
-//! The scales are those of 95 % efficiency: standard errors of normal data are 2.6 % larger. [`WeightedLoss`]
-//! multiplies the residual by a leverage weight before the loss.
+//! soft L1, Cauchy) computes the loss (`rho`), half its first and second derivative (`influence`), the robust residual
+//! (`robust`) and its inverse (`plain`). It also computes the noise of a sample (`spread`: root mean square; by median
+//! with a robust loss) and the `information` relative to normal noise. `scale` is the residual at which a loss departs
+//! from the square (infinite for squares); the scales are those of 95 % efficiency: standard errors of normal data are
+//! 2.6 % larger. [`WeightedLoss`] multiplies the residual by a leverage weight before the loss.
 
 use serde::{Deserialize, Serialize};
 use statrs::statistics::{Data, Median};
@@ -47,8 +48,7 @@ impl Loss {
     }
 
     /// The loss of a residual `r` in units of the noise. With the scale `c` it is `r^2` (squares; Huber up to `c`), `c
-    /// (2 |r|
-    /// - c)` (Huber beyond), `2 c^2 (sqrt(1 + (r/c)^2) - 1)` (soft L1) or `c^2 ln(1 + (r/c)^2)` (Cauchy).
+    /// (2 |r| - c)` (Huber beyond), `2 c^2 (sqrt(1 + (r/c)^2) - 1)` (soft L1) or `c^2 ln(1 + (r/c)^2)` (Cauchy).
     pub fn rho(self, r: f64) -> f64 {
         let c = self.scale();
         let square = r * r;

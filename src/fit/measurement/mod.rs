@@ -9,6 +9,12 @@
 //! measurements with a scene, `inspection` and `inspection_summary` examine marker files, `constant_axes` and
 //! `repeated_frames` detect faulty data. Every kind provides the differences simulated less measured value
 //! (`DataKind::differences`), of which `fit::misfit` makes residuals.
+//!
+//! Functions of [`Measurement`] for any kind: `sigma` (`None` if it is to be estimated) and `sigmas` are standard
+//! deviations, `unit` is that of the values, `data_unit` that in which they were given. `held_out` and `planned` state
+//! the use, `dropped` the rows of the file that were left out, `label` the name. `observation` and `load_curve` return
+//! data of one kind, `None` for others. `add_residuals` adds residuals, times the standard deviations, to the values in
+//! place.
 
 pub(crate) mod buckling;
 pub(crate) mod constant_axes;

@@ -8,6 +8,11 @@
 //! read, points that are not on the rod, and times after the end of the simulation are errors. Late times are allowed
 //! if the camera's clock has an offset, given or unknown. [`PointMotion`] also has the spread, the largest speed and
 //! the rise time (about half the first period), from which a search chooses horizons and steps.
+//!
+//! `read`, `read_as` and `read_markers` (several markers, each at its point) read files, `planned` makes a plan, and
+//! `of_free_markers` takes markers of the recording that prescribes the ends. An observation is that of the tip unless
+//! `at` or `of_structure` sets another point, and `offset` that of a marker beside it. `stencil` are nodes and weights
+//! of the point.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
@@ -206,7 +211,8 @@ impl Observation {
         Ok(free)
     }
 
-    /// Reads a CSV file as [`read_as`](Self::read_as) does, in SI units or those of its header.
+    /// Reads a CSV file, or one of another program, as [`read_as`](Self::read_as) does, in SI units or those of the
+    /// file, as an observation of the tip.
     ///
     /// ```
     /// use rodfit::{Observation, Point};

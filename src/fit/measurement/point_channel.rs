@@ -7,6 +7,11 @@
 //! order. Its axis is fixed to the rod: numbers along tangent, first and second director. The angle is that of the
 //! tangent about an axis fixed in the world. The tangent is the sum of the directions of the edges around the point,
 //! with the cubic weights of a marker there.
+//!
+//! `values` returns the component, `require` adds its point to the outputs that a simulation records. `check` rejects a
+//! point outside the rod, acceleration at rest, and an angle about an axis in the plane of a planar motion. `rotated`
+//! turns the axes by a rotation vector, rad. `name`, `unit` and `is_angle` (values that differ by whole turns are
+//! equal) describe the component.
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
@@ -155,7 +160,7 @@ impl PointChannel {
     }
 
     /// The component of acceleration less gravity, m/s^2, at every time of a record along `direction`, which is fixed
-    /// to the rod: numbers along tangent, first and second director.
+    /// to the rod: numbers along tangent, first and second director. Error: a point outside the rod or not recorded.
     fn accelerations<D: Scalar>(
         &self,
         direction: [f64; 3],

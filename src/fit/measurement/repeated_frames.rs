@@ -4,9 +4,10 @@
 //! periodic residual that no noise model describes. Input: positions in the order of time. A frame repeats if its
 //! position equals the one before while the marker moves. It moves if the step after it, or that before the equal pair,
 //! exceeds in a coordinate [`COARSE_STEPS`] times its resolution, the step between neighboring distinct values. Frames
-//! without a position do not count. Output: the number of repeated frames. [`all_repeated_frames`] lists the recorded
-//! motions of experiments (not planned ones) in which it is more than [`LEAST_REPEATED`] of all frames, for warnings of
-//! the report.
+//! without a position do not count. Output: the number of repeated frames ([`count_repeated_frames`]).
+//! [`is_converted_video`] returns whether it is more than [`LEAST_REPEATED`] of all frames. [`all_repeated_frames`]
+//! lists the recorded motions of experiments (not planned ones) in which it is more than [`LEAST_REPEATED`] of all
+//! frames, for warnings of the report.
 
 use crate::fit::measurement::dataset::DataKind;
 use crate::fit::measurement::experiment::{Experiment, all};

@@ -3,12 +3,14 @@
 //!
 //! Input: a [`SensorChannel`], the measured component, and its readings (N, N m, m/s^2 or rad, with times in s or at
 //! rest). Output: [`Sensor`], a data set whose differences in a fit are simulated less measured value. The simulated
-//! value at a recorded step passes the [low-pass filter](SensorReadings::low_pass) of the sensor, if it has one, and is
-//! linear between steps. A [known tare](Tare::Known) is added to it. A [free tare](Tare::Free) is the offset of least
-//! squares: the mean is subtracted from the differences, which takes one degree of freedom. Angles that differ by whole
-//! turns are the same. Times are on the clock of the motion, and the camera has no effect. Errors: a support sensor at
-//! a free end, structures, times outside of the simulation, and a filter of readings at rest. So is a free tare of a
-//! single reading, with another loss than squares, or with unequal standard deviations.
+//! value at a recorded step passes the first-order [low-pass filter](SensorReadings::low_pass) of the sensor, if it has
+//! one. The filter starts at the first value. Between steps the value is linear. A [known tare](Tare::Known) is added
+//! to it. A [free tare](Tare::Free) is the offset of least squares: the mean is subtracted from the differences, which
+//! takes one degree of freedom. Angles that differ by whole turns are the same. Times are on the clock of the motion,
+//! and the camera has no effect. Errors: components that the [channel](SensorChannel) does not have in the scene, as at
+//! a free end; structures; times that do not increase within the simulation; readings that are not finite; and a filter
+//! of readings at rest. So is a free tare of a single reading, with another loss than squares, or with unequal standard
+//! deviations.
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
@@ -134,7 +136,7 @@ impl DataKind for SensorReadings {
         header.component_label(self.channel.name())
     }
 
-    /// Name of the component in reports.
+    /// Name of the component in reports. Never `None`.
     fn axis(&self) -> Option<&'static str> {
         Some(self.channel.name())
     }
@@ -144,7 +146,7 @@ impl DataKind for SensorReadings {
         &self.readings
     }
 
-    /// The list of the readings, for changes.
+    /// The list of the readings, for changes. Never `None`.
     fn readings_mut(&mut self) -> Option<&mut Vec<Reading>> {
         Some(&mut self.readings)
     }

@@ -2,8 +2,10 @@
 //!
 //! Input: a [`Channel`] (end of the rod, part of the reaction, direction in the world) or a [`PointChannel`]
 //! (acceleration or angle), and the record of a simulated rod. Output: [`SensorChannel`], with the component at every
-//! recorded time, N, N m, m/s^2 or rad, with derivatives; its name and unit; and the outputs that a simulation must
-//! record for it. An end without a support, and a point channel that the problem does not allow, are errors.
+//! recorded time, N, N m, m/s^2 or rad, with derivatives (`values`); its name and unit; and the outputs that a
+//! simulation must record for it (`require`). `check` rejects an end without a support, and a point channel that the
+//! problem does not allow. `along_world` is the component along an axis of the world; `rotated` turns its axis by a
+//! rotation vector, rad. `is_angle` returns whether values that differ by whole turns are equal.
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
@@ -165,7 +167,7 @@ impl SensorChannel {
         matches!(self, Self::Point(channel) if channel.is_angle())
     }
 
-    /// The component at every time of a record of the `simulated` rod. Error: a point outside the rod.
+    /// The component at every time of a record of the `simulated` rod. Errors are those of [`PointChannel::values`].
     pub(crate) fn values<D: Scalar>(
         &self,
         record: &RecordView<'_, D>,

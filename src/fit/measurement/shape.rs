@@ -7,6 +7,11 @@
 //! centerline, a cubic curve through the nodes. Files that cannot be read, points that are not on the rod, and
 //! positions that are not finite are errors. In a structure the name of the rod and arc lengths or nodes are
 //! required.
+//!
+//! `new` takes positions of points, `center_line` positions in order along the rod without arc lengths; `read` and
+//! `read_as` read files, `planned` makes a plan. `with_approximate_points` returns the positions with arc lengths,
+//! unknown ones by sums of chords. `normal_offsets` are the signed distances, m, of a centerline with two coordinates
+//! from the simulated one.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
@@ -366,7 +371,8 @@ impl DataKind for EquilibriumShape {
     }
 
     /// Rejects points that are not on the rod (unless their arc lengths are fitted), and positions that are not finite.
-    /// Errors have the label.
+    /// In a structure it rejects a missing name of the rod, unknown points, and shapes without arc lengths. Errors have
+    /// the label or the key.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, label, key, .. } = context;
         if check_rod(problem, self.rod.as_deref(), key)? {

@@ -3,10 +3,14 @@
 //! [`Requirements`] lists the outputs that the measurements of an experiment require, so that a simulation computes no
 //! others. These are points and tangents in motion and at rest (of a rod or a structure), reactions of supports, modes,
 //! load cases and critical loads. The last times, s, on the clocks of the camera and of the motion belong to them.
-//! [`SimulatedOutput`] has the computed ones over a scalar type with derivatives: motion and equilibrium (None if not
-//! required), and angular frequencies of the required modes, rad/s. Equilibria of the load cases and critical loads, N
-//! or N m, follow. It also has camera, scene and mesh. Each kind of data subtracts its values from these;
-//! [`SimulatedOutput::compare`] does so for the observed coordinates of a position, m.
+//! `has_motion` and `is_at_rest` return whether a motion, and whether the equilibrium under the loads of the scene, is
+//! required. [`SimulatedOutput`] has the computed ones over a scalar type with derivatives: motion and equilibrium
+//! (None if not required), and angular frequencies of the required modes, rad/s. Equilibria of the load cases and
+//! critical loads, N or N m, follow. It also has camera, scene and mesh. Each kind of data subtracts its values from
+//! these; [`SimulatedOutput::compare`] does so for the observed coordinates of a position, m.
+//!
+//! `LoadCase` is an equilibrium under another value of one load, `BucklingCase` a load whose critical value is
+//! required.
 
 use crate::dynamics::record::RecordView;
 use crate::fit::misfit::camera::View;

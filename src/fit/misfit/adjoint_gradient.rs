@@ -5,9 +5,10 @@
 //! supports and arc lengths also act on the observations at a fixed motion; this part is added by dual numbers. With it
 //! a gradient costs about 2.5 runs for any number of unknowns (Cao, Li, Petzold and Serban 2003), forward sensitivities
 //! cost more with every unknown. So it is used above [`MOST_FORWARD_UNKNOWNS`] unknowns, for recorded motions of the
-//! centerline only, where reverse equations exist. Output: [`ExperimentGradient`] for argmin's gradient solvers: plain
-//! residuals in units of sigma, and the gradient on the scales of all unknowns of the fit (zero for other
-//! experiments'). The search itself uses Jacobians.
+//! centerline of one rod only, where reverse equations exist, and only if all experiments allow it.
+//! `has_adjoint_gradient` returns whether this experiment does. Output of `adjoint_gradient`: [`ExperimentGradient`]
+//! for argmin's gradient solvers: plain residuals in units of sigma, whether time steps were halved, and the gradient
+//! on the scales of all unknowns of the fit (zero for other experiments'). The search itself uses Jacobians.
 
 use crate::dynamics::Reversible;
 use crate::error::Error;

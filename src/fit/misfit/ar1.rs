@@ -6,7 +6,7 @@
 //! bidiagonal matrices: products with a vector take one or two passes over the values. Input: ascending times, their
 //! usual spacing (the median one, [`usual_spacing`]), and the correlation at it. [`Ar1Correlation`] applies `R`
 //! (`apply`), makes white innovations of correlated noise (`whiten`) and the reverse (`color`), both with the same
-//! standard deviation, and returns the effective sample size (of a mean). [`ar1_factor`] is the correlation of two
+//! standard deviation, and returns the `effective_sample_size` (of a mean). [`ar1_factor`] is the correlation of two
 //! values.
 
 use crate::numerics::upper_median;

@@ -147,7 +147,7 @@ impl argmin::core::Hessian for Residuals {
     type Param = Vec<f64>;
     type Hessian = Vec<Vec<f64>>;
     /// The Hessian of half the sum of squares at `x`, a symmetric matrix by the unknowns on their scales, exact by
-    /// hyper-dual numbers, for argmin's solvers.
+    /// hyper-dual numbers, for argmin's solvers. Error: a simulation fails.
     fn hessian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, argmin::core::Error> {
         Ok(self.hessian_at(x)?)
     }
@@ -155,7 +155,7 @@ impl argmin::core::Hessian for Residuals {
 
 /// The mixed second derivative of half the sum of the losses of an experiment, from its `simulated` output over
 /// hyper-dual numbers. For each residual times its leverage weight it adds `rho''/2` times the product of its slopes,
-/// plus `rho'/2` times its second derivative.
+/// plus `rho'/2` times its second derivative. Errors are those of the residuals.
 fn second_derivative_of_loss(
     experiment: &ObservedExperiment,
     simulated: &SimulatedOutput<HyperDual64>,

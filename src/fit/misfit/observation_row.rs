@@ -3,9 +3,9 @@
 //! Input: the camera, the samples of a point and the inverse standard deviations, 1/m. Output: one [`ObservationRow`]
 //! per observed coordinate, sample by sample and x, y, z in each. Its residual (simulated less observed, in units of
 //! the standard deviation) is `axis . x(t) + offset`, with the position `x`, m, at the time `t`, s, of the motion (not
-//! of the camera). `axis` (1/m) and `offset` follow from the camera at fixed parameters. Points that are not on the rod
-//! and times after the end of the record are errors of the residual. [`affects_observation_operator`] returns whether a
-//! parameter changes this map.
+//! of the camera). `axis` (1/m) and `offset` follow from the camera at fixed parameters. `from_samples` makes the rows;
+//! coordinates after the last given weight have none. Points that are not on the rod and times after the end of the
+//! record are errors of the residual. [`affects_observation_operator`] returns whether a parameter changes this map.
 
 use crate::dynamics::record::Record;
 use crate::error::Error;

@@ -10,6 +10,15 @@
 //! not on the rod, values that the scene does not allow, and a failed simulation. So is an offset of the camera's clock
 //! that extends the motion beyond [`MAX_DURATION_RATIO`]. [`has_halved_steps`] returns whether a motion had halved time
 //! steps, and [`nodes`] the nodes on which points depend.
+//!
+//! `run` makes the simulations, `residuals_and_jacobian` and `for_each_residual` (over any scalar) compute from them.
+//! `counts`, `losses` and `modes` list the residuals of each measurement, the loss of each residual, and the measured
+//! modes. `depends_on` returns whether an unknown belongs to the experiment; `motion_parameters` are those that change
+//! the motion. `problem_and_steps` is the problem at a point with the number of steps. `rest_work` is the work of
+//! static solutions, in steps times segments; `has_critical_loads` returns whether one was measured.
+//!
+//! `ExperimentRun` has the simulations at one point of the unknowns, `ObservedSeries` the values of one measurement
+//! with weights and loss.
 
 use crate::dynamics::{Snapshot, Trajectory};
 use crate::error::Error;
@@ -272,7 +281,8 @@ impl ObservedExperiment {
 
     /// The plain residuals `(simulated - measured)/sigma` of a `run` at the point, in the order of measurements and
     /// values. If `derived` also the rows of their Jacobian by all unknowns of the fit on their scales (zero for those
-    /// of other experiments); else no rows. Natural frequencies are computed here.
+    /// of other experiments); else no rows. Natural frequencies are computed here. Errors: points that are not on the
+    /// rod, times after the end of the simulation, and a frequency or critical load that cannot be computed.
     pub fn residuals_and_jacobian(
         &self,
         run: &ExperimentRun,

@@ -7,6 +7,14 @@
 //! transformed by robust loss and leverage weight so that half their sum of squares is the objective. The gradient is
 //! by the adjoint where that costs less for all experiments (`adjoint_gradient`), else the transposed Jacobian times
 //! the residuals. A simulation that fails and another count of numbers are errors.
+//!
+//! - `residuals` and `jacobian_at` are with loss and weights, `plain_residuals` and `plain_jacobian` without.
+//! - `with_leverage_weights`, `with_work_counter` and `with_evaluation` (a known evaluation, as the last one) return
+//!   changed residuals. `runs` and `run` (one experiment) return simulations; `with_runs` takes their evaluation as the
+//!   last one.
+//! - `len`, `counts` (by measurement), `weighted_losses` and `leverage_weights` describe the residuals, `values` the
+//!   parameters at a point. `unknowns` and `experiments` return the parts. `simulations` is the work so far in full
+//!   simulations. `has_halved_steps` returns whether the last evaluation halved time steps.
 
 use crate::dynamics::Snapshot;
 use crate::error::{Error, ensure};
@@ -246,13 +254,13 @@ impl Residuals {
     }
 
     /// Simulations of all experiments at `x`, in their order and on several threads, with derivatives by the unknowns
-    /// if `derived`. Their work is counted.
+    /// if `derived`. Their work is counted. Error: a simulation fails.
     pub(crate) fn runs(&self, x: &[f64], derived: bool) -> Result<Vec<ExperimentRun>, Error> {
         self.map_experiments(|k, _| self.run(k, x, derived, &mut |_, _| {}))
     }
 
     /// Simulates the experiment with index `k` at `x`, with derivatives by the unknowns if `derived`, and counts the
-    /// work. `after` is called at the start of its motion and after every step.
+    /// work. `after` is called at the start of its motion and after every step. Error: the simulation fails.
     pub(crate) fn run(
         &self,
         k: usize,
@@ -295,7 +303,7 @@ impl Residuals {
     }
 
     /// The evaluation at `x` by simulations of all experiments: residuals without robust loss and leverage weights,
-    /// whether steps were halved, and the Jacobian if `with_jacobian`.
+    /// whether steps were halved, and the Jacobian if `with_jacobian`. Error: a simulation fails.
     fn simulate(&self, x: &[f64], with_jacobian: bool) -> Result<Evaluation, Error> {
         let parts = self.map_experiments(|k, _| {
             self.part(k, x, &self.run(k, x, with_jacobian, &mut |_, _| {})?, with_jacobian)
@@ -313,7 +321,7 @@ impl Residuals {
     }
 
     /// The residuals `(simulated - measured)/sigma` of experiment `k` from its simulation `run` at `x`, with their
-    /// Jacobian if `with_jacobian`, and whether time steps were halved.
+    /// Jacobian if `with_jacobian`, and whether time steps were halved. Errors are those of its residuals.
     fn part(
         &self,
         k: usize,
@@ -397,7 +405,8 @@ impl Residuals {
 impl Operator for Residuals {
     type Param = Vec<f64>;
     type Output = Vec<f64>;
-    /// The residuals at `x` with robust loss and leverage weights, for argmin's solvers.
+    /// The residuals at `x` with robust loss and leverage weights, for argmin's solvers. Error: a simulation fails, or
+    /// `x` has another length.
     fn apply(&self, x: &Vec<f64>) -> Result<Vec<f64>, argmin::core::Error> {
         Ok(self.residuals(x)?)
     }
@@ -407,6 +416,7 @@ impl Jacobian for Residuals {
     type Param = Vec<f64>;
     type Jacobian = Vec<Vec<f64>>;
     /// The rows of the Jacobian at `x` of the residuals with robust loss and leverage weights, for argmin's solvers.
+    /// Error: a simulation fails, or `x` has another length.
     fn jacobian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, argmin::core::Error> {
         Ok(self.jacobian_at(x)?)
     }
@@ -416,7 +426,7 @@ impl CostFunction for Residuals {
     type Param = Vec<f64>;
     type Output = f64;
     /// Half the sum of squares of the residuals at `x`, with robust loss and leverage weights: the objective of
-    /// argmin's solvers.
+    /// argmin's solvers. Error: a simulation fails, or `x` has another length.
     fn cost(&self, x: &Vec<f64>) -> Result<f64, argmin::core::Error> {
         Ok(half_sum_of_squares(&self.residuals(x)?))
     }
@@ -427,7 +437,7 @@ impl Gradient for Residuals {
     type Gradient = Vec<f64>;
     /// The gradient of the objective at `x` for argmin's solvers, on the unknowns' scales. It is by the adjoint of the
     /// motions where that costs less (`adjoint_gradient`). Else it is `J' r` with the Jacobian and the residuals with
-    /// robust loss and leverage weights.
+    /// robust loss and leverage weights. Error: a simulation fails, or `x` has another length.
     fn gradient(&self, x: &Vec<f64>) -> Result<Vec<f64>, argmin::core::Error> {
         if let Some(gradient) = self.adjoint_gradient(x)? {
             return Ok(gradient);

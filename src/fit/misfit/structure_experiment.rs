@@ -79,7 +79,7 @@ impl ObservedExperiment {
 impl ExperimentRun {
     /// The records of the motion and of the equilibrium of this run of a `structure`, computed again over another
     /// number type; `None` where the run has none. `seed` returns the number for a path, value and quantity of the
-    /// scene. The motion repeats the steps of this run.
+    /// scene. The motion repeats the steps of this run. Errors are those of the steps and of the equilibrium.
     pub(super) fn structure_over<D: Nestable>(
         &self,
         structure: &Structure,

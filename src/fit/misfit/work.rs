@@ -2,7 +2,7 @@
 //!
 //! The search and all residuals of a fit share one [`WorkCounter`] across threads. Its sum, divided by the work of one
 //! full simulation, is the cost in simulations of reports and of the progress display. Limits of the search use the
-//! same number.
+//! same number. `add` adds the work of a simulation, `total` is the sum, and `take` returns it and resets the counter.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 

@@ -5,7 +5,8 @@
 //! errors of predictions are in the units of the data files (Hz if all frequencies are given in Hz). First are the
 //! status with the code of the grade, the validation error, the table of estimates, the content of the intervals, and
 //! the warnings, most severe first. Then follow uncertainty details, omitted effects, numerics, left-out rows, robust
-//! losses and predictions. Residuals with the noise, the search and the cost are last.
+//! losses and predictions. Residuals with the noise, the search and the cost are last. `Grade::tone` is the severity of
+//! a grade (its color), `data_quantity` a value as text in the unit of the data files.
 
 use crate::fit::report::estimate_table::{estimate_table, interval_content};
 use crate::fit::report::quoted::quoted_estimates;

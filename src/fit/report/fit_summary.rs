@@ -3,7 +3,8 @@
 //! Input: a [`FitReport`] and a name ([`FitSummary::new`]), or a name and an error ([`FitSummary::without_result`]).
 //! Output: [`FitSummary`] with the name, the grade, the status, the estimates and the codes of the warnings. Without a
 //! result the grade is None, the status is the error, and the lists are empty. The keys that differ from the fit file
-//! are empty and the address of the fit's page is None until the caller sets them.
+//! are empty and the address of the fit's page is None until the caller sets them (`with_page`). `named` is the summary
+//! under another name.
 
 use crate::fit::report::FitReport;
 use crate::fit::uncertainty::estimate::Estimate;

@@ -4,9 +4,12 @@
 //! the JSON of `rodfit fit --json`. `display` makes the text for a terminal, with the estimates (`quoted`,
 //! `estimate_table`, `experiment_estimates`), their `uncertainty` and `budget`, omitted `effects` and `validation`.
 //! `plot_data`, `replay` and `recorded_motion` make the data of the page's plots, `fit_summary` the rows of a
-//! comparison of several fits. `renamed_keys` converts stored reports of version 0.1. Methods of the report return the
-//! values for a simulation, a line of text for a list of fits, the main findings as texts, and whether the grade is
-//! usable (exit code 0).
+//! comparison of several fits. `renamed_keys` converts stored reports of version 0.1. Methods of the report:
+//! `parameters` and `parameters_of` (one experiment) are the values for a simulation, `estimate` is the first one of a
+//! parameter. `in_a_line` is a line of text for a list of fits. `likely_omitted_effects` and `undetected_bias_texts`
+//! are findings as texts (old names: `looks_like`, `hidden`). `is_success` returns whether the grade is usable (exit
+//! code 0). `in_data_unit` converts rad/s to Hz if the data have Hz. `resolutions` are mesh, step and scheme of the
+//! experiments for which the program chose any, `digits` is a value with digits by its error.
 
 pub(crate) mod budget;
 mod display;

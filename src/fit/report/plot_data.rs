@@ -6,6 +6,9 @@
 //! [`Series::residuals`] are simulated less observed values in sigmas. All else is only stored here: `report::replay`
 //! and `report::recorded_motion` fill it, if [`Fit::keep_plot_data`](crate::Fit::keep_plot_data) requests it, at the
 //! cost of one more simulation of each experiment, and of several free runs of recordings that drive the ends.
+//!
+//! `SimulationSettings` are those of an experiment, with the size of each measurement (`Measured`); `SearchRange` is
+//! that of a parameter.
 
 use crate::fit::measurement::dataset::Abscissa;
 use crate::fit::report::recorded_motion::RecordingPlots;

@@ -5,8 +5,9 @@
 //! with the statistical one, with the standard error. Else the statistical one is quoted. A one-sided bound replaces
 //! it. Output: [`QuotedEstimate`] rows: the parameters in order, then the combinations that have an interval. Value,
 //! error and interval are in the parameter's unit, the relative error is a fraction (of combinations, and of positive
-//! values of positive parameters). Parameters that are not identifiable have no numbers. [`error_heading`] and
-//! [`interval_heading`] are the headings of the columns.
+//! values of positive parameters). Parameters that are not identifiable have no numbers. [`quoted_estimates`] makes the
+//! rows. `size` is the number by which a page chooses the unit of a row. [`error_heading`] and [`interval_heading`] are
+//! the headings of the columns.
 
 use crate::fit::uncertainty::covariance::determined_groups::DeterminedGroup;
 use crate::fit::uncertainty::estimate::Estimate;

@@ -7,6 +7,10 @@
 //! and by speed of the free markers, which prescribe nothing. It also has the simulated and recorded rod at
 //! [`SNAPSHOTS`] times. Fitted and validation recordings are separate. Recordings that cannot be simulated are left
 //! out; None if none remains.
+//!
+//! `recording_plots` makes the comparison. `RecordedMotion` is the motion of one recording, and `RecordedSnapshot` a
+//! shape of it. Mean errors (`MeanError`, with the number of values) are given by duration of free runs (`WindowError`)
+//! and by speed of the markers (`SpeedError`).
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;

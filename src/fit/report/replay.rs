@@ -198,7 +198,8 @@ pub(crate) fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Re
 type CoordinateCurves = [Vec<[f64; 2]>; 3];
 
 /// The simulated x, y and z of a recorded point, m, as the camera records them, over the clock of its recording, s.
-/// There are [`CURVE`] intervals between its first and last sample; empty without a simulated motion.
+/// There are [`CURVE`] intervals between its first and last sample; empty without a simulated motion. Error: a point
+/// outside the rod or the structure, or a time outside of the simulation.
 fn motion_curves(
     own: &PointMotion,
     run: &ExperimentRun,
@@ -234,7 +235,7 @@ fn motion_curves(
 
 /// Shapes of a structure in recorded coordinates, one per rod: at [`SHAPES`] evenly spaced steps of the motion, and at
 /// rest, each if a measurement requires it. Motion and equilibrium are computed again for all nodes. Empty for a scene
-/// of one rod.
+/// of one rod. Errors are those of the repeated steps and of the equilibrium.
 fn structure_shapes(
     experiment: &Experiment,
     run: &ExperimentRun,
@@ -269,7 +270,7 @@ fn structure_shapes(
 }
 
 /// The shape of the rod in equilibrium, all nodes in recorded coordinates, by a further static solution; `None` if no
-/// measurement requires it, and for structures.
+/// measurement requires it, and for structures. Errors are those of the equilibrium.
 fn equilibrium_shape(
     experiment: &Experiment,
     run: &ExperimentRun,

@@ -8,9 +8,10 @@
 //! and a scheme with a stability limit becomes the default one. Step and scheme stay if Newmark's beta is an unknown of
 //! the experiment. A rod driven by a recording keeps its mesh, a structure with a recording also its step and scheme.
 //!
-//! Output: [`ScanModel`] with these experiments, or with copies of the full ones. It returns a search over them, and
-//! converts points between both models. `ln E` differs by four times the logarithm of the ratio of the free lengths on
-//! both meshes; other unknowns are equal. A coarse scene that is not valid is an error.
+//! Output: [`ScanModel`] with these experiments, or with copies of the full ones. It returns a search over them
+//! (`search`), and converts points between both models (`to_full_model`, `reduced_point`). `from_full_model` has the
+//! copies, for use where coarse models fail. `ln E` differs by four times the logarithm of the ratio of the free
+//! lengths on both meshes; other unknowns are equal. A coarse scene that is not valid is an error.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;

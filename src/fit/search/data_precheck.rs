@@ -6,8 +6,8 @@
 //! of the length), rest after t = 0 (a late release), and the time scale under gravity ([`TIME_SCALE`]). Experiments of
 //! structures, and those with an unknown of the camera or the clamp angle, have no such checks. Output:
 //! [`DataPrecheck`] with the fatal reason, and with suspicions that name likely causes and corrections. The report has
-//! the suspicions if the fit does not explain the data. A start beyond the second [`START_DISTANCE`] is an error, and
-//! so is a point that is not on the rod.
+//! the suspicions if the fit does not explain the data; `explain` adds them to the error of a search that failed. A
+//! start beyond the second [`START_DISTANCE`] is an error, and so is a point that is not on the rod.
 //!
 //! Time scale: consider a straight rod at rest that is released under its weight alone. The mean of a point's way down
 //! times the square of its circular frequency is about the acceleration of gravity, whatever the material of the rod.

@@ -2,13 +2,13 @@
 //!
 //! [`Fitted`] pairs both. Its methods return results for the fitted values. `measured` iterates over the measurements
 //! with their rows of the residual vector ([`MeasuredResiduals`]): sigma in the unit of the measurement, and plain
-//! residuals in units of sigma, without robust loss and leverage weights. `problem` is the problem of an experiment
-//! with the fitted values of its unknowns. [`Search::optimum_with_held`] is a further fit of the full model over all
-//! other unknowns with one held (on its scale), for profile likelihoods; the journal stays.
-//! [`Fitted::without_undetermined`] holds the given unknowns, those that the data do not determine, at their values. It
-//! fits the others, and replaces the minimum in the journal. Failed fits, and scenes that do not allow the values, are
-//! errors. `problem_at` is the same for any point of the unknowns on their scales, and `leverage_weight` the weight of
-//! a residual in the search.
+//! residuals in units of sigma, without robust loss and leverage weights; its `size` is that of the measured effect, in
+//! the unit of the measurement. `problem` is the problem of an experiment with the fitted values of its unknowns.
+//! [`Search::optimum_with_held`] is a further fit of the full model over all other unknowns with one held (on its
+//! scale), for profile likelihoods; the journal stays. [`Fitted::without_undetermined`] holds the given unknowns, those
+//! that the data do not determine, at their values. It fits the others, and replaces the minimum in the journal. Failed
+//! fits, and scenes that do not allow the values, are errors. `problem_at` is the same for any point of the unknowns on
+//! their scales, and `leverage_weight` the weight of a residual in the search.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
@@ -85,6 +85,7 @@ impl Search<'_> {
 
     /// The optimum of a fit of the full model from the point `start`, with the unknowns of the indices `held` fixed at
     /// their values there by equal bounds. All columns of the Jacobian stay. The work is added to that of this search.
+    /// Error: the fit fails.
     fn optimum_with_all_held(&self, held: &[usize], start: &[f64]) -> Result<Optimum, Error> {
         // Equal bounds hold an unknown without changing the number of columns of the Jacobian.
         let mut unknowns = self.unknowns.to_vec();
@@ -117,6 +118,7 @@ impl<'a> Fitted<'a> {
     /// The optimum of a fit from this one with the unknowns of the indices `held` fixed at their values. The others
     /// start at this optimum. The new minimum replaces this one in the journal. Reason: a step along an undetermined
     /// direction may end at the limit of its length. The search then stops short of the optimum along the others.
+    /// Error: the fit fails.
     pub fn without_undetermined(self, held: &[usize]) -> Result<Optimum, Error> {
         let found = self.search.optimum_with_all_held(held, &self.optimum.x)?;
         // Both optima are in one basin, of which the journal keeps the last.

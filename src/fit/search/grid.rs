@@ -8,6 +8,9 @@
 //! descent from a point can reach, by which the search omits hopeless starts. It is minus infinity if an axis has fewer
 //! than [`FEWEST_VALUES`] values, else infinite for a point that is not below all its neighbors. Otherwise it is the
 //! misfit less the rises to the neighbors on both sides along every axis (at an end, twice the one side).
+//!
+//! `Landscape` is the misfit over one parameter, `GridPoint` a point of the grid with its misfit, and `GridMinimum` a
+//! minimum with the spacing of the grid around it.
 
 use crate::fit::unknown::Unknown;
 use crate::numerics::total_order;

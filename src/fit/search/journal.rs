@@ -15,6 +15,10 @@
 //! on its scale (logarithm of a positive parameter). The convergence history, the scan and the local minima of the fit
 //! report come from here. `scanned_line` and `scanned_values` return the last scan along one unknown. `add_numerics`
 //! numbers the meshes and steps, by which minima are distinguished.
+//!
+//! `visit` adds a point, `set_scan` a scan, and `add_minimum` a minimum; `clear_minima` removes all minima. `minima`
+//! are copies of them, and `best` is the best point. `landscape` and `local_minima` are the parts of the report. An
+//! [`Iterate`] is a point of the history, its `rms` the RMS residual in units of the final sigmas.
 
 use crate::fit::search::grid::{Landscape, ScanGrid};
 use crate::fit::search::local_minima::{LocalMinima, SAME, distance, local_minima};

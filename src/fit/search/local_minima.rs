@@ -1,14 +1,17 @@
 //! The report of the local minima that a search found.
 //!
-//! Input: the minima of the full model (ends of complete fits), the grid of the scan, and the chosen minimum. Minima
-//! within [`SAME`] of each other on the unknowns' scales are one. Minima of other meshes that are lower than the chosen
-//! one are left out, as their misfits are not comparable. A minimum of the scan within [`SAME_BASIN`] grid spacings of
-//! one of the full model counts as refined to it, and is left out. Output: [`LocalMinima`] with the chosen minimum
-//! first, other minima of the full model by misfit, and unrefined minima of the scan (at most [`LISTED`]; the count has
-//! all). Each has its values, its misfit and the ratio of that to the lowest one of the same model. Misfits of the full
-//! model are in units of the given sigmas. The summary is a text on the selection, empty without a chosen minimum
-//! (after an interruption). [`distance`] is the largest difference of two points in any unknown. `without_values`
-//! removes the values of minima from the summary, for parameters that the data do not determine.
+//! [`local_minima`] makes it. Input: the minima of the full model (ends of complete fits), the grid of the scan, and
+//! the chosen minimum. Minima within [`SAME`] of each other on the unknowns' scales are one. Minima of other meshes
+//! that are lower than the chosen one are left out, as their misfits are not comparable. A minimum of the scan within
+//! [`SAME_BASIN`] grid spacings of one of the full model counts as refined to it, and is left out. Output:
+//! [`LocalMinima`] with the chosen minimum first, other minima of the full model by misfit, and unrefined minima of the
+//! scan (at most [`LISTED`]; the count has all). Each has its values, its misfit and the ratio of that to the lowest
+//! one of the same model. Misfits of the full model are in units of the given sigmas. The summary is a text on the
+//! selection, empty without a chosen minimum (after an interruption). [`distance`] is the largest difference of two
+//! points in any unknown. `without_values` removes the values of minima from the summary, for parameters that the data
+//! do not determine.
+//!
+//! `LocalMinimum` is an entry of the report, and `MinimumSource` the model that found it.
 
 use crate::fit::search::grid::{GridMinimum, ScanGrid};
 use crate::fit::search::minimum::Minimum;

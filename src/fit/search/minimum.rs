@@ -5,7 +5,8 @@
 //! ("numerics"), and [`Squares`]. These are the sum of squared residuals of each measurement in its own unit squared,
 //! and that of the priors. A third number is the ratio of the robust losses to the squares at the sigmas of the fit (1
 //! if all residuals are zero). `Squares::misfit` returns half the sum of squares in units of any sigmas, priors
-//! included, times this ratio.
+//! included, times this ratio. `with_cost` is a minimum at a point with a given objective, `scaled` one whose objective
+//! is multiplied by a factor.
 
 /// Sums of squared residuals of one point, without the weights of the measurements.
 #[derive(Clone, Debug)]

@@ -20,7 +20,9 @@
 //! Methods of [`Search`] here are common to the stages. `residuals` and `all_residuals` are functions of the unknowns
 //! up to given times and over the whole records. `first_periods` and `durations` are such times, s, of each experiment.
 //! `detached` copies a search for a thread, and `with_experiments` continues it on other meshes. `record_visit` adds a
-//! point to the journal, and `report` calls the progress callback.
+//! point to the journal, and `report` calls the progress callback. `simulations` is the work so far in full
+//! simulations, and `is_stopped` whether the user stopped the fit. `new` starts with the given sigmas, or preliminary
+//! ones, and no leverage weights.
 
 pub(crate) mod coarse;
 pub(crate) mod damping;

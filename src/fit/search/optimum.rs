@@ -8,9 +8,10 @@
 //! ([`LONGEST_LOG_STEP`]) limit each step. A last step below [`LAST_STEP`] standard errors is taken without a
 //! simulation. Output: [`Optimum`] with the point, the cost (half the sum of the losses), residuals and Jacobian
 //! (robust loss and leverage weights inverted), and the reason of the end. A start that cannot be simulated is an
-//! error, and so are a last step that cannot be, and an interruption. `polish` fits the full model to the whole
-//! records; `polish_from_runs`, `polish_reweighted` and `polish_from` do so from a start that is simulated already.
-//! Iterates of a run with a stage enter the journal of the search.
+//! error, and so are a last step that cannot be, and an interruption. `optimize` is one run. `polish` fits the full
+//! model to the whole records; `polish_from_runs`, `polish_reweighted` and `polish_from` do so from a start that is
+//! simulated already. Iterates of a run with a stage enter the journal of the search. `into_evaluation` is an optimum
+//! as a start that is not simulated again. `local_minima` is the report of the minima in the journal.
 
 use crate::error::Error;
 use crate::fit::measurement::loss::WeightedLoss;
@@ -266,7 +267,7 @@ impl Observe<LeastSquaresState> for Observer {
     }
 
     /// Records an iterate in the journal, and calls the progress callback with iteration number and misfit (as text)
-    /// and the work so far in full simulations.
+    /// and the work so far in full simulations. Always `Ok`.
     fn observe_iter(
         &mut self,
         state: &LeastSquaresState,

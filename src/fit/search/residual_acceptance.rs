@@ -11,7 +11,8 @@
 //! with a robust loss (`spreads`). The search uses these predicates to stop or to continue with other starts.
 //! [`residual_tests()`] returns the tests per coordinate (none of frequencies). They and [`are_residuals_noise`] serve
 //! the warnings and the grade, also for AR(1) noise. `unexplained_fraction` is the RMS residual of all measurements
-//! over the RMS size of their motions, both in sigmas.
+//! over the RMS size of their motions, both in sigmas. `significance_level` is that of the tests of one coordinate,
+//! corrected for their number.
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all};

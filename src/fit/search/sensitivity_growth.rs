@@ -18,9 +18,11 @@
 //! with the length `L` of the rod and about the first period `T`. Derivatives are multiplied by the typical size of the
 //! parameter. From the time on at which the second begins to hold, values get the weight `MAX_LINEAR_GROWTH
 //! (M(T)/T)/(M(t)/t)`, the smallest so far of all such parameters. Output: [`SensitivityGrowth`] per experiment, for
-//! warnings, and a weight of each value. [`Search::with_growth_weights`] fits with these weights, and weights and fits
-//! alternate up to [`MOST_WEIGHTINGS`] times; rods with recorded ends have none. [`are_alike`] compares two lists of
-//! weights.
+//! warnings, and a weight of each value. `growths` returns the growth of every experiment (`None` without any), from
+//! given rows or at an optimum. `growth_weights` are the weights of all values, empty without growth, and
+//! `growth_weight` that of one residual. `describe` is the text of a warning. [`Search::with_growth_weights`] fits with
+//! these weights, and weights and fits alternate up to [`MOST_WEIGHTINGS`] times; rods with recorded ends have none.
+//! [`are_alike`] compares two lists of weights.
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::measurement::experiment::Experiment;

@@ -1,14 +1,18 @@
 //! Estimate of a parameter in a report: its value, and its uncertainty by every method.
 //!
-//! [`local_estimates`] creates one [`Estimate`] per unknown, in its unit, from the optimum and its local analysis.
-//! The value is corrected for the discretization bias of a mesh and step that the program chose, unless it has a
-//! lower bound. An unidentifiable unknown has no value. The 95 % interval is `x +- h`, `h = sqrt((k sd)^2 + e^2)`, on
-//! the scale of the unknown (logarithm of a positive parameter). Here `k` is the coverage factor, `sd` the standard
-//! deviation and `e` the remaining discretization error. For a damping with a large relative error, but no bound, it
-//! is `value (1 +- h)`. Both are cut at the limits of the parameter. With an upper bound the interval is from 0 to
-//! the bound; with a lower bound, or without convergence, there is none. Later analyses (cluster jackknife, budget,
-//! bootstrap) add their fields. [`ParameterBias`] converts a shift of an unknown on its scale to a bias in its unit,
-//! and to a fraction of the true value for positive parameters.
+//! [`local_estimates`] creates one [`Estimate`] per unknown, in its unit, from the optimum and its local analysis. The
+//! value is corrected for the discretization bias of a mesh and step that the program chose, unless it has a lower
+//! bound. An unidentifiable unknown has no value. The 95 % interval is `x +- h`, `h = sqrt((k sd)^2 + e^2)`, on the
+//! scale of the unknown (logarithm of a positive parameter). Here `k` is the coverage factor, `sd` the standard
+//! deviation and `e` the remaining discretization error. For a damping with a large relative error, but no bound, it is
+//! `value (1 +- h)`. Both are cut at the limits of the parameter. With an upper bound the interval is from 0 to the
+//! bound; with a lower bound, or without convergence, there is none. Later analyses (cluster jackknife, budget,
+//! bootstrap) add their fields. `label` is the name with its experiments, `without_error` an estimate that has a value
+//! only and counts as not identifiable. [`ParameterBias`] converts a shift of an unknown on its scale to a bias in its
+//! unit, and to a fraction of the true value for positive parameters.
+//!
+//! `ExperimentEstimate` is the estimate by one experiment alone, `ClusterJackknife` the uncertainty by the differences
+//! between experiments.
 
 use crate::fit::measurement::experiment::named;
 use crate::fit::search::fitted::Fitted;

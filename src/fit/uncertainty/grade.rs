@@ -3,11 +3,11 @@
 //! [`Conclusion::new`] receives the end of the fit ([`FitEnd`]), the unidentifiable directions and all warnings. The
 //! grade is decided in this order: not converged (unusable); not identifiable, unless the estimates have no meaning
 //! (`Worthless`); interrupted; else the severity of the worst warning (`Grade::from_warnings`). `Worthless` is
-//! unusable, `Mesh` and `Numerics` are discretization too coarse, `Ambiguous` is correlated noise or a missing
-//! effect. Other severities above a note are model inadequate, notes alone no problem detected. The status is one
-//! line on the end of the fit. The verdict is the reason of the grade: a text that the severities and codes of the
-//! warnings select, or that of a warning itself. Directions of an unusable result are added as notes. The report of a
-//! fit shows grade, status, verdict and the sorted warnings.
+//! unusable, `Mesh` and `Numerics` are discretization too coarse, `Ambiguous` is correlated noise or a missing effect.
+//! Other severities above a note are model inadequate, notes alone no problem detected. `is_usable` is true up to model
+//! inadequate, and `code` is that of reports. The status is one line on the end of the fit. The verdict is the reason
+//! of the grade: a text that the severities and codes of the warnings select, or that of a warning itself. Directions
+//! of an unusable result are added as notes. The report of a fit shows grade, status, verdict and the sorted warnings.
 
 use crate::code::Code;
 use crate::fit::uncertainty::covariance::identifiability::{UnidentifiableDirection, summarize};

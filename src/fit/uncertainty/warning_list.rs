@@ -1,14 +1,17 @@
 //! List of the warnings of a result, by severity, with summaries of warnings that many experiments share.
 //!
-//! [`Warnings`] collects findings, each with a [`Severity`], a code and a text. Later findings may replace earlier ones
-//! by a note (`downgrade_misfit`, `downgrade_ambiguity`). If discretization errors explain a misfit, warnings of the
-//! severities `Misfit` and `Ambiguous` are removed, but not those of large residuals; if they are only visible, those
-//! of `Ambiguous` alone. [`Warnings::into_report`] sorts them, the most severe first and minor ones last, else in the
-//! order of addition. It appends the code to each text. Of warnings that were added for an experiment (`add_for`),
-//! [`SUMMARIZED`] or more of one kind (severity and plural noun) are one line. That has the first one and the number of
-//! the others by experiment. The grade of a fit follows from the worst severity; notes do not affect it. `first`,
-//! `first_code` and `first_of` return the first added warning of a severity or code. [`percent`] is the text of a
-//! fraction in per cent.
+//! [`Warnings`] collects findings, each with a [`Severity`], a code and a text. `add` adds one that is listed by
+//! itself, `add_minor` one that changes the estimates by less than their standard errors, `append` those of another
+//! list. `has_misfit` is true for any warning of the severities `Unexplained`, `Misfit` or `Ambiguous`;
+//! `has_only_minor_misfits` if there are warnings of the latter two and all are minor. `outlying_experiments` are names
+//! with a warning of that code. Later findings may replace earlier ones by a note (`downgrade_misfit`,
+//! `downgrade_ambiguity`). If discretization errors explain a misfit, warnings of the severities `Misfit` and
+//! `Ambiguous` are removed, but not those of large residuals; if they are only visible, those of `Ambiguous` alone.
+//! [`Warnings::into_report`] sorts them, the most severe first and minor ones last, else in the order of addition. It
+//! appends the code to each text. Of warnings that were added for an experiment (`add_for`), [`SUMMARIZED`] or more of
+//! one kind (severity and plural noun) are one line. That has the first one and the number of the others by experiment.
+//! The grade of a fit follows from the worst severity; notes do not affect it. `first`, `first_code` and `first_of`
+//! return the first added warning of a severity or code. [`percent`] is the text of a fraction in per cent.
 
 use crate::code::Code;
 use std::cmp::Reverse;

@@ -2,9 +2,10 @@
 //!
 //! Input: a [`ColumnSource`] with the columns of `S` independent matrices of half-bandwidth `W`; their numbers are
 //! adjacent, as lanes of vector instructions. [`Elimination`] stores `L`, the pivots `D` and their reciprocals for the
-//! first `n` columns, without pivoting. A pivot that is zero or not finite is an error with column and band.
-//! `schur_update` returns the update of one of the `W` columns that follow, to be added to it; `negative_pivots` counts
-//! those of all bands together. `Ldlt` uses `S = 2` for the two ends of a matrix and `S = 1` for its middle.
+//! first `n` columns, without pivoting (`eliminate`; `with_order` allocates). A pivot that is zero or not finite is an
+//! error with column and band. `schur_update` returns the update of one of the `W` columns that follow, to be added to
+//! it; `negative_pivots` counts those of all bands together. `Ldlt` uses `S = 2` for the two ends of a matrix and `S =
+//! 1` for its middle.
 
 use crate::numerics::banded::array;
 use crate::numerics::banded::products::{subtract_products, unrolled};

@@ -1,10 +1,10 @@
 //! `L U` factors of a band matrix that is not symmetric: [`BandLu`].
 //!
 //! Such a matrix is the tangent of a rod under follower loads. `factor` takes `scale diag(d) + factor matrix` over a
-//! range of rows and columns, and eliminates row by row without pivoting, so that the factors stay in the band. `L`
-//! has a unit diagonal. `solve` overwrites several right-hand sides by their solutions. A pivot that is zero or not
-//! finite is an error with its row. The number of negative pivots has the parity of the determinant's sign; it is not
-//! the number of negative eigenvalues.
+//! range of rows and columns, and eliminates row by row without pivoting, so that the factors stay in the band. `L` has
+//! a unit diagonal. `solve` overwrites several right-hand sides by their solutions. A pivot that is zero or not finite
+//! is an error with its row. The number of negative pivots (`negative_pivots`) has the parity of the determinant's
+//! sign; it is not the number of negative eigenvalues.
 
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::Scalar;

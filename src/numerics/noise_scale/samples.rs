@@ -1,12 +1,12 @@
 //! Preparation of a series for the noise estimate of [`noise_scale`](super), and its normalized divided differences.
 //!
 //! Excluded samples and values that repeat the one before (repeated frames) are removed. Repeats stay if the series has
-//! fewer distinct values than [`DISTINCT`] of the samples. Outliers are marked: samples in the middle of second
-//! differences that are peaks above [`OUTLYING`] robust standard deviations (from the median of absolute values), in up
-//! to [`ROUNDS`] rounds. [`NoiseSamples::difference`] returns a divided difference of every n-th sample in the unit of
-//! the values. Its weights times the relative standard deviations of the samples have length one, so that white noise
-//! keeps its standard deviation. It is None across an outlier or a step of time above [`GAP`] median steps, and beyond
-//! the end of the series.
+//! fewer distinct values than [`DISTINCT`] of the samples. Outliers are marked by `mark_outliers`, which returns their
+//! number: samples in the middle of second differences that are peaks above [`OUTLYING`] robust standard deviations
+//! (from the median of absolute values), in up to [`ROUNDS`] rounds. [`NoiseSamples::difference`] returns a divided
+//! difference of every n-th sample in the unit of the values. Its weights times the relative standard deviations of the
+//! samples have length one, so that white noise keeps its standard deviation. It is None across an outlier or a step of
+//! time above [`GAP`] median steps, and beyond the end of the series.
 
 use crate::numerics::noise_scale::{HIGHEST_ORDER, NoisySeries};
 use crate::numerics::upper_median;

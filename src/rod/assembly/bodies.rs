@@ -16,6 +16,10 @@
 //! point, J. Output: positions of carried nodes with derivatives, and energies, gradient (N) and second derivatives
 //! (N/m) of springs and loads by the coordinates. Masses, kg (inertia over `length^2` for a rotation), are constant and
 //! diagonal. In a time step the viscous moment of a spring is added by another stiffness and rest angle.
+//!
+//! `Bodies` are all bodies (`Body`) and springs (`JointSpring`) of an assembly; `Rotation` is a rotation about the
+//! normal of the plane, and `CarriedPosition` the position of a carried node with its derivatives. `load_point` is the
+//! point of a body's load, m.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::rod::assembly::attachment::Attachment;

@@ -29,8 +29,9 @@ pub trait MemberRod<D: Nestable>: AssembledRod<D> + Debug {
     fn strain_count(&self) -> usize;
 
     /// Overwrites the laws of the elements with those of `elastic` under the viscous stress of a time step, as
-    /// [`set_viscous`](crate::rod::Rod::set_viscous) does. The lists of `viscosity` have the strains of several rods;
-    /// those of this rod begin at index `first`.
+    /// [`set_viscous`](crate::rod::Rod::set_viscous) does, with values that follow signals copied from `elastic`;
+    /// nonlinear parts of the laws stay. The lists of `viscosity` have the strains of several rods; those of this rod
+    /// begin at index `first`.
     fn set_viscous_part(&mut self, elastic: &Self, viscosity: &Viscosity<D>, first: usize);
 
     /// Overwrites the laws of the elements with those of `dashpots` times the factors of `viscosity`, as

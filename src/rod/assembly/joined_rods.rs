@@ -2,14 +2,25 @@
 //! checks.
 //!
 //! Unknowns are those of all rods, one rod after the other, and then the coordinates of the bodies. Each evaluation at
-//! given unknowns copies those of a rod, places its carried and fixed nodes, and evaluates the rod. Derivatives by
-//! carried nodes are added to those by the bodies. The unknowns of carried and fixed nodes have no effect: gradients
-//! there are zero, and rows and columns of the tangent are those of the identity. `place_carried` and
-//! `set_carried_rates` overwrite them with positions and velocities that follow from the bodies. Output: gradient (N, N
-//! m), tangent (N/m), predicted axial forces (N), energies (J; kinetic and user-defined ones are zero), strains, and
-//! the first fold or large rotation of a step, `None` without one. `move_frames` moves the frames of rods and rotations
-//! to other unknowns. `set_viscous` and `set_dashpots` overwrite the laws for the viscous stress of a step. In space
-//! the unknowns of each rod and body begin at a multiple of four, and the gaps have no effect either.
+//! given unknowns copies the unknowns of each rod, places its carried and fixed nodes in the copy, and evaluates the
+//! rod. Derivatives by carried nodes are added to those by the bodies. The unknowns of carried and fixed nodes have no
+//! effect: gradients there are zero, and rows and columns of the tangent are those of the identity. In space the
+//! unknowns of each rod and body begin at a multiple of four, and the gaps have no effect either.
+//! `unknowns_without_effect` lists all of these. `derivatives` selects hand-derived or num-dual derivatives of the
+//! elements.
+//!
+//! - `place_carried` and `set_carried_rates` overwrite the entries of carried and fixed nodes with positions and
+//!   velocities that follow from the bodies; gaps stay.
+//! - `gradient` (N, N m) and `tangent_under` (N/m, also with expected axial forces) overwrite their results;
+//!   `tensions_after` predicts axial forces, N, after a change of the unknowns.
+//! - `energies` (J; kinetic and user-defined ones are zero), `strains`, and `strain_energies` of given strains.
+//! - `folded_node` and `over_rotated_edge` return the first fold or large rotation of a step, `None` without one.
+//! - `move_frames` moves the frames of rods and rotations to other unknowns.
+//! - `mass` is the lumped mass of every unknown (arbitrary and positive for those without effect), `zero_tangent` a
+//!   matrix of the sparsity pattern. `members`, `bodies` and `body_coordinates` (their range) return parts.
+//!   `has_viscous_springs` returns whether a joint spring has a viscous moment.
+//! - `dashpots` returns a copy for the viscous stress; `set_viscous` and `set_dashpots` overwrite laws for that of a
+//!   step.
 
 use crate::energy::Derivatives;
 use crate::numerics::envelope::Envelope;

@@ -1,13 +1,13 @@
 //! Elastic joints between a body and a clamp in space: rotational springs and hinges, with energy and derivatives.
 //!
-//! Input: the rotation `Q` of the clamp in the axes of the body. With `Q0` at rest, the rotation from rest is
-//! `W = Q0' Q` in the axes of the clamp. A spring has the energy `sum k_c (xi_c - n_c)^2/2`, J, of the rotation vector
-//! `xi = log W`, rad, which needs a rotation `W` below half a turn. Its stiffnesses `k_c` are about both directors and
-//! the tangent of the clamp, N m/rad. The natural rotation `n`, rad, is zero except for viscous moments in a time step.
-//! A hinge with the axis `a` has `k (1 - a.W a)`: it turns freely about its axis, and resists other rotations with the
-//! stiffness `k`. Output: energy, and first and second derivatives, N m, by further rotations (rad). Entries 0 to 2 are
-//! by rotations of the body, 3 to 5 by those of the clamp, each in its own axes. The matrix of second derivatives is
-//! symmetric.
+//! Input: the rotation `Q` of the clamp in the axes of the body. With `Q0` at rest, the rotation from rest is `W = Q0'
+//! Q` in the axes of the clamp. A spring has the energy `sum k_c (xi_c - n_c)^2/2`, J, of the rotation vector `xi = log
+//! W`, rad, which needs a rotation `W` below half a turn. Its stiffnesses `k_c` are about both directors and the
+//! tangent of the clamp, N m/rad. The natural rotation `n`, rad, is zero except for viscous moments in a time step. A
+//! hinge with the axis `a` has `k (1 - a.W a)`: it turns freely about its axis, and resists other rotations with the
+//! stiffness `k`. Output: energy (`energy`), and first and second derivatives (`gradient`, `tangent`), N m, by further
+//! rotations (rad). Entries 0 to 2 are by rotations of the body, 3 to 5 by those of the clamp, each in its own axes.
+//! The matrix of second derivatives is symmetric.
 
 use crate::energy::Local;
 use crate::numerics::out_of_line::OutOfLine;

@@ -5,7 +5,11 @@
 //! and `copy_frames` for the frames of carried edges. `unknowns_without_effect` lists the indices of the unknowns of
 //! carried and then fixed nodes. `couplings` returns one block of zeros per carried end, for second derivatives: its
 //! rows are the unknowns of the two nodes beside the end, its columns the body coordinates on which the end depends.
-//! The work space is locked by one thread at a time and empty in a clone.
+//! `carry` overwrites a list with the unknowns of all carried nodes and their derivatives by the coordinates of bodies.
+//! The work space (`borrow`) is locked by one thread at a time and empty in a clone.
+//!
+//! `MotionOf` is the type of a carried node's unknowns, `MemberWorkspace` the work space, and `RodUnknowns` its
+//! content.
 
 use crate::numerics::scalar::Nestable;
 use crate::rod::assembly::attachment::{Attachment, CarriedNode, FixedNode};

@@ -4,9 +4,11 @@
 //! rotation). The end nodes that a body carries follow from its coordinates: one node of a hinged end, two of a clamped
 //! one. Nodes at walls are fixed. [`Assembly`] is a [`Rod`] for steppers, equilibria and modes, without springs of
 //! internal friction: it returns gradient (N), tangent (N/m), energies (J) and strains of all rods with bodies and
-//! joint springs. Other functions overwrite positions and velocities of carried nodes by those that follow from the
-//! bodies. They also list the unknowns without effect: of carried and fixed nodes, and gaps. For the steps of a
-//! simulation in space, [`Assembly::by_increments`] selects derivatives by increments of rotations. Both variants are
+//! joint springs. `place_carried` and `set_carried_rates` overwrite positions and velocities of carried nodes by those
+//! that follow from the bodies, of fixed nodes by theirs. `hold_walls` replaces the frames of edges clamped at walls by
+//! those at rest. `unknowns_without_effect` lists those of carried and fixed nodes, gaps, and in space the unused
+//! coordinate after each three of a body. `rod_ranges` and `body_coordinates` are ranges of unknowns. For the steps of
+//! a simulation in space, [`Assembly::by_increments`] selects derivatives by increments of rotations. Both variants are
 //! [`JoinedRods`] over an [`AssemblyLayout`], with a bordered `tangent`. Bodies and joint springs are in [`bodies`]
 //! (plane) and [`spatial_bodies`] (space).
 //!

@@ -12,6 +12,9 @@
 //! `L D L^T`. Output: factors of the matrix or of `scale diag(d) + factor matrix`, solutions in place for several
 //! right-hand sides, and entries and products, which leave the unsymmetric blocks out. A pivot that is zero or not
 //! finite is an error with its row in the unknowns of the assembly.
+//!
+//! `BorderedTangent` is the matrix, `MemberTangent` its part that belongs to a rod, with second derivatives by its
+//! nodes and bodies (`Coupling`). `BorderedFactors` are its factors.
 
 use crate::numerics::envelope::Envelope;
 use crate::numerics::envelope_lu::{DiagonalBlock, EnvelopeLu};

@@ -7,6 +7,9 @@
 //! [`PlanarGradient`] overwrites the gradient alone, N, less the dead loads. An edge then has its axial force along it,
 //! and the difference of the moments at its ends over its length as shear force. Nonlinear parts of stretching laws are
 //! added elsewhere.
+//!
+//! `Elements` are those of a planar rod, and `At` these with unknowns. `PlanarBlocks` iterates over blocks of edges;
+//! each is a `PlanarEdgePairs`: edges, the edges after them, and the curvatures of the joints between.
 
 use crate::energy::PlanarBend;
 use crate::energy::planar_bend::{curvature, curvature_between};

@@ -1,11 +1,16 @@
 //! Reference frames of a rod in space: moves to other unknowns, and the angles measured from them.
 //!
-//! An angle `theta` of an edge, rad, turns the reference director, transported to the present tangent, to the
-//! material director. `move_to` transports frames to the edges at `q`. `convert_angles` overwrites the angles in `q`
-//! by those from another set of frames; directors and twists stay. `untwist` sets the angles so that no joint is
-//! twisted, for edges along the tangents of the frames; that of the first edge stays. `align` turns one edge to a
-//! given director, by the angle nearest to the present one plus a given rotation. `director` returns the first
-//! material director of an edge in the rod's axes.
+//! An angle `theta` of an edge, rad, turns the reference director, transported to the present tangent, to the material
+//! director. All functions are those of [`ReferenceFrames`]:
+//!
+//! - `move_to` transports frames to the edges at `q`; no energy there changes.
+//! - `convert_angles` overwrites the angles in `q`, measured from these frames, by those measured from another set;
+//!   directors and twists stay.
+//! - `untwist` overwrites the angles in `q` so that no joint is twisted, for edges along the tangents of the frames;
+//!   that of the first edge stays.
+//! - `align` overwrites the angle of one edge in `q` so that it has a given director. Of the possible angles, whole
+//!   turns apart, it takes the one nearest to the present angle plus a given rotation.
+//! - `director` returns the first material director of an edge in the rod's axes.
 
 use crate::energy::frame::{EdgeFrame, Frames, transported_twist};
 use crate::numerics::scalar::Nestable;

@@ -5,6 +5,9 @@
 //! the unknowns. Of an edge there are the turns of its directors with its tangent and its vector; with them the users
 //! convert to forces on nodes. Written by a sweep at the solution of a step; the products with derivatives along
 //! parameters and with derivatives of frames use it.
+//!
+//! `Geometry` has one `SpatialEdgeGeometry` per edge (length, directions, strain, rotation since its reference) and one
+//! `SpatialJointGeometry` per joint (strains and their derivatives).
 
 use crate::numerics::lanes::Lanes;
 use crate::numerics::vector::Vector;

@@ -2,9 +2,9 @@
 //!
 //! Input: unknowns `q` and frames, which are overwritten. Each frame is rotated by the smallest rotation from its old
 //! tangent to the new one. The reference twist of each joint, rad, changes by the angle that this transport adds.
-//! Directors, twists and energies at the new unknowns stay the same. [`MovingFrames`] returns the moved edges, the
-//! edges after them and the total twists block by block, so that a gradient is computed in the same sweep; [`Rebase`]
-//! only moves the frames.
+//! Directors, twists and energies at the new unknowns stay the same. [`MovingFrames::next`] returns the moved edges,
+//! the edges after them and the total twists block by block, so that a gradient is computed in the same sweep;
+//! [`Rebase`] only moves the frames.
 
 use crate::energy::frame::{EdgeFrame, Frames, moved_twist, vector_after};
 use crate::energy::joint::{DirectedEdge, EdgeState};

@@ -5,7 +5,11 @@
 //! and angles, and the joints after them. Output by block: axial strains of edges, two curvatures and twist (rad) of
 //! joints, energies of the linear laws (J), and geometry. First and second derivatives by edge vectors and angles (N, N
 //! m; N/m), with nonlinear bending and active friction springs, go to a consumer, which stores them by nodes or by
-//! edges. Nonlinear parts of stretching laws are added elsewhere.
+//! edges. Nonlinear parts of stretching laws are added elsewhere. `response` returns stiffnesses and stresses of the
+//! joints of a block; [`vectors_at`] and [`frames_at`] return vectors with angles, and frames, of a block of edges.
+//!
+//! `Elements` are those of a spatial rod, and `At` these with unknowns and frames. `SpatialBlocks` iterates over blocks
+//! of edges; each is a `SpatialEdgePairs`: edges, the edges after them, and the joints between.
 
 use crate::energy::Law;
 use crate::energy::bend_twist::{EdgeState, JointLaw, Stiffness};

@@ -3,7 +3,8 @@
 //! Keys and values are in two lines, among them `Units` (um, mm, cm or m). Then follow `Frame#`, `Time` and the names
 //! of the markers, each above the first of its three columns, then `X1 Y1 Z1` and so on. Separators are tabs, commas or
 //! semicolons. Output: frames by time in s, and markers in the unit of the file; blank and NaN positions are missing. A
-//! file without a known unit, `Frame#`, `Time` or a marker, and another number of columns are errors.
+//! file without a known unit, `Frame#`, `Time`, a marker or a row is an error. So are another number of columns, a
+//! marker named twice, texts in place of numbers, and times that are blank or do not increase.
 
 use crate::error::Error;
 use crate::format::Format;

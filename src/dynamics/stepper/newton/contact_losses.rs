@@ -4,6 +4,9 @@
 //! step. Output: forces (N) and tangent (N/m) of the Newton solver, or the forces of a state, less those of the
 //! contacts. Scenes with such contacts have no averaging scheme; without them nothing changes. The formulas are those
 //! of [`contact_loss`](crate::energy::contact_loss).
+//!
+//! `add_contact_losses` is for an iterate of a step, and optionally its tangent; `add_contact_losses_now` is for the
+//! forces of a state.
 
 use crate::dynamics::step::{Step, System};
 use crate::dynamics::stepper::newton::{Newton, accelerations};

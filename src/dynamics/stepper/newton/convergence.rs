@@ -7,19 +7,19 @@
 //! shipped scenes). The errors after this correction, and after another one with old or new factors, follow without a
 //! new residual.
 //!
-//! A tangent under expected [tensions](super::tensions) has a further error, of the tensions' error times `d`. Both
-//! shrink together: the relative error is at most a tenth of that of the correction before (a hundredth where it was
-//! measured). A chord with such factors may diverge.
+//! A tangent under expected [tensions](super::tensions) also has an error of the tensions' error times `d`. Both shrink
+//! together: the relative error is estimated as a tenth of that of the correction before, if that is more than the one
+//! without tensions. A chord with such factors may diverge.
 //!
 //! A quick rotation of a rod about its axis hides the curvature of the other equations: it may be a radian in one
 //! correction without any error, since twist is linear. Therefore the relative error of a correction has a lower
 //! bound: that by the stretching of edges which rotate as their ends move, or as their directors turn.
 //!
-//! Input: the size of each correction (displacement of nodes, m; rotation of directors, rad, times the length) and
-//! the origin of its tangent. Output ([`NextIteration`]): the iteration ends if the correction, or from the second
-//! one on its estimated error, is at most the tolerance (m). It continues with the same factors if a chord's error
-//! ratio is below `SLOWEST` and chords cost no more than a new tangent. Else, and always after expected tensions,
-//! it needs a new tangent.
+//! Input: the size of each correction (displacement of nodes, m; rotation of directors, rad, times the length) and the
+//! origin of its tangent. `begin` begins a step, [`sizes`] measures a correction, and `corrected` records it. Output
+//! ([`NextIteration`]): the iteration ends if the correction, or from the second one on its estimated error, is at most
+//! the tolerance (m). It continues with the same factors if a chord's error ratio is below `SLOWEST` and chords cost no
+//! more than a new tangent. Else, and always after expected tensions, it needs a new tangent.
 
 use crate::numerics::scalar::Scalar;
 use crate::rod::Rod;

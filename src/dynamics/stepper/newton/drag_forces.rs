@@ -1,11 +1,12 @@
 //! Drag in the equations of a step: forces (N) added to the elastic gradient, and their derivatives (N/m) added to
 //! the tangent.
 //!
-//! Input: drag coefficients of the nodes, the state before the step, the iterate, and the elastic gradient and
-//! tangent. Drag acts at the velocities of the step that mass damping acts on: those at its end, or the mean
-//! velocity of an averaging scheme. The rod's tangents are those at the places `q0 + h v0`, constant over the
-//! iteration. Output: `total`, the gradient less the drag forces, and `matrix`, its derivative by the unknowns at
-//! the end. For the start of a step the drag at given places and velocities is added to a list of forces.
+//! Input: drag coefficients of the nodes, the state before the step, the iterate, and the elastic gradient and tangent.
+//! Drag acts at the velocities of the step that mass damping acts on: those at its end, or the mean velocity of an
+//! averaging scheme. The rod's tangents are those at the places `q0 + h v0`, constant over the iteration. Output:
+//! `total`, the gradient less the drag forces, and `matrix`, its derivative by the unknowns at the end. `begin`
+//! computes the tangents of the rod, `find` overwrites `total` and `set_matrix` overwrites `matrix`. For the start of a
+//! step `add_now` adds minus the drag at given places and velocities to a list of forces.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::Step;

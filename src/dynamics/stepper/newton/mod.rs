@@ -10,7 +10,9 @@
 //! error follows.
 //!
 //! Output: unknowns, velocities, forces and internal variables at the end of the step, for generalised-alpha also
-//! accelerations; on request the tangent and its factors at the solution, for derivatives. Failure is
+//! accelerations; on request (`keep_tangent`, `keep_next_tangent`) the tangent and its factors at the solution, for
+//! derivatives. `step` solves the equations, `finish` completes an accepted step, and `linearization` refers to its
+//! tangent, `None` unless tangents are kept. `averages` and `parameter` describe the scheme. Failure is
 //! [`Error::Newton`] with residual and number of iterations, or [`Error::SingularTangent`] for a zero pivot.
 //!
 //! `start_forces` has the forces at the start of a step, `acceleration` the accelerations of a recorded start.

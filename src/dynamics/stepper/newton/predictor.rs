@@ -1,13 +1,13 @@
 //! Predictor of an implicit step: unknowns at its end from extrapolated velocities, from which Newton's iteration
 //! starts.
 //!
-//! Input: the state before the step, and stored velocities at the starts of the last two accepted steps. Free
-//! unknowns move by `h (beta v1 + (1 - beta) v0)` for Newmark-beta, and by the corresponding equation for
-//! generalised-alpha. The velocity `v1` at the end is extrapolated linearly. It is extrapolated by a parabola if
-//! the scheme damps unresolved motion (`old_velocity_factor` below `SMOOTH`) and three steps are equal within
-//! `EQUAL`. For averaging schemes, and without stored velocities, it is constant. Prescribed unknowns and moving
-//! supports are set to their values at the end of the step. Output: predicted unknowns and frames in the state, and
-//! whether velocities were extrapolated.
+//! Input: the state before the step, and stored velocities at the starts of the last two accepted steps (`store`).
+//! `predict` is as follows; `predict_steadily` takes constant velocities. Free unknowns move by `h (beta v1 + (1 -
+//! beta) v0)` for Newmark-beta, and by the corresponding equation for generalised-alpha. The velocity `v1` at the end
+//! is extrapolated linearly. It is extrapolated by a parabola if the scheme damps unresolved motion
+//! (`old_velocity_factor` below `SMOOTH`) and three steps are equal within `EQUAL`. For averaging schemes, and without
+//! stored velocities, it is constant. Prescribed unknowns and moving supports are set to their values at the end of the
+//! step. Output: predicted unknowns and frames in the state, and whether velocities were extrapolated.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::Step;

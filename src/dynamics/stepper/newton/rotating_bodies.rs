@@ -5,6 +5,10 @@
 //! no such bodies, and every function here leaves their lists unchanged. Input: state or iterate of a step, with
 //! velocities or accelerations by its scheme. Output: the inertia forces (N m for rotations), added to gradient and
 //! tangent of the Newton solver or to the forces of a state. Accelerations get the part by products of inertia.
+//!
+//! `add_rotational_inertia` is for an iterate, `add_inertia_now` for a state. `add_products_of_inertia` and
+//! `add_coupled_accelerations` add parts by products of inertia to the residual and to accelerations; both are zero as
+//! values and have derivatives only.
 
 use crate::dynamics::step::{Step, System};
 use crate::dynamics::stepper::newton::{Newton, accelerations};

@@ -1,13 +1,14 @@
 //! Newton's iteration until the residual is a rounding error: for averaging schemes, dual numbers and the tolerance
 //! `rounding`.
 //!
-//! Input: the state before the step and the predicted one. Output: the corrected unknowns, with a new tangent in
-//! each iteration. The rounding level of a residual (kg m) is [`ROUNDING`] times `eps` times the sum of the
-//! absolute values of its terms. The iteration ends when all residuals are at most at their levels, and the last
-//! correction was below `LAST_STEP` rod lengths or not halved. It also ends after a correction below
-//! [`SMALLEST_STEP`] rod lengths. Dual numbers get one more correction per order of derivatives. With kept tangents
-//! the step is linearized at the solution. Errors: no convergence within `MAX_ITERATIONS`, a residual that is not
-//! finite, or a zero pivot.
+//! Input: the state before the step and the predicted one. Output: the corrected unknowns, with a new tangent in each
+//! iteration. The rounding level of a residual (kg m) is [`ROUNDING`] times `eps` times the sum of the absolute values
+//! of its terms. The iteration ends when all residuals are at most at their levels, and the last correction was below
+//! `LAST_STEP` rod lengths or not halved. It also ends after a correction below [`SMALLEST_STEP`] rod lengths. Dual
+//! numbers get one more correction per order of derivatives. With kept tangents the step is linearized at the solution.
+//! `solve_to_rounding` is the iteration, `set_rounding` overwrites the rounding levels, and `largest_residual` returns
+//! the largest residual with its level, and whether all are at theirs. Errors: no convergence within `MAX_ITERATIONS`,
+//! a residual that is not finite, or a zero pivot.
 
 use crate::dynamics::linearization::StageForces;
 use crate::dynamics::step::{Step, Work};

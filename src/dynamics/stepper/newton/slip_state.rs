@@ -1,10 +1,11 @@
 //! Strains, and stretches of the springs of internal friction, at the current unknowns of a step.
 //!
-//! Input: unknowns and frames, and the internal variables at the start of the step. A friction spring stretches by
-//! the change of the strain of its joint until its limit, and slips there. Output: strains, and stretches with
-//! slip, over any scalar. If a correction of Newton's method makes a spring begin to slip or stick, the error
-//! estimate does not hold. `is_unchanged` excludes this: the distance of all springs from their limits must exceed
-//! `MAX_STRAIN_CHANGE` times the correction (over the rod's length) times the number of edges.
+//! Input: unknowns and frames, and the internal variables at the start of the step. A friction spring stretches by the
+//! change of the strain of its joint until its limit, and slips there. Output of `update`: strains, and stretches
+//! without and with slip, over any scalar; `stretch_springs` overwrites a list with those without slip. If a correction
+//! of Newton's method makes a spring begin to slip or stick, the error estimate does not hold. `is_unchanged` excludes
+//! this: the distance of all springs from their limits must exceed `MAX_STRAIN_CHANGE` times the correction (over the
+//! rod's length) times the number of edges.
 
 use crate::numerics::scalar::Nestable;
 use crate::rod::{InternalVariables, Rod};

@@ -6,8 +6,9 @@
 //! the viscous stress, inertia of rotating bodies and drag only. Needed at the start of a run, after a change of
 //! velocities or supports, and after every step of a viscous rod. Without viscosity the forces at the end of the last
 //! step are used. Accelerations, for generalised-alpha only, are those by `-n` and the loads in time over the masses,
-//! zero for prescribed and held unknowns. For a viscous rod the tangent of the forces can be stored, for transposed
-//! derivatives.
+//! zero for prescribed and held unknowns. `find_forces` overwrites the forces of a state, `find_acceleration` its
+//! accelerations. `find_viscous` overwrites a list with the forces of a viscous rod without mass damping and drag;
+//! there the tangent of the forces can be stored, for transposed derivatives.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::StartForces;

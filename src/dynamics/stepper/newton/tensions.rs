@@ -15,9 +15,10 @@
 //! tangents as the last usual one, or no more than two; after [`MOST`] tangents; and where a node moved by more
 //! than [`SMALL`] edge lengths.
 //!
-//! Input after each correction: the correction, the largest displacement of a node (m), and the number of tangents
-//! of the step. Output: `Tensions::expected`, one tension (N) per edge for the next tangent, or `None` for those of
-//! the strains.
+//! Input after each correction: the correction, the largest displacement of a node (m), and the number of tangents of
+//! the step. `begin` begins a step, `corrected` takes a correction, and `forget` ends the use of predictions until the
+//! next one. Output: `Tensions::expected`, one tension (N) per edge for the next tangent, or `None` for those of the
+//! strains.
 
 use crate::numerics::scalar::Nestable;
 use crate::rod::Rod;

@@ -6,6 +6,9 @@
 //! loads](crate::dynamics::coefficients::StepCoefficients::load_factor). Moments are added to gradient and tangent at
 //! the end, and to the residual with their forces at the start; of an averaging scheme at its stages only. The forces
 //! of the states before and after are those without loads in time. `timed_work` returns the work of the means, J.
+//! `add_timed_forces` adds the forces to minus the residual, `add_timed_moments` the moments to gradient and tangent at
+//! an iterate. `leave_timed_moments_out` removes them from the forces of the state at the end. `add_moments` adds
+//! gradients and second derivatives of given moments, `add_timed_now` all forces at one time.
 
 use crate::dynamics::step::{Step, System};
 use crate::dynamics::stepper::newton::Newton;

@@ -4,8 +4,9 @@
 //! `-(J'WJ)^-1 J'W dr`, with the squared weights `W`. Derivatives of the residuals by inputs are computed like those by
 //! parameters, all in one run; a run that fails is an error. [`InputDirections`] has one column per change: the change
 //! of the weighted residuals, and its part that is orthogonal to the Jacobian (`orthogonal_changes`). `responses` are
-//! those of each unknown on its scale (logarithm of a positive parameter), none where it is not identified. Input: an
-//! optimum, its identified unknowns, the weights, and the changes of inputs. Budgets and score tests use the result.
+//! those of each unknown on its scale (logarithm of a positive parameter), none where it is not identified;
+//! `responses_to` are those to other changes of the weighted residuals. Input: an optimum, its identified unknowns, the
+//! weights, and the changes of inputs. Budgets and score tests use the result.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;

@@ -10,10 +10,11 @@
 //! ```
 //!
 //! The estimates do not change, as `U` is orthogonal to the Jacobian. [`InputErrors::without_explained`] returns the
-//! optimum with the residuals without these errors, for tests. If one is above [`IMPROBABLE`] standard uncertainties
-//! it adds a warning of a misfit instead, and returns none. It also returns none without known inputs, or for
-//! residuals of rounding errors. The variance of each unknown by the inputs, on its scale (logarithm of a positive
-//! parameter; [`InputErrors::variance`]), is a part of its budget. Contradictory correlations are an error.
+//! optimum with the residuals without these errors, for tests. If one is above [`IMPROBABLE`] standard uncertainties it
+//! adds a warning of a misfit instead, and returns none. It also returns none without known inputs, or for residuals of
+//! rounding errors. The variance of each unknown by the inputs, on its scale (logarithm of a positive parameter;
+//! [`InputErrors::variance`]), is a part of its budget. `responses_of` are its changes by one standard uncertainty of
+//! each input. Contradictory correlations are an error.
 
 use crate::code::Code;
 use crate::error::Error;

@@ -8,11 +8,16 @@
 //! (J'J)^-1 M (J'J)^-1` for a gradient with the covariance `v M`. Principal axes of the covariance along which an
 //! unknown has a standard deviation beyond `practical_limit` (with a bound: [`BOUNDED_LIMIT`] times that of its
 //! logarithm) are practically not identifiable. So are those from [`SUSPICIOUS`] of the limit on, if the misfit at the
-//! limit has not risen enough. Output is a [`Covariance`]: standard deviations on these scales (none for unknowns
-//! without effect, in such directions or with a one-sided bound), correlations, identifiable products, and the
-//! unidentifiable directions with their texts. Its `response` is the linear response of a fit to changes of its
-//! residuals, and `variance_along` the variance of a linear function of the unknowns. `held_unknowns` lists one unknown
-//! of each product, with which held the others are determined. A failed decomposition is an error.
+//! limit has not risen enough, and unknowns whose own standard deviation exceeds the limit. Output is a [`Covariance`]:
+//! standard deviations on these scales (none for unknowns without effect, in such directions or with a one-sided
+//! bound), correlations, identifiable products, and the unidentifiable directions with their texts. Its `response` is
+//! the linear response of a fit to changes of its residuals. Unknowns without a standard deviation have none, unless
+//! they have an upper bound away from zero or are in an identifiable product. `variance_along` is the variance of a
+//! linear function of the unknowns by those with a standard deviation; the others count as exact. `held_unknowns` lists
+//! one unknown of each product, with which held the others are determined. A failed decomposition is an error.
+//!
+//! `LinearFit` has the unknowns that respond and the weights of the residuals. `LinearResponse` has the changes of the
+//! unknowns (none for those without a response) and of the residuals.
 
 use crate::error::Error;
 use crate::fit::uncertainty::covariance::combinations::{Combination, constant_combinations};

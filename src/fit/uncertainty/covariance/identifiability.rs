@@ -6,9 +6,10 @@
 //! [`sparsest`] rewrites the structural ones with few unknowns each, and eliminates the unknowns chosen for them from
 //! the practical ones. It sets components up to [`SMALLEST_COMPONENT`] of the largest to zero. [`describe_directions`]
 //! turns each into an [`UnidentifiableDirection`] with a text for the report, [`without_effect`] a single unknown
-//! without effect, and [`summarize`] the first [`SUMMARIZED`] into the status of the fit. The limits of practical
-//! identifiability ([`practical_limit`]) are standard deviations of an unknown on its scale: [`PRACTICAL_LOG`] of the
-//! logarithm of a positive parameter, else [`PRACTICAL_LINEAR`] in its unit.
+//! without effect, and [`summarize`] the first [`SUMMARIZED`] into the status of the fit. [`NonIdentifiability`] is the
+//! kind, structural or practical, with its code. The limits of practical identifiability ([`practical_limit`]) are
+//! standard deviations of an unknown on its scale: [`PRACTICAL_LOG`] of the logarithm of a positive parameter, else
+//! [`PRACTICAL_LINEAR`] in its unit.
 
 use crate::code::Code;
 use crate::fit::search::damping::may_vanish;

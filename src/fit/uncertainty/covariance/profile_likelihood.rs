@@ -5,9 +5,9 @@
 //! factor. Each end is found by Newton's method within brackets, on the signed root of the rise. The derivative of the
 //! profile is the partial one (envelope theorem). [`profile_intervals`] returns the intervals and the evaluated points
 //! for plots, for all unknowns with a standard deviation, on request of the fit; both are converted to the unit of the
-//! parameter. An end is the bound of the unknown where the profile has not risen there. It is none beyond [`FARTHEST`]
-//! on the scale of the unknown, after [`MOST_POINTS`], where simulations fail before it, and on a side with a point
-//! below the optimum. Such a point is a warning of a wrong minimum (severity `Worthless`).
+//! parameter (`ProfileInterval::values`). An end is the bound of the unknown where the profile has not risen there. It
+//! is none beyond [`FARTHEST`] on the scale of the unknown, after [`MOST_POINTS`], where simulations fail before it,
+//! and on a side with a point below the optimum. Such a point is a warning of a wrong minimum (severity `Worthless`).
 
 use crate::code::Code;
 use crate::error::Error;

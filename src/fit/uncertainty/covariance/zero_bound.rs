@@ -14,6 +14,8 @@
 //! errors on keep a two-sided interval: their entry has no upper bound. Estimates up to [`ZERO`] of the bound are 0.
 //! [`zero_bounds`] returns one entry per unknown, in its unit, for the covariance. It is none for unknowns that are not
 //! examined or whose bound is not confirmed, and for all without convergence or with a singular normal matrix.
+//! `is_one_sided` returns whether there is a lower or an upper bound, `is_away_from_zero` whether there is an upper
+//! bound and the logarithm has an effect at the optimum.
 
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::search::damping::may_vanish;

@@ -3,12 +3,13 @@
 //! A [`ScoreTest`] has rank, estimated size, z-score and corrected p-value of one omitted effect. An [`UndetectedBias`]
 //! is the bias of one parameter by one effect of a size that the data do not exclude. They are results of `score_tests`
 //! and `undetected_bias`. Functions here compose texts of them. `likely_omitted_effects` returns one text per rank
-//! whose best effect has a p-value below [`SIGNIFICANT`]; it names up to [`NAMED`] others of the rank (one more if that
-//! is all) and counts the rest. `biases_beyond_interval` returns the entry with the largest relative bias of each
-//! parameter, for at most [`DESCRIBED`] parameters. `largest_biases` returns up to [`DESCRIBED`] effects with their
-//! biases, first those with the largest bias of a parameter. Both leave out biases of [`DESCRIBED_BIAS`] standard
-//! errors or less. The summary and the warnings of a fit use the texts. [`size_text`] is the size of an effect with its
-//! unit, and `both_signs` are the biases of an effect whose sign the data do not determine.
+//! whose best effect has a p-value below [`SIGNIFICANT`]; (`is_significant`); it names up to [`NAMED`] others of the
+//! rank (one more if that is all) and counts the rest. `biases_beyond_interval` returns the entry with the largest
+//! relative bias of each parameter, for at most [`DESCRIBED`] parameters. `largest_biases` returns up to [`DESCRIBED`]
+//! effects with their biases, first those with the largest bias of a parameter. Both leave out biases of
+//! [`DESCRIBED_BIAS`] standard errors or less. The summary and the warnings of a fit use the texts. [`size_text`] is
+//! the size of an effect with its unit, and `both_signs` are the biases of an effect whose sign the data do not
+//! determine.
 
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::warning_list::percent;

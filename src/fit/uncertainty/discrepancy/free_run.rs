@@ -7,8 +7,12 @@
 //! marker in a frame is the mean absolute difference of its three coordinates, m. [`RecordingErrors`] has the mean of
 //! each experiment, none where the simulation fails. It also has number, mean, median and largest of these means over
 //! the fitted and over the validation experiments (all measurements held out). It is `None` without such experiments.
-//! Reports of fits and predictions show it. `add_to` adds them to a summary. [`FreeRun`] is one run with its recording,
-//! and [`driven_experiments`] selects the experiments.
+//! Reports of fits and predictions show it. `add_to` adds them to a summary. [`FreeRun`] is one run with its recording;
+//! its `errors` are those by marker and frame, and `mean_error` is their mean (0 without any), and
+//! [`driven_experiments`] selects the experiments.
+//!
+//! `RecordingError` is the error of one experiment, `ErrorSummary` that of several, and `MarkerError` that of a marker
+//! in a frame.
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;

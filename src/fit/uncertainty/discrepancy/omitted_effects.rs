@@ -9,8 +9,9 @@
 //! define it. [`OmittedEffect::added`] returns the problem with the term. It returns none where the scene states the
 //! effect or cannot have it, or the model has no derivative by the number. [`OmittedEffect::is_excluded_beside`]
 //! returns whether other parameters of the fit exclude the effect. [`OmittedEffect::is_one_sided`] returns whether the
-//! number cannot be smaller than in the scene. Constants are plausible sizes relative to those of the rod. `of_number`
-//! is an effect outside of the table, of a number that scenes have already.
+//! number cannot be smaller than in the scene. Constants are plausible sizes relative to those of the rod. `name_in` is
+//! the name of internal friction with its yield curvature, none for other effects. `of_number` is an effect outside of
+//! the table, of a number that scenes have already.
 
 use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
 use crate::problem::Problem;

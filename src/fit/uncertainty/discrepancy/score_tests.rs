@@ -139,8 +139,9 @@ pub(crate) fn warn_of_omitted_effects(tests: &[ScoreTest], warnings: &mut Warnin
 
 impl ScoreTestInputs<'_> {
     /// Score tests and undetected biases with the warnings, after a search that cost `spent` simulations. Empty after
-    /// an interruption, where the analysis excludes them, without any standard error, or where even a coarse model is
-    /// too expensive. A run that fails leaves them empty too, with a warning that lowers the grade.
+    /// an interruption, where the analysis excludes them, and without any standard error. Unless the analysis requests
+    /// them, they are empty too where even a coarse model is too expensive. A run that fails leaves them empty, with a
+    /// warning that lowers the grade.
     pub fn assess(self, spent: f64) -> (ModelDiscrepancy, Warnings) {
         let mut warnings = Warnings::default();
         let FitStatistics { fitted, estimates, .. } = self.statistics;

@@ -8,8 +8,8 @@
 //! rods and arcs have a marker and a length here. [`StructureEffect::added`] returns the problem with the term, or none
 //! where the structure cannot have it. Added compliances and masses are [`TRACE`] times the plausible size; all other
 //! numbers are in the scene already. A compliant support is a spring joint between the rod and a short stiff rod that
-//! the support clamps instead. Damping and camera have the effects of any scene. Motions out of the plane are not
-//! tested.
+//! the support clamps instead. `parameter` is the number of an effect, `omitted` the effect in the form of the table of
+//! omitted effects. Damping and camera have the effects of any scene. Motions out of the plane are not tested.
 
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::uncertainty::discrepancy::omitted_effects::{
@@ -69,7 +69,9 @@ struct RodOfStructure {
 }
 
 impl RodOfStructure {
-    /// The sizes of a rod; none without a material.
+    /// The sizes of a rod: length of a straight rod or an arc, m (none for other shapes), thickness of a round section
+    /// with the same ratio of the smaller second moment to the area, m, smaller bending stiffness, N m^2, and mass per
+    /// length, kg/m. None if the scene does not have its material.
     fn new(scene: &StructureScene, rod: &StructureRod) -> Option<Self> {
         let material = scene.material_of(rod).ok()?;
         let moments = rod.section.moments();

@@ -103,7 +103,7 @@ impl ExtendedExperiments {
 
 /// Adds the effects of structures to the `experiments`, in place, each to those whose structure can have it. Returns
 /// these effects with their changes by the plausible size. Effects of `stated` parameters (identified or known inputs)
-/// are left out.
+/// are left out. Always `Ok`.
 fn effects_of_structures(
     experiments: &mut [Experiment],
     stated: &[Parameter],

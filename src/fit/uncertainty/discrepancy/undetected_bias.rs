@@ -13,7 +13,12 @@
 //! effects, and not for derivatives of a coarse model. [`undetected_biases`] returns one entry per effect and estimate
 //! with a standard error, at the listed size, the largest bias in standard errors first. Entries without a response, or
 //! with one above [`LARGEST_CHANGE`] on the scale of the parameter, are left out. [`EffectPosterior`] has likelihood,
-//! posterior and response of one effect, and `relinearize` replaces them.
+//! posterior and response of one effect; `relinearize` replaces them. `is_large` is the criterion above, and
+//! `largest_change` the largest change of a parameter on its scale by the listed size. [`Posterior::new`] returns most
+//! probable and listed size from a likelihood (none: the prior alone).
+//!
+//! `Likelihood` is that of the size of an effect, `EffectResponse` the response of the parameters per plausible size,
+//! and `Relinearization` has both about a size.
 
 use crate::error::Error;
 use crate::fit::uncertainty::discrepancy::findings::UndetectedBias;

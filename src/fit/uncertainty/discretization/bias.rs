@@ -8,8 +8,10 @@
 //! whether discretization errors explain the residuals (above [`EXPLAINING_FRACTION`]) or are visible in them (above
 //! [`VISIBLE_FRACTION`]). `refinement` returns factors, 1 or more, on the numbers of edges and steps by which visible
 //! errors become [`INVISIBLE_FRACTION`] of the residuals; 1 if they are not visible, or explain the residuals.
-//! `corrected` is an unknown with its correction, `remaining` the error that may remain, and `corrections_along` the
-//! corrections of a sum of unknowns with factors.
+//! `is_visible` and `explains_residuals` are false if the scene gives either of them; `residual_fraction` is the larger
+//! of the two norms. `corrections` are those of an unknown for mesh and for step (0 where the scene gives it), and
+//! `correction` is their sum, both on the scale of the unknown. `corrected` is an unknown with its correction,
+//! `remaining` the error that may remain, and `corrections_along` the corrections of a sum of unknowns with factors.
 
 use crate::fit::unknown::Unknown;
 

@@ -6,14 +6,14 @@
 //! degrees of freedom of `s` and `n` of `r`, `s/r` has the relative variance `2/nu - 2/n`. The ratio is compared with
 //! chi-squared over its `1/(1/nu - 1/n)` degrees of freedom (after von Neumann 1941).
 //!
-//! [`Adequacy`] has one [`CoordinateNoise`] per coordinate of motions, and of shapes with neither a stated sigma nor
-//! unknown arc lengths; none where the residuals are rounding errors. Residuals exceed the scale at a p-value below
-//! [`FALSE_ALARM`] over the number of coordinates: autocorrelated noise or a missing effect. `variance_along` returns
-//! the variance of the noise along a direction of the weighted residuals for score tests. Coordinates with doubtful
-//! residuals (correlated, p-value below [`DOUBTFUL`], or a wrong sigma) have white noise of the scale there, or without
-//! a scale of the root mean square residual. Not so if sigma is stated rightly or there are outliers. Warnings, grade
-//! and score tests use the results. `is_explained` returns whether the residuals of a measurement are white noise of
-//! the scale. [`is_sigma_doubtful`] compares a stated sigma with the scatter.
+//! [`Adequacy::new`] makes one [`CoordinateNoise`] per coordinate of motions, and of shapes with neither a stated sigma
+//! nor unknown arc lengths; none where the residuals are rounding errors. Residuals exceed the scale at a p-value below
+//! [`FALSE_ALARM`] over the number of coordinates (`is_exceeded`): autocorrelated noise or a missing effect.
+//! `variance_along` returns the variance of the noise along a direction of the weighted residuals for score tests.
+//! Coordinates with doubtful residuals (correlated, p-value below [`DOUBTFUL`], or a wrong sigma) have white noise of
+//! the scale there, or without a scale of the root mean square residual. Not so if sigma is stated rightly or there are
+//! outliers. Warnings, grade and score tests use the results. `is_explained` returns whether the residuals of a
+//! measurement are white noise of the scale. [`is_sigma_doubtful`] compares a stated sigma with the scatter.
 
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::noise::autocorrelation::NoiseModel;

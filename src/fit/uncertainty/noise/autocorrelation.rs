@@ -17,9 +17,10 @@
 //! (Satterthwaite 1946; none where it is known), which determine Student's t of the intervals. The score covariance
 //! `J'VJ` over the common variance is none for white noise. Residuals of rounding errors count as white noise.
 //!
-//! Methods return the quantiles for two-sided and one-sided 95 % intervals of an unknown, in standard deviations.
-//! `variance_along` is the variance along a direction of the weighted residuals; `series_of` and `correlation` are
-//! those of one coordinate.
+//! `coverage_factor` and `one_sided_factor` are the quantiles for two-sided and one-sided 95 % intervals of an unknown,
+//! in standard deviations. `fewest_degrees_of_freedom` is the least of all unknowns, none where all variances are
+//! known. `variance_along` is the variance along a direction of the weighted residuals; `series_of` and `correlation`
+//! are those of one coordinate.
 
 use crate::fit::misfit::residual_tests::innovation_p_value;
 use crate::fit::search::fitted::Fitted;

@@ -10,8 +10,11 @@
 //! [`CoordinateSeries::refine`] matches the variance (unless sigma is stated) and a significant correlation with these
 //! expectations, for `V = v R` with an [AR(1) correlation](Ar1Correlation) `R`. The correlation is from 0 to `1 - 2/n`
 //! for `n` pairs of neighbors. `autocorrelation` uses the series for the covariance of the estimates, the bootstrap for
-//! random blocks. Methods of [`CoordinateSeries`] return the correlation matrix, the innovations, the length of these
-//! blocks, and the part `J'VJ` of the covariance of the gradient.
+//! random blocks. Methods of [`CoordinateSeries`]: `ar1` is the correlation matrix, `innovations` are the white
+//! residuals, and `block_length` is that of the random blocks (none without correlation). `score_covariance` is its
+//! part `J'VJ` of the covariance of the gradient, `score_covariance_below` the same for a correlation lower by a step,
+//! and `normal_matrix` is `J'J`. `has_own_noise` returns whether variance or correlation differ from the common white
+//! noise, `is_at_cap` whether the correlation is the largest possible. `set_uncorrelated` makes the noise white.
 
 use crate::fit::misfit::ar1::{Ar1Correlation, ar1_factor, usual_spacing};
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};

@@ -2,11 +2,12 @@
 //!
 //! One bad recording of many is no evidence against the set-up that all of them share: scale, clock, origin, tracked
 //! point. The unexplained part of a motion is the root mean square residual over the size of the motion.
-//! [`UnexplainedParts`] collects it for every measurement, with its number of values and whether its residuals are no
-//! noise. The part of an experiment is the root mean square over the values of its measurements. An experiment is an
-//! outlier if any of its measurements is unexplained and its part is above the median of all. At least [`FEWEST`]
-//! experiments, fewer than half of them unexplained, are required. [`UnexplainedParts::outlying`] returns the part of
-//! an outlier, and none for others. The warnings of unexplained motion use it.
+//! [`UnexplainedParts::add`] collects it for every measurement, experiment by experiment, with its number of values and
+//! whether its residuals are no noise. The part of an experiment is the root mean square over the values of its
+//! measurements; `median` is that of all, and `count` the number of experiments. An experiment is an outlier if any of
+//! its measurements is unexplained and its part is above the median of all. At least [`FEWEST`] experiments, fewer than
+//! half of them unexplained, are required. [`UnexplainedParts::outlying`] returns the part of an outlier, and none for
+//! others. The warnings of unexplained motion use it.
 
 use crate::numerics::median;
 
@@ -73,7 +74,8 @@ impl UnexplainedParts {
 }
 
 impl UnexplainedPart {
-    /// Root mean square residual over the size of the motion, of all measurements together.
+    /// The unexplained part of the experiment: the root mean square, over all values of its measurements, of the
+    /// residual over the size of the motion of its measurement.
     fn relative(&self) -> f64 {
         (self.square / self.values.max(1.0)).sqrt()
     }

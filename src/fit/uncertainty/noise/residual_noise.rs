@@ -7,11 +7,12 @@
 //! loss `rho` with `psi = rho'/2` reduces the information of every value to `(mean psi')^2/mean psi^2`, with Huber's
 //! correction for the number of unknowns; a rise of twice the misfit then has the scale `sum psi^2/sum psi'` (Huber
 //! 1981). The weight of a row is the root of this information (1 for squares) times the leverage weight; rows of priors
-//! have 1. [`ResidualNoise`] is the basis of covariance and intervals. [`residual_rms`] (m, without positions rad/s,
-//! else the unit of the first measurement) and [`loss_effects`] (one per measurement with a robust loss; markers of one
-//! recording share one) are entries of the report. [`weighted_rows`] and [`weighted_residuals`] are Jacobian and
-//! residuals (`psi`) times these weights. [`misfit_slopes`] and [`score_covariance`] are the derivatives of the misfit
-//! by the residuals and the covariance of its gradient by the unknowns.
+//! have 1. [`ResidualNoise::new`] estimates all this at an optimum. It is the basis of covariance and intervals.
+//! [`residual_rms`] (m, without positions rad/s, else the unit of the first measurement) and [`loss_effects`] (one per
+//! measurement with a robust loss; markers of one recording share one) are entries of the report. [`weighted_rows`] and
+//! [`weighted_residuals`] are Jacobian and residuals (`psi`) times these weights. [`misfit_slopes`] and
+//! [`score_covariance`] are the derivatives of the misfit by the residuals and the covariance of its gradient by the
+//! unknowns.
 
 use crate::fit::measurement::experiment::all;
 use crate::fit::measurement::loss::Loss;

@@ -2,11 +2,12 @@
 //! unsuitable steps.
 //!
 //! Each function receives a result of an earlier stage, or the experiments, and adds its warnings to the list, as
-//! *finding. consequence. action.* with a code. The findings are constant coordinates, repeated frames, defects of
-//! recordings that move supports and of samples of signals, growing sensitivities, leverage weights below 1 (unless
-//! growing sensitivities are their cause), halved steps, and too large ones. Halved steps (unless the fit converged to
-//! residuals of noise) and too large steps have the severity `Numerics`, repeated frames `Misfit`; both lower the
-//! grade. The others are notes.
+//! *finding. consequence. action.* with a code. The findings are constant coordinates (`constant_axes`), repeated
+//! frames (`repeated_frames`), defects of recordings that move supports and of samples of signals
+//! (`recording_defects`), growing sensitivities (`growing_sensitivities`), leverage weights below 1 unless growing
+//! sensitivities are their cause (`high_leverage`), halved steps (`halved_steps`), and too large ones
+//! (`steps_too_large`). Halved steps (unless the fit converged to residuals of noise) and too large steps have the
+//! severity `Numerics`, repeated frames `Misfit`; both lower the grade. The others are notes.
 
 use crate::code::Code;
 use crate::fit::measurement::constant_axes::ConstantAxis;

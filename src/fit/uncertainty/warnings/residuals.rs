@@ -11,6 +11,7 @@
 //! correlation at its limit. [`doubtful_sigmas`] notes a stated sigma that differs from the scatter of the data by more
 //! than a factor of 2.5. [`is_noise`] returns whether `unexplained_motion`, `test_residuals` and
 //! `excess_over_noise_scale` find nothing `Unexplained`, `Ambiguous` or of a `Misfit`, and adds no warnings.
+//! `factor_text` is a factor as text.
 
 use crate::code::Code;
 use crate::fit::measurement::experiment::all;
