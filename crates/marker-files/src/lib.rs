@@ -6,7 +6,7 @@
 //! of the motion. [`load`] opens and parses a file by the keys of a recording. [`read`] also converts one marker and
 //! returns a [`MarkerTrajectory`] in seconds and meters; [`read_several`] does so for markers by their names. Files and
 //! lines that cannot be used are an [`Error`] with the path, and in general the line. [`table`] reads tables of
-//! numbers, [`file`] whole files, and [`printable`] prepares texts of files for messages.
+//! numbers, [`file`](mod@file) whole files, and [`printable`] prepares texts of files for messages.
 //!
 //! ```
 //! use marker_files::{Recording, Vertical, read};

@@ -3,9 +3,8 @@
 //! A fit consists of a problem, recorded motions with a stated noise (m), lists with a smooth prior, and single
 //! parameters with a normal prior. `FieldFit::check` accepts the cases that the adjoint of the simulation supports:
 //! mesh and step given by the scene, positions on the center line, squared losses, and samples up to the end of the
-//! simulation. At least one list and one motion are required, no
-//! validation data, no plans, and no data twice. All else is an error with the key and
-//! the reason. `observe` adds a motion, `along` a list and `identify` a parameter. Once the flag of `stop_when` is set,
+//! simulation. At least one list and one motion are required, no validation data, no plans, and no data twice. All else
+//! is an error with the key and the reason. `observe` adds a motion, `along` a list and `identify` a parameter. Once the flag of `stop_when` is set,
 //! the fit ends with [`Error::Interrupted`]. `solve` of `search` checks and solves it.
 
 use crate::error::{Error, ensure};
