@@ -24,7 +24,7 @@ const ALLOWED: std::ops::RangeInclusive<f64> = 1e-8..=0.1;
 /// (`cargo run --release --example chosen_numerics -- schemes`) 0.8 is as accurate as newmark-beta at beta = 0.5 for
 /// any damping. It takes steps at which that one fails or, with stiff damping, has errors of the order of the length; 0
 /// does not allow large first steps.
-pub(super) const CHOSEN_RHO_INF: f64 = 0.8;
+const RHO_INF: f64 = 0.8;
 
 /// Numerical settings that the program chose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -194,7 +194,7 @@ impl Scene {
     }
 
     /// The scene with this number of edges and this step, s, for settings that are open or that the program chose
-    /// before. A scheme that is open, or was chosen before, becomes generalised-alpha with [`CHOSEN_RHO_INF`] and the default
+    /// before. A scheme that is open, or was chosen before, becomes generalised-alpha with [`RHO_INF`] and the default
     /// tolerance. An earlier chosen mesh is changed by `remeshed`, so that node indices keep their arc length. The
     /// resolution of the result has no estimated error yet.
     pub(crate) fn resolved(&self, segments: usize, step: f64) -> Scene {
@@ -216,7 +216,7 @@ impl Scene {
             time.step = Some(step);
             if chosen.scheme {
                 // Simulations allow a larger Newton error than derivatives.
-                (time.scheme, time.rho_inf) = (Scheme::GeneralisedAlpha, CHOSEN_RHO_INF);
+                (time.scheme, time.rho_inf) = (Scheme::GeneralisedAlpha, RHO_INF);
                 (time.tolerance, time.scheme_left_open) = (StepTolerance::default(), false);
             }
         }
