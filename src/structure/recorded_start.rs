@@ -282,7 +282,7 @@ fn measured_from<D: Nestable>(
 }
 
 /// The change of all unknowns from `q` to `next`, both measured from the frames `pose`, as measured from the `frames` at `q`:
-/// those of rotations are increments times their scales.
+/// those of rotations are increments times their scales. Unknowns without effect do not change.
 fn change_between<D: Nestable>(
     assembly: &Assembly<D>,
     [pose, frames]: [&AssemblyFrames<D>; 2],
@@ -291,7 +291,10 @@ fn change_between<D: Nestable>(
     let next = measured_from(assembly, pose, frames, next.to_vec());
     let mut start = q.to_vec();
     assembly.place_carried(&mut start, frames);
-    next.iter().zip(&start).map(|(q1, q0)| *q1 - *q0).collect()
+    let mut change: Vec<D> = next.iter().zip(&start).map(|(q1, q0)| *q1 - *q0).collect();
+    // They would keep their velocity, and the kinetic energy of a mass that they do not have.
+    assembly.unknowns_without_effect().for_each(|i| change[i] = D::from(0.0));
+    change
 }
 
 /// Factor on the negligible stiffness in the springs on angles: large enough for a regular matrix, without effect on the shape.

@@ -3,7 +3,8 @@
 //! The step equations `r(q, p) = 0` of a solution `q` in plain numbers have the derivatives `-(dr/dq)^-1 dr/dp` (implicit
 //! function theorem). The residual over dual numbers at `q` contains `dr/dp` times the derivatives of numbers and start. One
 //! correction per order of derivatives, with the plain factors of `dr/dq`, gives the unknowns with their derivatives. Neither
-//! tangent nor factors over dual numbers are needed.
+//! tangent nor factors over dual numbers are needed. Values stay those of `q`: corrected ones would follow a motion of their
+//! own, linearized about another one, and leave it where stiffnesses differ by orders of magnitude.
 
 use crate::dynamics::step::{Step, Work};
 use crate::dynamics::stepper::newton::Newton;
@@ -40,6 +41,10 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
                 state.unbalanced[i] += self.correction[i] * by_end;
             }
             plain.factors.solve(&mut self.correction);
+            for correction in &mut self.correction {
+                let value = correction.value();
+                *correction -= value;
+            }
             step.system.rod.convert_correction(&state.q, &state.frames, &mut self.correction);
             for i in step.system.free.clone() {
                 let correction = self.correction[i];
