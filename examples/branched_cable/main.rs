@@ -33,32 +33,30 @@ fn error(cable: &Cable, values: &Values, clips: &[usize]) -> Result<f64, rodfit:
 }
 
 /// Fits the models of a cable in sequence, each from the values of the one before, or only the complete one. Prints their
-/// errors and the last report.
+/// errors and the values of the last one.
 fn climb(cable: &Cable, is_complete: bool) -> Result<(), Box<dyn Error>> {
     let others: Vec<usize> = (0..cable.clips.len()).filter(|k| !CLIPS.contains(k)).collect();
     println!("{}: {} clips, {} markers", cable.name, cable.clips.len(), cable.markers.len());
     let (mut values, mut numbers): (Values, Vec<&Number>) = Default::default();
-    let (mut last, all) = (None, models(cable));
+    let all = models(cable);
     for (k, Model { name, numbers: own }) in all.iter().enumerate() {
         numbers.extend(own);
         if is_complete && k + 1 < all.len() {
             continue;
         }
         let since = Instant::now();
-        let report = fit(cable, &mut values, &numbers, &CLIPS)?;
+        let simulations = fit(cable, &mut values, &numbers, &CLIPS)?;
         let seconds = since.elapsed().as_secs_f64();
         let [fitted, judged] = [&CLIPS[..], &others].map(|clips| error(cable, &values, clips));
         println!(
-            "  {name}: {} numbers, {:.2} mm on fitted clips, {:.2} mm on others; {seconds:.0} s, {:.0} simulations",
+            "  {name}: {} numbers, {:.2} mm on fitted clips, {:.2} mm on others; {seconds:.0} s, {simulations:.0} simulations",
             numbers.len(),
             1e3 * fitted?,
             1e3 * judged?,
-            report.simulations,
         );
-        last = Some(report);
     }
-    if let Some(report) = last {
-        println!("{report}");
+    for (name, value) in &values {
+        println!("    {name} = {value:.4e}");
     }
     Ok(())
 }

@@ -297,9 +297,8 @@ fn measured_from<D: Nestable>(
     q
 }
 
-/// The change of all unknowns from `q` to `next`, m (rad for angles). Both are given as measured from the frames
-/// `pose`; the change is measured from the `frames` at `q`. Changes of rotations are increments, rad, times their
-/// scales, m.
+/// The change of all unknowns from `q` to `next`, both measured from the frames `pose`, as measured from the `frames` at `q`:
+/// those of rotations are increments times their scales. Unknowns without effect do not change.
 fn change_between<D: Nestable>(
     assembly: &Assembly<D>,
     [pose, frames]: [&AssemblyFrames<D>; 2],
@@ -308,7 +307,10 @@ fn change_between<D: Nestable>(
     let next = measured_from(assembly, pose, frames, next.to_vec());
     let mut start = q.to_vec();
     assembly.place_carried(&mut start, frames);
-    next.iter().zip(&start).map(|(q1, q0)| *q1 - *q0).collect()
+    let mut change: Vec<D> = next.iter().zip(&start).map(|(q1, q0)| *q1 - *q0).collect();
+    // They would keep their velocity, and the kinetic energy of a mass that they do not have.
+    assembly.unknowns_without_effect().for_each(|i| change[i] = D::from(0.0));
+    change
 }
 
 /// Factor on the negligible stiffness in the springs on angles: large enough for a regular matrix, without effect on

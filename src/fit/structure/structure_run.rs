@@ -1,21 +1,21 @@
 //! Motions and equilibria of the nodes of a structure with their derivatives by parameters, as records for
 //! measurements.
 //!
-//! Input: a problem with its structure, ascending indices of tracked nodes, a number of steps, and parameters. The
-//! motion is first simulated in plain numbers, where a step that fails is halved. It is then repeated with the steps
-//! taken in plain and in dual numbers side by side, up to `LANES` parameters per run, on several threads. Each step in
-//! dual numbers is one linear solution with the factors of the plain one. Output of [`simulated_motion`]: a
-//! [`Trajectory`] at the start and at the end of every step of the scene. It has positions, m, and velocities, m/s, of
-//! the tracked nodes, and their derivatives by each parameter. [`equilibrium`] is the same at rest: one time (0), zero
-//! velocities. A step or an equilibrium that fails, and a stop of the motion by the user, are errors.
-//! [`repeated_motion`] and [`motion_at_rest`] return positions and velocities alone, over other number types, such as
-//! dual numbers.
+//! Input: a problem with its structure, ascending indices of tracked nodes, a number of steps, and parameters. The motion is
+//! first simulated in plain numbers, where a step that fails is halved. It is then repeated with the steps taken, in plain
+//! numbers once and beside it in dual numbers, up to `LANES` parameters per run, on several threads. Each step in dual numbers
+//! is one linear solution with the factors of the plain one. Output of [`simulated_motion`]: a [`Trajectory`] at the start
+//! and at the end of every step of the scene. It has positions, m, and velocities, m/s, of the tracked nodes, and their
+//! derivatives by each parameter. [`equilibrium`] is the same at rest: one time, zero velocities. Failed steps or equilibria
+//! and an interruption are errors. Both are used by experiments of structures; [`repeated_motion`] and [`motion_at_rest`]
+//! serve other number types.
 
-use crate::dynamics::Trajectory;
 use crate::dynamics::record::Record;
+use crate::dynamics::{Simulation, Trajectory};
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::problem::Problem;
+use crate::rod::Assembly;
 use crate::scene::Parameter;
 use crate::scene::number::Quantity;
 use crate::structure::{AssemblyAtRest, NodeMotion, Structure};
@@ -46,23 +46,29 @@ fn rates_by(motion: &NodeMotion<LanesDual>, k: usize) -> NodeMotion<f64> {
     [0, 1].map(|part| [0, 1, 2].map(|c| rate(motion[part][c])))
 }
 
-/// Derivatives of the motions of all tracked nodes at all times by all `parameters`, one list per parameter in their
-/// order. `run` computes the motions in dual numbers for up to [`LANES`] parameters; several runs are made in parallel.
-/// An error if any run fails.
-fn rates(
-    parameters: &[Parameter],
-    run: impl Fn(&[Parameter]) -> Result<Vec<NodeMotion<LanesDual>>, Error> + Sync,
-) -> Result<MotionRates, Error> {
-    let of_pair = |pair: &[Parameter]| {
-        let motions = run(pair)?;
-        let by = |k: usize| motions.iter().map(|motion| rates_by(motion, k)).collect();
-        Ok((0..pair.len()).map(by).collect::<MotionRates>())
+/// The parameters in groups of about equally many, each of one run.
+fn groups(parameters: &[Parameter]) -> std::slice::Chunks<'_, Parameter> {
+    let runs = parameters.len().div_ceil(LANES).max(1);
+    parameters.chunks(parameters.len().div_ceil(runs).max(1))
+}
+
+/// Derivatives by all `parameters` from the motions of each of their [groups](groups), in the same order.
+fn rates(parameters: &[Parameter], runs: &[Vec<NodeMotion<LanesDual>>]) -> MotionRates {
+    let of_group = |(group, run): (&[Parameter], &Vec<NodeMotion<LanesDual>>)| {
+        let by = |k: usize| run.iter().map(|motion| rates_by(motion, k)).collect();
+        (0..group.len()).map(by).collect::<MotionRates>()
     };
-    // All results are collected before the first error is returned, so that it does not depend on threads.
-    // Runs of about equally many parameters.
-    let size = parameters.len().div_ceil(parameters.len().div_ceil(LANES).max(1)).max(1);
-    let all: Vec<Result<MotionRates, Error>> = parameters.par_chunks(size).map(of_pair).collect();
-    Ok(all.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+    groups(parameters).zip(runs).flat_map(of_group).collect()
+}
+
+/// The results of `map` for all `items`, computed on several threads. The error is that of the first one that has one,
+/// whatever the number of threads.
+fn map_all<T: Send, U: Send>(
+    items: Vec<T>,
+    map: impl Fn(T) -> Result<U, Error> + Send + Sync,
+) -> Result<Vec<U>, Error> {
+    let all: Vec<Result<U, Error>> = items.into_par_iter().map(map).collect();
+    all.into_iter().collect()
 }
 
 /// Positions and velocities of the nodes `tracked` of a structure, of all nodes at one time after the other. The motion
@@ -76,10 +82,23 @@ pub(crate) fn repeated_motion<D: Nestable>(
     taken: &[f64],
     seed: impl FnMut(&str, f64, Quantity) -> D,
 ) -> Result<Vec<NodeMotion<D>>, Error> {
-    let mut simulation = structure.simulation_over(seed)?;
+    let start = vec![structure.simulation_over(seed)?];
+    Ok(repeated_motions(structure, tracked, times, taken, start)?.into_iter().flatten().collect())
+}
+
+/// The motions of [`repeated_motion`] of several simulations at their start. The steps in plain numbers are taken once for all.
+fn repeated_motions<D: Nestable>(
+    structure: &Structure,
+    tracked: &[usize],
+    times: &[f64],
+    taken: &[f64],
+    starts: Vec<Simulation<D, Assembly<D>>>,
+) -> Result<Vec<Vec<NodeMotion<D>>>, Error> {
+    let size = times.len() * tracked.len();
+    let mut runs: Vec<_> =
+        starts.into_iter().map(|start| (start, Vec::with_capacity(size))).collect();
     let mut plain = structure.simulation_over(|_, value, _| value)?;
     plain.keep_tangent();
-    let mut motions = Vec::with_capacity(times.len() * tracked.len());
     let mut ends = taken.iter();
     for (k, time) in times.iter().enumerate() {
         // The record has the start, and then the ends of the steps of the scene.
@@ -87,19 +106,24 @@ pub(crate) fn repeated_motion<D: Nestable>(
             for end in ends.by_ref() {
                 plain.step_to(*end)?;
                 // Without Newton's method, the step itself is repeated.
-                if D::ORDER == 0 || !simulation.repeat_step(&plain) {
-                    simulation.step_to(*end)?;
-                }
+                map_all(runs.iter_mut().collect(), |(simulation, _)| {
+                    match D::ORDER == 0 || !simulation.repeat_step(&plain) {
+                        true => simulation.step_to(*end),
+                        false => Ok(()),
+                    }
+                })?;
                 if end >= time {
                     break;
                 }
             }
         }
-        let state = simulation.state();
-        let all = structure.node_motions(simulation.rod(), [&state.q, &state.v], &state.frames);
-        motions.extend(tracked.iter().map(|node| all[*node]));
+        for (simulation, motions) in &mut runs {
+            let state = simulation.state();
+            let all = structure.node_motions(simulation.rod(), [&state.q, &state.v], &state.frames);
+            motions.extend(tracked.iter().map(|node| all[*node]));
+        }
     }
-    Ok(motions)
+    Ok(runs.into_iter().map(|(_, motions)| motions).collect())
 }
 
 /// The motion of the nodes `tracked`, ascending, over the first `steps` steps of a problem with this structure:
@@ -143,12 +167,14 @@ pub(crate) fn simulated_motion(
     count(record.work.steps);
     let (times, taken) = (record.times().to_vec(), record.taken.clone());
     // The dual runs repeat the steps taken, so that the derivatives are those of the recorded motion.
-    let derivatives = rates(parameters, |pair| {
-        let seed = |path: &str, value: f64, _: Quantity| seeded(pair, path, value);
-        repeated_motion(structure, tracked, &times, &taken, seed)
-    })?;
-    for (k, rates) in derivatives.into_iter().enumerate() {
-        *record.derivatives_mut(k) = rates;
+    if !parameters.is_empty() {
+        let starts = map_all(groups(parameters).collect(), |group| {
+            structure.simulation_over(|path, value, _| seeded(group, path, value))
+        })?;
+        let runs = repeated_motions(structure, tracked, &times, &taken, starts)?;
+        for (k, rates) in rates(parameters, &runs).into_iter().enumerate() {
+            *record.derivatives_mut(k) = rates;
+        }
     }
     Ok(Trajectory::recorded(problem, parameters, record))
 }
@@ -180,10 +206,10 @@ pub(crate) fn equilibrium(
 ) -> Result<Trajectory, Error> {
     let mut record = Record::new(tracked, parameters.len());
     record.push(0.0, motion_at_rest(structure, tracked, |_, value, _| value)?.into_iter());
-    let derivatives = rates(parameters, |pair| {
-        motion_at_rest(structure, tracked, |path, value, _| seeded(pair, path, value))
+    let runs = map_all(groups(parameters).collect(), |group| {
+        motion_at_rest(structure, tracked, |path, value, _| seeded(group, path, value))
     })?;
-    for (k, rates) in derivatives.into_iter().enumerate() {
+    for (k, rates) in rates(parameters, &runs).into_iter().enumerate() {
         *record.derivatives_mut(k) = rates;
     }
     Ok(Trajectory::recorded(problem, parameters, record))

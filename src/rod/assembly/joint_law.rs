@@ -12,7 +12,7 @@
 use crate::energy::Local;
 use crate::numerics::out_of_line::OutOfLine;
 use crate::numerics::rotation::{
-    Matrix3, exponential, inverse, logarithm, product, tangent_map, times, transpose,
+    Matrix3, cross_matrix, exponential, inverse, logarithm, product, tangent_map, times, transpose,
     transposed_times,
 };
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -92,16 +92,24 @@ impl<D: Scalar> ElasticJoint<D> {
     /// First derivatives of the energy of a spring of this `stiffness`, N m, at the rotation `relative` of the clamp in
     /// the axes of the body: by rotations of the body, then of the clamp, each in its own axes.
     fn moments(&self, stiffness: Vector<D>, relative: &Matrix3<D>) -> [D; 6] {
-        let xi = self.rotation(relative);
-        let moment = [0, 1, 2].map(|c| stiffness[c] * (xi[c] - self.natural[c]));
-        let [d, e, f] = transposed_times(&inverse(&tangent_map(xi)), moment);
+        let [d, e, f] = moment_of_spring(stiffness, self.natural, self.rotation(relative));
         let [a, b, c] = times(relative, [d, e, f]);
         [-a, -b, -c, d, e, f]
     }
 }
 
-/// The rotation `relative` of a clamp in the axes of its body after further rotations: of the body by the rotation
-/// vector `turns[0..3]`, of the clamp by `turns[3..6]`, rad, each in its own axes.
+/// Moment of a spring on its clamp, N m, in the axes of the clamp, at the rotation vector `xi` with the `natural` one.
+fn moment_of_spring<D: Scalar>(
+    stiffness: Vector<D>,
+    natural: Vector<D>,
+    xi: Vector<D>,
+) -> Vector<D> {
+    let force = [0, 1, 2].map(|c| stiffness[c] * (xi[c] - natural[c]));
+    transposed_times(&inverse(&tangent_map(xi)), force)
+}
+
+/// The rotation `relative` of a clamp in the axes of its body after further rotations: of the body by the rotation vector
+/// `turns[0..3]`, of the clamp by `turns[3..6]`, rad, each in its own axes.
 fn turned_relative<D: Scalar>(relative: &Matrix3<D>, turns: &[D; 6]) -> Matrix3<D> {
     let [a, b, c, d, e, f] = *turns;
     let clamp = product(relative, &exponential([d, e, f]));
@@ -129,10 +137,9 @@ impl<D: Nestable> ElasticJoint<D> {
         }
     }
 
-    /// Energy, J, first and second derivatives, N m, at the rotation `relative` of the clamp in the axes of the body.
-    /// Entries 0 to 2 are by rotations of the body, 3 to 5 by those of the clamp, each in its own axes. Of a hinge they
-    /// are computed in dual numbers. Second derivatives of a spring are the symmetric part of the derivatives of its
-    /// moments, in dual numbers.
+    /// Energy, J, first and second derivatives, N m, at the rotation `relative`. Entries 0 to 2 are by rotations of the body, 3
+    /// to 5 by those of the clamp, each in its own axes. Second derivatives of a spring are the symmetric part of the derivatives
+    /// of its moments; those of a hinge are computed in dual numbers.
     pub fn tangent(&self, relative: &Matrix3<D>) -> Local<D, 6> {
         let at = SVector::from([D::from(0.0); 6]);
         let JointStiffness::Spring(stiffness) = self.stiffness else {
@@ -144,20 +151,42 @@ impl<D: Nestable> ElasticJoint<D> {
             let (energy, gradient, hessian) = num_dual::hessian(energy, &at);
             return Local { energy, gradient: gradient.data.0[0], hessian: hessian.data.0 };
         };
-        let over = |x: D| OutOfLine(DualSVec::<D, 6>::from_re(x));
-        let (law, turned) = (self.map(over), relative.map(|row| row.map(over)));
-        let moments = |turns: SVector<DualSVec<D, 6>, 6>| {
-            let turned = turned_relative(&turned, &turns.data.0[0].map(OutOfLine));
-            SVector::from(law.moments(stiffness.map(over), &turned).map(|moment| moment.0))
+        // The moment of the clamp is a function of the rotation vector alone: its derivatives by further rotations of the clamp
+        // are those by the rotation vector times `T^-1`.
+        let xi = self.rotation(relative);
+        let natural = self.natural.map(|n| OutOfLine(DualSVec::<D, 3>::from_re(n)));
+        let stiffness_over = stiffness.map(|k| OutOfLine(DualSVec::<D, 3>::from_re(k)));
+        let moment = |xi: SVector<DualSVec<D, 3>, 3>| {
+            let xi = xi.data.0[0].map(OutOfLine);
+            SVector::from(moment_of_spring(stiffness_over, natural, xi).map(|moment| moment.0))
         };
-        let (moments, slopes) = num_dual::jacobian(moments, &at);
-        let mut hessian = [[D::from(0.0); 6]; 6];
-        for i in 0..6 {
-            for j in 0..6 {
-                hessian[i][j] = (slopes[(i, j)] + slopes[(j, i)]) * 0.5;
+        let (moment, slopes) = num_dual::jacobian(moment, &SVector::from(xi));
+        let moment = moment.data.0[0];
+        let slopes = [0, 1, 2].map(|i| [0, 1, 2].map(|j| slopes[(i, j)]));
+        let by_clamp = product(&slopes, &inverse(&tangent_map(xi)));
+        // The moment of the body is `-W m`, and its rotation `a` is the rotation `-W' a` of the clamp.
+        let mut of_body = by_clamp;
+        for (row, cross) in of_body.iter_mut().zip(cross_matrix(moment)) {
+            for j in 0..3 {
+                row[j] -= cross[j];
             }
         }
-        Local { energy: self.energy(relative), gradient: moments.data.0[0], hessian }
+        let back = transpose(relative);
+        let of_body = product(relative, &of_body);
+        let (both, mixed) = (product(&of_body, &back), product(&by_clamp, &back));
+        let mut hessian = [[D::from(0.0); 6]; 6];
+        for i in 0..3 {
+            for j in 0..3 {
+                hessian[i][j] = (both[i][j] + both[j][i]) * 0.5;
+                hessian[i + 3][j + 3] = (by_clamp[i][j] + by_clamp[j][i]) * 0.5;
+                hessian[i][j + 3] = (of_body[i][j] + mixed[j][i]) * -0.5;
+                hessian[j + 3][i] = hessian[i][j + 3];
+            }
+        }
+        let [d, e, f] = moment;
+        let [a, b, c] = times(relative, moment);
+        let gradient = [-a, -b, -c, d, e, f];
+        Local { energy: self.energy(relative), gradient, hessian }
     }
 }
 

@@ -1,11 +1,10 @@
 //! A step of a solved simulation repeated over dual numbers, with the factors of the plain solution.
 //!
-//! The step equations `r(q, p) = 0` of a solution `q` in plain numbers have the derivatives `dq/dp = -(dr/dq)^-1 dr/dp`
-//! (implicit function theorem). The residual over dual numbers at `q` contains `dr/dp` times the derivatives of numbers
-//! and start. One correction per order of derivatives, with the plain factors of `dr/dq`, gives the unknowns with their
-//! derivatives. Neither tangent nor factors over dual numbers are needed. Input: the step and the state before it over
-//! dual numbers, the plain unknowns at its end, and the plain solver with the factors there. Output: unknowns and
-//! forces (N) at the end, in the state.
+//! The step equations `r(q, p) = 0` of a solution `q` in plain numbers have the derivatives `-(dr/dq)^-1 dr/dp` (implicit
+//! function theorem). The residual over dual numbers at `q` contains `dr/dp` times the derivatives of numbers and start. One
+//! correction per order of derivatives, with the plain factors of `dr/dq`, gives the unknowns with their derivatives. Neither
+//! tangent nor factors over dual numbers are needed. Values stay those of `q`: corrected ones would follow a motion of their
+//! own, linearized about another one, and leave it where stiffnesses differ by orders of magnitude.
 
 use crate::dynamics::step::{Step, Work};
 use crate::dynamics::stepper::newton::Newton;
@@ -42,6 +41,10 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
                 state.unbalanced[i] += self.correction[i] * by_end;
             }
             plain.factors.solve(&mut self.correction);
+            for correction in &mut self.correction {
+                let value = correction.value();
+                *correction -= value;
+            }
             step.system.rod.convert_correction(&state.q, &state.frames, &mut self.correction);
             for i in step.system.free.clone() {
                 let correction = self.correction[i];
