@@ -11,10 +11,9 @@ use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::load_deflection::{LoadDeflection, LoadedPoint};
 use crate::fit::measurement::loss::Loss;
-use crate::fit::measurement::sensor_table::{FORCES, MOMENTS};
 use crate::scene::{Parameter, Point};
 use marker_files::table::{LENGTHS, Table};
-use marker_files::{ColumnRules, Dropped, Recording};
+use marker_files::{ColumnRules, Dropped, FORCES, MOMENTS, Recording};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 

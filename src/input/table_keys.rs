@@ -1,6 +1,6 @@
 //! Keys of a table of an input file, from the type that it is deserialized as.
 //!
-//! [`table_keys`] asks the deserialization (serde) of a struct for the names of its fields, and reads no value. Fields
+//! [`table_keys`] takes the names of the fields of a struct from its deserialization (serde), and reads no value. Fields
 //! that are not part of files are left out, and renamed ones have their name in the file.
 
 use serde::de::value::Error;

@@ -12,7 +12,7 @@
 //! differs from that of the file.
 
 use crate::separator::{TextRecord, is_number_or_blank};
-use crate::units::{LENGTHS, TIMES, plain_unit, split_unit, suffix_unit};
+use crate::units::{is_unit, plain_unit, split_unit, suffix_unit};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -215,7 +215,7 @@ impl ColumnRules {
         // A line of units stands between the names and the rows.
         let indices =
             self.indices(header.map(names_of), names_of(first_row.min(records.len() - 1)))?;
-        let are_units = |record: &TextRecord| indices.iter().all(|i| is_unit(record.field(*i)));
+        let are_units = |record: &TextRecord| indices.iter().all(|i| has_unit(record.field(*i)));
         let (mut header, mut units) = (header, None);
         if names.is_empty() && header.is_some_and(|k| are_units(&records[k])) {
             units = header;
@@ -332,9 +332,7 @@ fn ending_unit(key: &str, name: &str) -> Option<String> {
     suffix_unit(name, is_time).map(|(_, unit)| unit.to_string())
 }
 
-/// Whether a field is the symbol of a unit of time ([`TIMES`]) or length ([`LENGTHS`]), or `px`, with or without
-/// brackets.
-fn is_unit(field: &str) -> bool {
-    let unit = plain_unit(field.trim_matches(BRACKETS));
-    TIMES.iter().chain(&LENGTHS).any(|(symbol, _)| *symbol == unit) || unit == "px"
+/// Whether a field is the symbol of a [known unit](is_unit), with or without brackets.
+fn has_unit(field: &str) -> bool {
+    is_unit(&plain_unit(field.trim_matches(BRACKETS)))
 }

@@ -1,13 +1,44 @@
-//! Units of times and lengths in the names of columns: in brackets, as `x[mm]` or `x (mm)`, or at the end, as `x_mm`.
+//! Units in the names of columns: in brackets, as `x[mm]` or `x (mm)`, or of times and lengths at the end, as `x_mm`.
 //!
-//! [`TIMES`] and [`LENGTHS`] are the known units with their sizes in s and m. [`split_unit`] splits a name from any
+//! [`TIMES`], [`LENGTHS`] and the lists of sensors ([`FORCES`], [`MOMENTS`], [`ACCELERATIONS`], [`ANGLES`]) are the known
+//! units with their sizes in SI units. [`is_unit`] returns whether a text is one of them. [`split_unit`] splits a name from any
 //! unit in brackets, [`suffix_unit`] from a known unit behind `_`; both return names and symbols as text, without
 //! errors. [`plain_unit`] writes a micro sign as `u`.
+
+use std::f64::consts::PI;
 
 /// Units of time with their sizes in s.
 pub const TIMES: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 /// Units of length with their sizes in m.
 pub const LENGTHS: [(&str, f64); 4] = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6)];
+
+/// Units of force with their sizes in N.
+pub const FORCES: [(&str, f64); 3] = [("N", 1.0), ("mN", 1e-3), ("kN", 1e3)];
+/// Units of moment with their sizes in N m.
+pub const MOMENTS: [(&str, f64); 8] = [
+    ("N m", 1.0),
+    ("Nm", 1.0),
+    ("N*m", 1.0),
+    ("mN m", 1e-3),
+    ("mNm", 1e-3),
+    ("N mm", 1e-3),
+    ("Nmm", 1e-3),
+    ("N*mm", 1e-3),
+];
+
+/// Units of acceleration with their sizes in m/s^2. The standard acceleration of gravity is exact (CGPM 1901).
+pub const ACCELERATIONS: [(&str, f64); 5] =
+    [("m/s^2", 1.0), ("m/s2", 1.0), ("m/s²", 1.0), ("mm/s^2", 1e-3), ("g", 9.80665)];
+/// Units of angles with their sizes in rad.
+pub const ANGLES: [(&str, f64); 4] =
+    [("rad", 1.0), ("mrad", 1e-3), ("deg", PI / 180.0), ("°", PI / 180.0)];
+
+/// Whether a text is the symbol of one of these units, or `px`.
+pub(crate) fn is_unit(symbol: &str) -> bool {
+    let lengths_and_times = TIMES.iter().chain(&LENGTHS);
+    let of_sensors = FORCES.iter().chain(&MOMENTS).chain(&ACCELERATIONS).chain(&ANGLES);
+    symbol == "px" || lengths_and_times.chain(of_sensors).any(|(own, _)| *own == symbol)
+}
 
 /// Name and unit of a column: `X` and `mm` of `X [mm]` or `X (mm)`, `X (tip)` and `mm` of `X (tip) (mm)`. Without
 /// brackets at the end it is the whole header, without a unit. Any text in the last brackets is a unit.

@@ -1,8 +1,11 @@
 //! Tables of one motion (0, 1 and 2 mm along x, 5 mm along y, in steps of 10 ms) in the dialects of programs, and tables that
 //! leave open what they mean.
 
-use marker_files::{ColumnKey, ColumnRule, ColumnRules, ColumnWithUnit, Recording, load, read};
-use std::path::PathBuf;
+use marker_files::table::Table;
+use marker_files::{
+    ColumnKey, ColumnRule, ColumnRules, ColumnWithUnit, FORCES, Recording, load, read,
+};
+use std::path::{Path, PathBuf};
 
 /// Writes a file into a temporary folder and returns its path.
 fn written(folder: &tempfile::TempDir, text: &str) -> PathBuf {
@@ -108,6 +111,13 @@ fn columns_are_read_by_number_and_name() {
     ] {
         is_the_motion(text, &by_name);
     }
+    // A line of units of sensors.
+    let forces = columns(&[("t", "1", None), ("fx", "2", None)]);
+    let text = "time,force\ns,mN\n0,500\n0.01,501\n";
+    let table = Table::of_columns(Path::new("f.csv"), text.as_bytes(), forces.columns.as_ref());
+    let table = table.unwrap();
+    let column = table.require("fx").unwrap();
+    assert_eq!(table.factor(column, &FORCES, "").unwrap(), 1e-3);
     // Stated units, and the scale of columns without a unit.
     let stated = [("t", "1", Some("ms")), ("x", "2", Some("mm")), ("y", "3", Some("cm"))];
     is_the_motion("0 0 0.5\n10 1 0.5\n20 2 0.5\n", &columns(&stated));

@@ -13,31 +13,9 @@ use crate::error::Error;
 use crate::fit::measurement::reading::Reading;
 use crate::scene::End;
 use marker_files::table::{TIMES, Table, TableRow};
-use marker_files::{ColumnRules, Dropped};
+use marker_files::{ACCELERATIONS, ANGLES, ColumnRules, Dropped, FORCES, MOMENTS};
 use serde::Deserialize;
-use std::f64::consts::PI;
 use std::path::Path;
-
-/// Units of force with their sizes in N.
-pub(crate) const FORCES: [(&str, f64); 3] = [("N", 1.0), ("mN", 1e-3), ("kN", 1e3)];
-/// Units of moment with their sizes in N m.
-pub(crate) const MOMENTS: [(&str, f64); 8] = [
-    ("N m", 1.0),
-    ("Nm", 1.0),
-    ("N*m", 1.0),
-    ("mN m", 1e-3),
-    ("mNm", 1e-3),
-    ("N mm", 1e-3),
-    ("Nmm", 1e-3),
-    ("N*mm", 1e-3),
-];
-
-/// Units of acceleration with their sizes in m/s^2. The standard acceleration of gravity is exact (CGPM 1901).
-const ACCELERATIONS: [(&str, f64); 5] =
-    [("m/s^2", 1.0), ("m/s2", 1.0), ("m/s²", 1.0), ("mm/s^2", 1e-3), ("g", 9.80665)];
-/// Units of angles with their sizes in rad.
-const ANGLES: [(&str, f64); 4] =
-    [("rad", 1.0), ("mrad", 1e-3), ("deg", PI / 180.0), ("°", PI / 180.0)];
 
 /// Quantity of a sensor in a fit file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
