@@ -7,15 +7,16 @@
 //! differences, and kept within [`OrderBounds`]. An order above its `at_once` needs a third difference; with a single
 //! difference it is `assumed`. Modes that a coarse mesh does not have, or that large steps damp, appear one after the
 //! other, so that differences decrease more slowly than the order of the method. A difference is the largest distance
-//! of positions over the rod length ([`largest_distance`]), or relative for modes.
+//! of positions that are given over the rod length ([`largest_distance`]), or relative for modes.
 //!
 //! `last` is the last difference (`None` without one), `order` the observed order, and `error` the error of the last
 //! run. Further functions of the sequence: `push` appends a difference with its factor, `pop` removes the last one and
-//! returns its factor, `clear` removes all. `coarsened` is the sequence that would end with the run before the last
-//! one. `count` is the number of differences. `is_falling` tests whether the last difference is the smaller one of the
-//! last two, `is_converging` whether they decrease at least as the lowest order requires. `order_or` is the observed
-//! order, or a given one for fewer than two differences. [`UNRELATED`] is a difference above which runs have no
-//! relation.
+//! returns its factor, `clear` removes all. `coarsened` is the sequence as it would end with the run before the last
+//! one: a single difference `d r^p`, extrapolated from the last one `d` and its factor `r`; it is empty without a
+//! difference. `count` is the number of differences. `is_falling` tests whether the last difference is the smaller one
+//! of the last two, `is_converging` whether they decrease at least as the lowest order requires; both are true for
+//! fewer than two. `order_or` is the observed order, or a given one for fewer than two differences. [`UNRELATED`] is a
+//! difference above which runs have no relation.
 
 use crate::accuracy::extrapolation::Extrapolation;
 

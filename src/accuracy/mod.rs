@@ -222,8 +222,8 @@ fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
     Ok(allowed_edges(scene, edges))
 }
 
-/// Factor on the edges of the first mesh of equilibria and modes: the fourth root of 1 % over the requested accuracy,
-/// at least 1.
+/// Factor on the number of edges of the first mesh of equilibria and modes: the fourth root of 1 % over the requested
+/// accuracy, at least 1.
 fn fineness(scene: &Scene) -> f64 {
     (1e-2 / scene.asked()).max(1.0).powf(0.25)
 }

@@ -4,10 +4,10 @@
 //! and failures. Each worker thread takes the next open task and solves it with its own share of the processors. Before
 //! a task is solved, its id is computed again: tasks with changed or missing files are listed in the summary and get no
 //! result. A panic is caught, and the task remains open. After a stop no task begins, and running ones end without a
-//! result. Results that cannot be read or stored are errors. [`Plan::solve`] solves and stores a single task, and
-//! [`Plan::open_tasks`] returns those without a result, and the number of the others. [`useful_threads`] limits a
-//! number of threads to that of the processors. Several processes may run shards of one plan on a shared folder; each
-//! may be killed and repeated.
+//! result. Results that cannot be read or stored are errors. [`Plan::solve`] solves and stores a single task: none
+//! after a stop, an error for changed or missing files. [`Plan::open_tasks`] returns the tasks without a result, and
+//! the number of the others. [`useful_threads`] limits a number of threads to that of the processors. Several processes
+//! may run shards of one plan on a shared folder; each may be killed and repeated.
 
 use crate::campaign::outcome::{Outcome, solve};
 use crate::campaign::plan::{CampaignTask, Plan};

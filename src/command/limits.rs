@@ -7,8 +7,8 @@
 //! program has yet to choose, the mesh counts as one node. [`CostEstimate::admit`] decides: a run above [`MAX_MEMORY`],
 //! [`MAX_TIME`] or [`MAX_DISK`] is an error without `--no-limits`; a long or large one ([`LONG`], [`LARGE`]) is
 //! announced on standard error unless `--quiet` or `--no-limits` is given. The constants were measured on a current
-//! machine, and are right to within a factor of two or so. The number of threads is limited here too
-//! ([`limit_threads`]).
+//! machine, and are right to within a factor of two or so. [`limit_threads`] limits the threads of the process to
+//! `MAX_THREADS` if `RAYON_NUM_THREADS` is larger, with a warning unless `--quiet`.
 //!
 //! [`CostEstimate`] has a function for each kind of run: `simulation_cost`, `equilibrium_cost`, `modes_cost`,
 //! `check_cost` (comparison of derivatives), `study_cost`, `fit_cost` and `design_cost`. `mesh_cost` is the memory of a

@@ -484,7 +484,8 @@ impl<D: Scalar> Trajectory<D> {
     pub fn times(&self) -> &[f64] {
         self.record.times()
     }
-    /// Counts of the numerical work of the run, or of the search for the equilibrium (Newton iterations only).
+    /// Counts of the numerical work of the run, or of the search for the equilibrium (Newton iterations only). All are
+    /// zero for an equilibrium that [`over`](Trajectory::over) differentiated.
     pub fn work(&self) -> Work {
         self.record.work
     }
@@ -631,8 +632,8 @@ impl approx::AbsDiffEq for Trajectory {
         1e-12
     }
 
-    /// Whether times and tracked nodes are equal, and every position of a tracked node agrees to a distance of `epsilon`,
-    /// m. Velocities, derivatives and kept reactions are not compared.
+    /// Whether times and tracked nodes are equal, and every position of a tracked node agrees to a distance of
+    /// `epsilon`, m. Velocities, derivatives and kept reactions are not compared.
     fn abs_diff_eq(&self, other: &Self, epsilon: f64) -> bool {
         let [a, b] = [self, other].map(|t| t.record.tracked_motions());
         self.times() == other.times()

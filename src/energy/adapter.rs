@@ -478,8 +478,9 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
         })
     }
 
-    /// Writes first derivatives and the lower triangle of the second ones by `q` to the first entries of `to`: by hand
-    /// if requested and both are available, else by dual numbers.
+    /// Writes first derivatives and the lower triangle of the second ones by `q`, times the weight of the site (1
+    /// without one), to the first entries of `to`; entries beyond the unknowns stay. They are derived by hand if
+    /// requested and both are available, else by dual numbers.
     fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, to: &mut OwnLocal<D>) {
         by_size!(q, |q| {
             let by_hand = match derivatives {

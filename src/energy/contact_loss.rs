@@ -117,8 +117,9 @@ impl<D: Scalar> LossyContact<'_, D> {
 }
 
 impl<D: Nestable> LossyContact<'_, D> {
-    /// Derivatives of [`forces`](Self::forces) by the unknowns, N/m, where each velocity has the derivative `rate`,
-    /// 1/s, by its unknown.
+    /// Derivatives of [`forces`](Self::forces) by the `U` unknowns of an edge, N/m (N or N m for the angle). The edge
+    /// has two nodes with `A` coordinates each (2 in a plane, 3 in space), and in space an angle. Each velocity has the
+    /// derivative `rate`, 1/s, by its unknown.
     pub fn tangent<const A: usize, const U: usize>(
         &self,
         q: &[D; U],

@@ -255,8 +255,9 @@ impl<D: Scalar> EdgeState<D> {
 /// the first.
 pub type Between<D> = [[D; 4]; 4];
 
-/// Second derivatives by the vectors and angles of two edges, from those by `p`, `q` and `h` in `fe`. Rows of both
-/// belong to `f`, columns to `e`. Includes the turns of both directors by transport from their references.
+/// Second derivatives by the vectors and angles of two edges, from those in `fe` by three motions of each edge. These
+/// are shifts of its unit tangent towards both directors (`p`, `q`) and its rotation about itself (`h`, rad). Rows of
+/// both belong to `f`, columns to `e`. Includes the turns of both directors by transport from their references.
 #[inline(always)]
 pub(crate) fn between<D: Scalar>(
     e: &EdgeState<D>,

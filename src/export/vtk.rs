@@ -39,6 +39,7 @@ pub(super) fn animation(trajectory: &Trajectory, radii: &[f64], frames: usize) -
 }
 
 /// The text of the polydata file of a `step` of a trajectory: nodes, the line through them, velocities and radii.
+/// `radii` are those of the edges, m: a node has that of the edge after it, the last node that of the last edge.
 fn polydata(trajectory: &Trajectory, radii: &[f64], step: usize) -> String {
     let count = trajectory.nodes();
     let row = |[x, y, z]: [f64; 3]| format!("{x} {y} {z}\n");

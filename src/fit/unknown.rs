@@ -5,13 +5,14 @@
 //! value ("the scale of the fit"). Steps and covariances of the search are on this scale, and bounds are converted to
 //! it, cut to the parameter's physical limits. [`Unknown::to_scale`] and [`Unknown::from_scale`] convert, and
 //! [`ParameterPoint`] is a point of all unknowns on their scales. Without names of experiments an unknown belongs to
-//! all whose scene has the parameter. `prior_residual` is the residual of the prior in a fit. [`with_fixed_layouts`]
-//! prepares experiments whose mesh layout does not change with the values of their unknowns. `is_of` returns whether an
-//! unknown belongs to an experiment. `start`, `bounds` and `prior` set these in the unit of the parameter; `value` is
-//! the value at a point on the scale, and `values` are those of all unknowns. `scaled_bounds` are the converted bounds
-//! (infinite without a limit), and `values_of` the values that belong to an experiment. `slope` is the derivative of
-//! the value by its number on the scale. `typical_size` is a change on the scale that changes the motion by about its
-//! size.
+//! all whose scene has the parameter. `prior_residual` is the residual `(value - mean)/sigma` of the prior in a fit.
+//! [`with_fixed_layouts`] prepares experiments whose mesh layout does not change with the values of their unknowns.
+//! `is_of` returns whether an unknown belongs to an experiment. `start`, `bounds` and `prior` set these in the unit of
+//! the parameter; `value` is the value at a point on the scale, and `values` are those of all unknowns. `scaled_bounds`
+//! are the converted bounds (infinite without a limit), and `values_of` the values that belong to an experiment.
+//! `slope` is the derivative of the value by its number on the scale. `typical_size` is a change on the scale that
+//! changes the motion by about its size: 1 for positive parameters, pure numbers and angles. Of others it is the length
+//! of the rod for the unit m, the duration of the records for s, and 0 for other units.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, named};

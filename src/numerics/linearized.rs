@@ -3,11 +3,12 @@
 //! Input: residuals `r`, rows of their Jacobian `J`, the iterate `x` and its bounds. Unknowns at a bound whose descent
 //! points outward are held. [`Linearized::step`] minimizes `|r + J s|^2 + damping |D s|^2` by QR factorization, with
 //! the diagonal scale `D`. Unknowns that leave their bounds stop there, and the others are solved for again. A bounded
-//! step that changes `J s` by more than the unbounded one is repeated with `DAMPING_FACTOR` times the damping. Output:
-//! the step, None if it is not finite. `predicted` returns the decrease of the cost `|r|^2/2` that the linear model
-//! predicts for a step. `least_kept_effect` divides the column norms of `J` at another point by those at `x`; it
-//! returns the smallest of these ratios over the largest, one number for all free unknowns. [`half_sum_of_squares`] is
-//! the cost, and [`column_norms`] are the norms of the columns of a matrix of rows.
+//! step that changes `J s` by more than the unbounded one is repeated with `DAMPING_FACTOR` times the damping, unless
+//! the damping was above `LARGEST_RETRIED_DAMPING`. Output: [`BoundedStep`], the step `s` and the norm of `J s`; None
+//! if a step is not finite. `predicted` returns the decrease of the cost `|r|^2/2` that the linear model predicts for a
+//! step. `least_kept_effect` divides the column norms of `J` at another point by those at `x`; it returns the smallest
+//! of these ratios over the largest, one number for all free unknowns. [`half_sum_of_squares`] is the cost, and
+//! [`column_norms`] are the norms of the columns of a matrix of rows.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -124,7 +124,8 @@ pub trait Factors<D: Scalar>: Clone + Debug + Send + Sync {
     /// range. `x` has as many rows as the matrix; rows outside of the range become zero.
     fn solve_many<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]);
 
-    /// Solves `A x = b` in place for one right-hand side, as [`solve_many`](Self::solve_many).
+    /// Solves `A x = b` in place for one right-hand side over the factored range. `x` has as many rows as the matrix;
+    /// rows outside of the range become zero.
     fn solve<E: RightHandSide<D>>(&self, x: &mut [E]) {
         self.solve_many(x.as_chunks_mut::<1>().0);
     }

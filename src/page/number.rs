@@ -162,7 +162,8 @@ pub(super) fn superscripts(text: &str) -> String {
     text.chars().map(superscript).collect()
 }
 
-/// A unit with its exponents as superscripts, such as those of `kg/m^3`.
+/// A unit with the digits after each `^` as Unicode superscripts, and without `^`: `kg/m³` for `kg/m^3`. An exponent
+/// with a sign loses its `^`, and is not converted.
 fn with_superscripts(unit: &str) -> String {
     let mut parts = unit.split('^');
     let first = parts.next().unwrap_or_default().to_string();

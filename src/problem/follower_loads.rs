@@ -1,11 +1,13 @@
-//! Loads of a scene without a potential on the edges of its mesh: follower loads, and moments in space.
+//! Loads of a scene without a potential on the edges of its mesh: follower loads at points and along lines, and in
+//! space also the moments of point loads.
 //!
 //! The loads of a node act half on each of its edges, those of an end node on its only edge. So the direction of a
 //! follower force, which is given along tangent and directors, is on an inner node the mean of both edges. In a plane
 //! the components along both directors become one along the normal to the left of the tangent. A follower moment has a
 //! potential there, as a moment about the normal of the plane ([`Setup::dead_part`]). In space every moment is without
-//! a potential. [`Setup::follower_loads`] returns them, N and N m: a group of the constant loads, and one for each
-//! signal; those of one edge are added. [`Setup::dead_part`] returns the part of a load that has a potential.
+//! a potential. [`Setup::follower_loads`] returns these loads, N and N m: a group of the constant ones, and one for
+//! each signal, with its value at the given time (s) as factor; those of one edge are added. [`Setup::dead_part`]
+//! returns the part of a follower point load that has a potential, and any other point load unchanged.
 //! `follower_signals` are the signals, and [`follower_vector`] is a vector of the world from components along tangent
 //! and directors of the first edge.
 

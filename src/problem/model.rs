@@ -131,8 +131,10 @@ pub trait Model: Sync {
     /// The rest shape in the axes of the model.
     type Rest<D: Nestable>: Clone + std::fmt::Debug + Send + Sync;
 
-    /// The rest shape of a scene on its mesh, in the axes of the model: nodes, tributary lengths and integrated
-    /// curvatures. In space it has frames, and slants of joints if these are corrected.
+    /// The rest shape of a scene on its mesh, in the axes of the model: nodes, tributary lengths of nodes, edges and
+    /// joints, and the curvature of the rest shape integrated over each joint, rad. In space it also has frames and, if
+    /// joints are corrected, their slants: the components of the unit tangent of the curve along both bending axes of
+    /// the joint.
     fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> Self::Rest<D>;
 
     /// The rod of a scene at this rest shape: elements, masses, weights and internal friction. Point masses, point and

@@ -5,8 +5,10 @@
 //! has no angles; its frames are `()`, and every operation is empty. The derivative of a frame is that of its tangent
 //! and a rotation about the tangent, rad ([`FrameRate`]). [`frame_rates`] returns these derivatives from frames over
 //! dual numbers, [`set_dual_frames`] and [`set_real_frames`] convert frames to dual and to plain numbers;
-//! [`zero_frame_rates`] are derivatives of constant frames. The trait [`RodGeometry`] has strains at a state and the
-//! products with derivatives of frames, forward and transposed.
+//! [`zero_frame_rates`] are derivatives of constant frames. The trait [`RodGeometry`] has the strains at a state. It
+//! returns the derivatives of the gradient, N, that follow from those of frames (`add_frame_rates`), and converts
+//! derivatives of frames before a step to those after it (`move_frame_rates`). Both have a transpose (`add_to_frames`,
+//! `move_frames_back`). `turn_frames` converts derivatives of a number by angles of edges to those by frames.
 
 use crate::energy::frame::{EdgeFrame, one_plus_dot};
 use crate::numerics::lanes::Lanes;

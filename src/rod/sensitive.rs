@@ -4,8 +4,10 @@
 //! numbers per parameter contains these changes ([`ChangedRods`]). Input: these rods, and the derivatives of unknowns
 //! and frames along the parameters. Output: derivatives of strains, of stresses (N, N m), of the stretches of friction
 //! springs with slip, and of the energy gradient and the forces of viscous stresses (N). They are computed for `G`
-//! parameters at a time, one per SIMD lane. [`EffectiveStrains`] are the strains `s` from which a stress `K s` of the
-//! rod, or of its dashpots alone, follows.
+//! parameters at a time, one per SIMD lane. All are per unit of the parameter. [`EffectiveStrains`] are sums of present
+//! and past strains, strain rates and stretches of Maxwell branches, with their derivatives along the parameters. The
+//! stress of a joint with its viscous part is `K (s - s_natural)` of such a strain `s`, that of its dashpots alone `K
+//! s`.
 
 use crate::energy::Derivatives;
 use crate::numerics::lanes::Lanes;

@@ -8,10 +8,12 @@
 //! Functions for the choice of schemes and for checks: `have_forces` returns whether there are point or line loads,
 //! also of zero force, and `have_flow` whether the fluid moves. `first_follower` is the key of the first load without a
 //! potential (follower loads, in space also moments). `are_dissipative` returns whether damping dissipates energy
-//! (`is_dissipative`) or there is a drag. `is_viscous` is true with a Kelvin-Voigt time or Maxwell branches,
-//! `depends_on_history` also with friction; derivatives that are not zero count too. `times` are the keys and values of
-//! all four Kelvin-Voigt times, s; `additional_times` are the Kelvin-Voigt times of stretch, bending and twist, s.
-//! `LineForce::size` is the absolute resultant, N.
+//! (`is_dissipative`) or there is a drag. `is_viscous` is true with a Kelvin-Voigt time or Maxwell branches.
+//! `depends_on_history` is true with a Kelvin-Voigt time, or the stiffness of a Maxwell branch or of friction; in both,
+//! derivatives that are not zero count too. `times` are the keys and values of all four Kelvin-Voigt times, s;
+//! `additional_times` are the Kelvin-Voigt times of stretch, bending and twist, s. `has_additional_times` returns
+//! whether one of these is above zero, and true for all numbers with derivatives. `LineForce::size` is the absolute
+//! resultant, N.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::scene::drag::Drag;

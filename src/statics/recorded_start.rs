@@ -2,10 +2,11 @@
 //! minimization of energy.
 //!
 //! Markers are measured with errors, and their distances differ from the lengths of the rod's edges. A rod placed
-//! exactly on them would start with large axial forces. Therefore the rod, without loads and supports, takes the
-//! shape of least energy in each frame, with springs between marked nodes and markers. The springs are much weaker
-//! than the axial stiffness, and much stronger than bending. The axial stiffness of edges between two held nodes is
-//! left out.
+//! exactly on them would start with large axial forces. Therefore the rod, without loads and supports, takes the shape
+//! of least energy in each frame, with springs between marked nodes and markers. For this its axial stiffness is
+//! multiplied by [`AXIAL_FACTOR`]. The stiffness of a spring is the geometric mean of this axial stiffness and the
+//! bending stiffness of an edge, and larger by the factor `HELD_FACTOR` at held nodes. The axial stiffness of edges
+//! between two held nodes is left out.
 //!
 //! The change between the two frames over the time between them is the velocity in the middle. The caller
 //! extrapolates it to the start by half of that time times the acceleration that
@@ -13,14 +14,17 @@
 //! forces.
 //!
 //! Markers on the center line do not determine the rotation about it. A rod in space with a curved shape or
-//! `rod.natural_bending` gets the rotation of least energy before it relaxes, and the second frame starts from there.
-//! For a straight rod these energies would be noise; its section is oriented by `up`. Additional twist by a gripper
-//! is a number of the scene, the twist of `supports.motion`.
+//! `rod.natural_bending` gets the rotation of least energy before it relaxes in the first frame. The second frame
+//! starts from the result of the first. For a straight rod these energies would be noise; its section is oriented by
+//! `up`. Additional twist by a gripper is a number of the scene, the twist of `supports.motion`.
 //!
-//! Output of `recorded_start`: [`RecordedStart`], unknowns (m, rad) and frames at the first frame, change to the second
-//! one, and the time between, s, with derivatives by parameters if requested. `recorded_shape` is the relaxed shape of
-//! the first frame alone, and `marker_spring` the stiffness of the springs, N/m. Errors: no `supports.path`, no
-//! equilibrium, and a singular tangent where derivatives are requested.
+//! Output of `recorded_start`: [`RecordedStart`] with the unknowns (m, rad) in the first frame of the recording, and
+//! the reference frames of the unrelaxed initial shape. The unknowns have the twist of grippers and the places that
+//! supports prescribe at t = 0. The change to the second frame is without this twist and these places. Unknowns, frames
+//! and change have derivatives by parameters if requested; the time between the frames, s, has none. `recorded_shape`
+//! is the relaxed shape of the first frame with this twist, without these places, and `marker_spring` the stiffness of
+//! the springs at nodes that are not held, N/m. Errors: no `supports.path`, no nodes at the markers, no equilibrium,
+//! and a singular tangent where derivatives are requested.
 
 use crate::energy::Derivatives;
 use crate::error::Error;

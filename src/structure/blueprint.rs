@@ -5,8 +5,9 @@
 //! Planar models are tried unless `dimension` is `spatial`. With `auto`, spatial ones replace them if a planar model is
 //! an error, as where the structure leaves a plane. Without a shear modulus or Poisson's ratio of every rod that error
 //! is returned. [`Blueprint::build`] evaluates rods, bodies and springs for a scene over any number type, such as dual
-//! numbers; `build_tied` adds springs to recorded markers. The result, [`AssemblyAtRest`], has the assembly, its
-//! unknowns (m, rad) and frames at rest, and the meshes at their places.
+//! numbers; with `ties`, `build_tied` adds springs from points of each rod to recorded markers, and multiplies the
+//! axial stiffness of all rods by `AXIAL_FACTOR`. The result, [`AssemblyAtRest`], has the assembly, its unknowns (m,
+//! rad) and frames at rest, and the meshes at their places.
 
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;

@@ -5,10 +5,10 @@
 //! `e` are the three world axes and `R` is the rotation from rest. A point at the offset `o` is `c + R o`, with the
 //! weights `1 - sum o` and `o`. In space bodies have no nodes, and a point of a body is an error, as are unknown names
 //! and points off the rod. [`StructureNodes::stencil`] returns nodes and weights of a point, `around` the nodes on
-//! which it depends for slightly different lengths too. `rod_nodes` is the number of nodes of rods, `count` that with
-//! four for each body, also in space. `nodes_over` is over another number type. `plane_axes` are the axes of the plane,
-//! none in space (`is_spatial`). [`Structure::node_motions`] returns position, m, and velocity, m/s, of every node in
-//! world axes; nodes that bodies carry are placed by these.
+//! which it depends for slightly different lengths too. `rod_nodes` is the number of nodes of rods; `count` adds four
+//! for each body in a plane, and none in space. `nodes_over` is over another number type. `plane_axes` are the axes of
+//! the plane, none in space (`is_spatial`). [`Structure::node_motions`] returns position, m, and velocity, m/s, of
+//! every node in world axes; nodes that bodies carry are placed by these.
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::{Nestable, Scalar};

@@ -300,9 +300,10 @@ impl StructurePlan {
         })
     }
 
-    /// Appends a placement for each rod: rods with an `origin` first, then the first rod, at zero without one. Others
-    /// follow one by one, by the first joint that connects them to a placed rod or to a body with an offset. Joints of
-    /// a body without offsets are at one point ([`at_body`](Self::at_body)). An error for a rod that no joint places.
+    /// Appends for each rod a [`Placement`] without coordinates: its own origin, or its end at a known point of a
+    /// joint. Rods with an `origin` come first, then the first rod, at zero without one. Others follow one by one, by
+    /// the first joint that connects them to a placed rod or to a body with an offset. Joints of a body without offsets
+    /// are at one point ([`at_body`](Self::at_body)). An error for a rod that no joint places.
     fn place_rods(&mut self, scene: &StructureScene) -> Result<(), Error> {
         let mut placed = vec![false; scene.rods.len()];
         let with_origin = |i: &usize| scene.rods[*i].origin.is_some();

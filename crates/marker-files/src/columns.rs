@@ -5,11 +5,13 @@
 //! file: a name of the header, a number from 1, or one of both with a unit. [`ColumnRules::find`] takes the lines of a
 //! file, split into fields, and returns the stated columns with their units, and the first row of numbers. The header
 //! is the first line with all stated names. If only numbers are stated, the rows begin at the first line with a number
-//! in one of these columns. A line of units may stand between header and rows. The unit of a column is the stated one,
-//! else that in brackets in the header, of the line of units, or at the end of the name, if any. [`ColumnRules::fit`]
-//! returns whether lines are a table by the rules. Errors, as messages with a line: no rule, the column 0, columns that
-//! the file does not have, and a name above several columns. So are two rules for one column, and a stated unit that
-//! differs from that of the file.
+//! in one of these columns. A line of units may stand between header and rows: one with a known unit ([`is_unit`]:
+//! time, length, px, or a quantity of sensors) in all stated columns. The unit of a column is the stated one, else that
+//! in brackets in the header, else of the line of units. Else it is a unit of time or length, or px, at the end of the
+//! name, if any. [`ColumnRules::fit`] returns whether lines are a table by the rules. Errors, as messages with a line:
+//! no rule, the column 0, columns that the file does not have, no number in the stated columns, and a name above
+//! several columns. So are two rules for one column, and a stated unit that differs from that in brackets, or without
+//! brackets from that of the line of units.
 
 use crate::separator::{TextRecord, is_number_or_blank};
 use crate::units::{is_unit, plain_unit, split_unit, suffix_unit};
@@ -172,10 +174,11 @@ impl ColumnRules {
 
     /// The stated columns in the records of a file, sorted by position, with their units if known, and the index of the
     /// first row of numbers. The header is the first record with all stated names, or the one above the first row with
-    /// a number in a stated column. A record of units may stand between both. A unit is the stated one, else that in
-    /// brackets in the header, of the record of units, or at the end of the name. Errors: no rule, the column 0, a
-    /// missing name or column, a name above several columns, two rules for one column, and a stated unit that is not
-    /// that of the file.
+    /// a number in a stated column. A record of units may stand between both: one with a known unit ([`is_unit`]) in
+    /// all stated columns. A unit is the stated one, else that in brackets in the header, else of the record of units,
+    /// else at the end of the name (time, length or px). Errors: no rule, the column 0, a missing name or column, a
+    /// name above several columns, two rules for one column, and a stated unit that differs from that in brackets or of
+    /// the record of units.
     pub(crate) fn find(&self, records: &[TextRecord]) -> Result<FoundColumns, RuleError> {
         let StatedColumns { names, numbers } = self.names_and_numbers()?;
         let is_value = |field: &str| !field.is_empty() && is_number_or_blank(field);

@@ -59,10 +59,11 @@ struct OverviewLine {
     result: String,
 }
 
-/// Reads, checks and solves all fits in order, and writes their outputs. After a stop by the user the remaining fits
-/// are not begun. Of several fits an overview is printed unless `--quiet` or an output on standard output, and with
-/// `--report` a comparison page is written. Returns the largest exit code of all fits and outputs; the error of a
-/// single fit is returned, those of several are printed.
+/// Reads all fit files and checks all outputs and costs, then solves the fits in order and writes their outputs. An
+/// error before the first fit is returned. After a stop by the user the remaining fits are not begun. Of several fits
+/// an overview is printed unless `--quiet` or an output on standard output, and with `--report` a comparison page is
+/// written. Returns the largest exit code of all fits and outputs. If the solution of a fit fails, the error is
+/// returned for a single fit, and printed for one of several.
 pub fn run(options: &FitOptions, global: GlobalOptions) -> Result<u8, Error> {
     // All files are read and all outputs checked before the first fit begins.
     let mut runs: Vec<FitRun> = Vec::new();

@@ -20,8 +20,9 @@
 //! checkpoints are stored (`checkpoints`), and the steps between are repeated. `start` makes the gradient at the
 //! initial state; `lists` serves all entries of a list of natural strains by one product, if the start permits it.
 //! Errors are schemes other than Newmark-beta and generalised-alpha, internal friction, user-defined energies,
-//! contacts, loads without a potential, tendons, and actuators with signals ([`Problem::check_reversible`]). For a
-//! Kelvin-Voigt time of zero the run is repeated with a trace of viscosity.
+//! contacts, loads without a potential, tendons, and actuators with signals ([`Problem::check_reversible`]). If a
+//! parameter is a Kelvin-Voigt time and the rod is not viscous, `gradient` and `along` first repeat the run with a
+//! trace of viscosity.
 
 mod checkpoints;
 mod lists;
@@ -231,9 +232,9 @@ impl Reversible {
 impl Reversible {
     /// The derivatives of positions, m, and velocities, m/s, of the tracked nodes along a `direction` in the space of
     /// parameters, in world axes, record after record. The direction has every parameter's component in its unit;
-    /// components of one parameter add up. Method: one forward sensitivity over the stored states, which costs a part of a run for
-    /// any number of parameters. The sum of its products with slopes is the product of [`gradient`](Self::gradient)
-    /// with the direction.
+    /// components of one parameter add up. Method: one forward sensitivity over the stored states, which costs a part
+    /// of a run for any number of parameters. The sum of its products with slopes is the product of
+    /// [`gradient`](Self::gradient) with the direction.
     ///
     /// # Errors
     /// Those of [`gradient`](Self::gradient).

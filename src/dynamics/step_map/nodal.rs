@@ -270,7 +270,8 @@ impl NodalEquations {
         self.h
     }
 
-    /// Factors of change, velocity and acceleration at the start in the velocity that mass damping and drag act on.
+    /// Factors of change, 1/s, velocity and acceleration, s, at the start in the velocity that mass damping and drag
+    /// act on. That is the velocity at the end, of an averaging scheme the mean velocity of the step.
     pub fn damped_factors(&self) -> [f64; 3] {
         self.value.damped
     }

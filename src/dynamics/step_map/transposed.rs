@@ -4,8 +4,10 @@
 //! the state at its start, in place. The derivatives by laws, loads, masses, damping numbers, scheme and drag are added
 //! to [`ParameterSlopes`], those by moving supports to [`MovingSupports`], those through loads in time to
 //! [`TimedLoadSlopes`]. Every stage of the forward map has its transpose here, in reverse order, with one solve with
-//! the same factors. Averaging schemes and internal friction have no transpose. An inaccurate solution with an
-//! indefinite matrix is [`Error::SingularTangent`].
+//! the same factors. The average vector field scheme and internal friction have no transpose; callers reject them.
+//! [`StepMap::transposed`] prepares the map of a step. `has_own_times` includes the terms of Kelvin-Voigt times of
+//! single kinds of strain (stretch, bending, twist), and `frames` is the number of reference frames. An inaccurate
+//! solution with an indefinite matrix is [`Error::SingularTangent`].
 
 use crate::dynamics::linearization::{Linearization, StartForces};
 use crate::dynamics::step_map::branch_relaxation::HistoryMoment;
@@ -17,8 +19,9 @@ use crate::numerics::tangent::{Factors, Tangent};
 use crate::rod::{RodGeometry, Transposed, zero_frame_rates};
 
 impl<'a, R: Transposed> StepMap<'a, R> {
-    /// The map of a `step` for transposed use. `frames`: number of reference frames; `has_own_times`: whether kinds of
-    /// strain have, or could have, damping times of their own.
+    /// The map of a `step` for transposed use. `frames`: number of reference frames; `has_own_times`: whether single
+    /// kinds of strain (stretch, bending, twist) have Kelvin-Voigt times of their own, or requested derivatives by
+    /// these.
     pub fn transposed(
         step: &'a Linearization<'a, f64, R>,
         frames: usize,
@@ -113,7 +116,8 @@ impl<'a, R: Transposed> StepMap<'a, R> {
 
     /// The transpose of [`set_end`](Self::set_end) and [`add_scheme`](Self::add_scheme), for free unknowns. From the
     /// derivatives by the state at the end follow those by force, right-hand side and solution, which overwrite lists
-    /// of `room`. Those by the start overwrite `state`. That by the scheme's parameter is added to `slopes`.
+    /// of `room`. Those by unknowns, velocities and accelerations at the start, without the part through force and
+    /// solution, overwrite lists of `state`. That by the scheme's parameter is added to `slopes`.
     fn end_transposed(
         &self,
         state: &mut StateRates<1>,

@@ -7,9 +7,9 @@
 //! the prior covariance, block by block. The means are the values of the scene for lists, those of the prior for single
 //! parameters; lists come first. The search works on `z`; simulations take the [values](FieldSpace::values),
 //! derivatives the [changes](FieldSpace::changes). `multiply` multiplies by `C` in place. `layout_parameters` are those
-//! for whose values the layout of unknowns is chosen, so that it is the same for all values. No list, a list twice,
-//! parameters without derivatives, and single parameters without a prior, twice, or of camera, supports or shape of the
-//! rod are errors.
+//! for whose values the layout of unknowns is chosen, so that it is the same for all values. No list, a list twice or
+//! not in the scene, a standard deviation or correlation length that is not positive, parameters without derivatives,
+//! and single parameters without a prior, twice, or of camera, supports or shape of the rod are errors.
 //!
 //! `Field` is the list of a fit file, `FieldList` a list with its prior, and `SingleParameter` a single parameter with
 //! its prior.

@@ -61,7 +61,7 @@ impl DataKind for BucklingLoad {
         Some("P")
     }
 
-    /// The critical load.
+    /// The measured critical load, a list of one number: N, or N m of a moment.
     fn scalars(&self) -> Vec<f64> {
         vec![self.value]
     }

@@ -418,8 +418,8 @@ impl dyn DataKind + '_ {
         self.positions().into_iter().zip(factors).flat_map(repeated).collect()
     }
 
-    /// The values grouped by coordinate, each with its index and abscissa: x, y and z of positions, of which those
-    /// without values are left out, or the one axis of scalars. Indices are those in the order of the residuals.
+    /// Indices (in the order of the residuals) and abscissas of the values, without the values, grouped by coordinate:
+    /// x, y and z of positions, of which those without values are left out, or the one axis of scalars.
     pub(crate) fn coordinates(&self, problem: &Problem) -> Vec<Coordinate> {
         let abscissas = self.abscissas(problem).into_iter();
         if let Some(axis) = self.axis() {

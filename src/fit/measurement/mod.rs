@@ -189,8 +189,8 @@ impl Measurement {
         if let MeasuredData::BucklingLoad(own) = &self.data { Some(own) } else { None }
     }
 
-    /// Whether every position of a motion or a shape has an observed coordinate `c` (0 for x); true for other measurements.
-    /// Positions without any observed coordinate do not count.
+    /// Whether every position of a motion or a shape has an observed coordinate `c` (0 for x); true for other
+    /// measurements. Positions without any observed coordinate do not count.
     pub(crate) fn has_coordinate(&self, c: usize) -> bool {
         let motion = self.motion().into_iter().flat_map(|own| &own.samples).map(|s| s.position);
         let shape = self.shape().into_iter().flat_map(|own| &own.sightings).map(|s| s.position);
@@ -219,8 +219,9 @@ impl Measurement {
         self.data.sigmas(&self.header, sigma)
     }
 
-    /// Adds to every value its residual times its standard deviation, in place. `residuals` are in the order of the
-    /// values; `sigma` stands in the place of that of the header.
+    /// Adds to every value its residual times its standard deviation, in place. The latter is `sigma`, in the place of
+    /// that of the header, times the factor of the value in the header, if any. `residuals` are in the order of the
+    /// values.
     pub(crate) fn add_residuals(&mut self, residuals: &[f64], sigma: f64) {
         // A residual is in units of the standard deviation of its own value, which may differ by factors.
         let sigmas = self.sigmas(sigma);

@@ -53,8 +53,9 @@ impl Search<'_> {
         })
     }
 
-    /// Whether the RMS residual of every measurement with a motion is at most [`WRONG_MINIMUM`] (half) of that: not a
-    /// wrong minimum, while mesh and step may still be too coarse.
+    /// Whether the RMS residual ([`spreads`](Self::spreads): by the median with a robust loss) of every measurement
+    /// with a motion is at most [`WRONG_MINIMUM`] (half) of that: not a wrong minimum, while mesh and step may still be
+    /// too coarse.
     pub fn has_plausible_residuals(&self, optimum: &Optimum) -> bool {
         let spreads = self.spreads(optimum);
         self.measured(optimum).zip(spreads).all(|(own, rms)| {

@@ -213,9 +213,9 @@ fn correlated_or_missing(warnings: &Warnings) -> &'static str {
 }
 
 /// Verdict on an inadequate model or set-up, by the first of these that has a warning: error of the set-up, bound or
-/// prior, large residuals, validity of the model, misfits that are all minor ([`MINOR`]), contradiction without misfit,
-/// or misfit. A verdict on a misfit names the outlying experiments. It calls intervals too narrow unless
-/// `compares_experiments`: they then contain the differences between experiments.
+/// prior, large residuals, validity of the model, misfits that are all minor ([`MINOR`]), validation data that
+/// contradict the fit (without other misfit), or misfit. A verdict on a misfit names the outlying experiments. It calls
+/// intervals too narrow unless `compares_experiments`: they then contain the differences between experiments.
 fn inadequate_model(warnings: &Warnings, compares_experiments: bool) -> String {
     // A likely error of the set-up explains all else.
     if let Some(text) = warnings.first(Severity::Suspicion) {

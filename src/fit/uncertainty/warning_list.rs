@@ -2,9 +2,9 @@
 //!
 //! [`Warnings`] collects findings, each with a [`Severity`], a code and a text. `add` adds one that is listed by
 //! itself, `add_minor` one that changes the estimates by less than their standard errors, `append` those of another
-//! list. `has_misfit` is true for any warning of the severities `Unexplained`, `Misfit` or `Ambiguous`;
-//! `has_only_minor_misfits` if there are warnings of the latter two and all are minor. `outlying_experiments` are names
-//! with a warning of that code. Later findings may replace earlier ones by a note (`downgrade_misfit`,
+//! list. `has_misfit` is true for any warning of the severities `Worthless`, `Unexplained`, `Misfit` or `Ambiguous`;
+//! `has_only_minor_misfits` if there are warnings of the latter two and all of these are minor. `outlying_experiments`
+//! are names with a warning of that code. Later findings may replace earlier ones by a note (`downgrade_misfit`,
 //! `downgrade_ambiguity`). If discretization errors explain a misfit, warnings of the severities `Misfit` and
 //! `Ambiguous` are removed, but not those of large residuals; if they are only visible, those of `Ambiguous` alone.
 //! [`Warnings::into_report`] sorts them, the most severe first and minor ones last, else in the order of addition. It
@@ -154,8 +154,8 @@ impl Warnings {
         self.0.iter().find(|w| codes.contains(&w.code)).map(|w| &w.text[..])
     }
 
-    /// Whether the residuals are no noise, or may not be: any warning of the severity `Worthless`, `Unexplained`, `Misfit`
-    /// or `Ambiguous`.
+    /// Whether the residuals are no noise, or may not be: any warning of the severity `Worthless`, `Unexplained`,
+    /// `Misfit` or `Ambiguous`.
     pub fn has_misfit(&self) -> bool {
         let misfits =
             [Severity::Worthless, Severity::Unexplained, Severity::Misfit, Severity::Ambiguous];
@@ -163,8 +163,8 @@ impl Warnings {
     }
 
     /// Replaces all warnings of the severities `Misfit` and `Ambiguous` by one note with this code and text on another
-    /// cause of the residuals. Warnings of large residuals (`Worthless`, `Unexplained`) stay, and also lead to the note.
-    /// Without any of the four nothing changes.
+    /// cause of the residuals. Warnings of large residuals (`Worthless`, `Unexplained`) stay, and also lead to the
+    /// note. Without any of the four nothing changes.
     pub fn downgrade_misfit(&mut self, code: Code, text: &str) {
         if self.has_misfit() {
             // Residuals that are large compared with the motion keep their warning, whatever their cause.

@@ -95,7 +95,8 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
         }
     }
 
-    /// Adds `A e_j x[g]`, column `j` times a number, to vector `g` of `out` (`out[i][g]` is row `i`), for `G` vectors.
+    /// Adds `A e_j x[g]`, column `j` times a number, to vector `g` of `out` (`out[i][g]` is row `i`), for `G` vectors,
+    /// without unsymmetric blocks.
     fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
         of_either!(Self, self, matrix => matrix.add_column(j, x, out));
     }

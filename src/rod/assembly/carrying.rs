@@ -141,7 +141,9 @@ pub trait CarryingBodies<D: Nestable, P>: Clone + Debug + Send + Sync {
     /// scale.
     fn masses(&self, mass: &mut [D]);
 
-    /// Overwrites `gradient`, N, with that of the springs' energies less the work of the loads on bodies.
+    /// Overwrites `gradient`, N, with that of the springs' energies less the work of the loads on bodies, by all
+    /// coordinates. In space derivatives by rotations are those by their increments times their scale, at the present
+    /// rotations.
     fn gradient(&self, z: &[D], frames: &AssemblyFrames<D>, gradient: &mut [D]);
 
     /// Calls `add(row, column, entry)`, `column <= row`, with the second derivatives of the energies of springs and

@@ -4,10 +4,11 @@
 //! joint has those of the rotation of its clamp. One coordinate without effect follows each three, so that all begin at
 //! a multiple of four. Output at given coordinates and reference rotations: unknowns of carried nodes (m, and the angle
 //! of a carried edge, zero), masses (kg), energies of joints and dead loads (J), gradient (N) and second derivatives
-//! (N/m). Derivatives by rotations are those by increments, over `length`. For equilibria and modes they are converted
-//! to the coordinates; a simulation keeps them ([`by_increments`](SpatialBodies::by_increments)). `axes` are the axes
-//! of a body (world axes if it does not rotate), `load_point` is the point of its load, and `rotations_with_axes` lists
-//! all rotations. In a time step the viscous moment of a spring is added by other stiffnesses and natural rotations.
+//! (N/m). Derivatives by rotations are those by increments, rad, over `length`, m, a radius of gyration. For equilibria
+//! and modes they are converted to the coordinates; a simulation keeps them
+//! ([`by_increments`](SpatialBodies::by_increments)). `axes` are the axes of a body (world axes if it does not rotate),
+//! `load_point` is the point of its load, and `rotations_with_axes` lists all rotations. In a time step the viscous
+//! moment of a spring is added by other stiffnesses and natural rotations.
 
 use crate::energy::frame::EdgeFrame;
 use crate::numerics::rotation::{

@@ -8,7 +8,8 @@
 //! identified or known, and those without derivatives in the model. The list ends after [`MOST_NUMBERS`] numbers. The
 //! components of a vector are one change. Derivatives of the residuals by these numbers yield the [input
 //! directions](crate::fit::uncertainty::budget::input_directions). `shifted` moves the values at which these
-//! derivatives are taken. `relative_density_change` returns the relative change if only the density changes.
+//! derivatives are taken. `relative_density_change` returns the relative change if only the density changes, in all
+//! experiments and by the same fraction; else none.
 
 use crate::fit::known::Known;
 use crate::fit::measurement::experiment::Experiment;

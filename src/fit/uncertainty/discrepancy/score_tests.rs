@@ -165,10 +165,10 @@ impl ScoreTestInputs<'_> {
         (found, warnings)
     }
 
-    /// Tests on the full model if the search cost at least [`COST_OF_DERIVATIVES`] simulations (`spent`), or on
-    /// request; else on a coarse one. If the best p-value there is below [`SUSPICIOUS`], the full model is tested after
-    /// all. Empty where the coarse model costs more than [`CHEAP`] times `spent` and the tests were not requested.
-    /// Error: a run fails.
+    /// Score tests and undetected biases by omitted effects: on the full model if the search cost at least
+    /// [`COST_OF_DERIVATIVES`] simulations (`spent`), or on request; else on a coarse one. If the best p-value there is
+    /// below [`SUSPICIOUS`], the full model is used after all. Empty where the coarse model costs more than [`CHEAP`]
+    /// times `spent` and the tests were not requested. Error: a run fails.
     fn run_on_cheapest_model(self, spent: f64) -> Result<ModelDiscrepancy, Error> {
         let search = self.statistics.fitted.search;
         let full = || self.run(search.experiments.to_vec(), false);

@@ -77,9 +77,9 @@ pub(crate) struct CoordinateSamples {
 }
 
 impl CoordinateSamples {
-    /// Samples of a `coordinate` of a measurement in the order of time, or of arc length for a shape. The fit uses the
-    /// part `used` of the degrees of freedom. Values beyond the scale of a robust loss, or with a leverage weight below
-    /// 1, are marked as excluded.
+    /// Measured values and residuals of a `coordinate` of a measurement, in its unit, with their relative standard
+    /// deviations, in the order of time, or of arc length for a shape. The fit uses the part `used` of the degrees of
+    /// freedom. Values beyond the scale of a robust loss, or with a leverage weight below 1, are marked as excluded.
     pub fn new(
         search: &Search,
         MeasuredResiduals { measurement, sigma, residuals, rows, .. }: &MeasuredResiduals,

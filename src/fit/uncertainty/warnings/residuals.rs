@@ -2,16 +2,16 @@
 //!
 //! Inputs are the optimum and its local analysis; each function adds its warnings to those of the fit, whose severity
 //! determines the grade. [`unexplained_motion`] compares the root mean square residual of each measurement with the
-//! observed motion (`UNEXPLAINED`): `Worthless`, `Unexplained`, or `Misfit` of an outlying experiment. Residuals that
-//! are noise by tests or by the scale of the samples, or within [`EXPLAINED_SIGMAS`] stated sigmas, are excepted.
-//! Residuals too large for a stated sigma ([`is_too_large`]) are a `Misfit`. [`test_residuals`] tests each coordinate
-//! for white or AR(1) noise and trend (`Misfit`), notes outliers and autocorrelation, and returns all tests.
-//! [`excess_over_noise_scale`] compares each coordinate with the noise scale from differences of the samples, or
-//! without a scale the correlation with [`STRONG_CORRELATION`] (`Ambiguous`). With a stated sigma it warns only of a
-//! correlation at its limit. [`doubtful_sigmas`] notes a stated sigma that differs from the scatter of the data by more
-//! than a factor of 2.5. [`is_noise`] returns whether `unexplained_motion`, `test_residuals` and
-//! `excess_over_noise_scale` find nothing `Unexplained`, `Ambiguous` or of a `Misfit`, and adds no warnings.
-//! `factor_text` is a factor as text.
+//! observed motion (`UNEXPLAINED`): `Worthless`, `Unexplained`, or a `Misfit` for outlying experiments, of which there
+//! may be several. Residuals that are noise by tests or by the scale of the samples, or within [`EXPLAINED_SIGMAS`]
+//! stated sigmas, are excepted. Independently it adds a `Misfit` for residuals too large for a stated sigma
+//! ([`is_too_large`]). [`test_residuals`] tests each coordinate for white or AR(1) noise and trend (`Misfit`), notes
+//! outliers and autocorrelation, and returns all tests. [`excess_over_noise_scale`] compares each coordinate with the
+//! noise scale from differences of the samples, or without a scale the correlation with [`STRONG_CORRELATION`]
+//! (`Ambiguous`). With a stated sigma it warns only of a correlation at its limit. [`doubtful_sigmas`] notes a stated
+//! sigma of a recorded motion that differs from the scatter of the data by more than a factor of 2.5. [`is_noise`]
+//! returns whether `unexplained_motion`, `test_residuals` and `excess_over_noise_scale` find nothing of the severity
+//! `Worthless`, `Unexplained`, `Misfit` or `Ambiguous`, and adds no warnings. `factor_text` is a factor as text.
 
 use crate::code::Code;
 use crate::fit::measurement::experiment::all;
@@ -56,10 +56,10 @@ pub(crate) fn is_too_large(rms: f64, values: usize) -> bool {
 /// Adds a warning for each measurement with unexplained residuals. Their root mean square exceeds the part
 /// `UNEXPLAINED` of the observed motion, and [`EXPLAINED_SIGMAS`] stated sigmas. They are neither noise of the scale of
 /// the samples ([`Adequacy::is_explained`]) nor white or AR(1) noise by all tests ([`are_residuals_noise`]). The
-/// severity is `Misfit` for one outlying experiment among good ones, `Worthless` if the residuals are as large as the
-/// motion, else `Unexplained`. Independently, residuals too large for a stated sigma ([`is_too_large`]) add a `Misfit`.
-/// `narrow` is the consequence for the intervals, as a sentence. Nothing is added where all residuals are rounding
-/// errors.
+/// severity is `Misfit` for an outlying experiment ([`UnexplainedParts::outlying`]), `Worthless` if the residuals are
+/// as large as the motion, else `Unexplained`. Independently, residuals too large for a stated sigma ([`is_too_large`])
+/// add a `Misfit`. `narrow` is the consequence for the intervals, as a sentence. Nothing is added where all residuals
+/// are rounding errors.
 pub(crate) fn unexplained_motion(
     fitted: Fitted,
     LocalAnalysis { correlations, adequacy, .. }: &LocalAnalysis,
@@ -185,8 +185,8 @@ pub(crate) fn test_residuals(
 }
 
 /// Whether the residuals of every measurement are noise: [`unexplained_motion`], [`test_residuals`] and
-/// [`excess_over_noise_scale`] find nothing of the severity `Unexplained`, `Misfit` or `Ambiguous`. No warnings are
-/// added.
+/// [`excess_over_noise_scale`] find nothing of the severity `Worthless`, `Unexplained`, `Misfit` or `Ambiguous`. No
+/// warnings are added.
 pub(crate) fn is_noise(fitted: Fitted, local: &LocalAnalysis) -> bool {
     let mut warnings = Warnings::default();
     unexplained_motion(fitted, local, "", &mut warnings);
