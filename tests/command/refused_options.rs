@@ -29,7 +29,7 @@ fn cable_markers_without_a_common_frame_are_refused() {
     let row = |k: u32| {
         let (t, x) = (f64::from(k) * 0.01, f64::from(k) * 1e-3);
         let [c, d] = [0.2 + x, 0.3 + x];
-        let pair = if k % 2 == 0 { format!("{c},0,,") } else { format!(",,{d},0") };
+        let pair = if k.is_multiple_of(2) { format!("{c},0,,") } else { format!(",,{d},0") };
         format!("{t},{x},0,{},0,{pair},{},0\n", 0.1 + x, 0.4 + x)
     };
     let rows: String = (0..20).map(row).collect();
