@@ -290,6 +290,7 @@ pub fn fit(
     let solver = LevenbergMarquardt::new(bounds)
         .longest_steps(vec![LONGEST_STEP; unknowns.len()])
         .noise_tolerance(1.0)
+        .last_step(1.0)
         .patience(2);
     let start: Vec<f64> = starts.collect();
     let executor = Executor::new(residuals, solver)

@@ -22,7 +22,7 @@
 //!
 //! A misfit may have corners, for example where strands of a cable begin to slip. There a Gauss-Newton step predicts
 //! a decrease that no step achieves. The search ends after a shortened step that lowers the cost by less than a step
-//! of `last_step` standard errors (or of a larger noise tolerance) would, if the Gauss-Newton step is below half a standard error, or if
+//! of `last_step` standard errors would, if the Gauss-Newton step is below half a standard error, or if
 //! [several](LevenbergMarquardt::patience) such steps follow each other.
 //!
 //! `cargo test --release --test fits nist:: -- --nocapture` compares the results with the reference problems of NIST.
@@ -194,8 +194,8 @@ impl LevenbergMarquardt {
         Self { last_step, ..self }
     }
 
-    /// Sets the number of consecutive shortened steps with a negligible decrease (below that of a step of `last_step` standard
-    /// errors, or of a larger noise tolerance) after which the search ends; default: unlimited. A misfit with a corner at its minimum stops
+    /// Sets the number of consecutive shortened steps with a negligible decrease (below that of a step of `last_step`
+    /// standard errors) after which the search ends; default: unlimited. A misfit with a corner at its minimum stops
     /// all steps, and so does one with jumps for other reasons.
     pub fn patience(self, patience: usize) -> Self {
         Self { patience, ..self }
@@ -414,8 +414,7 @@ where
                         let mut state = state_at(state, next, there);
                         // Negligible decreases after rejections are the sign of a corner.
                         let lowered = 2.0 * gain * predicted;
-                        let part = self.last_step.max(self.noise_tolerance);
-                        let negligible = lowered <= (part * noise).powi(2)
+                        let negligible = lowered <= (self.last_step * noise).powi(2)
                             && (rejected.is_finite() || self.negligible_steps > 0);
                         self.negligible_steps =
                             if negligible { self.negligible_steps + 1 } else { 0 };

@@ -40,8 +40,7 @@ const MAX_LEVERAGE: f64 = 10.0;
 const NO_EFFECT: f64 = 0.1;
 /// Largest number of times that the weights are computed: at the start, and after the fits with them.
 const WEIGHTINGS: usize = 3;
-/// Tolerances of the fits between two weightings: only their end matters, as the start of the next one. A larger tolerance of
-/// the search holds there too.
+/// Tolerances of the fits between two weightings: only their end matters, as the start of the next one.
 const BETWEEN_WEIGHTINGS: Tolerances = Tolerances { step: 1e-10, noise: 0.1, iterations: 12 };
 /// Largest difference of the logarithms of two weights that are taken to be the same. At it the iteration of weights
 /// and fits ends.
@@ -186,13 +185,11 @@ impl Search<'_> {
             halved: residuals.has_halved_steps(),
             x,
         };
-        let noise = BETWEEN_WEIGHTINGS.noise.max(self.tolerance);
-        let tolerances = Tolerances { noise, ..BETWEEN_WEIGHTINGS };
         // Weights and optimum depend on each other: a fixed-point iteration from the weights at the start.
         for _ in 1..WEIGHTINGS {
             let from = start.x.clone();
             let known = self.all_residuals()?.with_evaluation(start);
-            let near = self.optimize(known, &from, tolerances, Some(SearchStage::Full))?;
+            let near = self.optimize(known, &from, BETWEEN_WEIGHTINGS, Some(SearchStage::Full))?;
             let weights = weights_by_leverage(&near.jacobian);
             start = near.into_evaluation();
             if are_alike(&weights, &self.leverage_weights, SAME_WEIGHT) {
