@@ -408,7 +408,7 @@ impl Fit {
         let measured = measured(&experiments);
         let mut precheck = DataPrecheck::new(&measured, &self.unknowns)?;
         // Findings that the report mentions, though the fit already takes them into account.
-        precheck.constant_axes = all_constant_axes(&self.experiments);
+        precheck.constant_axes = all_constant_axes(&self.experiments, &self.stated_numbers());
         precheck.repeated_frames = all_repeated_frames(&measured);
         let (progress, tolerance) = (self.progress.clone(), self.analysis.tolerance);
         let mut search = Search::new(&measured, &self.unknowns, progress, tolerance)?;
@@ -547,11 +547,16 @@ impl Fit {
     /// that cannot be prepared.
     fn prepared_experiments(&self) -> Result<Vec<Experiment>, Error> {
         // The budget varies the inputs too: the layout must not change with them either.
-        let knowns = self.knowns.iter().map(Known::as_unknown);
-        let parameters: Vec<Unknown> = self.unknowns.iter().cloned().chain(knowns).collect();
-        let experiments: Vec<Experiment> =
-            self.experiments.iter().map(without_constant_axes).collect();
+        let parameters = self.stated_numbers();
+        let without = |experiment: &Experiment| without_constant_axes(experiment, &parameters);
+        let experiments: Vec<Experiment> = self.experiments.iter().map(without).collect();
         with_fixed_layouts(&experiments, &parameters)
+    }
+
+    /// The unknowns, and then the inputs with a stated uncertainty as unknowns.
+    fn stated_numbers(&self) -> Vec<Unknown> {
+        let knowns = self.knowns.iter().map(Known::as_unknown);
+        self.unknowns.iter().cloned().chain(knowns).collect()
     }
 
     /// Rejects a fit that cannot be solved: the errors of [`check_plan`](Self::check_plan), and planned measurements.

@@ -16,7 +16,7 @@ use crate::fit::measurement::dataset::ValidationContext;
 use crate::fit::measurement::experiment::{Experiment, all, fitted};
 use crate::fit::measurement::motion::PointMotion;
 use crate::fit::measurement::shape::EquilibriumShape;
-use crate::fit::misfit::camera::is_in_picture;
+use crate::fit::misfit::camera::CameraNeeds;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::discrepancy::omitted_effects::OMITTED_EFFECTS;
 use crate::fit::unknown::{Prior, Unknown};
@@ -217,25 +217,20 @@ fn check_measurements(
 /// Rejects a delay of rows, and a lens distortion, that the scene has or a fit identifies, for measurements in which a
 /// coordinate that they need was not observed in every position.
 fn check_camera(experiment: &Experiment, unknowns: &[Unknown]) -> Result<(), Error> {
-    let camera = experiment.problem.scene().camera;
     let is_unknown =
         |path: &str| unknowns.iter().any(|u| u.parameter.path() == path && u.is_of(experiment));
-    let is_distorted = camera.distortion != 0.0 || is_unknown("camera.distortion");
     for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
-        let row_delay = format!("camera.row_delay.{axis}");
-        let is_delayed = camera.row_delay[c] != 0.0 || is_unknown(&row_delay);
-        let needs_distance = is_distorted && is_in_picture(&experiment.problem, c);
+        let needs = CameraNeeds::new(&experiment.problem, c, is_unknown);
         for (i, measurement) in experiment.measurements.iter().enumerate() {
-            let has_coordinate = measurement.has_coordinate(c);
-            let is_moving = measurement.motion().is_some();
+            let needs_row = needs.row_delay && measurement.motion().is_some();
             let found = format!("{} with positions without {axis}", measurement_key(experiment, i));
-            let key = match is_delayed && is_moving {
-                true => &row_delay,
-                false => "camera.distortion",
+            let key = match needs_row {
+                true => format!("camera.row_delay.{axis}"),
+                false => "camera.distortion".into(),
             };
-            let needs_it = is_delayed && is_moving || needs_distance;
+            let is_met = measurement.has_coordinate(c) || !needs_row && !needs.distortion;
             let allowed = format!("measurements with {axis} in every position");
-            ensure(has_coordinate || !needs_it, key, found, allowed)?;
+            ensure(is_met, key, found, allowed)?;
         }
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! `[time]`: duration, time step and integration scheme, with the validation of these keys.
 //!
 //! A file may leave out the end (that of the recording), the step, or step and scheme (chosen by the program). Beside a
-//! step, or a number of the scheme, the default is Newmark-beta. Numbers of a scheme (`beta`, `rho_inf`, `tolerance`)
+//! step, or a number of the scheme, the default is Newmark-beta; `rho_inf` selects generalised-alpha. Numbers of a scheme (`beta`, `rho_inf`, `tolerance`)
 //! are accepted with the schemes that have them only. `check` rejects an end or step that is not positive and finite, a
 //! missing end without a recording, numbers out of range, and more than `MOST_STEPS` steps. [`Time`] also returns the
 //! number of its scheme (`parameter`) and the step size (`step_size`, s; the duration if no step is chosen yet).
@@ -78,7 +78,7 @@ struct TimeForm<D> {
 impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
     type Error = &'static str;
 
-    /// The times of a form in a file, with defaults: Newmark-beta, beta 0.5, `rho_inf` 0.5, tolerance 3e-14. The scheme
+    /// The times of a form in a file, with defaults: Newmark-beta (generalised-alpha with `rho_inf`), beta 0.5, `rho_inf` 0.5, tolerance 3e-14. The scheme
     /// is left open if neither step nor scheme nor its numbers are given. An error for an infinite step or end, and for
     /// numbers of another scheme.
     fn try_from(form: TimeForm<D>) -> Result<Self, Self::Error> {
@@ -93,7 +93,9 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
         // A step was given for the default scheme, and so were its numbers.
         let numbers = beta.is_some() || rho_inf.is_some() || tolerance.is_some();
         let scheme_left_open = step.is_none() && scheme.is_none() && !numbers;
-        let scheme = scheme.unwrap_or_default();
+        // A number that one scheme alone has names that scheme.
+        let of_number = (rho_inf.is_some() && beta.is_none()).then_some(Scheme::GeneralisedAlpha);
+        let scheme = scheme.or(of_number).unwrap_or_default();
         let parameter = scheme.traits().parameter;
         // A number of another scheme would have no effect.
         if beta.is_some() && parameter != Some(SchemeParameter::Beta) {

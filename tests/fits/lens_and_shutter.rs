@@ -168,3 +168,34 @@ fn lens_and_shutter_without_a_coordinate_are_rejected() {
     let delay = Unknown::new("camera.row_delay.x".parse().unwrap());
     assert!(fit.identify(delay).solve().is_ok());
 }
+
+/// A coordinate that is constant by whole pixels is used where the camera needs it: the modulus is that of data whose
+/// coordinate is not exactly constant.
+#[test]
+fn constant_coordinate_that_the_camera_needs_is_kept() {
+    let mut scene = scene();
+    scene.camera.row_delay = [0.03, 0.0, 0.0];
+    let mut data = observe(&scene, 60).sigma(SIGMA);
+    data.samples.iter_mut().for_each(|sample| sample.position[0] = Some(0.5));
+    data.samples.pop();
+    let mut varied = data.clone();
+    varied.samples[7].position[0] = Some(0.5 + 1e-12);
+    let [one, two] = [data, varied].map(|data| solved(&scene, data, &[]).parameters[0].value);
+    assert!((one.unwrap() / two.unwrap() - 1.0).abs() < 1e-9, "{one:?} {two:?}");
+}
+
+/// A plan has no positions yet: lens and rows act at the simulated ones, so that the data determine their numbers.
+#[test]
+fn plan_determines_lens_and_shutter_at_simulated_positions() {
+    let planned = Observation::planned(0.9, 100.0).unwrap().sigma(SIGMA);
+    let start = |name: &str, value: f64| Unknown::new(name.parse().unwrap()).start(value);
+    let modulus = scene().material.youngs_modulus;
+    let fit = Fit::new(&scene().problem().unwrap()).observe(planned).analyse(of_a_right_mesh());
+    let fit = fit.identify(start("youngs_modulus", modulus));
+    let fit = fit.identify(start("camera.row_delay.y", 0.02));
+    let design = fit.identify(start("camera.distortion", 0.1)).design().unwrap();
+    assert!(design.never_identifiable.is_empty(), "{:?}", design.never_identifiable);
+    for estimate in &design.parameters {
+        assert!(estimate.std_error.is_some_and(f64::is_finite), "{estimate:?}");
+    }
+}

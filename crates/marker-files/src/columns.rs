@@ -14,7 +14,7 @@
 //! brackets from that of the line of units.
 
 use crate::separator::{TextRecord, is_number_or_blank};
-use crate::units::{is_unit, plain_unit, split_unit, suffix_unit};
+use crate::units::{is_same_unit, is_unit, plain_unit, split_unit, suffix_unit};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -236,7 +236,7 @@ impl ColumnRules {
             let in_file =
                 above.as_ref().and_then(|(line, (_, unit))| Some((*line, unit.clone()?))).or(below);
             let unit = match (rule.unit().map(plain_unit), in_file) {
-                (Some(stated), Some((line, found))) if found != stated => {
+                (Some(stated), Some((line, found))) if !is_same_unit(&found, &stated) => {
                     let message = format!(
                         "found the unit {found} in the file and {stated} in columns.{name}, allowed: one unit. \
                          Remove unit"

@@ -40,6 +40,15 @@ pub(crate) fn is_unit(symbol: &str) -> bool {
     symbol == "px" || lengths_and_times.chain(of_sensors).any(|(own, _)| *own == symbol)
 }
 
+/// Whether two symbols are one unit, perhaps in other spellings, as `N m` and `Nm`.
+pub(crate) fn is_same_unit(a: &str, b: &str) -> bool {
+    let are_in = |units: &[(&str, f64)]| {
+        let size = |symbol| units.iter().find(|(own, _)| *own == symbol).map(|(_, size)| *size);
+        size(a).is_some() && size(a) == size(b)
+    };
+    a == b || are_in(&FORCES) || are_in(&MOMENTS) || are_in(&ACCELERATIONS) || are_in(&ANGLES)
+}
+
 /// Name and unit of a column: `X` and `mm` of `X [mm]` or `X (mm)`, `X (tip)` and `mm` of `X (tip) (mm)`. Without
 /// brackets at the end it is the whole header, without a unit. Any text in the last brackets is a unit.
 pub fn split_unit(header: &str) -> (String, Option<String>) {

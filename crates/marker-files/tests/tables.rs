@@ -118,6 +118,12 @@ fn columns_are_read_by_number_and_name() {
     let table = table.unwrap();
     let column = table.require("fx").unwrap();
     assert_eq!(table.factor(column, &FORCES, "").unwrap(), 1e-3);
+    // A stated unit may have another spelling than that of the file.
+    let moments = columns(&[("t", "1", None), ("mx", "2", Some("N m"))]);
+    let text = "time,moment\ns,Nm\n0,1\n0.01,2\n";
+    assert!(
+        Table::of_columns(Path::new("f.csv"), text.as_bytes(), moments.columns.as_ref()).is_ok()
+    );
     // Stated units, and the scale of columns without a unit.
     let stated = [("t", "1", Some("ms")), ("x", "2", Some("mm")), ("y", "3", Some("cm"))];
     is_the_motion("0 0 0.5\n10 1 0.5\n20 2 0.5\n", &columns(&stated));

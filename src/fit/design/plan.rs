@@ -13,10 +13,11 @@ use crate::error::Error;
 use crate::fit::design::candidate_designs::CandidateDesigns;
 use crate::fit::design::contributions::contributions;
 use crate::fit::design::report::Design;
-use crate::fit::design::usable_rows::UsableRows;
+use crate::fit::design::usable_rows::{UsableRows, add_residuals};
 use crate::fit::known::Known;
 use crate::fit::measurement::experiment::{Experiment, all, fitted, full_work};
 use crate::fit::measurement::loss::Loss;
+use crate::fit::misfit::camera::CameraNeeds;
 use crate::fit::misfit::initial_sigmas::first_sigmas;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::report::covariance_parts;
@@ -39,6 +40,16 @@ pub(crate) struct PlannedFit<'a> {
     pub progress: Option<Progress>,
 }
 
+/// Simulations of a plan that find recorded positions from those before them.
+const PICTURES: usize = 10;
+
+/// Whether lens distortion or a delay of rows, given or unknown, acts in an experiment.
+fn acts_at_positions(experiment: &Experiment, unknowns: &[Unknown]) -> bool {
+    let is_unknown =
+        |path: &str| unknowns.iter().any(|u| u.parameter.path() == path && u.is_of(experiment));
+    (0..3).any(|c| CameraNeeds::new(&experiment.problem, c, is_unknown).any())
+}
+
 impl PlannedFit<'_> {
     /// The expected uncertainties of the plan and of its candidate designs, by a simulation with derivatives and the
     /// assessment of the exact fit. Where the program chose mesh or step, they are chosen again at these values. Rows
@@ -55,10 +66,20 @@ impl PlannedFit<'_> {
             prepare(experiment, ParameterPoint { unknowns, x: &x })?;
         }
         let designs = CandidateDesigns::new(&planned)?;
-        let widened = designs.experiments(&planned);
+        let mut widened = designs.experiments(&planned);
         let (sigmas, work) = (first_sigmas(&widened), full_work(&planned)?);
         // A plan has no search with growing horizons: all rows are simulated at once.
         let horizons = vec![f64::MAX; widened.len()];
+        // Lens and rows act at recorded positions, for which a plan has placeholders: the simulated ones follow by
+        // iteration, as they depend on themselves.
+        if widened.iter().any(|experiment| acts_at_positions(experiment, unknowns)) {
+            for _ in 0..PICTURES {
+                let residuals = Residuals::new(&widened, &sigmas, unknowns, &horizons, work)?;
+                let found = residuals.plain_residuals(&x)?;
+                designs.fill(&mut planned, &found);
+                add_residuals(&mut widened, &sigmas, &found);
+            }
+        }
         let residuals = Residuals::new(&widened, &sigmas, unknowns, &horizons, work)?;
         let mut rows = residuals.plain_jacobian(&x)?;
         let simulated = residuals.plain_residuals(&x)?;

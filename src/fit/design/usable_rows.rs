@@ -23,6 +23,18 @@ pub(crate) struct UsableRows {
     weights: Vec<f64>,
 }
 
+/// Adds the `residuals`, in units of the `sigmas` of the measurements, to the values of all measurements of
+/// `experiments`, in their order, in place. Residuals of priors at the end are left out.
+pub(crate) fn add_residuals(experiments: &mut [Experiment], sigmas: &[f64], residuals: &[f64]) {
+    let mut rest = residuals;
+    let measurements = experiments.iter_mut().flat_map(|e| &mut e.measurements);
+    for (measurement, sigma) in measurements.zip(sigmas) {
+        let (own, others) = rest.split_at(measurement.values());
+        measurement.add_residuals(own, *sigma);
+        rest = others;
+    }
+}
+
 impl UsableRows {
     /// The usable rows of experiments with all candidate recordings, from the growth of their sensitivities. `sigmas`
     /// has the standard deviation of each measurement in its unit. `residuals` and `rows` are the unweighted residuals
@@ -36,13 +48,7 @@ impl UsableRows {
         rows: &[Vec<f64>],
     ) -> Self {
         // The growth is compared with the speeds of the simulation.
-        let mut rest = residuals;
-        let measurements = experiments.iter_mut().flat_map(|e| &mut e.measurements);
-        for (measurement, sigma) in measurements.zip(sigmas) {
-            let (own, others) = rest.split_at(measurement.values());
-            measurement.add_residuals(own, *sigma);
-            rest = others;
-        }
+        add_residuals(&mut experiments, sigmas, residuals);
         let growths = growths(&experiments, unknowns, sigmas, rows);
         let mut weights = growth_weights(&experiments, &growths);
         // A plan has no fit that could down-weight rows gradually: rows are usable or not.

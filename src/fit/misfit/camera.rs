@@ -11,8 +11,10 @@ use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};
 use crate::problem::Problem;
 use crate::scene::Parameter;
 
-/// Fixed-point iterations that invert the distortion; each reduces the error by `3 |distortion| r^2`.
+/// Newton iterations that invert the distortion; they double the number of digits.
 const INVERSIONS: usize = 30;
+/// Relative error of a distance that the inversion may leave.
+const INVERSION_ERROR: f64 = 1e-9;
 /// Length of a component of the axis of the camera above which the coordinate is not in the picture.
 const ALONG_AXIS: f64 = 1.0 - 1e-9;
 
@@ -131,21 +133,26 @@ impl<D: Scalar> View<D> {
 
 impl View<f64> {
     /// The recorded position, m, of a point at the position `x` in the world, m, with distortion: the solution of
-    /// `undistorted(p) = recorded(x)`, by fixed-point iterations.
+    /// `undistorted(p) = recorded(x)`, by Newton's method. Positions that the lens cannot record stay undistorted.
     pub fn pictured(&self, x: Vector<f64>) -> Vector<f64> {
         let recorded = self.recorded(x);
         let Some(lens) = &self.lens else { return recorded };
         let radial = self.in_picture(sub(recorded, lens.center));
-        let mut distorted = radial;
+        let distance = dot(radial, radial).sqrt();
+        let mut found = distance;
         for _ in 0..INVERSIONS {
-            let factor = 1.0 + lens.distortion * dot(distorted, distorted);
-            // A lens that folds the picture has no inverse: the undistorted position remains.
-            if factor < 0.5 {
+            let square = lens.distortion * found * found;
+            // Beyond the largest undistorted distance no point of the picture exists: that without distortion remains.
+            if 1.0 + 3.0 * square <= 0.0 {
                 return recorded;
             }
-            distorted = scale(radial, factor.recip());
+            found -= (found * (1.0 + square) - distance) / (1.0 + 3.0 * square);
         }
-        add(sub(recorded, radial), distorted)
+        let factor = 1.0 + lens.distortion * found * found;
+        match (found * factor - distance).abs() <= INVERSION_ERROR * distance {
+            true => add(sub(recorded, radial), scale(radial, factor.recip())),
+            false => recorded,
+        }
     }
 
     /// The latest time of the motion, s, at which a point within the `range` of recorded coordinates, m, is read in a frame at
@@ -158,6 +165,34 @@ impl View<f64> {
             latest += delays.map_or(0.0, |[a, b]| a.max(b));
         }
         latest
+    }
+}
+
+/// What a camera needs of an observed coordinate.
+#[derive(Clone, Copy)]
+pub(crate) struct CameraNeeds {
+    /// Whether the delay of rows depends on it.
+    pub row_delay: bool,
+    /// Whether the lens distortion depends on it.
+    pub distortion: bool,
+}
+
+impl CameraNeeds {
+    /// The needs of the camera of a `problem` for `coordinate` (0 for x): of numbers that are not zero, and of those that
+    /// `is_unknown` by their path.
+    pub fn new(problem: &Problem, coordinate: usize, is_unknown: impl Fn(&str) -> bool) -> Self {
+        let camera = problem.scene().camera;
+        let path = format!("camera.row_delay.{}", ["x", "y", "z"][coordinate]);
+        let is_distorted = camera.distortion != 0.0 || is_unknown("camera.distortion");
+        Self {
+            row_delay: camera.row_delay[coordinate] != 0.0 || is_unknown(&path),
+            distortion: is_distorted && is_in_picture(problem, coordinate),
+        }
+    }
+
+    /// Whether anything depends on the coordinate.
+    pub fn any(self) -> bool {
+        self.row_delay || self.distortion
     }
 }
 

@@ -294,8 +294,9 @@ impl<'a> Release<'a> {
         let onset = onset_of_motion(&times, &positions)?;
         // The sample nearest to the change point is the onset.
         let distance = |t: &f64| (t - onset).abs();
-        let onset = times.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
-        let rest = self.view.time(onset);
+        let first =
+            samples.iter().min_by(|a, b| distance(&a.time).total_cmp(&distance(&b.time)))?;
+        let (onset, rest) = (first.time, self.view.sample_time(first.time, &first.position));
         (rest > 0.0).then(|| {
             format!(
                 "{label}: the point rests until t = {onset:.4} s, and the scene releases the rod at t = 0 s. The recording \
@@ -317,7 +318,9 @@ impl<'a> Release<'a> {
         // Distance beyond the largest possible way since the start. One of the first three samples may be an outlier.
         let excess = |s: &Sample| {
             let distance = norm(Self::displacement(self.start, s));
-            distance - fastest * self.view.time(s.time) - START_NOISE * self.noise
+            distance
+                - fastest * self.view.sample_time(s.time, &s.position)
+                - START_NOISE * self.noise
         };
         let first = samples.iter().filter(is_observed).take(3);
         let Some(nearest) = first.min_by(|a, b| excess(a).total_cmp(&excess(b))) else {

@@ -110,7 +110,7 @@ pub(super) fn compare_all(
 /// A copy of the experiment without constant coordinates. Where its scene leaves mesh, step or scheme open, they are
 /// chosen for the accuracy of the measured motion, modes or equilibrium. Error: that choice fails.
 fn with_resolved_mesh(experiment: &Experiment) -> Result<Experiment, Error> {
-    let experiment = without_constant_axes(experiment);
+    let experiment = without_constant_axes(experiment, &[]);
     let problem = &experiment.problem;
     if !problem.scene().chosen().any() {
         return Ok(experiment);

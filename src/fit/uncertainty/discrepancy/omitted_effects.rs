@@ -437,7 +437,9 @@ impl OmittedEffect {
     /// refuse the term, or the model has no derivative by its number.
     pub fn added(&self, problem: &Problem, sizes: &RodSizes) -> Option<Problem> {
         let mut scene = problem.scene().clone();
-        if self.is_excluded_by(&scene) {
+        // Lens and rows need coordinates that an experiment may not have: it then has no size of the effect.
+        let needs_picture = ["camera.row_delay.y", "camera.distortion"].contains(&self.path);
+        if self.is_excluded_by(&scene) || needs_picture && (self.plausible)(sizes).is_none() {
             return None;
         }
         (self.add)(&mut scene, sizes);

@@ -56,11 +56,12 @@ impl RodSizes {
         let [i1, i2] = moments.second_moments;
         let least = i1.min(i2);
         let rise_times = experiment.records().map(|o| o.rise_time()).filter(|t| *t > 0.0);
-        let frames = experiment.records().filter_map(|o| {
+        let spacing = |o: &PointMotion| {
             let (first, last) = (o.samples.first()?.time, o.samples.last()?.time);
             (o.samples.len() > 1).then(|| (last - first) / (o.samples.len() - 1) as f64)
-        });
-        let frame = frames.reduce(f64::min);
+        };
+        let frame = experiment.records().filter_map(|o| spacing(&o)).reduce(f64::min);
+        let picture = experiment.motions().filter_map(spacing).reduce(f64::min);
         let has_coordinate = |c| experiment.measurements.iter().all(|own| own.has_coordinate(c));
         // Pictures are of one plane; recordings in space are from several cameras.
         let is_pictured = problem.model().0 == "planar";
@@ -86,7 +87,7 @@ impl RodSizes {
             // The first extreme is half a period after the start.
             frequency: rise_times.reduce(f64::min).map(|time| PI / time),
             frame,
-            row_delay: frame.filter(|_| is_pictured && has_coordinate(1)).map(|t| t / length),
+            row_delay: picture.filter(|_| is_pictured && has_coordinate(1)).map(|t| t / length),
             distortion: (is_pictured && has_picture).then_some(DISTORTION / (length * length)),
             // A tip load deflects the tip by k L^2/3 for the curvature k at the clamp.
             curvature: farthest.map(|distance| 3.0 * distance / length.powi(2)),
