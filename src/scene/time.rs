@@ -1,8 +1,8 @@
 //! `[time]`: duration, time step and integration scheme, with the validation of these keys.
 //!
 //! A file may leave out the end (that of the recording), the step, or step and scheme (chosen by the program). Beside a
-//! step, or a number of the scheme, the default is Newmark-beta; `rho_inf` selects generalised-alpha. Numbers of a scheme (`beta`, `rho_inf`, `tolerance`)
-//! are accepted with the schemes that have them only. `check` rejects an end or step that is not positive and finite, a
+//! step, or a number of the scheme, the default is Newmark-beta; `rho_inf` selects generalised-alpha. Numbers of a
+//! scheme (`beta`, `rho_inf`, `tolerance`) are accepted with the schemes that have them only. `check` rejects an end or step that is not positive and finite, a
 //! missing end without a recording, numbers out of range, and more than `MOST_STEPS` steps. [`Time`] also returns the
 //! number of its scheme (`parameter`) and the step size (`step_size`, s; the duration if no step is chosen yet).
 //! `is_beyond_end` returns whether a given step is longer than the duration. `new` has Newmark-beta, `lasting` leaves
@@ -78,9 +78,9 @@ struct TimeForm<D> {
 impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
     type Error = &'static str;
 
-    /// The times of a form in a file, with defaults: Newmark-beta (generalised-alpha with `rho_inf`), beta 0.5, `rho_inf` 0.5, tolerance 3e-14. The scheme
-    /// is left open if neither step nor scheme nor its numbers are given. An error for an infinite step or end, and for
-    /// numbers of another scheme.
+    /// The times of a form in a file, with defaults: Newmark-beta (generalised-alpha with `rho_inf`), beta 0.5, `rho_inf`
+    /// 0.5, tolerance 3e-14. The scheme is left open if neither step nor scheme nor its numbers are given. An error for
+    /// an infinite step or end, and for numbers of another scheme.
     fn try_from(form: TimeForm<D>) -> Result<Self, Self::Error> {
         let TimeForm { end, step, scheme, beta, rho_inf, tolerance } = form;
         // Infinity is the internal mark of a missing number, and must not be in a file.
