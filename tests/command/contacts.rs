@@ -45,7 +45,7 @@ fn default_scheme_of_contacts_keeps_a_rod_at_rest_on_a_plane() {
     folder.write("beta.toml", &without_losses("beta = 0.5"));
     succeeds(&folder.run(&["simulate", "contact.toml", "--json", "run.json"]));
     let json: Value = serde_json::from_str(&folder.read("run.json")).unwrap();
-    assert_eq!(json["scheme"].as_str(), Some("generalised-alpha"));
+    assert_eq!(json["scene"]["time"]["scheme"].as_str(), Some("generalised-alpha"));
     for number in ["tolerance = 1e-12", "rho_inf = 0.4"] {
         folder.write("number.toml", &without_losses(number));
         succeeds(&folder.run(&["simulate", "number.toml"]));
