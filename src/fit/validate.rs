@@ -12,11 +12,11 @@
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
+use crate::fit::measurement::camera_needs::camera_needs;
 use crate::fit::measurement::dataset::ValidationContext;
 use crate::fit::measurement::experiment::{Experiment, all, fitted};
 use crate::fit::measurement::motion::PointMotion;
 use crate::fit::measurement::shape::EquilibriumShape;
-use crate::fit::misfit::camera::CameraNeeds;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::discrepancy::omitted_effects::OMITTED_EFFECTS;
 use crate::fit::unknown::{Prior, Unknown};
@@ -217,10 +217,8 @@ fn check_measurements(
 /// Rejects a delay of rows, and a lens distortion, that the scene has or a fit identifies, for measurements in which a
 /// coordinate that they need was not observed in every position.
 fn check_camera(experiment: &Experiment, unknowns: &[Unknown]) -> Result<(), Error> {
-    let is_unknown =
-        |path: &str| unknowns.iter().any(|u| u.parameter.path() == path && u.is_of(experiment));
-    for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
-        let needs = CameraNeeds::new(&experiment.problem, c, is_unknown);
+    let all_needs = camera_needs(experiment, unknowns);
+    for (c, (axis, needs)) in ["x", "y", "z"].into_iter().zip(all_needs).enumerate() {
         for (i, measurement) in experiment.measurements.iter().enumerate() {
             let needs_row = needs.row_delay && measurement.motion().is_some();
             let found = format!("{} with positions without {axis}", measurement_key(experiment, i));

@@ -2,7 +2,7 @@
 //! end.
 //!
 //! [`PartFile::beside`] creates and locks the temporary file, in the folder of the result and with its name. `persist`
-//! renames it to the result, `keep` to `NAME.XXXXXX.kept`, and dropping it removes it. It is locked as long as it is
+//! renames it to the result, `keep` to `NAME.XXXXXX.kept`, and dropping it removes it. It is locked while it is
 //! open. A temporary file without a lock belongs to a process that was killed; the next process that writes the same
 //! name removes it. Where the file system has no locks, such files stay. Names above `LONGEST_NAME` are replaced by
 //! `rodfit`. [`folder_of`] returns the folder of a path.

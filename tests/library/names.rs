@@ -29,14 +29,14 @@ const MODULES: &str = "
 acceleration accuracy actuation actuators adapter adequacy adjoint adjoint_gradient aim along analysis ar1
 arrays assembly assessment attach attachment autocorrelation averaging axes banded basis bench bend_twist bias
 bisection blocks blueprint bodies bootstrap bordered boundary branch_relaxation break_points buckling
-buckling_form budget by_unknowns cable camera campaign candidate_designs card carrying changes chart check
-checkpoints cluster_jackknife coarse code coefficients collect columns combinations combined command
-comparison compute constant_axes contact contact_loss contact_losses contacts contributions convergence
-conversion coordinate_series correlation covariance coverage_factor critical_load csv csv_table curved_joints
-damping data data_precheck dataset dead_load dead_moment definition descent design determined_groups
-difference director_axes discrepancy discrete discretization displacement_driven display drag drag_forces
-drawing duplicates dynamics edge_contact edge_coordinates edge_tie edges effects elimination energy
-energy_balance entries envelope envelope_lu equilibrium equilibrium_derivatives error errors estimate
+buckling_form budget by_unknowns cable camera camera_needs campaign candidate_designs card carrying changes
+chart check checkpoints cluster_jackknife coarse code coefficients collect columns combinations combined
+command comparison compute constant_axes contact contact_loss contact_losses contacts contributions
+convergence conversion coordinate_series correlation covariance coverage_factor critical_load csv csv_table
+curved_joints damping data data_precheck dataset dead_load dead_moment definition descent design
+determined_groups difference director_axes discrepancy discrete discretization displacement_driven display
+drag drag_forces drawing duplicates dynamics edge_contact edge_coordinates edge_tie edges effects elimination
+energy energy_balance entries envelope envelope_lu equilibrium equilibrium_derivatives error errors estimate
 estimate_table experiment experiment_estimates experiment_form explain export extend extra extrapolation fault
 faults field figure file film find_equilibrium findings finite_difference fit fit_name fit_pattern fit_run
 fit_statistics fit_summary fitted follower_load follower_loads follower_modes foot_point force_rates forces

@@ -42,7 +42,7 @@ pub struct AxisColumnNames {
 }
 
 impl SigmaColumns {
-    /// The name of the column of x, y and z, as it is stated; `None` where no column is stated.
+    /// The name of the column of x, y and z, as stated; `None` where no column is stated.
     fn names(&self) -> [Option<&str>; 3] {
         match self {
             Self::All(name) => [Some(name); 3],

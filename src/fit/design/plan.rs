@@ -15,9 +15,9 @@ use crate::fit::design::contributions::contributions;
 use crate::fit::design::report::Design;
 use crate::fit::design::usable_rows::{UsableRows, add_residuals};
 use crate::fit::known::Known;
+use crate::fit::measurement::camera_needs::{CameraNeeds, camera_needs};
 use crate::fit::measurement::experiment::{Experiment, all, fitted, full_work};
 use crate::fit::measurement::loss::Loss;
-use crate::fit::misfit::camera::CameraNeeds;
 use crate::fit::misfit::initial_sigmas::first_sigmas;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::report::covariance_parts;
@@ -31,6 +31,10 @@ use crate::fit::unknown::{ParameterPoint, Unknown};
 use crate::fit::validate::measurement_key;
 use std::time::Instant;
 
+/// Fixed-point iterations for the positions of a plan; the error falls by the speed times the row delay, or `3 distortion
+/// r^2`, in each.
+const POSITION_ITERATIONS: usize = 10;
+
 /// A fit of planned measurements, which have times and noise, but no values.
 pub(crate) struct PlannedFit<'a> {
     pub experiments: &'a [Experiment],
@@ -38,16 +42,6 @@ pub(crate) struct PlannedFit<'a> {
     pub knowns: &'a [Known],
     pub analysis: &'a Analysis,
     pub progress: Option<Progress>,
-}
-
-/// Simulations of a plan that find recorded positions from those before them.
-const PICTURES: usize = 10;
-
-/// Whether lens distortion or a delay of rows, given or unknown, acts in an experiment.
-fn acts_at_positions(experiment: &Experiment, unknowns: &[Unknown]) -> bool {
-    let is_unknown =
-        |path: &str| unknowns.iter().any(|u| u.parameter.path() == path && u.is_of(experiment));
-    (0..3).any(|c| CameraNeeds::new(&experiment.problem, c, is_unknown).any())
 }
 
 impl PlannedFit<'_> {
@@ -70,12 +64,16 @@ impl PlannedFit<'_> {
         let (sigmas, work) = (first_sigmas(&widened), full_work(&planned)?);
         // A plan has no search with growing horizons: all rows are simulated at once.
         let horizons = vec![f64::MAX; widened.len()];
-        // Lens and rows act at recorded positions, for which a plan has placeholders: the simulated ones follow by
-        // iteration, as they depend on themselves.
-        if widened.iter().any(|experiment| acts_at_positions(experiment, unknowns)) {
-            for _ in 0..PICTURES {
+        let mut simulations = 0.0;
+        // Lens distortion and row delay depend on the recorded positions. Those of a plan are zeros, which are replaced
+        // by simulated positions: a fixed-point iteration, as these depend on the positions of the iteration before.
+        let needs_positions =
+            |e: &Experiment| camera_needs(e, unknowns).into_iter().any(CameraNeeds::any);
+        if widened.iter().any(needs_positions) {
+            for _ in 0..POSITION_ITERATIONS {
                 let residuals = Residuals::new(&widened, &sigmas, unknowns, &horizons, work)?;
                 let found = residuals.plain_residuals(&x)?;
+                simulations += residuals.simulations();
                 designs.fill(&mut planned, &found);
                 add_residuals(&mut widened, &sigmas, &found);
             }
@@ -91,7 +89,7 @@ impl PlannedFit<'_> {
         // With the simulated values as data the residuals are zero, and the given values are the optimum.
         let mut search = Search::new(&planned, unknowns, progress, analysis.tolerance)?;
         search.leverage_weights = usable.weights(&designs);
-        search.work.add(residuals.simulations() * work);
+        search.work.add((simulations + residuals.simulations()) * work);
         let jacobian = designs.planned(&rows);
         let optimum = Optimum {
             residuals: vec![0.0; jacobian.len()],

@@ -8,8 +8,8 @@
 //! ([`without_constant_axes`]), and their list for a warning in the report ([`all_constant_axes`]).
 
 use crate::fit::measurement::Measurement;
+use crate::fit::measurement::camera_needs::camera_needs;
 use crate::fit::measurement::experiment::Experiment;
-use crate::fit::misfit::camera::CameraNeeds;
 use crate::fit::unknown::Unknown;
 
 /// Smallest number of equal values that are no coincidence. A larger number keeps constant coordinates of short
@@ -35,10 +35,10 @@ pub(crate) struct ConstantAxis {
 /// that the camera needs, also for one of the `unknowns`, stay.
 pub(crate) fn without_constant_axes(experiment: &Experiment, unknowns: &[Unknown]) -> Experiment {
     let mut experiment = experiment.clone();
-    let (normal, needed) = (planar_normal(&experiment), needed_by_camera(&experiment, unknowns));
+    let (normal, needed) = (planar_normal(&experiment), camera_needs(&experiment, unknowns));
     for measurement in &mut experiment.measurements {
         let mut axes = constant_axes(measurement, normal);
-        axes.retain(|axis| !needed[*axis]);
+        axes.retain(|axis| !needed[*axis].any());
         if !axes.is_empty() {
             remove(measurement, &axes);
         }
@@ -52,13 +52,6 @@ fn planar_normal(experiment: &Experiment) -> Option<[f64; 3]> {
     (problem.model().0 == "planar").then(|| problem.normal())
 }
 
-/// Whether the camera of an experiment needs each coordinate, for its numbers or for one of the `unknowns`.
-fn needed_by_camera(experiment: &Experiment, unknowns: &[Unknown]) -> [bool; 3] {
-    let is_unknown =
-        |path: &str| unknowns.iter().any(|u| u.parameter.path() == path && u.is_of(experiment));
-    [0, 1, 2].map(|c| CameraNeeds::new(&experiment.problem, c, is_unknown).any())
-}
-
 /// One entry per coordinate that [`without_constant_axes`] removes from a measurement, of all experiments in the order of
 /// the measurements and then x, y, z: label, axis, value in m, and number of samples. Validation data are included.
 pub(crate) fn all_constant_axes(
@@ -67,10 +60,10 @@ pub(crate) fn all_constant_axes(
 ) -> Vec<ConstantAxis> {
     let mut found = Vec::new();
     for experiment in experiments {
-        let needed = needed_by_camera(experiment, unknowns);
+        let needed = camera_needs(experiment, unknowns);
         for measurement in &experiment.measurements {
             let axes = constant_axes(measurement, planar_normal(experiment)).into_iter();
-            for axis in axes.filter(|axis| !needed[*axis]) {
+            for axis in axes.filter(|axis| !needed[*axis].any()) {
                 let values: Vec<f64> =
                     measurement.positions().iter().filter_map(|p| p[axis]).collect();
                 found.push(ConstantAxis {

@@ -17,6 +17,7 @@
 //! place.
 
 pub(crate) mod buckling;
+pub(crate) mod camera_needs;
 pub(crate) mod constant_axes;
 pub(crate) mod dataset;
 pub(crate) mod experiment;

@@ -168,34 +168,6 @@ impl View<f64> {
     }
 }
 
-/// What a camera needs of an observed coordinate.
-#[derive(Clone, Copy)]
-pub(crate) struct CameraNeeds {
-    /// Whether the delay of rows depends on it.
-    pub row_delay: bool,
-    /// Whether the lens distortion depends on it.
-    pub distortion: bool,
-}
-
-impl CameraNeeds {
-    /// The needs of the camera of a `problem` for `coordinate` (0 for x): of numbers that are not zero, and of those that
-    /// `is_unknown` by their path.
-    pub fn new(problem: &Problem, coordinate: usize, is_unknown: impl Fn(&str) -> bool) -> Self {
-        let camera = problem.scene().camera;
-        let path = format!("camera.row_delay.{}", ["x", "y", "z"][coordinate]);
-        let is_distorted = camera.distortion != 0.0 || is_unknown("camera.distortion");
-        Self {
-            row_delay: camera.row_delay[coordinate] != 0.0 || is_unknown(&path),
-            distortion: is_distorted && is_in_picture(problem, coordinate),
-        }
-    }
-
-    /// Whether anything depends on the coordinate.
-    pub fn any(self) -> bool {
-        self.row_delay || self.distortion
-    }
-}
-
 /// Whether a coordinate is in the picture of the camera of a `problem`: not along its optical axis.
 pub(crate) fn is_in_picture(problem: &Problem, coordinate: usize) -> bool {
     problem.normal()[coordinate].abs() < ALONG_AXIS

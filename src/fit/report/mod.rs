@@ -228,15 +228,6 @@ impl FitReport {
         self.parameters.iter().filter_map(|e| Some((e.name, e.value?))).collect()
     }
 
-    /// All parameters with their values at the optimum, in their units, also those that the data do not determine: together
-    /// they give the simulation that was fitted. Values of single unidentifiable parameters have no meaning. Empty where the fit
-    /// has no optimum.
-    pub fn values_at_optimum(&self) -> Vec<(Parameter, f64)> {
-        let chosen = self.local_minima.list.iter().find(|minimum| minimum.chosen);
-        let values = chosen.map_or(&[][..], |minimum| &minimum.values);
-        self.parameters.iter().map(|e| e.name).zip(values.iter().copied()).collect()
-    }
-
     /// The identified parameters that belong to one experiment with their values, in their units. Those without a value are
     /// left out.
     pub fn parameters_of(&self, experiment: &Experiment) -> Vec<(Parameter, f64)> {

@@ -15,7 +15,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 /// The bytes of a file with a tab for each run of spaces between its columns. The first line that is not blank, the
-/// name of a track, stays as it is.
+/// name of a track, is unchanged.
 fn spaced(bytes: &[u8]) -> Vec<u8> {
     let start = bytes.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(0);
     let end = bytes[start..].iter().position(|b| *b == b'\n').map_or(bytes.len(), |k| start + k);
