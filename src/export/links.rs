@@ -109,8 +109,7 @@ impl RodChain {
         let frames = Frames::bishop(&tangents, first_director(scene, &nodes));
         let masses = nodal_masses(scene, mesh)?;
         let material = &scene.material;
-        let has_shear = material.shear_modulus.is_some() || material.poisson_ratio.is_some();
-        let shear = has_shear.then(|| material.shear_modulus());
+        let shear = material.has_shear_modulus().then(|| material.shear_modulus());
         let poisson = shear.map_or(0.0, |shear| material.youngs_modulus / (2.0 * shear) - 1.0);
         Ok(Self {
             name: name_of(scene),

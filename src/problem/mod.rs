@@ -335,9 +335,8 @@ impl Problem {
     /// requires a shear modulus or Poisson's ratio, and no entry of `loads.point` with a moment, whose work in space
     /// depends on the path.
     pub(crate) fn can_twist(&self) -> bool {
-        let material = &self.scene.material;
-        let known = material.shear_modulus.is_some() || material.poisson_ratio.is_some();
-        known && self.scene.loads.point.iter().all(|load| load.moment == [0.0; 3])
+        self.scene.material.has_shear_modulus()
+            && self.scene.loads.point.iter().all(|load| load.moment == [0.0; 3])
     }
     /// A new spatial model of the scene with its setup, also for a planar problem, whose normal it takes for
     /// `supports.angle`.

@@ -208,6 +208,11 @@ impl<D: Scalar> Material<D> {
             (None, None) => D::from(0.0),
         }
     }
+
+    /// Whether the [shear modulus](Self::shear_modulus) is given, by itself or by Poisson's ratio.
+    pub(crate) fn has_shear_modulus(&self) -> bool {
+        self.shear_modulus.is_some() || self.poisson_ratio.is_some()
+    }
 }
 
 /// The nodes, m, rotated by `supports.angle`, rad, about an axis through the first one along the unit vector `normal`.

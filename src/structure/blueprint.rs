@@ -107,16 +107,11 @@ fn planar_part(part: &Scene, plane: Plane) -> Result<PlanarModel, Error> {
 fn spatial_part(part: &Scene) -> Result<SpatialModel, Error> {
     let mesh = part.mesh()?;
     check_part(part, &mesh)?;
-    if !can_twist(part) {
+    if !part.material.has_shear_modulus() {
         let allowed = "poisson_ratio or shear_modulus: a rod in space can twist";
         return Err(Error::invalid("rod.material", "neither of both", allowed));
     }
     Ok(SpatialModel::new(part, &mesh, correction(part, &mesh, &[]), None))
-}
-
-/// Whether the material of a rod has a shear modulus or Poisson's ratio, which a spatial model requires.
-fn can_twist(part: &Scene) -> bool {
-    part.material.shear_modulus.is_some() || part.material.poisson_ratio.is_some()
 }
 
 /// One planar model per rod, in order, in the common plane of rods, bodies and loads. An error if they are not in one
@@ -175,7 +170,9 @@ impl Blueprint {
                 Ok(models) => return Ok(Self { plan, parts, models }),
                 // Without shear moduli the structure was meant to be in a plane.
                 Err(error) if scene.dimension == Dimension::Planar => return Err(error),
-                Err(error) if !parts.iter().all(can_twist) => return Err(error),
+                Err(error) if !parts.iter().all(|part| part.material.has_shear_modulus()) => {
+                    return Err(error);
+                }
                 Err(_) => {}
             }
         }
