@@ -454,3 +454,31 @@ impl OmittedEffect {
         Some(added)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::Sample;
+    use crate::fit::measurement::experiment::Experiment;
+    use crate::fit::measurement::motion::Observation;
+
+    /// Lens and rolling shutter are no effects of experiments whose samples lack a coordinate that they need.
+    #[test]
+    fn camera_effects_are_added_where_their_coordinates_were_observed() {
+        let problem = Scene::load("data/cantilever.toml").unwrap().problem().unwrap();
+        for (position, expected) in [
+            ([Some(0.5), Some(-0.1), None], [true, true]),
+            ([None, Some(-0.1), None], [true, false]),
+            ([Some(0.5), None, None], [false, false]),
+        ] {
+            let sample = |time: f64| Sample { time, position };
+            let data = Observation::new(vec![sample(0.0), sample(0.01)]);
+            let sizes = RodSizes::new(&Experiment::new("", &problem).observe(data), &problem);
+            let is_added = ["camera.row_delay.y", "camera.distortion"].map(|path| {
+                let effect = OMITTED_EFFECTS.iter().find(|effect| effect.path == path).unwrap();
+                effect.added(&problem, &sizes).is_some()
+            });
+            assert_eq!(is_added, expected, "{position:?}");
+        }
+    }
+}
