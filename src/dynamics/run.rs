@@ -22,12 +22,12 @@ use crate::dynamics::step_control::StepControl;
 use crate::dynamics::unstable_state::StabilityChecks;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
+use crate::numerics::stopwatch::Stopwatch;
 use crate::numerics::vector::sub;
 use crate::problem::{Discretized, FramesOf, Model, Problem};
 use crate::rod::{Energies, Rod, Sensitive, State};
 use crate::scene::{Parameter, Stencil};
 use crate::statics::Reactions;
-use std::time::Instant;
 
 /// The state of a running simulation in world coordinates, whatever its model.
 pub trait Snapshot {
@@ -207,7 +207,7 @@ where
         let consuming = scope.spawn(consume);
         let mut carrier = SensitivityCarrier::Asynchronous(producer);
         let result = take_steps(task, &mut simulation, &mut carrier, outputs, record, observers);
-        let since = Instant::now();
+        let since = Stopwatch::start();
         if let SensitivityCarrier::Asynchronous(producer) = carrier {
             producer.finish();
         }
@@ -263,7 +263,7 @@ where
         task.problem.check_stop()?;
 
         // Step to the next time of the scene, bisected where it is rejected, with its derivatives.
-        let start = Instant::now();
+        let start = Stopwatch::start();
         let result = {
             let mut accepted = |simulation: &Simulation<_, _>| {
                 record.taken.push(simulation.state().time);

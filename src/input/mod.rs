@@ -14,5 +14,5 @@ pub(crate) mod onset;
 pub mod part_file;
 #[cfg(feature = "cli")]
 pub(crate) mod table_keys;
-#[cfg(feature = "cli")]
+#[cfg(any(feature = "cli", feature = "page"))]
 pub(crate) mod text_cell;

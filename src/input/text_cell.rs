@@ -19,6 +19,7 @@ pub(crate) fn to_cell(text: &str) -> Cow<'_, str> {
 
 /// Text of a cell without one leading apostrophe, if a text that begins like a formula follows it. Other cells are
 /// unchanged.
+#[cfg(feature = "cli")]
 pub(crate) fn of_cell(cell: &str) -> &str {
     cell.strip_prefix('\'').filter(|text| is_guarded(text)).unwrap_or(cell)
 }

@@ -28,6 +28,7 @@ pub mod rotation;
 pub mod scalar;
 pub mod simd;
 pub(crate) mod spectrum;
+pub(crate) mod stopwatch;
 pub mod tangent;
 pub mod term_bound;
 mod trigonometry;

@@ -4,9 +4,12 @@
 //! because reading a pipe may never end. If a missing path has an environment variable that is not set, the message
 //! names it. `/dev/stdin` and files in `/dev/fd` and `/proc/self/fd` are accepted. [`at`] joins the name of a file to a
 //! folder, without reading it. A name that begins with `$NAME/` is relative to the folder in the environment variable
-//! NAME, if that is set and not empty.
+//! NAME, if that is set and not empty. In [`with_files`] the given contents take the place of the files of the disk on
+//! the calling thread, as is needed where there is no disk (WebAssembly in a browser).
 
 use crate::error::Error;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, Read};
@@ -16,6 +19,45 @@ use std::path::{Path, PathBuf};
 const MOST_DATA: u64 = 500_000_000;
 /// Largest size of a text, bytes; its parsed form may need many times its size.
 const MOST_TEXT: u64 = 100_000_000;
+
+thread_local! {
+    /// Contents of files that are read in place of the disk, within [`with_files`].
+    static FILES: RefCell<Option<BTreeMap<PathBuf, Vec<u8>>>> = const { RefCell::new(None) };
+}
+
+/// Calls `read`, during which this thread reads `files` (their contents by path) and no others. Other threads read the
+/// disk. The files of an outer call are read again afterwards.
+///
+/// ```
+/// use marker_files::file;
+/// let files = [("tip.csv".into(), b"time,x\n0,0.1\n".to_vec())].into();
+/// let text = file::with_files(files, || file::text("tip.csv".as_ref()))?;
+/// assert_eq!(text, "time,x\n0,0.1\n");
+/// # Ok::<(), marker_files::Error>(())
+/// ```
+pub fn with_files<T>(files: BTreeMap<PathBuf, Vec<u8>>, read: impl FnOnce() -> T) -> T {
+    /// The files of the outer call, which are put back also after a panic.
+    struct Outer(Option<BTreeMap<PathBuf, Vec<u8>>>);
+    impl Drop for Outer {
+        fn drop(&mut self) {
+            FILES.set(self.0.take());
+        }
+    }
+    let _outer = Outer(FILES.replace(Some(files)));
+    read()
+}
+
+/// The content of the file at `path` within [`with_files`], an error if it is none of those; `None` outside of it.
+fn in_memory(path: &Path) -> Option<io::Result<Vec<u8>>> {
+    FILES.with_borrow(|files| {
+        let files = files.as_ref()?;
+        Some(files.get(path).cloned().ok_or_else(|| {
+            let names: Vec<_> = files.keys().map(|name| name.display().to_string()).collect();
+            let message = format!("found no such file, given: {}", names.join(", "));
+            io::Error::new(io::ErrorKind::NotFound, message)
+        }))
+    })
+}
 
 /// The bytes of a table of measurements.
 ///
@@ -63,6 +105,9 @@ fn variable(name: &str) -> Option<OsString> {
 /// The bytes of a regular file, or of a pipe that the shell opened. An error for more than `most` bytes, and for other
 /// kinds of files.
 fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    if let Some(content) = in_memory(path) {
+        return content;
+    }
     // A pipe without a writer blocks forever.
     if !std::fs::metadata(path)?.is_file() && !is_handed_over(path) {
         let message =

@@ -29,7 +29,7 @@ use crate::fit::uncertainty::assessment::{FitAssessment, expected};
 use crate::fit::uncertainty::warning_list::ReportedWarnings;
 use crate::fit::unknown::{ParameterPoint, Unknown};
 use crate::fit::validate::measurement_key;
-use std::time::Instant;
+use crate::numerics::stopwatch::Stopwatch;
 
 /// Fixed-point iterations for the positions of a plan; the error falls by the speed times the row delay, or `3 distortion
 /// r^2`, in each.
@@ -52,7 +52,7 @@ impl PlannedFit<'_> {
     /// measurement without sigma, an unknown without a value, a simulation that fails, or a failed assessment.
     pub fn design(self) -> Result<Design, Error> {
         // 1. The plan with all candidate recordings, simulated at the given values.
-        let since = Instant::now();
+        let since = Stopwatch::start();
         let Self { experiments, unknowns, knowns, analysis, progress } = self;
         let x = planned_values(experiments, unknowns)?;
         let mut planned = fitted(experiments);

@@ -21,11 +21,11 @@ use crate::fit::field::space::FieldSpace;
 use crate::fit::report::plot_data::Series;
 use crate::numerics::half_sum_of_squares;
 use crate::numerics::lanczos::RitzPair;
+use crate::numerics::stopwatch::Stopwatch;
 use crate::scene::{Parameter, Scene};
 use crate::summary::{ItemTable, Summary, Tone, duration};
 use serde::{Deserialize, Serialize};
 use std::fmt;
-use std::time::Instant;
 
 /// Standard error over the prior standard deviation above which the data hardly determine a value. Smaller: more values
 /// are warned of.
@@ -117,7 +117,7 @@ pub(super) struct FieldOptimum<'a> {
     /// Number of runs and of products with the Jacobian.
     pub runs: f64,
     /// Start of the fit.
-    pub since: Instant,
+    pub since: Stopwatch,
 }
 
 impl FieldReport {

@@ -24,8 +24,8 @@ use crate::fit::report::plot_data::Series;
 use crate::fit::report::replay::measurement_series;
 use crate::numerics::half_sum_of_squares;
 use crate::numerics::lanczos::{Lanczos, RitzPair};
+use crate::numerics::stopwatch::Stopwatch;
 use crate::problem::Problem;
-use std::time::Instant;
 
 /// Largest number of steps of the search; after it the search has not converged.
 const STEPS: usize = 40;
@@ -70,7 +70,7 @@ impl FieldFit {
     /// A fit that this method does not support, as an [`Error::Invalid`] with the key; those of [`Reversible::run`] at
     /// the start; values that the scene does not allow; a stop; and a failed product with the Jacobian.
     pub fn solve(&self) -> Result<FieldReport, Error> {
-        let since = Instant::now();
+        let since = Stopwatch::start();
         self.check()?;
         let space = FieldSpace::new(&self.problem, &self.fields, &self.unknowns)?;
         let problem = self.problem.with_generic_layout_for(space.layout_parameters())?;
@@ -275,7 +275,7 @@ impl FieldSearch<'_> {
         mut self,
         trial: &FieldTrial,
         converged: bool,
-        since: Instant,
+        since: Stopwatch,
     ) -> Result<FieldReport, Error> {
         // A fixed start vector of irregular numbers between 1 and 2 has components along all eigenvectors.
         let n = trial.z.len();

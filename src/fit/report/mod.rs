@@ -51,10 +51,10 @@ use crate::fit::uncertainty::noise::noise_scale::NoiseScale;
 use crate::fit::uncertainty::noise::residual_noise::LossEffect;
 use crate::fit::uncertainty::warning_list::ReportedWarnings;
 use crate::numerics::simd::simd_level;
+use crate::numerics::stopwatch::Stopwatch;
 use crate::scene::{Parameter, Resolution};
 use marker_files::Dropped;
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
 
 /// Rows of a file that the fit does not use.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -165,7 +165,7 @@ impl FitReport {
         outcome: FitOutcome,
         search: &Search,
         experiments: &[Experiment],
-        since: Instant,
+        since: Stopwatch,
     ) -> Self {
         let FitOutcome { converged, interrupted, assessment, conclusion, local_minima, plot_data } =
             outcome;

@@ -19,8 +19,8 @@ use crate::fit::measurement::experiment::{Experiment, all};
 use crate::fit::validate::{check_predicted, check_recorded};
 use crate::fit::validation_errors::compute::compare_all;
 use crate::fit::validation_errors::report::ValidationReport;
+use crate::numerics::stopwatch::Stopwatch;
 use crate::summary::distinct;
-use std::time::Instant;
 
 impl Fit {
     /// Whether there are measurements, and every one is validation data, so that no parameter can be fitted.
@@ -37,7 +37,7 @@ impl Fit {
     /// Experiments without measurements or with equal names, measurements that cannot be compared with their scenes,
     /// planned measurements without data, an interruption, or no experiment that can be simulated.
     pub fn predict(&self) -> Result<ValidationReport, Error> {
-        let since = Instant::now();
+        let since = Stopwatch::start();
         check_predicted(&self.experiments)?;
         check_recorded(&self.experiments)?;
         let mut report = compare_all(&self.experiments, self.keep_plot_data)?;

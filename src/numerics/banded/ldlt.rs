@@ -33,12 +33,14 @@ pub struct Ldlt<D, const W: usize> {
 }
 
 /// A factorization as work for a vector unit. A closure instead would be compiled without its instructions.
+#[cfg(target_arch = "x86_64")]
 struct Factor<'a, V, D, const W: usize> {
     level: V,
     factors: &'a mut Ldlt<D, W>,
     sum: WeightedSum<'a, D, W>,
 }
 
+#[cfg(target_arch = "x86_64")]
 impl<V: PairLevel, D: Scalar, const W: usize> pulp::NullaryFnOnce for Factor<'_, V, D, W> {
     type Output = Result<(), Singular>;
 
@@ -50,12 +52,14 @@ impl<V: PairLevel, D: Scalar, const W: usize> pulp::NullaryFnOnce for Factor<'_,
 }
 
 /// A solution of linear systems as work for a vector unit, in place in `x`.
+#[cfg(target_arch = "x86_64")]
 struct Solve<'a, V, D, E, const W: usize, const R: usize> {
     level: V,
     factors: &'a Ldlt<D, W>,
     x: &'a mut [[E; R]],
 }
 
+#[cfg(target_arch = "x86_64")]
 impl<V, D, E, const W: usize, const R: usize> pulp::NullaryFnOnce for Solve<'_, V, D, E, W, R>
 where
     V: PairLevel,
