@@ -136,7 +136,7 @@ fn experiment_name(files: &[PathBuf], k: usize) -> String {
 /// The keys (TOML) of the measurement in a file. If recordings prescribe the ends of the rod: its free markers;
 /// `--point`, `--marker`, `--time-zero`, `--fps`, `--scale` and `--columns` are rejected. If the scene has no time: a
 /// shape at rest, with `--scale` and `--columns`; the others are rejected. Else the motion of `--point`, with keys as
-/// [`Inspection`] determines them where the options give none. `--sigma` is a key in all cases.
+/// [`Inspection`] determines them where the options give none; time zero only if the marker rests before it moves. `--sigma` is a key in all cases.
 fn measurement_keys(file: &Path, options: &PredictOptions, scene: &Scene) -> Result<Table, Error> {
     let RecordingUnits { fps, scale, .. } = options.units;
     let columns = &options.units.columns;
@@ -180,10 +180,13 @@ fn measurement_keys(file: &Path, options: &PredictOptions, scene: &Scene) -> Res
     recording.marker.clone_from(&options.marker);
     recording.time_zero = options.time_zero;
     // Further keys that the file needs, as `rodfit inspect` determines them.
-    let found = Inspection::of(file, &recording)?.recording;
+    let inspection = Inspection::of(file, &recording)?;
+    let found = inspection.recording;
+    // A clock starts as in a fit file, unless the marker rests before it moves: a recording may begin in the motion.
+    let onset = found.time_zero.filter(|zero| *zero > inspection.clock[0]);
     add_number(&mut keys, "fps", fps.or(found.fps));
     add_number(&mut keys, "scale", scale.or(found.scale));
-    add_number(&mut keys, "time_zero", options.time_zero.or(found.time_zero));
+    add_number(&mut keys, "time_zero", options.time_zero.or(onset));
     add_number(&mut keys, "likelihood", found.likelihood);
     if let Some(marker) = options.marker.clone().or(found.marker) {
         keys.insert("marker".into(), Value::String(marker));

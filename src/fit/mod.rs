@@ -180,10 +180,10 @@ use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use crate::fit::uncertainty::warnings::data::{constant_axes, repeated_frames};
 use crate::fit::unknown::with_fixed_layouts;
 use crate::fit::validate::{check, check_recorded};
+use crate::numerics::stopwatch::Stopwatch;
 use crate::problem::Problem;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
 
 /// A fit: experiments, unknowns, inputs with an uncertainty, and the analyses of the result.
 ///
@@ -237,7 +237,7 @@ struct FirstFit<'a> {
 struct RefinementState<'a> {
     precheck: &'a DataPrecheck,
     /// Start of the fit.
-    since: Instant,
+    since: Stopwatch,
     /// The search, if it stopped at the first optimum that explains the motion.
     first_fit: Option<&'a FirstFit<'a>>,
     /// Whether the other minima have been compared with the optimum on its mesh.
@@ -402,7 +402,7 @@ impl Fit {
     /// A fit that cannot be solved, recordings that cannot be of this rod,
     /// or no start that can be simulated.
     pub fn solve(&self) -> Result<FitReport, Error> {
-        let since = Instant::now();
+        let since = Stopwatch::start();
         self.check()?;
         let experiments = with_initial_resolution(self.prepared_experiments()?)?;
         let measured = measured(&experiments);
@@ -435,7 +435,7 @@ impl Fit {
         search: &mut Search,
         experiments: &[Experiment],
         precheck: &DataPrecheck,
-        since: Instant,
+        since: Stopwatch,
     ) -> Result<FitReport, Error> {
         let open = experiments.iter().any(|e| e.problem.scene().chosen().any());
         // On a coarse first mesh residuals are not yet noise: only a wrong minimum can be recognized by them.
@@ -487,7 +487,9 @@ impl Fit {
             let polished = next.polish(&start)?;
             // A damping near zero on a coarser mesh may be larger on this one.
             let raised = next.with_raised_damping(polished)?;
-            let found = next.with_growth_weights(raised)?;
+            let weighted = next.with_growth_weights(raised)?;
+            // Sigmas that are not given contained the discretization errors of the coarser mesh.
+            let found = next.reweighted(weighted)?;
             next.follow(&optimum.x, &start, &found);
             let state = RefinementState { round: state.round + 1, ..state };
             return self.refine(Fitted { search: &next, optimum: &found }, &experiments, state);
@@ -509,14 +511,17 @@ impl Fit {
                 && other.cost < optimum.cost
             {
                 let state = RefinementState { first_fit: None, ..state };
-                return self.refine(Fitted { search, optimum: &other }, experiments, state);
+                let mut next = search.clone();
+                let other = next.reweighted(other)?;
+                return self.refine(Fitted { search: &next, optimum: &other }, experiments, state);
             }
         }
         // 4. Minima that were near in their objective are compared on this mesh.
         if !state.is_compared {
             let compared = search.compare_minima(optimum, local.noise.misfit_scale)?;
-            let MinimumComparison { search: next, lower, mut unreached } = compared;
+            let MinimumComparison { search: mut next, lower, mut unreached } = compared;
             if let Some(lower) = lower {
+                let lower = next.reweighted(lower)?;
                 let state = RefinementState { first_fit: None, is_compared: true, ..state };
                 let fitted = Fitted { search: &next, optimum: &lower };
                 let report = self.refine(fitted, experiments, state)?;

@@ -22,7 +22,7 @@ use crate::fit::uncertainty::discrepancy::omitted_effects::OMITTED_EFFECTS;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::numerics::upper_median;
 use crate::scene::validate::positive;
-use crate::scene::{Point, Support};
+use crate::scene::{Dimension, Point, Support};
 
 /// Smallest number of values of a measurement without a sigma beside other measurements: fewer do not determine their
 /// noise.
@@ -157,8 +157,8 @@ fn check_unknowns(experiments: &[Experiment], unknowns: &[Unknown]) -> Result<()
 }
 
 /// Rejects measurements of one experiment that cannot be compared with its scene, and measured loads that are unknowns.
-/// Rejects unknown parameters of the time scheme (`time.beta`, `time.rho_inf`) without a fixed step, and nodes named by
-/// index on a mesh that the program chooses. If the fit has `several` measurements, one with fewer than [`FEW`] values
+/// Rejects unknown parameters of the time scheme (`time.beta`, `time.rho_inf`) without a fixed step, frequencies of
+/// structures in space, and nodes named by index on a mesh that the program chooses. If the fit has `several` measurements, one with fewer than [`FEW`] values
 /// needs a sigma, as its noise cannot be estimated.
 fn check_measurements(
     experiment: &Experiment,
@@ -184,8 +184,13 @@ fn check_measurements(
         let allowed = format!("a step, s, as {} depends on it", unknown.parameter);
         return Err(Error::invalid("time.step", "no such key", allowed));
     }
+    let scene = experiment.problem.scene();
+    let is_in_space = scene.structure.is_some() && scene.rod.dimension == Dimension::Spatial;
     for (i, measurement) in experiment.measurements.iter().enumerate() {
         let key = measurement_key(experiment, i);
+        let has_modes_in_space = is_in_space && measurement.frequencies().is_some();
+        let allowed = "a structure in a plane: frequencies of one in space have no derivatives";
+        ensure(!has_modes_in_space, &key, "frequencies of a structure in space", allowed)?;
         measurement.check(experiment, &key, other_clock)?;
         // The values of the load are those of the measurement.
         let is_load = |u: &Unknown| {

@@ -148,6 +148,29 @@ fn omitted_lens_and_shutter_are_named_and_modulus_is_unbiased_with_them() {
     }
 }
 
+/// Of a recording without distortion, with noise, a free distortion is zero beside a free scale: the size of the noise does
+/// not depend on the distortion. With the true model no score test is significant.
+#[test]
+fn distortion_of_an_undistorted_recording_is_zero_beside_a_free_scale() {
+    let none = Sensor { offset: 0.0, row_delay: 0.0, distortion: 0.0, center: [0.0; 2] };
+    let clean = none.film(&scene().problem().unwrap().simulate().unwrap());
+    let (mut within, mut significant) = (0, 0);
+    for seed in 0..8 {
+        let mut data = clean.clone();
+        add_noise(&mut data, SIGMA, 100 + seed);
+        let data = data.sigma(SIGMA);
+        let scale = solved(&scene(), data.clone(), &["camera.pixel_scale"]);
+        significant += usize::from(scale.score_tests.first().is_some_and(|t| t.is_significant()));
+        let both = solved(&scene(), data, &["camera.pixel_scale", "camera.distortion"]);
+        let distortion = both.estimate("camera.distortion".parse().unwrap()).unwrap();
+        let off = distortion.value.unwrap() / distortion.std_error.unwrap();
+        println!("{seed}: distortion {off:.2} standard errors");
+        within += usize::from(off.abs() < 2.5);
+    }
+    // A standard normal variable is within 2.5 in 98.8 % of all cases.
+    assert!(within >= 7 && significant <= 1, "{within} {significant}");
+}
+
 /// Recordings without a coordinate that an effect needs are rejected with its key.
 #[test]
 fn lens_and_shutter_without_a_coordinate_are_rejected() {

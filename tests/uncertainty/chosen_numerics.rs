@@ -43,6 +43,36 @@ fn intervals_with_chosen_numerics_cover() {
     assert!(held + 2 >= all, "{held} of {all}");
 }
 
+/// A sigma that is not given is estimated on the final mesh. A prior a thousand times wider than the standard error, and
+/// data in two parts, change neither the estimate nor its standard error.
+#[test]
+fn sigmas_are_estimated_on_the_refined_mesh() {
+    let data = noisy(&observe(&fine(0.8), 80), 1e-4, 3);
+    let alone = fit(&open(0.8), &data, &[Parameter::YoungsModulus]);
+    let prior = Unknown::from(Parameter::YoungsModulus).prior(1e8, 1e8);
+    let with_prior = fit(&open(0.8), &data, &[prior]);
+    let part = |first: usize| {
+        Observation::new(data.samples.iter().skip(first).step_by(2).copied().collect())
+            .at(Point::Tip)
+    };
+    let in_parts = Fit::new(&open(0.8).problem().unwrap())
+        .observe(part(0))
+        .observe(part(1))
+        .identify(Parameter::YoungsModulus)
+        .solve()
+        .unwrap();
+    let error = |report: &FitReport| report.parameters[0].std_error.unwrap();
+    for report in [&with_prior, &in_parts] {
+        let ratio = error(report) / error(&alone);
+        println!("{ratio}");
+        // These sigmas contain the rest of the discretization error, of half the noise here; of a single measurement it
+        // is removed. Sigmas of the first mesh would give a ratio of 4 to 6.
+        assert!((0.9..1.35).contains(&ratio), "{ratio}: {alone} {report}");
+        let change = report.parameters[0].value.unwrap() - alone.parameters[0].value.unwrap();
+        assert!(change.abs() < 0.2 * error(&alone), "{alone} {report}");
+    }
+}
+
 /// Mesh and step that are fine enough for the parameters have the second mode out of phase at the end of eight periods. That is
 /// no fault of the model, and does not lower the grade; a wrong model does.
 #[test]

@@ -446,6 +446,7 @@ impl DataKind for EquilibriumShape {
         for sighting in &self.sightings {
             let observed = simulated.view.undistorted(&sighting.position);
             let offset = curve.offset(&observed, sighting.arc_length());
+            let offset = simulated.view.distorted_difference(offset, &sighting.position);
             (0..3).filter(|c| sighting.position[*c].is_some()).for_each(|c| each(offset[c]));
         }
         Ok(())

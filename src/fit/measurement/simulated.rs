@@ -124,10 +124,12 @@ impl<D: Scalar> SimulatedOutput<'_, D> {
         each: &mut dyn FnMut(D),
     ) {
         let recorded = self.view.recorded(position);
-        for (simulated, observed) in recorded.into_iter().zip(self.view.undistorted(observed)) {
-            if let Some(observed) = observed {
-                each(simulated - observed);
-            }
+        let undistorted = self.view.undistorted(observed);
+        let difference =
+            [0, 1, 2].map(|c| undistorted[c].map_or(D::from(0.0), |x| recorded[c] - x));
+        let difference = self.view.distorted_difference(difference, observed);
+        for c in (0..3).filter(|c| observed[*c].is_some()) {
+            each(difference[c]);
         }
     }
 }

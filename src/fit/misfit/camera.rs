@@ -2,7 +2,8 @@
 //!
 //! [`View`] has the numbers of [`camera`](crate::scene::camera) of a scene, whose header has the equations, over a scalar
 //! type that may carry derivatives. Residuals compare the [undistorted](View::undistorted) observed position with the
-//! [recorded](View::recorded) position of the model, m, which is affine in the position in the world. The model is taken
+//! [recorded](View::recorded) position of the model, m, which is affine in the position in the world, and convert the
+//! difference to one in the [picture](View::distorted_difference). The model is taken
 //! at the [time](View::sample_time) at which the row of the observed point is read, s. [`View::pictured`] inverts the
 //! distortion, for curves over the data.
 
@@ -47,13 +48,13 @@ struct Lens<D> {
 }
 
 impl<D: Nestable> View<D> {
-    /// The camera of a problem, with the wall of its rod (the start of the first rod of a structure) as center and the
+    /// The camera of a problem, with the wall of its rod (the `origin` of the first rod of a structure) as center and the
     /// normal of its plane as axis. `seed` returns the scalar of a parameter from its value, with derivatives where the
     /// parameter is an unknown.
     pub fn new(problem: &Problem, seed: impl Fn(Parameter, f64) -> D) -> Self {
         let (wall, scene) = problem.wall_over(seed);
         let camera = scene.camera;
-        // The camera of a structure turns about the start of its first rod.
+        // The camera of a structure turns about the origin of its first rod.
         let first = scene.structure.as_ref().and_then(|structure| structure.rods.first());
         let wall = first.map_or(wall, |rod| rod.origin.unwrap_or([D::from(0.0); 3]));
         let lens = Lens { distortion: camera.distortion, center: camera.optical_center };
@@ -116,12 +117,37 @@ impl<D: Scalar> View<D> {
     /// observed remain `None` and are taken as those of the optical center.
     pub fn undistorted(&self, observed: &[Option<f64>; 3]) -> [Option<D>; 3] {
         let Some(lens) = &self.lens else { return observed.map(|x| x.map(D::from)) };
-        let zero = D::from(0.0);
-        let from_center = |c: usize| observed[c].map_or(zero, |x| -lens.center[c] + x);
-        let arm: Vector<D> = [from_center(0), from_center(1), from_center(2)];
-        let radial = self.in_picture(arm);
+        let radial = self.from_optical_center(lens, observed);
         let factor = lens.distortion * dot(radial, radial);
         std::array::from_fn(|c| observed[c].map(|x| radial[c] * factor + x))
+    }
+
+    /// A small `difference` from an [undistorted](Self::undistorted) position, m, as the lens records it: times the inverse
+    /// of the derivative of the undistorted by the recorded position, which is `observed`. The noise of an observed
+    /// position then has the same size for every distortion.
+    pub fn distorted_difference(
+        &self,
+        difference: Vector<D>,
+        observed: &[Option<f64>; 3],
+    ) -> Vector<D> {
+        let Some(lens) = &self.lens else { return difference };
+        let radial = self.from_optical_center(lens, observed);
+        let one = D::from(1.0);
+        let square = lens.distortion * dot(radial, radial);
+        let [across, along] = [one + square, one + square * 3.0];
+        let part = self.in_picture(difference);
+        // (1 + k r^2) 1 + 2 k r r' is the derivative of (1 + k r^2) r.
+        let radially = lens.distortion * 2.0 * dot(radial, part) / (across * along);
+        let recorded = sub(scale(part, across.recip()), scale(radial, radially));
+        add(sub(difference, part), recorded)
+    }
+
+    /// The vector from the optical center to an `observed` position, m, across the optical axis. Coordinates that were not
+    /// observed are taken as those of the optical center.
+    fn from_optical_center(&self, lens: &Lens<D>, observed: &[Option<f64>; 3]) -> Vector<D> {
+        let zero = D::from(0.0);
+        let arm = std::array::from_fn(|c| observed[c].map_or(zero, |x| -lens.center[c] + x));
+        self.in_picture(arm)
     }
 
     /// The part of a vector across the optical axis.

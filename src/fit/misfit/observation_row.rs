@@ -11,6 +11,7 @@ use crate::dynamics::record::Record;
 use crate::error::Error;
 use crate::fit::measurement::motion::Sample;
 use crate::fit::misfit::camera::View;
+use crate::numerics::vector::sub;
 use crate::problem::Problem;
 use crate::scene::{Parameter, Point};
 
@@ -44,14 +45,20 @@ impl ObservationRow {
         let mut weights = weights.into_iter();
         let mut rows = Vec::new();
         for sample in samples {
-            for (c, observed) in view.undistorted(&sample.position).into_iter().enumerate() {
-                let Some(observed) = observed else { continue };
+            // Differences of coordinates that were not observed do not count.
+            let undistorted = view.undistorted(&sample.position);
+            let seen = |x: [f64; 3]| [0, 1, 2].map(|c| undistorted[c].map_or(0.0, |_| x[c]));
+            let in_picture = |x| view.distorted_difference(seen(x), &sample.position);
+            let axes = columns.map(|column| in_picture(sub(column, origin)));
+            let observed = undistorted.map(|x| x.unwrap_or(0.0));
+            let offset = in_picture(sub(origin, observed));
+            for c in (0..3).filter(|c| sample.position[*c].is_some()) {
                 let Some(weight) = weights.next() else { return rows };
                 rows.push(Self {
                     point: point.fixed(),
                     time: view.sample_time(sample.time, &sample.position),
-                    axis: columns.map(|column| (column[c] - origin[c]) * weight),
-                    offset: (origin[c] - observed) * weight,
+                    axis: axes.map(|axis| axis[c] * weight),
+                    offset: offset[c] * weight,
                 });
             }
         }

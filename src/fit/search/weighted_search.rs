@@ -5,10 +5,11 @@
 //! weights where sensitivities grow. Each sigma that is not given is then set to the RMS residual of its measurement.
 //! With a robust loss it is a median; both are corrected for the degrees of freedom. The fit is repeated from there
 //! until all sigmas change by less than [`SIGMA_TOLERANCE`], at most [`MOST_WEIGHTINGS`] times; then dampings near zero
-//! are raised. Where missing sigmas do not change the optimum, as of a single measurement with squared loss and without
-//! priors, nothing is repeated and the preliminary sigmas stay. Output: the optimum, with the sigmas (in the unit of
-//! each measurement) and leverage weights in the search, and its minimum in the journal; `estimated_sigmas` returns the
-//! sigmas of any optimum. A search without an optimum, a repeated fit that fails, and a stop are errors.
+//! are raised. [`Search::reweighted`] has this iteration alone, for an optimum on another mesh. Where missing sigmas do
+//! not change the optimum, as of a single measurement with squared loss and without priors, nothing is repeated and the
+//! preliminary sigmas stay. Output: the optimum, with the sigmas (in the unit of each measurement) and leverage weights
+//! in the search, and its minimum in the journal; `estimated_sigmas` returns the sigmas of any optimum. A search without
+//! an optimum, a repeated fit that fails, and a stop are errors.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::all;
@@ -35,12 +36,25 @@ impl Search<'_> {
             true => self.driven_optimum()?,
             false => self.global_optimum()?,
         };
-        let mut optimum = self.with_growth_weights(optimum)?;
+        let optimum = self.with_growth_weights(optimum)?;
+        if !weights_depend_on_the_fit(self.experiments, self.unknowns) {
+            return Ok(optimum);
+        }
+        let first = optimum.x.clone();
+        let optimum = self.reweighted(optimum)?;
+        let optimum = self.with_raised_damping(optimum)?;
+        self.journal.move_minimum(&first, self.minimum(&optimum));
+        Ok(optimum)
+    }
+
+    /// The optimum near `optimum` with the sigmas that belong to it, which become those of the search. Sigmas and fits
+    /// alternate up to [`MOST_WEIGHTINGS`] times. Nothing changes where sigmas that are not given do not change the
+    /// optimum. An error if a repeated fit fails or the user stops.
+    pub fn reweighted(&mut self, mut optimum: Optimum) -> Result<Optimum, Error> {
         if !weights_depend_on_the_fit(self.experiments, self.unknowns) {
             return Ok(optimum);
         }
         // Sigmas and optimum depend on each other: a fixed-point iteration.
-        let first = optimum.x.clone();
         for _ in 0..MOST_WEIGHTINGS {
             let sigmas = self.estimated_sigmas(&optimum);
             let before = std::mem::replace(&mut self.sigmas, sigmas);
@@ -51,8 +65,6 @@ impl Search<'_> {
                 break;
             }
         }
-        let optimum = self.with_raised_damping(optimum)?;
-        self.journal.move_minimum(&first, self.minimum(&optimum));
         Ok(optimum)
     }
 
