@@ -1,14 +1,15 @@
 //! Check of a chosen run by the last trial run, with repetition where its error is too large.
 //!
-//! Positions of both runs are compared at seven to nine points and at most about 200 times. Where they differ by more
-//! than the estimated change of the errors, these were underestimated, and are enlarged until they explain the
-//! difference. A run with less than [`LEAST_GROWTH`] times the work of the trial run enlarges no error. The run is
-//! accepted if its error is at most the requested one, or [`CORRECTED_PART`] of it after an enlargement. Otherwise it
-//! is repeated with finer numerics. A run whose simulation fails is repeated with [`AFTER_FAILURE`] times the steps,
-//! unless invalid input, a file or a stop ended it. There are at most [`MAX_REPETITIONS`] repetitions, within limits of
-//! work, and none where the scene gives the step; then the run is kept unchanged. Output: the last run and its
-//! estimated error over the length, `None` for a failed run or without estimates. [`Scene::simulate`] does this for a
-//! scene, [`run_checked`] for any kind of run, and [`simulate_checked`] for a run that is recorded as a trajectory.
+//! Positions of both runs are compared at seven to nine points, at the first step after each of the times of `samples`,
+//! of which there are at most about 180. Where they differ by more than the estimated change of the errors, these were
+//! underestimated, and are enlarged until they explain the difference. A run with less than [`LEAST_GROWTH`] times the
+//! work of the trial run enlarges no error. The run is accepted if its error is at most the requested one, or
+//! [`CORRECTED_PART`] of it after an enlargement. Otherwise it is repeated with finer numerics. A run whose simulation
+//! fails is repeated with [`AFTER_FAILURE`] times the steps, unless invalid input, a file or a stop ended it. There are
+//! at most [`MAX_REPETITIONS`] repetitions, within limits of work, and none where the scene gives the step; then the
+//! run is kept unchanged. Output: the last run and its estimated error over the length, `None` for a failed run or
+//! without estimates. [`Scene::simulate`] does this for a scene, [`run_checked`] for any kind of run, and
+//! [`simulate_checked`] for a run that is recorded as a trajectory.
 //!
 //! `RunCheck` is made from the last trial run (`Basis`). `RunCheck::monitor` returns a `RunMonitor`, whose `push`
 //! compares each state of the run with the trial run. `RunCheck::assess` takes the outcome of the run and the monitor,
@@ -17,7 +18,7 @@
 use crate::accuracy::aim::{RUN_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::basis::Basis;
 use crate::accuracy::refinement::{ErrorModel, RefinementFactors};
-use crate::accuracy::trial::{Numerics, RunCost, comparison_points, largest_stable_step};
+use crate::accuracy::trial::{Numerics, PARTS, RunCost, comparison_points, largest_stable_step};
 use crate::dynamics::record::Record;
 use crate::dynamics::{Snapshot, Trajectory};
 use crate::error::Error;
@@ -45,8 +46,8 @@ const MAX_UNDERESTIMATION: f64 = 1e3;
 const LOWEST_ORDER: f64 = 0.25;
 /// Bisections for the factor of a correction: its logarithm is found to more than ten digits.
 const BISECTIONS: usize = 40;
-/// Number of times at which the run is compared.
-const TIMES: f64 = 200.0;
+/// Relative error of the time of a step, as a sum of steps, at which a time of comparison counts as reached.
+const TIME_ROUNDING: f64 = 1e-9;
 
 /// The check of a run with numerics that the program chose.
 #[derive(Clone)]
@@ -69,8 +70,10 @@ pub struct RunMonitor {
     stencils: Vec<[Stencil; 2]>,
     trial: Arc<Record>,
     over: f64,
-    interval: f64,
-    next: f64,
+    /// Times of comparison, s, ascending.
+    times: Arc<[f64]>,
+    /// Number of these times that the run has reached.
+    reached: usize,
     difference: f64,
     cost: RunCost,
     /// Work so far, edges times Newton iterations.
@@ -101,18 +104,17 @@ impl RunCheck {
     /// # Errors
     /// None for the problem that the check was made for; for another one, points that it does not have.
     pub fn monitor(&self, problem: &Problem) -> Result<RunMonitor, Error> {
-        let points = comparison_points(problem);
+        let points = comparison_points(problem, PARTS);
         // The points are the same on both meshes, with different nodes around them.
         let own = points.iter().map(|point| problem.stencil(*point));
         let of_trial = self.basis.trial.stencils.iter();
         let pair = |(own, other): (Result<Stencil, Error>, &Stencil)| Ok([own?, other.clone()]);
-        let interval = problem.time()?.end / TIMES;
         Ok(RunMonitor {
             stencils: own.zip(of_trial).map(pair).collect::<Result<_, Error>>()?,
             trial: self.basis.trial.record.clone(),
             over: problem.length().recip(),
-            interval,
-            next: interval,
+            times: self.basis.trial.times.clone(),
+            reached: 0,
             difference: 0.0,
             cost: RunCost::of(problem),
             work: 0.0,
@@ -358,17 +360,21 @@ pub fn simulate_checked(
 }
 
 impl RunMonitor {
-    /// Compares a state of the run with the trial run at the same time, if 1/200 of the scene's time has passed since
-    /// the last comparison. Keeps the largest distance of the compared points, over the length. The work of the run is
-    /// updated in every call.
+    /// Compares a state of the run with the trial run at the same time, if one of the times of comparison has been
+    /// reached since the last comparison. Keeps the largest distance of the compared points, over the length. The work
+    /// of the run is updated in every call.
     pub fn push(&mut self, state: &dyn Snapshot) {
         let time = state.time();
         self.work = self.cost.work(state.work());
-        if time < self.next {
+        // The comparisons are as many as these times at most, however many steps the run has.
+        let before = self.reached;
+        let limit = time * (1.0 + TIME_ROUNDING);
+        while self.times.get(self.reached).is_some_and(|next| *next <= limit) {
+            self.reached += 1;
+        }
+        if self.reached == before {
             return;
         }
-        // About 200 comparisons, however many steps the run has.
-        self.next = time + self.interval;
         let recorded = self.trial.read();
         for [own, other] in &self.stencils {
             let Ok(places) = recorded.places(other, std::iter::once(time)) else { continue };

@@ -2,11 +2,11 @@
 //!
 //! Input: a scene of one rod with `accuracy`, the requested error over the rod length (default 0.1 %). For a motion,
 //! trial runs refine the mesh or the step, in general whichever has the larger error (`motion`). The differences of
-//! positions between successive runs estimate both errors (`difference`). The numerics with the least work that reach
-//! the requested error by extrapolation are chosen (`refinement`; `rodas4` as an alternative scheme), or the most
-//! accurate ones within limits of work. The chosen run is compared with the last trial run, and repeated with finer
-//! numerics where it disagrees or fails (`check`). Equilibria and modes need a mesh only, which is doubled until the
-//! extrapolated error suffices (`static_mesh`).
+//! positions between successive runs, at the times of `samples`, estimate both errors (`difference`). The numerics with
+//! the least work that reach the requested error by extrapolation are chosen (`refinement`; `rodas4` as an alternative
+//! scheme), or the most accurate ones within limits of work. The chosen run is compared with the last trial run, and
+//! repeated with finer numerics where it disagrees or fails (`check`). Equilibria and modes need a mesh only, which is
+//! doubled until the extrapolated error suffices (`static_mesh`).
 //!
 //! Output: a [`Problem`] with these numerics and the estimated error ([`Scene::problem`]; [`Scene::problem_for`] for a
 //! stated purpose), and the check of its run ([`Scene::checked_problem`]). Numerics that the scene gives are kept.
@@ -15,12 +15,14 @@
 
 mod aim;
 mod basis;
+mod beside_walls;
 mod check;
 mod difference;
 mod extrapolation;
 mod motion;
 mod refinement;
 mod rodas4;
+mod samples;
 mod static_mesh;
 mod trial;
 mod tuning;
@@ -35,6 +37,7 @@ pub(crate) use trial::largest_step;
 
 use crate::accuracy::aim::{MAX_SEGMENTS, RUN_TOLERANCE, allowed_edges, set_newton_tolerance};
 use crate::accuracy::basis::ChosenMotion;
+use crate::accuracy::beside_walls::edges_beside_walls;
 use crate::accuracy::motion::MotionSearch;
 use crate::accuracy::static_mesh::{StaticMesh, choose_static_mesh};
 use crate::error::Error;
@@ -198,8 +201,8 @@ impl InitialNumerics {
 
 /// Edges of the first trial mesh for a purpose: at least [`FIRST_EDGES`] for a motion and [`FIRST_EDGES_STILL`] times
 /// [`fineness`] otherwise. The turning angle of the rod, an upper bound for rest shape and stress-free shape, is at
-/// most [`FIRST_TURN`] per edge. Modes have at least two edges each. Rounded up so that markers of a recorded path are
-/// at nodes. An error above [`MAX_SEGMENTS`].
+/// most [`FIRST_TURN`] per edge. Modes have at least two edges each. Loads beside walls act on free nodes. Rounded up so
+/// that markers of a recorded path are at nodes. An error above [`MAX_SEGMENTS`].
 fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
     let shape = &scene.rod.shape;
     // Edges are chords: too few of them would change the shape of a curved rod.
@@ -210,7 +213,9 @@ fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
     };
     // Mode k has about k half waves, with two edges each at least.
     let modes = if let Aim::Modes(count) = aim { 2.0 * count as f64 } else { 0.0 };
-    let edges = fine.max(turning / FIRST_TURN).max(modes).ceil() as usize;
+    // Loads and masses beside a wall act on free nodes.
+    let beside_walls = edges_beside_walls(scene, shape.length());
+    let edges = fine.max(turning / FIRST_TURN).max(modes).max(beside_walls).ceil() as usize;
     if edges > MAX_SEGMENTS {
         let found = format!("no value, for a rod that needs {edges} segments");
         let allowed = format!(

@@ -1,15 +1,16 @@
-//! Trial runs: simulations of a scene with given numerics that record up to nine points at 100 times, and their work.
+//! Trial runs: simulations of a scene with given numerics that record up to nine points, and their work.
 //!
 //! Input: edges, steps and scheme, used even where the scene gives others. The points divide the rod into eight parts;
-//! its free ends are added. Output: positions of these points over the rod length, the recorded motion of the nodes
-//! around them, or nothing for a run that fails or needs halved steps of `rodas4`. Invalid input and files are errors.
-//! Steps of explicit schemes are at most [`OF_STABLE_STEP`] of the largest stable one. Results are stored, so that no
-//! run is computed twice. The unit of work is one edge times one Newton iteration of generalised-alpha; a step of
-//! `rodas4` counts as five in the plane and three in space. `TrialRuns::new` takes the scene and the same scene with
-//! its first numerics; `run` makes one run or returns a stored one. `expected_work` predicts the work of given
-//! numerics; `RunCost::work` is that of a run by its counts. `largest_stable_step` is [`OF_STABLE_STEP`] of the largest
-//! stable step. [`comparison_points`] are the points, [`free_ends_or_middle`] those for equilibria. [`largest_step`] is
-//! the largest stable step of an explicit scheme, s.
+//! its ends that are free or on a roller are added. The times of comparison follow from the first run that reaches the
+//! end (`samples`), and are the same for all later ones. Output: positions of these points over the rod length, the
+//! recorded motion of the nodes around them, or nothing for a run that fails or needs halved steps of `rodas4`. Invalid
+//! input and files are errors. Steps of explicit schemes are at most [`OF_STABLE_STEP`] of the largest stable one.
+//! Results are stored, so that no run is computed twice. The unit of work is one edge times one Newton iteration of
+//! generalised-alpha; a step of `rodas4` counts as five in the plane and three in space. `TrialRuns::new` takes the
+//! scene and the same scene with its first numerics; `run` makes one run or returns a stored one. `expected_work`
+//! predicts the work of given numerics; `RunCost::work` is that of a run by its counts. `largest_stable_step` is
+//! [`OF_STABLE_STEP`] of the largest stable step. [`comparison_points`] are the points, for motions with [`PARTS`]
+//! parts of the rod. [`largest_step`] is the largest stable step of an explicit scheme, s.
 //!
 //! `Numerics` are edges, steps and scheme of a run, `TrialRun` is the result of a run that reached the end, and
 //! `RunCost` the cost model of a problem. `ITERATIONS` is the mean number of Newton iterations of a step of
@@ -17,19 +18,18 @@
 
 use crate::accuracy::aim::{TRIAL_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::difference::Positions;
+use crate::accuracy::samples::sample_times;
 use crate::dynamics::record::Record;
 use crate::dynamics::{Trajectory, Work};
 use crate::error::Error;
 use crate::problem::{AnyProblem, Problem};
 use crate::scene::{Chosen, End, Point, Scene, Scheme, Stencil, Support};
-use std::cell::{Cell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Number of times at which runs are compared. More times find errors of faster motions.
-const TIMES: usize = 100;
-/// Number of equal parts of the rod between the compared points.
-const PARTS: usize = 8;
+/// Number of equal parts of the rod between the compared points of a motion.
+pub(super) const PARTS: usize = 8;
 /// Largest work of a trial run, steps times edges, in the plane and in space: about a second.
 const MAX_TRIAL_WORK: [f64; 2] = [2e6, 5e5];
 /// Newton iterations that take as long as a step of `rodas4`, in the plane and in space (measured).
@@ -53,6 +53,8 @@ pub(super) struct Numerics {
 #[derive(Clone)]
 pub(super) struct TrialRun {
     pub numerics: Numerics,
+    /// Times of comparison, s, ascending: the same for all trial runs of a search.
+    pub times: Arc<[f64]>,
     /// Positions of the compared points over the length, at the times of comparison.
     pub positions: Arc<Positions>,
     /// The recorded motion of the nodes around these points.
@@ -70,6 +72,8 @@ pub(super) struct TrialRuns<'a> {
     pub guess: Problem,
     /// The compared points.
     points: Vec<Point>,
+    /// The times of comparison, s, from the first run that reached the end.
+    times: OnceCell<Arc<[f64]>>,
     /// Largest work of a trial run.
     pub most_work: f64,
     /// Newton iterations that take as long as a step of `rodas4`.
@@ -89,7 +93,8 @@ impl<'a> TrialRuns<'a> {
         let guess = guess.build()?;
         let dimension = usize::from(guess.planar().is_none());
         Ok(Self {
-            points: comparison_points(&guess),
+            points: comparison_points(&guess, PARTS),
+            times: OnceCell::new(),
             open: scene.left_open(),
             scene,
             most_work: MAX_TRIAL_WORK[dimension],
@@ -178,9 +183,12 @@ impl<'a> TrialRuns<'a> {
         let record = run.into_record();
         let stencils = self.points.iter().map(|point| problem.stencil(*point));
         let stencils: Arc<[Stencil]> = stencils.collect::<Result<_, _>>()?;
-        let positions = Arc::new(positions(&problem, &stencils, &record)?);
+        // The first motion determines the times, so that successive differences are those at the same times.
+        let times = self.times.get_or_init(|| sample_times(&scene.signals, end, &record).into());
+        let positions = Arc::new(positions(&problem, &stencils, times, &record)?);
         Ok(Some(TrialRun {
             numerics: Numerics { segments, steps, scheme },
+            times: times.clone(),
             positions,
             record: Arc::new(record),
             stencils,
@@ -220,15 +228,18 @@ fn iterations_of_rodas4(problem: &Problem) -> f64 {
     ITERATIONS_OF_RODAS4[usize::from(problem.planar().is_none())]
 }
 
-/// Positions of the compared points, in the world over the length, at [`TIMES`] equidistant times up to the end of the
-/// scene, point after point; interpolated from the `record` of a run. Errors: a scene without `[time]`, and a time or
-/// nodes that were not recorded.
-fn positions(problem: &Problem, stencils: &[Stencil], record: &Record) -> Result<Positions, Error> {
-    let (end, over) = (problem.time()?.end, problem.length().recip());
-    let times = || (1..=TIMES).map(|k| end * k as f64 / TIMES as f64);
-    let mut positions = Vec::with_capacity(TIMES * stencils.len());
+/// Positions of the compared points, in the world over the length, at these ascending `times`, s, point after point;
+/// interpolated from the `record` of a run. Errors: a time or nodes that were not recorded.
+fn positions(
+    problem: &Problem,
+    stencils: &[Stencil],
+    times: &[f64],
+    record: &Record,
+) -> Result<Positions, Error> {
+    let over = problem.length().recip();
+    let mut positions = Vec::with_capacity(times.len() * stencils.len());
     for stencil in stencils {
-        let places = record.read().places(stencil, times())?;
+        let places = record.read().places(stencil, times.iter().copied())?;
         positions.extend(places.iter().map(|place| place.map(|x| over * x)));
     }
     Ok(positions)
@@ -249,23 +260,17 @@ pub(crate) fn largest_step(problem: &Problem) -> Result<Option<f64>, Error> {
     }
 }
 
-/// The points at which runs are compared: the seven that divide the rod into eight equal parts, then the ends without a
-/// support.
-pub(super) fn comparison_points(problem: &Problem) -> Vec<Point> {
-    let inner = (1..PARTS).map(|k| Point::ArcLength(problem.length() * k as f64 / PARTS as f64));
-    inner.chain(free_ends(problem)).collect()
+/// The points at which runs or equilibria are compared: those that divide the rod into a number of equal `parts`, then
+/// the ends without a support or on a roller. Such an end can have a larger error than all other points.
+pub(super) fn comparison_points(problem: &Problem, parts: usize) -> Vec<Point> {
+    let inner = (1..parts).map(|k| Point::ArcLength(problem.length() * k as f64 / parts as f64));
+    inner.chain(moving_ends(problem)).collect()
 }
 
-/// The free ends of a rod, or its middle where it has none.
-pub(super) fn free_ends_or_middle(problem: &Problem) -> Vec<Point> {
-    let points: Vec<Point> = free_ends(problem).collect();
-    if points.is_empty() { vec![Point::ArcLength(0.5 * problem.length())] } else { points }
-}
-
-/// The ends of the rod without a support, as its first node and its tip, start first; up to two.
-fn free_ends(problem: &Problem) -> impl Iterator<Item = Point> {
+/// The ends of the rod without a support or on a roller, as its first node and its tip, start first; up to two.
+fn moving_ends(problem: &Problem) -> impl Iterator<Item = Point> {
     let supports = &problem.scene().supports;
     let ends = [(End::Start, Point::Node(0)), (End::End, Point::Tip)];
-    let free = ends.into_iter().filter(|(end, _)| supports.at(*end) == Support::Free);
-    free.map(|(_, point)| point)
+    let can_move = |end: End| matches!(supports.at(end), Support::Free | Support::Roller);
+    ends.into_iter().filter(move |(end, _)| can_move(*end)).map(|(_, point)| point)
 }

@@ -479,3 +479,81 @@ fn infinite_step_is_refused_and_a_missing_one_is_chosen() {
     // The step is within the duration of 0.2 s.
     assert!(problem.time().unwrap().step.unwrap() < 0.2);
 }
+
+/// A rod of 1 m between two supports, in tension under a load across.
+fn supported(supports: &str, load: &str) -> String {
+    format!(
+        "[rod]\nshape = {{ kind = \"straight\", length = 1.0, direction = [1, 0, 0] }}\n\
+         section = {{ kind = \"circle\", radius = 0.002 }}\n\
+         [material]\ndensity = 1200\nyoungs_modulus = 1e9\n[supports]\n{supports}\n[loads]\n{load}\n"
+    )
+}
+
+/// Positions of 41 equidistant points of the rod in equilibrium, over the length.
+fn positions_at_rest(problem: &Problem) -> Vec<[f64; 3]> {
+    let (rest, over) = (problem.equilibrium().unwrap(), problem.length().recip());
+    let position = |k: i32| {
+        let point = Point::ArcLength(f64::from(k) / 40.0 * problem.length());
+        let mut sum = [0.0; 3];
+        for (node, weight) in problem.stencil(point).unwrap().nodes {
+            (0..3).for_each(|c| sum[c] += over * weight * rest.nodes[node][c]);
+        }
+        sum
+    };
+    (0..=40).map(position).collect()
+}
+
+/// Two opposite forces bend a clamped rod, whose middle stays at its place by symmetry. The end of a rod on a roller has a
+/// larger error than its middle.
+#[test]
+fn error_of_an_equilibrium_is_estimated_along_the_whole_rod() {
+    let opposite = "point = [{ node = { arc_length = 0.25 }, force = [0, 40, 0] }, \
+                    { node = { arc_length = 0.75 }, force = [0, -40, 0] }]";
+    let scenes = [
+        ("opposite forces", supported("start = \"clamped\"\nend = \"clamped\"", opposite)),
+        (
+            "roller",
+            supported("start = \"pinned\"\nend = \"roller\"", "line = [{ force = [0, 8, 0] }]"),
+        ),
+    ];
+    for (name, scene) in scenes {
+        let chosen = open(&scene, 1e-3);
+        let resolution = chosen.resolution().unwrap();
+        let fine = problem(&scene, ["", "segments = 800", ""]).unwrap();
+        let error = largest_distance(&positions_at_rest(&chosen), &positions_at_rest(&fine));
+        println!("{name}: {error:.1e}; {}", resolution.words());
+        let allowed = 1.5 * resolution.error.unwrap();
+        assert!(error <= allowed || resolution.bound.is_some(), "{name}: {error:e} {allowed:e}");
+    }
+}
+
+/// A force acts for 0.4 s on a critically damped cantilever, which is at rest again after one of 120 s: a hundred equidistant
+/// times do not meet the motion.
+#[test]
+fn error_of_a_short_motion_in_a_long_time_is_estimated() {
+    let scene = |first: &str, segments: &str, time: &str| {
+        let text = format!(
+            "{first}\n[rod]\nshape = {{ kind = \"straight\", length = 1.0, direction = [1, 0, 0] }}\n\
+             section = {{ kind = \"circle\", radius = 0.005 }}\n{segments}\n\
+             [material]\ndensity = 1200\nyoungs_modulus = 2e9\n\
+             [[signals]]\nname = \"p\"\nkind = \"pulse\"\nduration = 0.4\nrise = 0.1\n\
+             [loads]\ndamping = {{ mass = 22.7 }}\n\
+             point = [{{ node = \"tip\", force = [0, 2.945, 0], signal = \"p\" }}]\n[time]\n{time}\n"
+        );
+        Scene::from_toml(&text, "data").unwrap().simulate().unwrap()
+    };
+    let (chosen, run) = scene("accuracy = 1e-2", "", "end = 120");
+    // Halving mesh and step of this run changes it by less than 1e-4 of the length.
+    let fine_time = "end = 1.0\nstep = 1e-3\nscheme = \"generalised-alpha\"\nrho_inf = 0.8";
+    let (_, fine) = scene("", "segments = 64", fine_time);
+    let positions = |run: &rodfit::Trajectory| -> Vec<[f64; 3]> {
+        let points = [0.25, 0.5, 0.75, 1.0].map(Point::ArcLength);
+        let at = |point: Point, k: i32| run.at(point, 0.01 * f64::from(k)).unwrap().0;
+        points.iter().flat_map(|point| (1..=100).map(move |k| at(*point, k))).collect()
+    };
+    let error = largest_distance(&positions(&run), &positions(&fine));
+    let resolution = chosen.resolution().unwrap();
+    println!("{error:.1e}; {}", resolution.words());
+    let allowed = 1.5 * resolution.error.unwrap();
+    assert!(error <= allowed || resolution.bound.is_some(), "{error:e} {allowed:e}");
+}

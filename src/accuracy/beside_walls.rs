@@ -1,0 +1,34 @@
+//! Edges of a first mesh by the loads and point masses beside clamped ends.
+//!
+//! A clamp holds two nodes. Loads between them do not move the rod, so that meshes whose held nodes carry a load or a
+//! mass entirely agree without being right. [`edges_beside_walls`] returns the number of edges with which every load
+//! and mass at an arc length is at least partly on free nodes, at most [`MOST_EDGES`].
+
+use crate::scene::{Point, Scene, Support};
+
+/// Edges per length of the rod over the distance of a load from a wall: the second free node is then at the load.
+const EDGES_PER_DISTANCE: f64 = 2.0;
+/// Largest number of edges because of a load: a load nearer to a wall than half a per cent of the length hardly bends
+/// the rod.
+const MOST_EDGES: f64 = 400.0;
+
+/// The number of edges of a mesh of a `scene` whose rod has a `length`, m, that loads and point masses beside clamped
+/// ends require; 0 without any.
+pub(super) fn edges_beside_walls(scene: &Scene, length: f64) -> f64 {
+    let arc_length = |point: &Point| match point {
+        Point::ArcLength(s) => Some([*s, *s]),
+        _ => None,
+    };
+    let loads = scene.loads.point.iter().chain(&scene.initial.point).map(|load| &load.node);
+    let masses = scene.rod.mass.iter().map(|mass| &mass.node);
+    let lines = scene.loads.line.iter().map(|line| [line.from, line.to.unwrap_or(length)]);
+    let parts: Vec<[f64; 2]> = loads.chain(masses).filter_map(arc_length).chain(lines).collect();
+    let ends = [scene.supports.start, scene.supports.end];
+    // The far end of a line load counts: the part before it may be on held nodes.
+    let distances = parts.iter().flat_map(|[from, to]| [*to, length - from]);
+    let beside = distances.zip(ends.into_iter().cycle()).filter_map(|(distance, support)| {
+        (support == Support::Clamped && distance > 0.0).then_some(distance)
+    });
+    let nearest = beside.fold(f64::INFINITY, f64::min);
+    (EDGES_PER_DISTANCE * length / nearest).min(MOST_EDGES)
+}
