@@ -92,7 +92,7 @@ pub fn simulate(
 }
 
 /// Computes the equilibrium of a structure under its loads, and writes the report (JSON), the nodes (CSV) and the
-/// summary with its stability. Returns exit code 0, also for an unstable equilibrium, or that of an output that cannot
+/// summary with its stability and warnings. Returns exit code 0, also for an unstable equilibrium, or that of an output that cannot
 /// be written. Errors: an invalid structure, invalid outputs, and those of the search.
 pub fn rest(
     scene: StructureScene,
@@ -105,7 +105,9 @@ pub fn rest(
     outputs.check(&structure.scene().files())?;
     let found = structure.equilibrium()?;
     let table = outputs.write(out, || Ok(found.shape.to_csv().into_bytes()));
-    let summary = found.summary().with_subject(options.scene.display());
+    let warnings = structure.equilibrium_warnings(&found);
+    let summary = found.summary().warnings(&warnings).naming_warnings();
+    let summary = summary.with_subject(options.scene.display());
     Ok(conclude(outputs.finish(0, &found, None, &summary), [table]))
 }
 

@@ -35,6 +35,12 @@ impl Problem {
     pub(crate) fn step_warnings(&self) -> Vec<(Code, String)> {
         let Some(time) = &self.scene().time else { return Vec::new() };
         let mut warnings = self.scene().motion_step_warnings(time.step_size());
+        // Ends of a structure follow its own recording, which the rod that represents it does not have.
+        if let Some(structure) = &self.scene().structure
+            && let Some(recording) = &structure.recording
+        {
+            warnings.extend(recording.step_warning(&structure.supports, time.step_size()));
+        }
         if time.is_beyond_end() {
             let (step, end) = (time.step_size(), time.end);
             let words = format!(
@@ -47,8 +53,15 @@ impl Problem {
     }
 
     /// Warnings, with codes, of all defects, corrected or not, of the recordings that move supports and of the samples
-    /// of signals that a load or an actuator has. Empty without both.
+    /// of signals that a load or an actuator has. Those of a structure are of the recording that its ends follow. Empty
+    /// without any.
     pub(crate) fn recording_warnings(&self) -> Vec<(Code, String)> {
-        self.scene().recording_warnings()
+        let mut warnings = self.scene().recording_warnings();
+        if let Some(structure) = &self.scene().structure
+            && let Some(recording) = &structure.recording
+        {
+            warnings.extend(recording.recording_warnings(&structure.supports));
+        }
+        warnings
     }
 }

@@ -87,7 +87,7 @@ table! {
         pub segments: usize,
         /// Shape of the rod without loads.
         pub shape: Shape<D> = TABLE,
-        /// Position of arc length 0, m; default: the origin for the first rod, for others the place that a joint gives.
+        /// Displacement of the shape, m: the position of arc length 0 of straight rods and arcs. Default: zero for the first rod, for others the place that a joint gives.
         #[serde(
             default,
             deserialize_with = "crate::input::arrays::some_numbers",

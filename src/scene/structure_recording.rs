@@ -5,14 +5,22 @@
 //! then observed ones. A given track is used instead of the file. One that has not been examined gets its defects. Lost
 //! frames and exchanged labels are corrected as the settings request; missing frames and jumps are those of the markers
 //! that drive supports. `track` returns it, `marker` the index of a marker by name; both are errors before the
-//! recording is read.
+//! recording is read. `check_end` and `check_step` reject a simulation beyond the end of the recording and steps that
+//! do not resolve its motion. `recording_warnings` and `step_warning` are those of its defects and of large steps. All
+//! four are those of `[supports.path]` of one rod, and apply only where supports follow the recording.
 
+use crate::code::Code;
 use crate::error::Error;
+use crate::scene::fault::Fault;
 use crate::scene::faults::{LostFrames, SwappedLabels};
+use crate::scene::motion_rate::MotionRate;
 use crate::scene::number::is_default;
+use crate::scene::path::Recorded;
 use crate::scene::structure_point::StructurePoint;
 use crate::scene::structure_support::StructureSupport;
-use crate::scene::track::{Marker, Track};
+use crate::scene::supports::Supports;
+use crate::scene::time::Time;
+use crate::scene::track::Track;
 use marker_files::{Axes, Format, Recording, Vertical, is_same_name};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -60,6 +68,17 @@ pub struct StructureRecording {
     /// The recording, once it is read.
     #[serde(skip)]
     pub track: Option<Arc<Track>>,
+}
+
+/// Whether any of the supports follows a marker.
+fn is_followed(supports: &[StructureSupport]) -> bool {
+    supports.iter().any(|support| !support.markers.is_empty())
+}
+
+/// Whether any of the supports follows the marker of this name.
+fn is_driving(marker: &str, supports: &[StructureSupport]) -> bool {
+    let mut names = supports.iter().flat_map(|support| &support.markers);
+    names.any(|name| is_same_name(name, marker))
 }
 
 impl StructureRecording {
@@ -113,17 +132,86 @@ impl StructureRecording {
         };
         self.track = Some(track.clone());
         if !track.is_examined() {
-            let is_driving = |marker: &Marker| {
-                let mut names = supports.iter().flat_map(|support| &support.markers);
-                names.any(|name| is_same_name(name, &marker.name))
-            };
             let markers = track.markers().iter().enumerate();
-            let held: Vec<usize> =
-                markers.filter(|(_, marker)| is_driving(marker)).map(|(j, _)| j).collect();
+            let held: Vec<usize> = markers
+                .filter(|(_, own)| is_driving(&own.name, supports))
+                .map(|(j, _)| j)
+                .collect();
             let examined = track.examined(&held, self.lost_frames, self.swapped_labels);
             self.track = Some(examined.with_motion_defects(&held).into());
         }
         Ok(())
+    }
+
+    /// Examines a track that was given instead of a file, as [`read`](Self::read) does. Without a track nothing changes.
+    pub(crate) fn examine(&mut self, supports: &[StructureSupport]) -> Result<(), Error> {
+        if self.track.is_some() { self.read(Path::new(""), supports) } else { Ok(()) }
+    }
+
+    /// Known positions at all frames, m, of the markers that recorded `supports` follow. Empty before the recording is
+    /// read.
+    pub(crate) fn driving_positions(
+        &self,
+        supports: &[StructureSupport],
+    ) -> impl Iterator<Item = [f64; 3]> {
+        let markers = self.track.iter().flat_map(|track| track.markers());
+        let driving = markers.filter(move |marker| is_driving(&marker.name, supports));
+        driving.flat_map(|marker| marker.seen.iter().copied().flatten())
+    }
+
+    /// Rejects a simulation that ends more than a step after the recording, as [`Supports::check_end`]. Accepted before
+    /// the recording is read, and where no support follows it.
+    pub(crate) fn check_end(
+        &self,
+        supports: &[StructureSupport],
+        time: &Time,
+    ) -> Result<(), Error> {
+        self.as_supports(supports).map_or(Ok(()), |own| own.check_end(time))
+    }
+
+    /// Rejects a time step, s, that does not resolve the motion of the markers which `supports` follow.
+    pub(crate) fn check_step(&self, supports: &[StructureSupport], step: f64) -> Result<(), Error> {
+        self.rate(supports).map_or(Ok(()), |rate| rate.check(step))
+    }
+
+    /// Warnings, with codes, of the defects of the recording, corrected or not, with the name of its file in front. Empty
+    /// before it is read, and where no support follows it. Glitches of observed markers are left out. So are labels that
+    /// were not exchanged: markers of several rods have no order along one, so that most of these are no defects.
+    pub(crate) fn recording_warnings(&self, supports: &[StructureSupport]) -> Vec<(Code, String)> {
+        let Some(track) = self.track.as_ref().filter(|_| is_followed(supports)) else {
+            return Vec::new();
+        };
+        let matters = |fault: &&Fault| match fault {
+            Fault::SwappedLabels { mended, .. } => *mended,
+            Fault::Glitches { marker, .. } => is_driving(marker, supports),
+            _ => true,
+        };
+        let faults = track.faults().iter().filter(matters).cloned().collect();
+        Track::clone(track).with_faults(faults).warnings(&self.file)
+    }
+
+    /// The warning, with its code, of a time step, s, that resolves the motion of the markers poorly.
+    pub(crate) fn step_warning(
+        &self,
+        supports: &[StructureSupport],
+        step: f64,
+    ) -> Option<(Code, String)> {
+        self.rate(supports)?.warning(step)
+    }
+
+    /// The recording as that of the supports of one rod, whose check applies. `None` before it is read, and where no
+    /// support follows it.
+    fn as_supports(&self, supports: &[StructureSupport]) -> Option<Supports> {
+        let track = self.track.clone().filter(|_| is_followed(supports))?;
+        let path = Recorded { track: Some(track), ..Recorded::new(&self.file) };
+        Some(Supports { path: Some(path), ..Supports::default() })
+    }
+
+    /// Rate of the motion of the markers that `supports` follow, by its bandwidth. `None` without a support that follows
+    /// them, before the examination, and at rest.
+    fn rate(&self, supports: &[StructureSupport]) -> Option<MotionRate> {
+        let bandwidth = self.track.as_ref().filter(|_| is_followed(supports))?.bandwidth()?;
+        Some(MotionRate::from_bandwidth("recording.file".into(), "recorded motion", bandwidth))
     }
 
     /// The settings of the table (format, confidence, axes, rate, scale, direction of y, start time) for the reader

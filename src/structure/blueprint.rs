@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::problem::{
     Model, PlanarModel, PointTie, Setup, SpatialModel, check_edges, check_on_mesh, correction,
-    nodal_loads, point_ties,
+    nodal_loads, nodal_masses, point_ties,
 };
 use crate::rod::assembly::carrying::MemberRod;
 use crate::rod::assembly::{AssemblyFrames, AssemblyLayout, JoinedRods, Member};
@@ -258,7 +258,7 @@ impl Blueprint {
 
     /// Rod number `i` with its unknowns and frames at rest and its mesh. It has its point masses and weights, and the
     /// forces of `loads.point` of the structure on this rod, by default at its tip. The outer node of a clamped end,
-    /// behind a wall or joint, loses its mass and weight. With `ties` it has springs to markers and a larger axial
+    /// behind a wall or joint, has its share of point masses only. With `ties` it has springs to markers and a larger axial
     /// stiffness. An error for a force outside the rod, or on the outer node of a clamped end by its index.
     fn rod<D: Nestable, L: AssemblyLayout, M: Model<Rod<D> = L::Rod<D>>>(
         &self,
@@ -274,11 +274,15 @@ impl Blueprint {
         let (q, frames) = (model.unknowns(&rest), model.frames(&rest));
         let setup = Setup { scene, mesh, rest, start: None };
         let mut rod = setup.rod(model);
-        // The node behind a wall or a joint has neither mass nor weight.
+        // The node behind a wall or a joint has neither mass nor weight of the rod, but its share of point masses.
         for (end, hold) in self.plan.ends[i].into_iter().enumerate() {
             if hold.support() == Support::Clamped {
                 let [outer, _] = end_nodes(setup.mesh.nodes.len(), end);
                 rod.clear_node(outer);
+                let shares = nodal_masses(&setup.scene, &setup.mesh)?;
+                for own in shares.into_iter().filter(|own| own.node == outer) {
+                    rod.add_mass(outer, own.mass, model.components(setup.scene.loads.gravity));
+                }
             }
         }
         for (k, load) in structure.loads.point.iter().enumerate() {

@@ -69,14 +69,21 @@ pub struct Structure {
 
 impl Structure {
     /// The structure of a scene, which is validated; model (planar or spatial) and assembly at rest are built.
-    /// Derivatives of energies are hand-derived ones.
+    /// Derivatives of energies are hand-derived ones. A recording that is given as a track is examined for defects.
     ///
     /// # Errors
-    /// [`Error::Invalid`] with file, key, and the found and the allowed value.
-    pub fn new(scene: StructureScene) -> Result<Self, Error> {
+    /// [`Error::Invalid`] with file, key, and the found and the allowed value. Also for a `[time]` that ends after the
+    /// recording that moves the ends.
+    pub fn new(mut scene: StructureScene) -> Result<Self, Error> {
         scene.validate()?;
         let file = scene.path.clone();
         let in_file = |error: Error| error.in_file(file.as_deref());
+        if let Some(recording) = &mut scene.recording {
+            recording.examine(&scene.supports).map_err(in_file)?;
+            if let Some(time) = &scene.time {
+                recording.check_end(&scene.supports, time).map_err(in_file)?;
+            }
+        }
         let blueprint = Blueprint::new(&scene).map_err(in_file)?;
         let at_rest = blueprint.build(&scene).map_err(in_file)?;
         let Blueprint { plan, models, .. } = &blueprint;

@@ -69,7 +69,7 @@ impl Structure {
     ///
     /// # Errors
     /// [`Error::Equilibrium`] where none is found; [`Error::SingularEquilibrium`] if the tangent has zero pivots at all
-    /// shifts.
+    /// shifts. [`Error::Invalid`] for a spring in space that is rotated by more than 0.9 of half a turn.
     pub fn equilibrium(&self) -> Result<StructureEquilibrium, Error> {
         let found = self.equilibrium_state()?;
         let energies = self.at_rest.assembly.energies(&found.q, &found.frames);
@@ -118,7 +118,7 @@ impl Structure {
     /// Unknowns and frames of the equilibrium, by a descent from the rest shape, with the number of iterations and the
     /// largest unbalanced force, N. Springs of the negligible stiffness hold the angles of rods that spin freely.
     /// Recorded ends are moved in stages to their markers at t = 0. Hand-derived derivatives are taken. An error where
-    /// a descent finds no equilibrium.
+    /// a descent finds no equilibrium, or one in which a spring in space is rotated too far.
     pub(super) fn equilibrium_state(&self) -> Result<EquilibriumState<AssemblyFrames<f64>>, Error> {
         let negligible = self.negligible_stiffness();
         // Weak springs hold the spins of rods.
@@ -157,6 +157,7 @@ impl Structure {
         }
         self.recorded.place(0.0, &mut q, &frames);
         let mut found = Descent::new(assembly, settings(), q).descend(frames)?;
+        self.check_springs(assembly, &found.q, &found.frames, None)?;
         found.newton_iterations += iterations;
         Ok(found)
     }

@@ -1,9 +1,9 @@
 //! Masses, centers and moments of inertia of the bodies of a planar structure, with those of the nodes that they
 //! carry.
 //!
-//! A body has its own mass, and that of a node of each rod end on it: the inner node of a clamped end, which is
-//! without the part behind the joint, or the outer node of a hinged end. The mass of a sprung clamp counts at the
-//! joint, with its moment of inertia about it: an error of second order in the length of an edge, with which all
+//! A body has its own mass, and that of nodes of each rod end on it: the outer node of a hinged end, or both nodes of
+//! the outer edge of a clamped end, of which the one behind the joint has point masses only. The mass of a sprung clamp
+//! counts at the joint, with its moment of inertia about it: an error of second order in the length of an edge, with which all
 //! masses are constant and diagonal. Center, m, and moment of inertia, kg m^2, are those of the sum; weight and
 //! point forces act at the body's own center. [`BodiesAtRest`] has the bodies, the springs, the centers of mass,
 //! and the coordinates at rest, m (rotations as angle times radius of gyration, zero at rest). A rotating joint
@@ -97,13 +97,18 @@ impl<D: Nestable> BodiesAtRest<D> {
                     if body != b {
                         continue;
                     }
-                    let [outer, inner] = end_nodes(rod.nodes(), end);
-                    let node = if pinned { outer } else { inner };
-                    let (mass, place) = (rod.mass(node), rod.node(node));
+                    let ends = end_nodes(rod.nodes(), end);
+                    // A pinned end carries its outer node, a clamp both nodes of the outer edge.
+                    let carried = if pinned { &ends[..1] } else { &ends[..] };
                     let Some(spring) = spring else {
-                        masses.push(CarriedMass { mass, place, inertia: zero });
+                        masses.extend(carried.iter().map(|&node| {
+                            let (mass, place) = (rod.mass(node), rod.node(node));
+                            CarriedMass { mass, place, inertia: zero }
+                        }));
                         continue;
                     };
+                    let mass = carried.iter().fold(zero, |sum, node| sum + rod.mass(*node));
+                    let place = rod.node(ends[1]);
                     // A sprung clamp rotates on its own: its mass counts at the joint, and its
                     // inertia with the spring.
                     let wall = rod.wall(end);

@@ -9,10 +9,11 @@
 //! recording.
 //!
 //! Output: [`StructureEquilibrium`] with stability (`equilibrium`), [`StructureModes`] (`modes`, rad/s), and
-//! [`StructureMotion`] with its [`StructureReport`] (`structure_motion`, `structure_film`, `momentum`). Positions
-//! are a [`StructureShape`] (m); `observed_nodes` has points as weighted sums of nodes. Equilibria, simulations
-//! and, in a plane, natural frequencies over dual numbers have derivatives along any number of the scene. Invalid
-//! scenes are errors with file and key.
+//! [`StructureMotion`] with its [`StructureReport`] (`structure_motion`, `structure_report`, `structure_film`,
+//! `momentum`). `spring_rotation` rejects springs in space near half a turn, `structure_warnings` are warnings of
+//! recordings, units and strains. Positions are a [`StructureShape`] (m); `observed_nodes` has points as weighted sums
+//! of nodes. Equilibria, simulations and, in a plane, natural frequencies over dual numbers have derivatives along any
+//! number of the scene. Invalid scenes are errors with file and key.
 
 mod blueprint;
 mod definition;
@@ -29,9 +30,12 @@ mod recorded_ends;
 mod recorded_pose;
 mod recorded_start;
 mod spatial_inertia;
+mod spring_rotation;
 mod structure_film;
 mod structure_motion;
+mod structure_report;
 mod structure_shape;
+mod structure_warnings;
 
 pub use blueprint::AssemblyAtRest;
 pub use definition::Structure;
@@ -39,5 +43,6 @@ pub use equilibrium::StructureEquilibrium;
 pub use modes::{StructureMode, StructureModes};
 pub use observed_nodes::{NodeMotion, StructureNodes};
 pub use structure_film::StructureFilm;
-pub use structure_motion::{StructureMotion, StructureReport};
+pub use structure_motion::StructureMotion;
+pub use structure_report::StructureReport;
 pub use structure_shape::{BodyPose, RodNodes, StructureShape};

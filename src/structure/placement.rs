@@ -4,20 +4,22 @@
 //! another point of a joint. The point of a clamped end is the middle of its outer edge; of a pinned end it is its
 //! outer node. That of a body is its position plus the offset. [`check_joints`] rejects joints with a point farther
 //! from their first point than `JOINT_TOLERANCE` times the length of the longest rod; body points without an offset are
-//! not compared. [`common_plane`] returns the plane of all nodes, gravity, point forces and body positions. It is an
-//! error, with the key, if one of them leaves it; offsets must be in that plane, and hinge axes normal to it.
+//! not compared. [`common_plane`] returns the plane of all nodes, gravity, point forces, body positions and recorded
+//! positions of ends. It is an error, with the key, if one of them leaves it; offsets must be in that plane, hinge axes
+//! and a principal axis of each body normal to it. Springs with numbers for three axes are errors too.
 //! [`placed_meshes`] returns the shifted meshes. `PlacedRod::wall` is the middle of the outer edge of an end.
 //! [`end_nodes`] are the two outermost nodes of an end, [`end_point`] is its point in a joint. [`PlacedRod`] is a rod
 //! at its place, with the position, m, and the mass, kg, of its nodes.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::vector::{Vector, add, dot, scale, sub};
+use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};
 use crate::rod::Rod;
 use crate::rod::assembly::AssemblyLayout;
 use crate::scene::mesh::Mesh;
+use crate::scene::per_axis::PerAxis;
 use crate::scene::plane::KeyedVector;
-use crate::scene::structure::{StructureJoint, StructureScene};
+use crate::scene::structure::{RigidBody, StructureJoint, StructureScene};
 use crate::scene::{Plane, Scene, Support};
 use crate::structure::plan::{JointPoint, Placement, StructurePlan};
 use nalgebra::Vector3;
@@ -26,6 +28,12 @@ use nalgebra::Vector3;
 const JOINT_TOLERANCE: f64 = 1e-6;
 /// Largest component of an offset out of the plane, over the length of the longest rod.
 const PLANE_TOLERANCE: f64 = 1e-9;
+/// Largest angular momentum out of the plane of a body that turns in it, over that in it. Angles are often given with
+/// four digits.
+const MOMENTUM_TOLERANCE: f64 = 1e-3;
+/// Distance of a recorded marker from the first node, over the length of the longest rod, below which its direction from
+/// there is a rounding error.
+const AT_NODE: f64 = 1e-6;
 
 /// A rod over a number type, at its place.
 pub(super) struct PlacedRod<D: Nestable, L: AssemblyLayout> {
@@ -150,10 +158,11 @@ pub(super) fn check_joints(
     Ok(())
 }
 
-/// The plane through all nodes of the rods, gravity, point forces and positions of bodies ([`Plane::through`]). A
-/// structure on one line takes the plane with the first `up` of a section. An error, with the key, for a quantity that
-/// leaves the plane. Offsets of joints may leave it by [`PLANE_TOLERANCE`] of the longest rod, axes of hinges must be
-/// normal to it.
+/// The plane through all nodes of the rods, gravity, point forces, positions of bodies and, at all frames, of the markers
+/// that recorded ends follow ([`Plane::through`]). A structure on one line takes the plane with the first `up` of a
+/// section. An error, with the key, for a quantity that leaves the plane. Offsets of joints may leave it by
+/// [`PLANE_TOLERANCE`] of the longest rod. Axes of hinges and one principal axis of each body must be normal to it, and
+/// springs must have one number for all axes.
 pub(super) fn common_plane(structure: &StructureScene, meshes: &[Mesh]) -> Result<Plane, Error> {
     let loads = structure.loads.point.iter().enumerate();
     let forces = loads.map(|(k, load)| KeyedVector {
@@ -171,9 +180,16 @@ pub(super) fn common_plane(structure: &StructureScene, meshes: &[Mesh]) -> Resul
         vector: sub(body.position, start),
     });
     vectors.extend(centers);
+    let longest = meshes.iter().map(|mesh| mesh.length).fold(0.0, f64::max);
+    // Recorded ends leave the plane where one of their markers does.
+    if let Some(recording) = &structure.recording {
+        let ways = recording.driving_positions(&structure.supports).map(|place| sub(place, start));
+        let ways = ways.filter(|way| dot(*way, *way).sqrt() > AT_NODE * longest);
+        vectors.extend(ways.map(|vector| KeyedVector { key: "recording.file".into(), vector }));
+    }
     // Rods on one line determine no plane; the section of one of them does.
     let up = structure.rods.iter().find_map(|rod| rod.section.up()).map(Vector3::from);
-    let allowed = "a structure whose rods, bodies and loads are in one plane";
+    let allowed = "a structure whose rods, bodies, loads and recorded ends are in one plane";
     let leaves = |what: String| {
         let found = "a direction out of the plane of the other rods, bodies and loads";
         Error::invalid(what, found, allowed)
@@ -183,7 +199,6 @@ pub(super) fn common_plane(structure: &StructureScene, meshes: &[Mesh]) -> Resul
             Some(_) => leaves("rods".into()),
             None => leaves(what),
         })?;
-    let longest = meshes.iter().map(|mesh| mesh.length).fold(0.0, f64::max);
     for (j, joint) in structure.joints.iter().enumerate() {
         for (k, end) in joint.connects().iter().enumerate() {
             let out = end.offset.map_or(0.0, |offset| plane.components(offset.into()).1);
@@ -193,10 +208,43 @@ pub(super) fn common_plane(structure: &StructureScene, meshes: &[Mesh]) -> Resul
         }
         if let StructureJoint::Hinge { axis: Some(axis), .. } = joint {
             let (within, out) = plane.components((*axis).into());
-            if within.norm() > PLANE_TOLERANCE * out.abs() {
+            if within.norm() >= PLANE_TOLERANCE * out.abs() {
                 return Err(leaves(format!("joints[{j}].axis")));
             }
         }
+        // Numbers for three axes are those of a rotation in space.
+        if let StructureJoint::Spring { rotation, rest, .. } = joint {
+            for (key, is_per_axis) in
+                [("rotation", rotation.is_per_axis()), ("rest", rest.is_per_axis())]
+            {
+                if is_per_axis {
+                    let found = "numbers for three axes";
+                    return Err(Error::invalid(
+                        format!("joints[{j}].{key}"),
+                        found,
+                        "one number in a plane",
+                    ));
+                }
+            }
+        }
+    }
+    // A body whose principal axes are tilted against the plane turns out of it.
+    for body in &structure.bodies {
+        if is_tilted(body, plane.x.cross(&plane.y).into()) {
+            return Err(leaves(format!("bodies.{}.orientation", body.name)));
+        }
     }
     Ok(plane)
+}
+
+/// Whether a rotation of the body about the unit vector `normal` has an angular momentum that leaves this direction, by
+/// more than [`MOMENTUM_TOLERANCE`] of it: none of its principal axes is normal to the plane, and their moments differ.
+fn is_tilted(body: &RigidBody, normal: Vector<f64>) -> bool {
+    let PerAxis::Three(principal) = body.inertia else { return false };
+    let back = body.orientation.map_or([0.0; 3], |turn| turn.map(|c| -c));
+    let normal = rotate(back, normal);
+    let momentum = [0, 1, 2].map(|i| principal[i] * normal[i]);
+    let along = dot(momentum, normal);
+    let out = [0, 1, 2].map(|i| momentum[i] - along * normal[i]);
+    dot(out, out).sqrt() > MOMENTUM_TOLERANCE * along
 }

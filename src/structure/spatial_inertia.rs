@@ -244,9 +244,9 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
     ) -> Result<SpatialSpring<D>, Error> {
         let (own, zero) = (&plan.springs[spring], D::from(0.0));
         let axes = clamp_axes(rod, end);
-        let [_, inner] = end_nodes(rod.nodes(), end);
+        let [outer, inner] = end_nodes(rod.nodes(), end);
         let arm = sub(rod.node(inner), rod.wall(end));
-        let mass = rod.mass(inner);
+        let mass = rod.mass(outer) + rod.mass(inner);
         // The clamp is a point mass at an arm from the joint, with the inertia of half an edge
         // about itself.
         let across = mass * dot(arm, arm);
@@ -308,9 +308,9 @@ fn edge_inertia<D: Nestable>(rod: &PlacedRod<D, Space>, end: usize) -> D {
     rod.rod.mass[4 * end_edge(rod, end) + 3] * BEFORE_JOINT
 }
 
-/// The masses of body `b` of a plan: its own with its inertia tensor, then one per rod end on it. A clamped end has the
-/// inner node at its place, with the inertia of half the outer edge about its tangent. A hinged end has the outer node,
-/// a sprung clamp the inner node at the joint. Errors are those of [`body_tensor`].
+/// The masses of body `b` of a plan: its own with its inertia tensor, then those of each rod end on it. A clamped end
+/// has both nodes of its outer edge at their places, with the inertia of half that edge about its tangent. A hinged end
+/// has the outer node, a sprung clamp both nodes at the joint. Errors are those of [`body_tensor`].
 fn carried_masses<D: Nestable>(
     plan: &StructurePlan,
     scene: &StructureScene<D>,
@@ -330,22 +330,24 @@ fn carried_masses<D: Nestable>(
                 continue;
             }
             let [outer_node, inner] = end_nodes(rod.nodes(), end);
-            masses.push(match (spring, pinned) {
-                (Some(_), _) => {
-                    PlacedInertia { mass: rod.mass(inner), place: rod.wall(end), tensor: none }
-                }
-                (None, true) => PlacedInertia {
-                    mass: rod.mass(outer_node),
-                    place: rod.node(outer_node),
-                    tensor: none,
-                },
-                (None, false) => {
-                    let tangent = column(&clamp_axes(rod, end), 2);
-                    let spin = edge_inertia(rod, end);
-                    let tensor = outer(tangent).map(|row| row.map(|entry| entry * spin));
-                    PlacedInertia { mass: rod.mass(inner), place: rod.node(inner), tensor }
-                }
-            });
+            let outer_mass = rod.mass(outer_node);
+            if spring.is_some() {
+                let mass = outer_mass + rod.mass(inner);
+                masses.push(PlacedInertia { mass, place: rod.wall(end), tensor: none });
+                continue;
+            }
+            let place = rod.node(outer_node);
+            masses.push(PlacedInertia { mass: outer_mass, place, tensor: none });
+            if !pinned {
+                let tangent = column(&clamp_axes(rod, end), 2);
+                let spin = edge_inertia(rod, end);
+                let tensor = outer(tangent).map(|row| row.map(|entry| entry * spin));
+                masses.push(PlacedInertia {
+                    mass: rod.mass(inner),
+                    place: rod.node(inner),
+                    tensor,
+                });
+            }
         }
     }
     Ok(masses)

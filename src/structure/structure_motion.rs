@@ -1,20 +1,15 @@
-//! Simulations of structures: steps with bisection, the start at rest, in equilibrium or by a recording, and the report
-//! of a run.
+//! Simulations of structures: steps with bisection, and the start at rest, in equilibrium or by a recording.
 //!
 //! [`Structure::simulation`] returns a [`StructureMotion`] at t = 0, without velocity unless it starts from a
 //! recording, which advances to given times (`step_to`). `shape` and `position` are those of its present state, m;
 //! `taken` are the ends of all steps, s. A step that fails, or that the step control rejects, is replaced by two
 //! halves, and so on. It limits rotations of edges and, by the scene of the first rod and without recorded ends only,
-//! the change of the energy. [`Structure::simulation_over`] is a simulation over dual numbers, for derivatives, without
-//! bisection. `equilibrium_over` is the equilibrium with derivatives. [`StructureReport`] collects times, s, energies,
-//! J, and ends of the rods, m. `push` adds a state, `push_energies` its energies only; `finish` sets the status and the
-//! warnings. The report warns if the change of the energy over the largest kinetic energy exceeds a limit, only without
-//! damping of rods and joints and without recorded ends. In space only Newmark-beta and generalized-alpha integrate; other schemes are
-//! errors, as is a scene without `[time]`.
+//! the change of the energy. A step after which a spring in space is rotated too far is an error.
+//! [`Structure::simulation_over`] is a simulation over dual numbers, for derivatives, without bisection.
+//! `equilibrium_over` is the equilibrium with derivatives. In space only Newmark-beta and generalized-alpha integrate;
+//! other schemes are errors. So are a scene without `[time]`, and steps that do not resolve a recording which moves ends.
 
-use crate::dynamics::{
-    BisectedSteps, Simulation, StepControl, StepperSettings, Work, advance, energy_warning,
-};
+use crate::dynamics::{BisectedSteps, Simulation, StepControl, StepperSettings, advance};
 use crate::energy::Derivatives;
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::Nestable;
@@ -26,9 +21,6 @@ use crate::scene::{InitialState, Scheme, StructurePoint, StructureScene, Time};
 use crate::structure::blueprint::AssemblyAtRest;
 use crate::structure::definition::Structure;
 use crate::structure::structure_shape::StructureShape;
-use crate::summary::{Summary, Tone};
-use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 
 /// A simulation of a structure, step by step.
 #[derive(Clone, Debug)]
@@ -59,8 +51,13 @@ impl BisectedSteps for StructureMotion<'_> {
         self.simulation.step_back();
     }
 
-    /// Keeps the time of the end of an accepted step; always `Ok`.
+    /// Keeps the time of the end of an accepted step. An error, with the state before the step restored, if a spring in
+    /// space is rotated too far.
     fn accepted(&mut self) -> Result<(), Error> {
+        if let Err(error) = self.check_springs() {
+            self.simulation.step_back();
+            return Err(error);
+        }
         self.taken.push(self.simulation.state().time);
         Ok(())
     }
@@ -79,6 +76,12 @@ impl StructureMotion<'_> {
     /// Those of a step that bisection does not save; the state is then the last valid one.
     pub fn step_to(&mut self, time: f64) -> Result<(), Error> {
         advance(self, time)
+    }
+
+    /// Rejects the present state if a spring in space is rotated too far.
+    fn check_springs(&self) -> Result<(), Error> {
+        let (assembly, state) = (self.simulation.rod(), self.simulation.state());
+        self.structure.check_springs(assembly, &state.q, &state.frames, Some(state.time))
     }
 
     /// Time of the present state, s, from t = 0 on.
@@ -129,12 +132,18 @@ impl Structure {
     /// The table `[time]` of the scene: duration, step and scheme.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a scene without it.
+    /// [`Error::Invalid`] for a scene without it, and for a step that does not resolve the recorded motion of the ends.
     pub fn time(&self) -> Result<&Time, Error> {
-        self.scene.time.as_ref().ok_or_else(|| {
-            Error::invalid("time", "no such table", "[time] with end and step, to simulate")
-                .in_file(self.scene.path.as_deref())
-        })
+        let StructureScene { time, recording, supports, path, .. } = &self.scene;
+        let in_file = |error: Error| error.in_file(path.as_deref());
+        let Some(time) = time else {
+            let allowed = "[time] with end and step, to simulate";
+            return Err(in_file(Error::invalid("time", "no such table", allowed)));
+        };
+        if let Some(recording) = recording {
+            recording.check_step(supports, time.step_size()).map_err(in_file)?;
+        }
+        Ok(time)
     }
 
     /// A simulation at t = 0. By `initial.state` it is at rest, or in the equilibrium under the loads, without
@@ -144,7 +153,7 @@ impl Structure {
     /// # Errors
     /// A scene without `[time]` or rods, another scheme than Newmark-beta and generalized-alpha in space, and those of
     /// the [equilibrium](Self::equilibrium) or recorded start. At rest also recorded ends that are away from their
-    /// markers.
+    /// markers. Also steps that do not resolve the recorded motion of the ends, and a spring that is rotated too far.
     pub fn simulation(&self) -> Result<StructureMotion<'_>, Error> {
         let simulation = self.simulation_of(&self.scene)?;
         let parts = self.parts().next();
@@ -154,7 +163,9 @@ impl Structure {
             Some(scene) => StepControl::without_limits(scene, &simulation),
             None => return Err(Error::invalid("rods", "an empty list", "at least one rod")),
         };
-        Ok(StructureMotion { structure: self, simulation, control, taken: Vec::new() })
+        let motion = StructureMotion { structure: self, simulation, control, taken: Vec::new() };
+        motion.check_springs()?;
+        Ok(motion)
     }
 
     /// A simulation at t = 0 over another number type `D`, without bisection of steps. `seed` returns the number for
@@ -291,106 +302,4 @@ fn check_scheme(time: &Time) -> Result<(), Error> {
     let allowed = "\"newmark-beta\" or \"generalised-alpha\", for a structure in space: only these integrate rotations of bodies";
     let integrates = matches!(time.scheme, Scheme::NewmarkBeta | Scheme::GeneralisedAlpha);
     ensure(integrates, "time.scheme", format!("\"{}\"", time.scheme.name()), allowed)
-}
-
-/// The result of a simulation of a structure.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[non_exhaustive]
-pub struct StructureReport {
-    /// `completed`, or the reason of the end.
-    pub status: String,
-    /// Number of unknowns that move.
-    pub dof: usize,
-    /// Counts of the numerical work.
-    pub work: Work,
-    /// Times, s.
-    pub times: Vec<f64>,
-    /// Energies at these times, J.
-    pub energies: Vec<Energies>,
-    /// Positions of the ends of all rods at these times, m, by the names of the rods.
-    pub tips: BTreeMap<String, Vec<[f64; 3]>>,
-    /// Reasons to doubt the result.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub warnings: Vec<String>,
-    /// The last state.
-    #[serde(flatten)]
-    pub shape: StructureShape,
-}
-
-impl StructureReport {
-    /// A report of a structure without states: only the number of unknowns is set.
-    pub fn new(structure: &Structure) -> Self {
-        Self { dof: structure.dof(), ..Self::default() }
-    }
-
-    /// Adds time, energies and the end (`tip`) of every rod of the present state of `motion`. Its shape and work
-    /// replace the previous ones.
-    pub fn push(&mut self, motion: &StructureMotion<'_>) {
-        self.push_energies(motion);
-        self.shape = motion.shape();
-        for (name, rod) in &self.shape.rods {
-            self.tips.entry(name.clone()).or_default().push(rod.tip);
-        }
-    }
-
-    /// Adds time and energies of the present state of `motion`, and replaces the work by that so far. Positions are
-    /// unchanged.
-    pub fn push_energies(&mut self, motion: &StructureMotion<'_>) {
-        self.work = motion.simulation.work();
-        self.times.push(motion.time());
-        self.energies.push(motion.energies());
-    }
-
-    /// Largest absolute difference of the total energy from that of the first state, J, and the largest kinetic energy,
-    /// J, over all added states; zeros without any.
-    fn energy_change(&self) -> [f64; 2] {
-        let first = self.energies.first().map_or(0.0, Energies::total);
-        let change = self.energies.iter().map(|energies| (energies.total() - first).abs());
-        let kinetic = self.energies.iter().map(|energies| energies.kinetic);
-        [change.fold(0.0, f64::max), kinetic.fold(0.0, f64::max)]
-    }
-
-    /// Sets the status, `completed` or the text of the error in `outcome`. Replaces the warnings by that of the energy,
-    /// if its change relative to the largest kinetic energy exceeds the limit for the scene of the first rod. There is
-    /// none with damping of rods or joints, with recorded ends, and without kinetic energy.
-    pub fn finish(&mut self, structure: &Structure, outcome: &Result<(), Error>) {
-        let [change, kinetic] = self.energy_change();
-        let warning =
-            structure.parts().next().and_then(|scene| energy_warning(scene, change / kinetic));
-        let is_conservative = structure.recorded.is_empty() && !structure.scene.has_damped_joints();
-        let warning = warning.filter(|_| kinetic > 0.0 && is_conservative);
-        self.warnings = warning.iter().map(|(code, words)| code.behind(words)).collect();
-        self.status = match outcome {
-            Ok(()) => "completed".into(),
-            Err(error) => error.to_string(),
-        };
-    }
-
-    /// The result as text for a terminal: status, ends of all rods at the last time, change of the energy, unknowns,
-    /// steps and Newton iterations, and the warnings.
-    pub fn summary(&self) -> Summary {
-        let tone = Tone::of_result(self.status == "completed", !self.warnings.is_empty());
-        let tips = self.shape.rods.iter().map(|(name, rod)| {
-            let [x, y, z] = rod.tip;
-            format!("{name} ({x:.6}, {y:.6}, {z:.6}) m")
-        });
-        let [change, kinetic] = self.energy_change();
-        let time = self.times.last().copied().unwrap_or_default();
-        Summary::new(&self.status, tone)
-            .fact("Tips", format!("{} at t = {time} s", tips.collect::<Vec<_>>().join(", ")))
-            .fact(
-                "Energy",
-                format!("changes by up to {change:.2e} J; largest kinetic energy {kinetic:.2e} J"),
-            )
-            .warnings(&self.warnings)
-            .naming_warnings()
-            .fact(
-                "Numerics",
-                format!(
-                    "{} unknowns, {} steps, {} Newton iterations",
-                    self.dof, self.work.steps, self.work.newton_iterations
-                ),
-            )
-    }
 }

@@ -1,6 +1,6 @@
 //! Rigid, hinged and sprung joints against closed forms of beams.
 
-use crate::scenes::{bending, joint, line_density, rod, structure, support};
+use crate::scenes::{bending, joint, line_density, rod, steel, structure, support};
 use rodfit::{Structure, StructureScene};
 
 /// Lowest `count` angular frequencies about the rest shape, rad/s.
@@ -46,6 +46,57 @@ fn welded_pieces_have_the_frequencies_of_one_rod_to_second_order() {
         assert!(coarse[i][1].abs() < 5e-4, "{i}: {:e}", coarse[i][1]);
         let ratio = coarse[i][0] / fine[i][0];
         assert!((3.4..4.8).contains(&ratio), "{i}: {ratio}");
+    }
+}
+
+/// A point mass at a joint of clamped ends counts in full, on whichever of the rods it is stated: the frequencies and the
+/// deflection are those of one rod with the mass between two nodes, to second order in the edge.
+#[test]
+fn point_mass_at_a_joint_counts_in_full() {
+    let mass = |at: &str| format!("mass = [{{ node = {at}, mass = 0.02 }}]\n");
+    let gravity = "[loads]\ngravity = [0, -1.0, 0]\n".to_string();
+    let one_rod = structure(&[
+        rod("all", 100, 0.5, [1.0, 0.0]) + &mass("{ arc_length = 0.25 }"),
+        support("all.start", "clamped"),
+        gravity.clone(),
+    ]);
+    let welded = |kind: &str, more: &str, masses: [String; 2], dimension: &str| {
+        let [first, second] = masses;
+        let parts = [
+            dimension.to_string(),
+            rod("first", 50, 0.25, [1.0, 0.0]) + &first,
+            rod("second", 50, 0.25, [1.0, 0.0]) + &second,
+            joint(kind, &["first.end", "second.start"], more),
+            support("first.start", "clamped"),
+            gravity.clone(),
+        ];
+        let steel = steel() + "poisson_ratio = 0.3\n";
+        let text = parts[0].clone() + &steel + &parts[1..].concat();
+        Structure::new(StructureScene::from_toml(&text, ".").unwrap()).unwrap()
+    };
+    let sag = |structure: &Structure| {
+        let rods = structure.equilibrium().unwrap().shape.rods;
+        rods.values().next_back().unwrap().tip[1]
+    };
+    let none = String::new;
+    let cases = [
+        ("tip", welded("rigid", "", [mass("\"tip\""), none()], "")),
+        ("start", welded("rigid", "", [none(), mass("{ arc_length = 0.0 }")], "")),
+        ("space", welded("rigid", "", [mass("\"tip\""), none()], "dimension = \"spatial\"\n")),
+        ("spring", welded("spring", "rotation = 1e-6", [none(), mass("{ arc_length = 0.0 }")], "")),
+    ];
+    let expected = frequencies(&one_rod, 2);
+    for (name, found) in &cases {
+        let mut lowest = frequencies(found, 4);
+        // In space every frequency is there twice.
+        lowest.dedup_by(|a, b| (*a / *b - 1.0).abs() < 1e-6);
+        for (found, expected) in lowest.iter().zip(&expected) {
+            println!("{name}: {:e}", found / expected - 1.0);
+            assert!((found / expected - 1.0).abs() < 1e-3, "{name}: {found} {expected}");
+        }
+        let deflection = sag(found) / sag(&one_rod);
+        println!("{name}: {:e}", deflection - 1.0);
+        assert!((deflection - 1.0).abs() < 1e-3, "{name}: {deflection}");
     }
 }
 
@@ -190,6 +241,49 @@ fn impossible_structures_are_rejected_with_their_key() {
     ] {
         let message = two(&text);
         assert!(message.contains(key), "{key}: {message}");
+    }
+}
+
+/// Numbers for three axes belong to a rotation in space, and a body with tilted principal axes turns out of the plane.
+#[test]
+fn planar_structures_reject_rotations_out_of_the_plane() {
+    let error = |more: &str| {
+        let text = "dimension = \"planar\"\n".to_string()
+            + &steel()
+            + &rod("a", 10, 0.2, [1.0, 0.0])
+            + more
+            + &support("a.start", "clamped");
+        StructureScene::from_toml(&text, ".").and_then(Structure::new).err().map(|e| e.to_string())
+    };
+    let spring =
+        |more: &str| rod("b", 10, 0.2, [0.0, 1.0]) + &joint("spring", &["a.end", "b.start"], more);
+    let body = |orientation: &str| {
+        format!(
+            "[[bodies]]\nname = \"bob\"\nmass = 0.1\ninertia = [1e-5, 2e-5, 3e-5]\nposition = [0.2, 0, 0]\n\
+             orientation = {orientation}\n"
+        ) + &joint("rigid", &["bob", "a.end"], "")
+    };
+    for (text, key) in [
+        (spring("rotation = 1.0\nrest = 0.1"), None),
+        (
+            spring("rotation = [1.0, 1.0, 2.0]"),
+            Some("joints[0].rotation: found numbers for three axes"),
+        ),
+        (
+            spring("rotation = 1.0\nrest = [0.1, 0.0, 0.0]"),
+            Some("joints[0].rest: found numbers for"),
+        ),
+        (body("[0, 0, 0.4]"), None),
+        (body("[1.5708, 0, 0]"), None),
+        (body("[0.4, 0, 0]"), Some("bodies.bob.orientation: found a direction out of the plane")),
+    ] {
+        let found = error(&text);
+        match key {
+            None => assert_eq!(found, None, "{text}"),
+            Some(key) => {
+                assert!(found.as_deref().is_some_and(|found| found.contains(key)), "{found:?}")
+            }
+        }
     }
 }
 

@@ -11,6 +11,8 @@ mod motion;
 #[cfg(feature = "page")]
 mod page;
 mod recorded;
+mod recorded_checks;
 mod scenes;
 mod space;
 mod spatial_motion;
+mod validity;

@@ -1,0 +1,132 @@
+//! The report of a simulation of a structure: energies, ends of the rods, status and warnings.
+//!
+//! [`StructureReport`] collects times, s, energies, J, and ends of the rods, m. `push` adds a state, `push_energies` its
+//! energies only; both record the largest strain of each rod. `finish` sets the status and the warnings: defects of the
+//! recording that moves ends, steps that resolve it poorly, implausible units, large strains, and a change of the
+//! energy. The latter is compared with the largest kinetic energy, only without damping of rods and joints and without
+//! recorded ends. `summary` is the text for a terminal.
+
+use crate::dynamics::{Work, energy_warning};
+use crate::error::Error;
+use crate::rod::Energies;
+use crate::structure::definition::Structure;
+use crate::structure::structure_motion::StructureMotion;
+use crate::structure::structure_shape::StructureShape;
+use crate::structure::structure_warnings::StrainsOfRods;
+use crate::summary::{Summary, Tone};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// The result of a simulation of a structure.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct StructureReport {
+    /// `completed`, or the reason of the end.
+    pub status: String,
+    /// Number of unknowns that move.
+    pub dof: usize,
+    /// Counts of the numerical work.
+    pub work: Work,
+    /// Times, s.
+    pub times: Vec<f64>,
+    /// Energies at these times, J.
+    pub energies: Vec<Energies>,
+    /// Positions of the ends of all rods at these times, m, by the names of the rods.
+    pub tips: BTreeMap<String, Vec<[f64; 3]>>,
+    /// Reasons to doubt the result.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
+    /// The last state.
+    #[serde(flatten)]
+    pub shape: StructureShape,
+    /// Largest strains so far.
+    #[serde(skip)]
+    strains: StrainsOfRods,
+}
+
+impl StructureReport {
+    /// A report of a structure without states: only the number of unknowns is set.
+    pub fn new(structure: &Structure) -> Self {
+        Self { dof: structure.dof(), strains: structure.strains(), ..Self::default() }
+    }
+
+    /// Adds time, energies and the end (`tip`) of every rod of the present state of `motion`. Its shape and work
+    /// replace the previous ones.
+    pub fn push(&mut self, motion: &StructureMotion<'_>) {
+        let shape = motion.shape();
+        self.push_state(motion, &shape);
+        for (name, rod) in &shape.rods {
+            self.tips.entry(name.clone()).or_default().push(rod.tip);
+        }
+        self.shape = shape;
+    }
+
+    /// Adds time and energies of the present state of `motion`, and replaces the work by that so far. Positions are
+    /// unchanged.
+    pub fn push_energies(&mut self, motion: &StructureMotion<'_>) {
+        self.push_state(motion, &motion.shape());
+    }
+
+    /// Adds time, energies and strains of the present state of `motion`, which has this `shape`. Replaces the work.
+    fn push_state(&mut self, motion: &StructureMotion<'_>, shape: &StructureShape) {
+        self.work = motion.simulation().work();
+        self.times.push(motion.time());
+        self.energies.push(motion.energies());
+        self.strains.add(shape, motion.time());
+    }
+
+    /// Largest absolute difference of the total energy from that of the first state, J, and the largest kinetic energy,
+    /// J, over all added states; zeros without any.
+    fn energy_change(&self) -> [f64; 2] {
+        let first = self.energies.first().map_or(0.0, Energies::total);
+        let change = self.energies.iter().map(|energies| (energies.total() - first).abs());
+        let kinetic = self.energies.iter().map(|energies| energies.kinetic);
+        [change.fold(0.0, f64::max), kinetic.fold(0.0, f64::max)]
+    }
+
+    /// Sets the status, `completed` or the text of the error in `outcome`. Replaces the warnings: those of the scene
+    /// first, then those of large strains, then that of the energy. The latter follows if its change relative to the
+    /// largest kinetic energy exceeds the limit for the scene of the first rod. There is none with damping of rods or
+    /// joints, with recorded ends, and without kinetic energy.
+    pub fn finish(&mut self, structure: &Structure, outcome: &Result<(), Error>) {
+        let [change, kinetic] = self.energy_change();
+        let energy =
+            structure.parts().next().and_then(|scene| energy_warning(scene, change / kinetic));
+        let is_conservative = structure.recorded.is_empty() && !structure.scene.has_damped_joints();
+        let energy = energy.filter(|_| kinetic > 0.0 && is_conservative);
+        let warnings = structure.motion_warnings().into_iter().chain(self.strains.warnings(true));
+        self.warnings = warnings.chain(energy).map(|(code, words)| code.behind(&words)).collect();
+        self.status = match outcome {
+            Ok(()) => "completed".into(),
+            Err(error) => error.to_string(),
+        };
+    }
+
+    /// The result as text for a terminal: status, ends of all rods at the last time, change of the energy, unknowns,
+    /// steps and Newton iterations, and the warnings.
+    pub fn summary(&self) -> Summary {
+        let tone = Tone::of_result(self.status == "completed", !self.warnings.is_empty());
+        let tips = self.shape.rods.iter().map(|(name, rod)| {
+            let [x, y, z] = rod.tip;
+            format!("{name} ({x:.6}, {y:.6}, {z:.6}) m")
+        });
+        let [change, kinetic] = self.energy_change();
+        let time = self.times.last().copied().unwrap_or_default();
+        Summary::new(&self.status, tone)
+            .fact("Tips", format!("{} at t = {time} s", tips.collect::<Vec<_>>().join(", ")))
+            .fact(
+                "Energy",
+                format!("changes by up to {change:.2e} J; largest kinetic energy {kinetic:.2e} J"),
+            )
+            .warnings(&self.warnings)
+            .naming_warnings()
+            .fact(
+                "Numerics",
+                format!(
+                    "{} unknowns, {} steps, {} Newton iterations",
+                    self.dof, self.work.steps, self.work.newton_iterations
+                ),
+            )
+    }
+}

@@ -1,0 +1,129 @@
+//! Warnings of structures: the recording that moves ends, units of the rods, and large strains.
+//!
+//! The functions of single rods are called for each rod of a structure, as a scene of its own. [`Structure`] has
+//! `motion_warnings` (codes and texts of the recording, of steps that resolve it poorly, and of units),
+//! `unit_warnings`, and `equilibrium_warnings` (texts of units and strains). [`StrainsOfRods`] records the largest strain
+//! of each rod over all states that `add` receives; its `warnings` name the rod and the modulus, Pa. Rods with a recorded
+//! end have no strains, as the distances of markers have tracking errors. Messages about a rod begin with its name.
+
+use crate::code::Code;
+use crate::problem::strain::StrainRecord;
+use crate::problem::{Problem, Purpose};
+use crate::scene::Time;
+use crate::structure::definition::Structure;
+use crate::structure::equilibrium::StructureEquilibrium;
+use crate::structure::plan::EndSupport;
+use crate::structure::structure_shape::StructureShape;
+use std::f64::consts::SQRT_2;
+
+/// The strains of one rod.
+#[derive(Clone, Debug)]
+struct StrainsOfRod {
+    /// Name of the rod.
+    name: String,
+    /// Young's modulus, Pa, for the message.
+    youngs_modulus: f64,
+    record: StrainRecord,
+}
+
+/// Largest strains of the rods of a structure.
+#[derive(Clone, Debug, Default)]
+pub(super) struct StrainsOfRods(Vec<StrainsOfRod>);
+
+/// All records are equal, so that they do not distinguish reports.
+impl PartialEq for StrainsOfRods {
+    /// True for any two records.
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl StrainsOfRods {
+    /// Compares the strains of all rods at a time, s, with the largest ones so far.
+    pub fn add(&mut self, shape: &StructureShape, time: f64) {
+        for own in &mut self.0 {
+            if let Some(rod) = shape.rods.get(&own.name) {
+                own.record.add(|i| rod.nodes[i], time);
+            }
+        }
+    }
+
+    /// One warning, with its code, for each rod whose largest strain is beyond the linear range. It has the time of the
+    /// strain if it is that of a motion.
+    pub fn warnings(&self, is_motion: bool) -> Vec<(Code, String)> {
+        let of_rod = |own: &StrainsOfRod| {
+            let mut largest = own.record.largest()?;
+            largest.time = largest.time.filter(|_| is_motion);
+            let (code, words) = largest.warning(own.youngs_modulus)?;
+            Some((code, format!("rods.{}: {words}", own.name)))
+        };
+        self.0.iter().filter_map(of_rod).collect()
+    }
+}
+
+impl Structure {
+    /// Warnings, with codes, of a simulation: defects of the recording that moves ends, steps that resolve it poorly,
+    /// and implausible units of each rod.
+    pub(super) fn motion_warnings(&self) -> Vec<(Code, String)> {
+        let mut warnings = Vec::new();
+        if let Some(recording) = &self.scene.recording {
+            let supports = &self.scene.supports;
+            warnings.extend(recording.recording_warnings(supports));
+            let step = self.scene.time.as_ref().map(Time::step_size);
+            warnings.extend(step.and_then(|step| recording.step_warning(supports, step)));
+        }
+        warnings.extend(self.unit_warnings());
+        warnings
+    }
+
+    /// One warning, with its code, for each rod with numbers in units other than SI.
+    pub(super) fn unit_warnings(&self) -> Vec<(Code, String)> {
+        let of_rod = |rod: usize| {
+            let notes = self.problem_of_rod(rod)?.plausibility_notes(Purpose::Motion);
+            let (code, words) =
+                notes.into_iter().find(|(code, _)| *code == Code::ImplausibleUnits)?;
+            Some((code, format!("rods.{}: {words}", self.scene.rods[rod].name)))
+        };
+        (0..self.scene.rods.len()).filter_map(of_rod).collect()
+    }
+
+    /// Records of the strains of all rods without a recorded end, before the first state.
+    pub(super) fn strains(&self) -> StrainsOfRods {
+        let of_rod = |(rod, ends): (usize, &[EndSupport; 2])| {
+            let is_recorded = |end: &EndSupport| matches!(end, EndSupport::Recorded(_));
+            if ends.iter().any(is_recorded) {
+                return None;
+            }
+            let problem = self.problem_of_rod(rod)?;
+            Some(StrainsOfRod {
+                name: self.scene.rods[rod].name.clone(),
+                youngs_modulus: problem.scene().material.youngs_modulus,
+                record: StrainRecord::new(&problem),
+            })
+        };
+        let ends = self.blueprint.plan.ends.iter().enumerate();
+        StrainsOfRods(ends.filter_map(of_rod).collect())
+    }
+
+    /// Warnings of an equilibrium of this structure, each with its code in brackets at the end: implausible units and
+    /// large strains of its rods.
+    pub fn equilibrium_warnings(&self, found: &StructureEquilibrium) -> Vec<String> {
+        let mut strains = self.strains();
+        strains.add(&found.shape, 0.0);
+        let warnings = self.unit_warnings().into_iter().chain(strains.warnings(false));
+        warnings.map(|(code, words)| code.behind(words)).collect()
+    }
+
+    /// The problem of one rod alone, in the plane of the structure or in space. `None` where it cannot be built.
+    fn problem_of_rod(&self, rod: usize) -> Option<Problem> {
+        let mut scene = self.blueprint.parts[rod].clone();
+        if let Some([x, y]) = self.plane_axes() {
+            // A straight rod has the plane of its gravity, whose direction has no other effect here. Its size stays.
+            let size = scene.loads.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+            let size = if size > 0.0 { size } else { 1.0 };
+            let along = [0, 1, 2].map(|c| (x[c] + SQRT_2 * y[c]) / 3.0_f64.sqrt());
+            scene.loads.gravity = along.map(|part| size * part);
+        }
+        scene.build().ok()
+    }
+}
