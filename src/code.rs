@@ -145,6 +145,7 @@ codes! {
     UnstableStep "unstable-step",
     Fold "fold",
     LargeRotation "large-rotation" formerly "leap",
+    PassedObstacle "passed-obstacle",
     SingularTangent "singular-tangent",
     NoEquilibrium "no-equilibrium",
     NeutralEquilibrium "neutral-equilibrium" formerly "indifferent",

@@ -161,6 +161,17 @@ pub enum Error {
         /// Index of the edge, from 0.
         edge: usize,
     },
+    /// A step led a rod through an obstacle.
+    #[error(
+        "at t = {time} s the rod would pass through the obstacle contacts[{contact}] in one step. Use a smaller \
+         time.step; if contact forces are too small to stop the rod, a larger contacts[{contact}].stiffness"
+    )]
+    PassedObstacle {
+        /// End of the rejected step, s.
+        time: f64,
+        /// Index of the contact, from 0.
+        contact: usize,
+    },
     /// The tangent of a step has no inverse.
     #[error(
         "the tangent matrix is singular at t = {time} s, degree of freedom {row}. Use a smaller time.step"
@@ -322,6 +333,7 @@ impl Error {
             Self::Unstable { .. } => Code::UnstableStep,
             Self::Fold { .. } => Code::Fold,
             Self::Leap { .. } => Code::LargeRotation,
+            Self::PassedObstacle { .. } => Code::PassedObstacle,
             Self::SingularTangent { .. } | Self::SingularEquilibrium => Code::SingularTangent,
             Self::Equilibrium { .. } => Code::NoEquilibrium,
             Self::Indifferent { .. } => Code::NeutralEquilibrium,

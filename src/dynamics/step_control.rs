@@ -1,4 +1,5 @@
-//! Detection of wrong time steps by the total energy of the rod, so that they are bisected or end the run.
+//! Detection of wrong time steps by the total energy of the rod and passed obstacles, so that they are bisected or end
+//! the run.
 //!
 //! Dead loads do no net work, so that the total energy of a rod can only fall, except by the error of the scheme.
 //! At beta = 1/2 nothing dissipates the error of a large step of a stiff rod: energy grows until Newton's method
@@ -19,6 +20,10 @@
 //! turn by more than 45 degrees in a step. The average vector field conserves the energy where its quadrature is
 //! exact; its limits are much smaller, for losses too.
 //!
+//! Contact forces act at the ends of steps, so that a large step may lead the rod through an obstacle without an
+//! overlap. Such a step is rejected, whatever the limits of the energy
+//! ([`swept_edge`](crate::energy::swept_edge)).
+//!
 //! [`StepControl::check`] is called after every trial step, with the simulation; its error makes the caller halve the
 //! step or end the run. [`StepControl::accept`] is called for each accepted step. [`StepControl::without_limits`]
 //! limits rotations of edges only. The sum of all energies is skipped for at most `INTERVAL` steps in succession
@@ -27,7 +32,8 @@
 //! since the last sum. Gains of a run count from its start, or from the lowest energy so far with damping or a
 //! dissipative parameter. Limits hold for gains and losses alike only if the scheme conserves energy exactly and the
 //! scene has neither damping nor user-defined energies; else for gains only. Errors are [`Error::EnergyGrowth`], for
-//! rotations [`Error::Leap`], and [`Error::NotFinite`] for a user-defined energy.
+//! rotations [`Error::Leap`], for obstacles [`Error::PassedObstacle`], and [`Error::NotFinite`] for a user-defined
+//! energy.
 
 use crate::dynamics::energy_balance::is_dissipative;
 use crate::dynamics::simulation::Simulation;
@@ -234,6 +240,7 @@ impl StepControl {
     /// Rejects the step that `simulation` has just made if the total energy changed beyond the limits of the scheme,
     /// per step or since the reference ([`Error::EnergyGrowth`]). A sum that is not finite by a user-defined energy is
     /// [`Error::NotFinite`]. Without limits it is rejected if an edge turned by more than 45 degrees ([`Error::Leap`]).
+    /// With and without limits it is rejected if an edge passed through an obstacle ([`Error::PassedObstacle`]).
     /// The sum of all energies is skipped without a rise of the kinetic energy above the limit of a step, at most
     /// `interval` times in succession. Where energy must fall, the step must also have taken at most [`EASY`]
     /// iterations. `at_last`: the step will not be halved again, so that the wider limit holds.
@@ -244,6 +251,7 @@ impl StepControl {
     ) -> Result<(), Error> {
         // Nothing of a refused step may stay.
         self.now = None;
+        not_passed(simulation)?;
         let Some(limits) = self.limits else { return not_leapt(simulation) };
         self.kinetic_now = simulation.kinetic_energy();
         // Work of loads in time is a scale of the error as well: slow loads hardly move the rod.
@@ -316,6 +324,15 @@ fn not_leapt<R: Rod<f64>>(simulation: &Simulation<f64, R>) -> Result<(), Error> 
     let (before, now) = (simulation.previous(), simulation.state());
     match simulation.rod().over_rotated_edge(&before.q, &now.q, &before.frames) {
         Some(edge) => Err(Error::Leap { time: now.time, edge }),
+        None => Ok(()),
+    }
+}
+
+/// Rejects the step `simulation` has just made if an edge passed through an obstacle ([`Error::PassedObstacle`]).
+fn not_passed<R: Rod<f64>>(simulation: &Simulation<f64, R>) -> Result<(), Error> {
+    let (before, now) = (simulation.previous(), simulation.state());
+    match simulation.rod().passed_obstacle(&before.q, &now.q) {
+        Some(contact) => Err(Error::PassedObstacle { time: now.time, contact }),
         None => Ok(()),
     }
 }

@@ -261,8 +261,9 @@ impl Trajectory {
     /// A record is of one run of the problem it was made for: [`Error::Invalid`] for a second run, another problem's,
     /// or one of more steps than the scene has. The same for a scene without `[time]`, and a step above the limit of
     /// stability of an explicit scheme. Those of the initial state. Those of [a
-    /// step](crate::dynamics::Simulation::step_to), and [`Error::EnergyGrowth`] or [`Error::Leap`], where halves of it
-    /// fail too; [`Error::SingularTangent`] of derivatives; [`Error::Interrupted`].
+    /// step](crate::dynamics::Simulation::step_to), and [`Error::EnergyGrowth`], [`Error::Leap`] or
+    /// [`Error::PassedObstacle`], where halves of it fail too; [`Error::SingularTangent`] of derivatives;
+    /// [`Error::Interrupted`].
     pub fn run(
         &mut self,
         problem: &Problem,

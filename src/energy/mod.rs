@@ -11,8 +11,9 @@
 //!
 //! A user-defined energy on a rod implements [`OwnEnergy`] ([`own`]). `attach` adds it to a scene, [`place`] finds its
 //! elements, and `adapter` with `by_unknowns` derives it by the unknowns. `tie` is a spring to a fixed point, `tendon`
-//! a tendon, `edge_contact` the contact of an edge with an obstacle. Outside a rod an energy implements [`Energy`], and
-//! [`Analytic`] if its derivatives are derived by hand; [`AsEnergy`] makes an element such an energy.
+//! a tendon, `edge_contact` the contact of an edge with an obstacle, `swept_edge` the test whether an edge passes
+//! through one. Outside a rod an energy implements [`Energy`], and [`Analytic`] if its derivatives are derived by hand;
+//! [`AsEnergy`] makes an element such an energy.
 //!
 //! Read [`stretch`] first: it is the simplest complete element.
 
@@ -35,6 +36,7 @@ pub mod own;
 pub mod place;
 pub mod planar_bend;
 pub mod stretch;
+pub(crate) mod swept_edge;
 pub(crate) mod tendon;
 pub(crate) mod tie;
 

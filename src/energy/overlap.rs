@@ -11,7 +11,7 @@
 //! the part of the edge where it is positive. `positive_part` returns that part as numbers, `moving_part` with the
 //! derivatives of its ends, and `at_moving` the overlap at a fraction that has derivatives. [`largest_overlap`] returns
 //! the largest overlap of an edge part. `EdgePart::is_apart` is true only if the edge is certainly out of reach of the
-//! obstacle.
+//! obstacle, `is_apart_within` only if it remains so under a movement of the nodes.
 //!
 //! [`edge_contact`]: crate::energy::edge_contact
 
@@ -208,6 +208,22 @@ impl<D: Scalar> EdgePart<'_, D> {
         reach * (reach - 2.0 * middle) > 2.0 * (reach * reach + squared_half)
     }
 
+    /// Whether the edge between two nodes remains certainly out of reach of a round obstacle if its nodes move by at
+    /// most the square root of `squared_movement`, m^2, by a bound as that of [`is_apart`](Self::is_apart).
+    pub fn is_apart_within(&self, [a, b]: [Vector<D>; 2], squared_movement: f64) -> bool {
+        let surface = match self.obstacle.kind {
+            ObstacleKind::Plane => return false,
+            ObstacleKind::Sphere => Surface::Sphere,
+            ObstacleKind::Cylinder | ObstacleKind::Capsule => Surface::Cylinder,
+        };
+        let (edge, overlap) = (sub(b, a), self.overlap(surface, self.obstacle.point));
+        let middle = overlap.at(scale(add(a, b), D::from(0.5))).0.value();
+        let (reach, squared_half) = (overlap.reach.value(), 0.25 * dot(edge, edge).value());
+        // (r + h + m)^2 <= 3 (r^2 + h^2 + m^2).
+        let bound = 3.0 * (reach * reach + squared_half + squared_movement);
+        reach * (reach - 2.0 * middle) > bound
+    }
+
     /// The overlap with a `surface` of the obstacle whose center, or a point of whose axis or plane, is `point`, m.
     #[inline(always)]
     fn overlap(&self, surface: Surface, point: Vector<D>) -> Overlap<D> {
@@ -267,7 +283,8 @@ pub(crate) fn largest_overlap(edge: EdgePart<'_, f64>, nodes: [Vector<f64>; 2]) 
     let mut largest = f64::NEG_INFINITY;
     for k in 0..edge.surfaces() {
         let (overlap, [from, to]) = edge.surface(k, nodes);
-        if from <= to {
+        // Beside the ends of a capsule the part at its side is empty.
+        if from < to {
             largest = largest.max(overlap.along(nodes).largest([from, to]));
         }
     }

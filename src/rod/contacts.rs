@@ -6,7 +6,8 @@
 //! and `add_tangent` add them to those of the rod. Damping and friction (`have_losses`) depend on the velocities of a
 //! step (`add_losses`): minus their forces (N) and the unsymmetric derivatives (N/m) are added to the equations of a
 //! step only ([`contact_loss`](crate::energy::contact_loss)). `gradients` returns minus the forces of each contact
-//! alone, losses included. The list is empty in scenes without contacts.
+//! alone, losses included. `passed_obstacle` finds the first obstacle through which a step has led an edge
+//! ([`swept_edge`](crate::energy::swept_edge)). The list is empty in scenes without contacts.
 //!
 //! `RodContacts` are all contacts, `RodContact` is that with one obstacle. `StepVelocities` are the velocities of all
 //! unknowns in a step, with their derivative by the unknown.
@@ -14,6 +15,7 @@
 use crate::energy::contact_loss::LossyContact;
 use crate::energy::edge_contact::{ContactDerivatives, EdgeContact};
 use crate::energy::overlap::{ContactPart, EdgePart};
+use crate::energy::swept_edge::passes_obstacle;
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::tangent::{Tangent, UnsymmetricTangent};
@@ -90,6 +92,32 @@ impl<D: Scalar> RodContacts<D> {
             2 => self.sum_energy::<2, 2>(q),
             _ => self.sum_energy::<3, 4>(q),
         }
+    }
+
+    /// The index of the first contact through whose obstacle some edge of a rod in `N` dimensions passes in a step from
+    /// the unknowns `before` to `now`, on straight lines; `None` without one. Derivatives have no influence.
+    pub(super) fn passed_obstacle<const N: usize>(&self, before: &[D], now: &[D]) -> Option<usize> {
+        match N {
+            2 => self.find_passed::<2, 2>(before, now),
+            _ => self.find_passed::<3, 4>(before, now),
+        }
+    }
+
+    /// [`passed_obstacle`](Self::passed_obstacle) of a rod whose nodes have `A` coordinates and `S` unknowns.
+    fn find_passed<const A: usize, const S: usize>(
+        &self,
+        before: &[D],
+        now: &[D],
+    ) -> Option<usize> {
+        self.list.iter().position(|contact| {
+            let obstacle = contact.obstacle.map(|x| x.value());
+            contact.parts.iter().enumerate().any(|(i, part)| {
+                let part = part.map(|x| x.value());
+                let [before, now] = [before, now]
+                    .map(|q| edge_nodes::<D, A, S>(q, S * i).map(|node| node.map(|x| x.value())));
+                passes_obstacle(EdgePart { obstacle: &obstacle, part: &part }, before, now)
+            })
+        })
     }
 
     /// Adds the gradient of the energy of all contacts at the unknowns `q` of a rod in `N` dimensions, N.

@@ -5,7 +5,7 @@
 //! Output: energies (J), and gradient (N, N m) and tangent (N/m) of elastic energy less work of the loads; loads
 //! without a potential (follower loads) are subtracted from the gradient too. Other functions return strains, replace
 //! elastic laws by those with the viscous stress of a step, and evaluate springs of internal friction. Checks of a step
-//! find folds and large rotations. [`DiscreteRod`] implements it over a [`Layout`]: [`PlanarRod`] in the plane,
+//! find folds, large rotations and passed obstacles. [`DiscreteRod`] implements it over a [`Layout`]: [`PlanarRod`] in the plane,
 //! [`SpatialRod`] in space. [`Assembly`] joins several rods. [`AssembledRod`] adds masses, forces, energies, contacts
 //! and follower loads to a rod. [`Energies::total`] is the sum of all terms of the energy. `strain_rates` returns the
 //! rates of all strains (1/s) of a motion by central differences.
@@ -338,6 +338,12 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     /// one.
     fn over_rotated_edge(&self, before: &[D], now: &[D], frames: &Self::Frames) -> Option<usize>;
 
+    /// The index of the first contact through whose obstacle some edge passes in a step from `before` to `now`, with
+    /// nodes that move on straight lines; `None` without one, and by default.
+    fn passed_obstacle(&self, _before: &[D], _now: &[D]) -> Option<usize> {
+        None
+    }
+
     /// The jump of the potential of constant moments in [`energies`](Rod::energies), J, over a step from `before` to
     /// `now` in which the angle of a moment passes half a turn. It is zero in other steps and by default.
     fn winding_jump(&self, _before: &[D], _now: &[D]) -> f64 {
@@ -438,6 +444,9 @@ pub trait AssembledRod<D: Scalar>: Rod<D> {
     /// Adds a dead force, N, with components in the rod's axes, to the load on a node. In the plane the third one has
     /// no effect.
     fn add_force(&mut self, node: usize, force: [D; 3]);
+
+    /// The dead load of all coordinates, N: weight and dead forces, with zero for angles.
+    fn dead_load(&self) -> Vec<D>;
 
     /// Multiplies the axial stiffness of every edge `j`, and the modulus of a nonlinear law, by `factor(j)`.
     fn stiffen_edges(&mut self, factor: impl Fn(usize) -> f64);

@@ -12,8 +12,9 @@
 //! zero below [`SMALLEST`] of its first value. The last steps are Newton iterations on the equilibrium itself, until
 //! corrections or forces are rounding errors. A step that moves nothing, directly after a repeated one, ends the
 //! descent too. A step is repeated with [`INCREASE`] times `lambda` where Newton's method fails or a joint passes
-//! through a fold. So is one where `K + lambda M` is not positive definite at its start or end, apart from negligible
-//! stiffnesses.
+//! through a fold. So is one that leads an edge through an obstacle
+//! ([`swept_edge`](crate::energy::swept_edge)), and one where `K + lambda M` is not positive definite at its start or
+//! end, apart from negligible stiffnesses.
 //!
 //! A rod in an exactly symmetric unstable equilibrium stays there. After [`SADDLES`] steps that begin at an indefinite
 //! matrix, the rod is displaced slightly along the softest motion, once. Long rods may use
@@ -217,6 +218,12 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
             let step = match self.step(&frames, lambda) {
                 DescentStep::Moved
                     if self.rod.folded_node(&self.step_start, &self.q, &frames).is_some() =>
+                {
+                    DescentStep::Failed
+                }
+                // Newton iterations without lambda may lead through an obstacle, and end in an equilibrium behind it.
+                DescentStep::Moved | DescentStep::Stationary
+                    if self.rod.passed_obstacle(&self.step_start, &self.q).is_some() =>
                 {
                     DescentStep::Failed
                 }

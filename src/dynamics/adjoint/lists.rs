@@ -46,15 +46,13 @@ impl NaturalStrains {
     }
 
     /// The entries of the list from which the value at the inner node `node` is interpolated, with their weights.
-    /// `places` are the arc lengths of all nodes, m.
+    /// `places` are the arc lengths of all nodes, as fractions of the rod length.
     fn shares(self, scene: &Scene, node: usize, places: &[f64]) -> Vec<(usize, f64)> {
         let rod = &scene.rod;
         match self {
             Self::Curvature => rod.natural_curvature.shares(places[node]),
             Self::Twist => rod.natural_twist.shares(places[node]),
-            Self::Bending(_) => {
-                rod.bending_shares(node, places.len() - 1).into_iter().flatten().collect()
-            }
+            Self::Bending(_) => rod.bending_shares(places[node]).into_iter().flatten().collect(),
         }
     }
 }
