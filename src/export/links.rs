@@ -80,6 +80,8 @@ pub(super) struct ChainLink {
     pub axial: f64,
     /// rho A, kg/m.
     pub line_density: f64,
+    /// GJ, and EI of bending towards the second and the first director, N m^2.
+    pub rigidity: [f64; 3],
 }
 
 /// The elastic joint at an inner node.
@@ -188,6 +190,7 @@ fn links(scene: &Scene, mesh: &Mesh, nodes: &[Vector<f64>]) -> Vec<ChainLink> {
             area: constants.area,
             axial: constants.axial,
             line_density: constants.line_density,
+            rigidity: [constants.torsion, constants.bending[1], constants.bending[0]],
         }
     };
     (0..mesh.arcs.len()).map(link).collect()
@@ -236,7 +239,7 @@ fn reference(
     // Towards the first director, then towards the second one.
     let at_rest = [about(2), -about(1)];
     let factor = scene.rod.natural_curvature.at(place);
-    let more = scene.rod.bending_at(i + 1, frames.len());
+    let more = scene.rod.bending_at(place);
     let beyond = [0, 1].map(|c| {
         let natural = factor * at_rest[c] + more[c] * length;
         2.0 * ((0.5 * natural).atan() - (0.5 * at_rest[c]).atan())

@@ -69,7 +69,9 @@ pub(super) fn script(chain: &RodChain, notes: &mut Vec<String>) -> String {
 import elastica as ea
 
 END = {end}  # s
-STEP = {step:e}  # s
+frames = 100  # recorded after the first
+per_frame = int(np.ceil(END / {step:e} / frames))
+STEP = END / (frames * per_frame)  # s
 positions = np.array({positions}).T  # m
 directors = np.array([{d1}, {d2}, {t}]).transpose(0, 2, 1)
 radii = np.array({radii})  # m
@@ -122,15 +124,14 @@ system.dampen(rod).using(
 )
 system.finalize()
 stepper = ea.PositionVerlet()
-per_frame = int(np.ceil(END / STEP / 100))
 print("t,x,y,z")
 time = 0.0
-for frame in range(101):
+for frame in range(frames + 1):
     last = rod.position_collection[:, -2:]
     x, y, z = last[:, 0] + {tip} * (last[:, 1] - last[:, 0])
     print(f"{{time}},{{x}},{{y}},{{z}}")
-    for _ in range(per_frame if frame < 100 else 0):
-        time = stepper.step(system, time, END / (100 * per_frame))
+    for _ in range(per_frame if frame < frames else 0):
+        time = stepper.step(system, time, STEP)
 "#,
         end = chain.end,
         positions = vectors(&chain.nodes),

@@ -51,12 +51,12 @@ fn largest_turn(scene: &Scene, mesh: &Mesh) -> Option<LargestTurn> {
     if rod.natural_bending.is_empty() && rod.natural_curvature.values().iter().all(|f| *f == 1.0) {
         return None;
     }
-    let (places, segments) = (mesh.places(), mesh.nodes.len() - 1);
+    let places = mesh.places();
     let joint = |(i, rest): (usize, f64)| {
         let node = i + 1;
         // Both parts may have different directions: the sum of their sizes is an upper bound.
         let curvature = rod.natural_curvature.at(places[node]).abs() * rest;
-        let [first, second] = rod.bending_at(node, segments);
+        let [first, second] = rod.bending_at(places[node]);
         let bending = first.hypot(second) * 0.5 * (mesh.arcs[i] + mesh.arcs[node]);
         LargestTurn { angle: curvature + bending, node, by_bending: bending > curvature }
     };

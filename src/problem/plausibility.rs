@@ -7,8 +7,8 @@
 //! of this module. Second: the scene file leaves out gravity and nothing else acts on its rod. Loads, flow, motions,
 //! recordings, user-defined energies, actuators, initial shapes and stress at rest count as actions; for a motion also
 //! an initial velocity. There is none for modes, or for a straight rod within 10 degrees of the y or z axis. Third: a
-//! given mesh that is too coarse for the natural curvature. Last, for equilibria and modes: friction of a contact,
-//! which they do not have.
+//! given mesh that is too coarse for the natural curvature. Last, for equilibria and modes: friction of the
+//! rod or of a contact, which they do not have.
 
 use crate::code::Code;
 use crate::problem::Problem;
@@ -51,7 +51,7 @@ pub(crate) enum Purpose {
 impl Problem {
     /// Warnings, each with its code, first of implausible units (one for all numbers), then of missing gravity for the
     /// `purpose`. Then comes a given mesh that is too coarse for the natural curvature, and last, unless for a motion,
-    /// a contact with friction. Empty for a plausible scene.
+    /// friction of the rod or of a contact. Empty for a plausible scene.
     pub(crate) fn plausibility_notes(&self, purpose: Purpose) -> Vec<(Code, String)> {
         let units = units(&self.scene, self.length()).map(|words| (Code::ImplausibleUnits, words));
         let gravity = self.lacks_gravity(purpose).then(|| {
@@ -63,8 +63,19 @@ impl Problem {
         units.into_iter().chain(gravity).chain(self.natural_turn_note()).chain(friction).collect()
     }
 
-    /// Warning of an equilibrium or modes of a scene with friction, which they do not have; `None` without friction.
+    /// Warning of an equilibrium or modes of a scene with friction, of a contact or in the rod, which they do not have;
+    /// `None` without friction.
     pub(crate) fn frictionless_note(&self) -> Option<(Code, String)> {
+        if let Some(friction) = &self.scene.loads.damping.friction {
+            let words = format!(
+                "equilibria and modes are without loads.damping.friction, whose springs resist up to their slip: at small \
+                 curvatures the rod is {:.3} times as stiff, with frequencies {:.3} times as high, and it rests where its \
+                 motion ends. Simulate the motion with [time] for friction",
+                1.0 + friction.stiffness,
+                (1.0 + friction.stiffness).sqrt()
+            );
+            return Some((Code::Frictionless, words));
+        }
         let rough = self.scene.contacts.iter().position(Contact::has_friction)?;
         let words = format!(
             "equilibria and modes are without friction, and contacts[{rough}] has some: the rod slides freely along the \

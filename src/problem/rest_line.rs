@@ -84,9 +84,12 @@ impl<D: Scalar, const N: usize> RestLine<D, N> {
         let stretch: Vec<_> = stretch.collect();
         let (law, ratio) = (material.stretch_law, material.mooney_rivlin_ratio);
         let ratio = ratio.unwrap_or(D::from(0.0));
-        let parts =
-            stretch.iter().filter_map(|edge| NonlinearPart::new(law, edge.stiffness, ratio));
-        let edges = parts.collect();
+        // The strain of the material is that of the arc.
+        let part = |(edge, arc): (&Stretch<D, N>, &D)| {
+            let arc_ratio = *arc / edge.rest_length;
+            NonlinearPart::new(law, edge.stiffness * arc_ratio, ratio, arc_ratio)
+        };
+        let edges = stretch.iter().zip(&self.tributary.stretch).filter_map(part).collect();
         (stretch, NonlinearParts { edges })
     }
 

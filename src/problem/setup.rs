@@ -216,7 +216,7 @@ impl<D: Nestable, M: Model> Setup<D, M> {
     }
 
     /// Point masses of the scene, kg, each divided between the two nodes next to it by the lever rule.
-    fn masses(&self) -> Vec<NodalMass<D>> {
+    pub fn masses(&self) -> Vec<NodalMass<D>> {
         nodal_masses(&self.scene, &self.mesh).expect("checked when the model was chosen")
     }
 

@@ -369,6 +369,12 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         (0..self.stretch.len()).find(|i| turned_far(L::edge(before, *i), L::edge(now, *i)))
     }
 
+    /// The index of the first contact through whose obstacle some edge passes in a step from the unknowns `before` to
+    /// `now`; `None` without one.
+    fn passed_obstacle(&self, before: &[D], now: &[D]) -> Option<usize> {
+        self.contacts.passed_obstacle::<N>(before, now)
+    }
+
     /// The jump of the potential of the constant moments, J, over a step in which the angle of the first edge passes
     /// half a turn; zero in every other step and without moments.
     fn winding_jump(&self, before: &[D], now: &[D]) -> f64 {
@@ -585,6 +591,15 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<
         for c in 0..N {
             self.load[node].force[c] += force[c];
         }
+    }
+
+    /// The dead load of all coordinates, N: weight and dead forces, with zero for angles.
+    fn dead_load(&self) -> Vec<D> {
+        let mut load = vec![D::from(0.0); self.mass.len()];
+        for (i, own) in self.load.iter().enumerate() {
+            load[L::STRIDE * i..][..N].copy_from_slice(&own.force);
+        }
+        load
     }
 
     /// Multiplies the axial stiffness of every edge `j`, and the modulus of a nonlinear law, by `factor(j)`.

@@ -158,10 +158,16 @@ impl Actuation {
                 if let Tension::Signal(name) = tension {
                     // The message of a load has the key `signal`, that of a tendon is its tension.
                     let known = signals.iter().map(|signal| &*signal.name);
-                    if !known.clone().any(|known| known == name) {
+                    let Some(signal) = signals.iter().find(|signal| signal.name == *name) else {
                         let names = known.collect::<Vec<_>>().join(", ");
                         let allowed = format!("a tension in N, or one of the signals: {names}");
                         let found = format!("{name:?}");
+                        return Err(Error::invalid(format!("{key}.tension"), found, allowed));
+                    };
+                    // A tendon pulls only.
+                    if signal.has_negative_values() {
+                        let found = format!("the signal {name:?} with values below 0");
+                        let allowed = "a signal of 0 N or above: a ramp, a pulse, steps or samples";
                         return Err(Error::invalid(format!("{key}.tension"), found, allowed));
                     }
                 }

@@ -56,6 +56,26 @@ pub struct Linear<D = f64> {
     pub to: D,
 }
 
+impl<D> Along<D> {
+    /// The last arc length of break points, m; none otherwise.
+    pub(super) fn last_arc_length(&self) -> Option<f64> {
+        match self {
+            Self::BreakPoints(points) => points.at.last().copied(),
+            _ => None,
+        }
+    }
+
+    /// Scales the arc lengths of break points, so that the last one is `length`, m. No effect on other lists, and where
+    /// `length` is not a number.
+    pub(super) fn end_at(&mut self, length: f64) {
+        let Self::BreakPoints(points) = self else { return };
+        let factor = length / points.at.last().copied().unwrap_or(length);
+        if factor.is_finite() && factor != 1.0 {
+            points.at.iter_mut().for_each(|at| *at *= factor);
+        }
+    }
+}
+
 impl From<f64> for Along {
     /// One number for the whole rod, along which the value is constant.
     fn from(value: f64) -> Self {

@@ -306,7 +306,8 @@ pub(super) fn check_contacts(contacts: &[Contact], section: &Section) -> Result<
 
 /// Vectors of the obstacles with their keys, for a planar rod whose first node is `origin`: those that its plane must
 /// contain, then those that must be normal to it. The plane must contain normals of planes and centers of spheres (from
-/// `origin`); axes of cylinders and capsules must be normal to it.
+/// `origin`); axes of cylinders and capsules must be normal to it. Of a capsule that the plane misses, it must contain
+/// the nearer end.
 pub(crate) fn contact_directions<D: Scalar>(
     contacts: &[Contact<D>],
     origin: Vector<D>,
@@ -319,8 +320,18 @@ pub(crate) fn contact_directions<D: Scalar>(
             Contact::Plane { normal, .. } => within.push(keyed("normal", normal)),
             Contact::Sphere { center, .. } => within.push(keyed("center", sub(center, origin))),
             Contact::Cylinder { axis, .. } => normal.push(keyed("axis", axis)),
-            // The plane of the rod must meet the cylinder between the ends.
-            Contact::Capsule { from, to, .. } => normal.push(keyed("to", sub(to, from))),
+            Contact::Capsule { from, to, .. } => {
+                let axis = sub(to, from);
+                normal.push(keyed("to", axis));
+                // The plane of the rod meets the cylinder between the ends, or contains one of them.
+                let [below, above] = [from, to].map(|end| dot(sub(end, origin), axis).value());
+                if below > 0.0 {
+                    within.push(keyed("from", sub(from, origin)));
+                }
+                if above < 0.0 {
+                    within.push(keyed("to", sub(to, origin)));
+                }
+            }
         }
     }
     [within, normal]

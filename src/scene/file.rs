@@ -157,6 +157,7 @@ impl Scene {
         self.validate()?;
         // Numbers first: an invalid scene names its key without reading further files.
         self.read_shapes().map_err(|error| error.in_file(Some(path)))?;
+        self.rod.check_ends_of_lists("rod").map_err(|error| error.in_file(Some(path)))?;
         Ok(self)
     }
 
@@ -220,6 +221,7 @@ impl Scene {
     pub fn to_toml(&self) -> Result<String, Error> {
         let mut written = self.clone();
         written.leave_end_to_recording();
+        written.rod.end_lists_with_rod();
         // A scene that stands for a structure is written as this structure, with the camera of the scene.
         let text = match written.structure {
             Some(mut structure) => {

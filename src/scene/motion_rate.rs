@@ -2,7 +2,7 @@
 //! for larger ones.
 //!
 //! Each ramp, oscillation or recorded motion has a duration, s: the ramp, the period, or the inverse of the bandwidth
-//! (`MotionRate`, also used for signals; `of_frequency` and `from_bandwidth` make it from Hz, `good_step` is its
+//! (`MotionRate`, also used for signals; `of_frequency` and `from_bandwidth` make it from Hz, `of_interval` from s, `good_step` is its
 //! largest step that resolves it well). A step must make at least `FEWEST_STEPS` per period of an oscillation, else
 //! `check` rejects it; below `GOOD_STEPS` there is a warning for each motion. Ramps and recordings require half as
 //! many. Motions of size zero and recordings at rest require none. `check_step` and `step_warnings` of the supports
@@ -32,7 +32,7 @@ pub(super) struct MotionRate {
     found: String,
     /// Duration of a period or ramp, s.
     time: f64,
-    /// Name of that duration: `period` or `ramp`.
+    /// Name of that duration: `period`, `ramp`, `pulse` or `value`.
     interval: &'static str,
     /// Steps that the duration requires, as a fraction of those per period.
     fraction: f64,
@@ -74,6 +74,12 @@ impl MotionRate {
     pub(super) fn of_frequency(key: String, frequency: f64) -> Self {
         let (found, time) = (format!("{frequency} Hz"), frequency.recip());
         Self { key, found, time, interval: "period", fraction: 1.0 }
+    }
+
+    /// Rate of an interval (its name, for messages) of a `duration`, s, within which a value acts.
+    pub(super) fn of_interval(key: String, interval: &'static str, duration: f64) -> Self {
+        let found = format!("{duration} s as the duration of a {interval}");
+        Self { key, found, time: duration, interval, fraction: 0.5 }
     }
 
     /// Largest step size, s, that makes [`GOOD_STEPS`] per period, or half as many per ramp or recorded period.

@@ -34,6 +34,11 @@ impl<D: From<f64>> Default for PerAxis<D> {
 }
 
 impl<D: Copy> PerAxis<D> {
+    /// Whether there is one number for each of three axes.
+    pub fn is_per_axis(&self) -> bool {
+        matches!(self, Self::Three(_))
+    }
+
     /// The numbers of three axes; one number is repeated three times.
     pub fn all(&self) -> [D; 3] {
         match self {

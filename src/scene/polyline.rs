@@ -218,7 +218,7 @@ impl Polyline {
 
     /// Arc length of the last point, m. It is that of the whole curve, unless a file gives arc lengths that begin at
     /// another value than 0.
-    fn length(&self) -> f64 {
+    pub(super) fn length(&self) -> f64 {
         self.arc_length[self.points.len() - 1]
     }
 

@@ -5,7 +5,7 @@
 //! chooses it. A mesh of an arc or helix must have so many edges that they turn by less than half a turn on average.
 //! Natural curvature is a factor on the curvature of the rest shape, natural twist is in rad/m. Natural bending, 1/m,
 //! is a list of pairs (one number for each director) at equally spaced places from the first node to the last, for
-//! spatial rods only. `bending_at` interpolates it linearly at a node of any mesh, by the weights `bending_shares`.
+//! spatial rods only. `bending_at` interpolates it linearly at a fraction of the length, by the weights `bending_shares`.
 //! `is_unstressed` returns whether the rest shape is free of stress: curvature factor 1, natural twist 0, no natural
 //! bending, none as a list. `check` rejects invalid shapes, sections, numbers and meshes. Tapers and the places of
 //! masses are checked with the scene.
@@ -57,7 +57,7 @@ table! {
         #[serde(default = "zero::<D>", skip_serializing_if = "is_zero")]
         pub natural_twist: Along<D> = TWIST,
         /// Additional stress-free curvature along both material directors, 1/m: pairs at equally spaced
-        /// edges from the first node to the last, linear between them; spatial rods only.
+        /// arc lengths from end to end, linear between them; spatial rods only.
         #[serde(
             deserialize_with = "crate::input::arrays::rows",
             default,
@@ -121,27 +121,30 @@ pub enum Discretization {
 }
 
 impl<D: Scalar> RodSpec<D> {
-    /// Additional natural curvature along both directors at node `i`, from 0, of a mesh of `segments` edges, 1/m. It is
-    /// linear between the given pairs, and zero without pairs.
-    pub(crate) fn bending_at(&self, i: usize, segments: usize) -> [D; 2] {
-        let Some([(before, a), (after, b)]) = self.bending_shares(i, segments) else {
+    /// Additional natural curvature along both directors at a place, a fraction of the rod length, 1/m. It is linear
+    /// between the given pairs, beyond an end that of the end, and zero without pairs.
+    pub(crate) fn bending_at(&self, place: f64) -> [D; 2] {
+        let Some([(before, a), (after, b)]) = self.bending_shares(place) else {
             return [D::from(0.0); 2];
         };
         let both = [self.natural_bending[before], self.natural_bending[after]];
         [0, 1].map(|c| both[0][c] * a + both[1][c] * b)
     }
 
-    /// Indices and weights of the two pairs of `natural_bending` around node `i` of a mesh of `segments` edges. Pairs
-    /// are equally spaced in node numbers from the first node to the last. None without pairs.
-    pub(crate) fn bending_shares(&self, i: usize, segments: usize) -> Option<[(usize, f64); 2]> {
+    /// Indices and weights of the two pairs of `natural_bending` around a place, a fraction of the rod length. Pairs
+    /// are at equally spaced arc lengths from end to end. None without pairs.
+    pub(crate) fn bending_shares(&self, place: f64) -> Option<[(usize, f64); 2]> {
         let last = self.natural_bending.len().checked_sub(1)?;
-        // Pairs are equally spaced along the mesh, for any number of edges.
-        let place = (i * last) as f64 / segments as f64;
+        let place = place.clamp(0.0, 1.0) * last as f64;
         let before = (place as usize).min(last);
         let part = place - before as f64;
         Some([(before, 1.0 - part), ((before + 1).min(last), part)])
     }
 }
+
+/// Largest difference of the last arc length of a list from the length of the rod, over that length. Lengths are often
+/// given with three digits.
+const END_TOLERANCE: f64 = 5e-3;
 
 impl RodSpec {
     /// Whether curvature factor and natural twist are the single numbers 1 and 0 and there is no natural bending, so
@@ -150,6 +153,40 @@ impl RodSpec {
         self.natural_curvature == one()
             && is_zero(&self.natural_twist)
             && self.natural_bending.is_empty()
+    }
+
+    /// Lists along the rod with their paths, below the table of the rod.
+    fn lists(&self) -> impl Iterator<Item = (String, &Along)> {
+        let natural = [
+            ("natural_curvature".to_string(), &self.natural_curvature),
+            ("natural_twist".to_string(), &self.natural_twist),
+        ];
+        let factors = self.taper.factors();
+        natural.into_iter().chain(factors.map(|(key, along)| (format!("taper.{key}"), along)))
+    }
+
+    /// Rejects a list at arc lengths whose last one is not the end of the rod, up to [`END_TOLERANCE`]. `table` is the
+    /// path of the rod.
+    pub(super) fn check_ends_of_lists(&self, table: &str) -> Result<(), Error> {
+        let length = self.shape.curve_length();
+        for (key, along) in self.lists() {
+            let Some(last) = along.last_arc_length() else { continue };
+            if (last - length).abs() > END_TOLERANCE * length {
+                let found = format!("{last} m as the last arc length");
+                let allowed = format!("{length} m, the length of the rod");
+                return Err(Error::invalid(format!("{table}.{key}.at"), found, allowed));
+            }
+        }
+        Ok(())
+    }
+
+    /// Scales the arc lengths of all lists so that they end with the rod, whose length may have changed.
+    pub(super) fn end_lists_with_rod(&mut self) {
+        let length = self.shape.curve_length();
+        let factors = self.taper.factors_mut();
+        for along in factors.chain([&mut self.natural_curvature, &mut self.natural_twist]) {
+            along.end_at(length);
+        }
     }
 
     /// A rod with `segments` edges, free of stress in its shape, without taper, masses and a given discretization.

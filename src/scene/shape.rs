@@ -188,6 +188,14 @@ impl Shape {
         }
     }
 
+    /// Length along the curve, m, also of a polyline whose points are read; NaN before.
+    pub(super) fn curve_length(&self) -> f64 {
+        match self {
+            Self::Polyline { line, .. } => line.as_ref().map_or(f64::NAN, |line| line.length()),
+            _ => self.length(),
+        }
+    }
+
     /// Turning angle of the tangent from end to end, rad, positive: `|angle|` of an arc, 0 of a straight line,
     /// `L R/(R^2 + (pitch/(2 pi))^2)` of a helix. None for a polyline, whose points determine it.
     pub(crate) fn turning(&self) -> Option<f64> {

@@ -163,6 +163,16 @@ impl<D: Scalar> Signal<D> {
 }
 
 impl Signal {
+    /// Whether a ramp, a pulse or steps, with their gain, have values below zero. A sine, and samples of a file, count
+    /// as positive.
+    pub(super) fn has_negative_values(&self) -> bool {
+        match self.kind {
+            Some(SignalKind::Ramp | SignalKind::Pulse) => self.gain < 0.0,
+            Some(SignalKind::Steps) => self.values.iter().any(|value| self.gain * value < 0.0),
+            _ => false,
+        }
+    }
+
     /// Reads the samples from the file in `folder`, unless there are samples. No effect without a file.
     ///
     /// # Errors
@@ -286,6 +296,22 @@ impl Signal {
             )),
             (None, Some(frequency)) if self.kind == Some(SignalKind::Sine) => {
                 Some(MotionRate::of_frequency(format!("{key}.frequency"), frequency))
+            }
+            _ => None,
+        }
+    }
+
+    /// Rate of a pulse, and of the shortest of values in steps: two time steps or more are required in each. None for
+    /// other kinds.
+    pub(super) fn pulse_rate(&self) -> Option<MotionRate> {
+        let key = format!("signals.{}", self.name);
+        match self.kind {
+            Some(SignalKind::Pulse) => {
+                Some(MotionRate::of_interval(format!("{key}.duration"), "pulse", self.duration?))
+            }
+            Some(SignalKind::Steps) => {
+                let shortest = self.times.windows(2).map(|w| w[1] - w[0]).min_by(f64::total_cmp)?;
+                Some(MotionRate::of_interval(format!("{key}.times"), "value", shortest))
             }
             _ => None,
         }

@@ -47,12 +47,13 @@ impl SignalSamples {
     /// samples.
     ///
     /// # Errors
-    /// A file that cannot be read, missing columns, times that do not increase, fewer than two samples, and a first
+    /// A file that cannot be read, missing columns, a unit of the values, times that do not increase, fewer than two samples, and a first
     /// time after 0. The error has the line.
     pub(super) fn read(path: &Path, interpolation: Interpolation) -> Result<Self, Error> {
         let table = Table::read(path)?;
         let (time, value) = (table.require("t")?, table.require("value")?);
         let unit = table.factor(time, &TIMES, "")?;
+        table.factor(value, &[], "none; state it as the signal's gain")?;
         let (mut times, mut values) = (Vec::<f64>::new(), Vec::new());
         for row in &table.rows {
             let Some(t) = row.values[time].map(|t| t * unit) else {

@@ -1,13 +1,15 @@
 //! Time steps and warnings of a scene by the motion of its supports and the signals of its loads and actuators.
 //!
 //! A step is compared with ramps, periods and recordings of supports, periods of sine signals and the bandwidth of
-//! samples. Only signals that a load or an actuator names count (`used_signals`). `check_step` rejects a step, s, that
+//! samples; pulses and steps of loads that move with the rod, of moments and of actuators too. Only signals that a load or
+//! an actuator names count (`used_signals`). `check_step` rejects a step, s, that
 //! does not resolve these motions, `motion_step_warnings` returns warnings of poor resolution, `largest_good_step` the
 //! largest one, s, that resolves them well, recorded ends left out. `recording_warnings` are those of defects in
 //! recordings and samples.
 
 use crate::code::Code;
 use crate::error::Error;
+use crate::scene::motion_rate::MotionRate;
 use crate::scene::signal::Signal;
 use crate::scene::{Actuation, Scene};
 
@@ -24,16 +26,32 @@ impl Scene {
         self.signals.iter().filter(move |signal| names.contains(&&*signal.name))
     }
 
+    /// Rates of the used signals with which time steps are compared. Loads that move with the rod and actuators have the
+    /// value of their signal at a time of each step, not its mean, so that short pulses count too.
+    fn signal_rates(&self) -> impl Iterator<Item = MotionRate> {
+        let loads = &self.loads;
+        let moving = loads.point.iter().filter(|load| load.follower || load.moment != [0.0; 3]);
+        let moving_lines = loads.line.iter().filter(|load| load.follower);
+        let names: Vec<&str> = moving
+            .filter_map(|load| load.signal.as_deref())
+            .chain(moving_lines.filter_map(|load| load.signal.as_deref()))
+            .chain(self.actuation.iter().filter_map(Actuation::signal))
+            .collect();
+        let sampled = self.signals.iter().filter(move |signal| names.contains(&&*signal.name));
+        let rates = self.used_signals().filter_map(Signal::motion_rate);
+        rates.chain(sampled.filter_map(Signal::pulse_rate))
+    }
+
     /// Rejects a time step, s, that does not resolve the motion of a support or a signal.
     pub(crate) fn check_step(&self, step: f64) -> Result<(), Error> {
         self.supports.check_step(step)?;
-        self.used_signals().filter_map(Signal::motion_rate).try_for_each(|rate| rate.check(step))
+        self.signal_rates().try_for_each(|rate| rate.check(step))
     }
 
     /// Warnings, with codes, of a time step, s, that resolves the motion of a support or a signal poorly.
     pub(crate) fn motion_step_warnings(&self, step: f64) -> Vec<(Code, String)> {
         let mut warnings = self.supports.step_warnings(step);
-        let rates = self.used_signals().filter_map(Signal::motion_rate);
+        let rates = self.signal_rates();
         warnings.extend(rates.filter_map(|rate| rate.warning(step)));
         warnings
     }
@@ -41,7 +59,7 @@ impl Scene {
     /// Largest time step, s, that resolves the motions of walls and hinges and all used signals well; infinity without
     /// any. Recorded ends are left out.
     pub(crate) fn largest_good_step(&self) -> f64 {
-        let rates = self.used_signals().filter_map(Signal::motion_rate);
+        let rates = self.signal_rates();
         rates.map(|rate| rate.good_step()).fold(self.supports.largest_good_step(), f64::min)
     }
 

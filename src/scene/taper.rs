@@ -56,9 +56,14 @@ macro_rules! factors {
 
         impl<D> Taper<D> {
             /// Keys and values of the factors that are given, in the order of their declaration.
-            fn factors(&self) -> impl Iterator<Item = (&'static str, &Along<D>)> {
+            pub(super) fn factors(&self) -> impl Iterator<Item = (&'static str, &Along<D>)> {
                 let all = [$((stringify!($key), self.$key.as_ref()),)*];
                 all.into_iter().filter_map(|(key, factor)| Some((key, factor?)))
+            }
+
+            /// The factors that are given.
+            pub(super) fn factors_mut(&mut self) -> impl Iterator<Item = &mut Along<D>> {
+                [$(self.$key.as_mut(),)*].into_iter().flatten()
             }
         }
     };

@@ -11,21 +11,21 @@
 //! over the nodes `i` that the support holds, with mass damping `c_m`, the tangent `t` of a held edge and the point `c`
 //! of the support. That point is the middle of the outermost edge where a wall cuts it, its inner node at a soft clamp,
 //! and the end of the rod otherwise. Half of the mass of a cut edge is inside the wall. It is left out, so that force
-//! and moment at rest balance the rod from the wall on. Kelvin-Voigt stress is that of the mean strain rates over the
+//! and moment at rest balance the rod from the wall on, with all its loads and point masses. Kelvin-Voigt stress is that of the mean strain rates over the
 //! last step. The rotational inertia of a held edge that spins is left out too. At rest there are no damping, drag and
 //! inertia. Output: [`Reactions`], force, and moment about `c`, of both ends; zero for a free end.
 //!
 //! `reactions_at_rest` returns those of an equilibrium. `reactions_in_motion` returns a [`ReactionModel`], with which
 //! `reactions` are computed in any state. It is over any scalar of a rod: with dual numbers its output has derivatives
-//! by parameters. `nodal_loads` are weight, point and line forces on every node, N, at a time; `loads_at_state` are the
-//! loads of a rod at a state. `Reactions::parts` has the order of records.
+//! by parameters. `nodal_loads` are weight, point and line forces on every node, N, at a time; `loads_at_state` has
+//! also the loads without a potential at a state. `Reactions::parts` has the order of records.
 
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{Vector, add, cross, scale, sub, unit};
 use crate::problem::behind_walls;
 use crate::problem::boundary::BoundaryMotion;
 use crate::problem::{Discretized, FramesOf, Model, Setup};
-use crate::rod::{NodalDrag, Rod, State, StepVelocities, Viscosity};
+use crate::rod::{AssembledRod, NodalDrag, Rod, State, StepVelocities, Viscosity};
 use crate::scene::{Damping, End, Support};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -75,6 +75,8 @@ pub(crate) struct ReactionModel<D: Nestable, M: Model> {
     setup: Setup<D, M>,
     /// The rod under loads without signals; built anew at every time if there are signals.
     rod: M::Rod<D>,
+    /// The rod without loads and point masses, under its own weight.
+    bare: M::Rod<D>,
     /// Damping of mass and strain rates.
     damping: Damping<D>,
     /// Drag of a fluid; none at rest.
@@ -94,6 +96,7 @@ impl<M: Model> Discretized<'_, M> {
     ) -> ReactionModel<D, M> {
         ReactionModel {
             rod: setup.rod(self.model),
+            bare: self.model.rod(&setup.scene, &setup.rest),
             damping: setup.scene.loads.damping.clone(),
             drag: setup.drag(self.model),
             supports: self.boundary_motion(&setup),
@@ -111,6 +114,7 @@ impl<M: Model> Discretized<'_, M> {
     ) -> Reactions<D> {
         let model = ReactionModel {
             rod: setup.rod(self.model),
+            bare: self.model.rod(&setup.scene, &setup.rest),
             // Without velocities and strain rates there is no damping.
             damping: setup.scene.loads.damping.clone(),
             drag: None,
@@ -118,7 +122,7 @@ impl<M: Model> Discretized<'_, M> {
             has_signals: false,
             setup,
         };
-        self.reactions_with(&model, &model.rod, state, self.scene().loads.at_time)
+        self.reactions_with(&model, &model.rod, state)
     }
 
     /// The reactions at both ends in a `state` of the motion of the rod, in world axes, with the forces that `model`
@@ -132,21 +136,20 @@ impl<M: Model> Discretized<'_, M> {
         match model.has_signals {
             true => {
                 let rod = model.setup.rod_at(self.model, state.time);
-                self.reactions_with(model, &rod, state, state.time)
+                self.reactions_with(model, &rod, state)
             }
-            false => self.reactions_with(model, &model.rod, state, state.time),
+            false => self.reactions_with(model, &model.rod, state),
         }
     }
 
-    /// The reactions at both ends of `rod` in a state, with signals at `time`, s. Drag, inertia and mass damping of
-    /// nodes behind a wall are left out. A clamp holds two nodes, a recorded end those at its held markers, other
+    /// The reactions at both ends of `rod` in a state. Weight, drag, inertia and mass damping of the part of the rod on
+    /// nodes behind a wall are left out, those of point masses are not. A clamp holds two nodes, a recorded end those at its held markers, other
     /// supports one. A free end has zero.
     fn reactions_with<D: Nestable>(
         &self,
-        ReactionModel { setup, damping, drag, supports, .. }: &ReactionModel<D, M>,
+        ReactionModel { bare, damping, drag, supports, .. }: &ReactionModel<D, M>,
         rod: &M::Rod<D>,
         state: &ModelState<M, D>,
-        time: f64,
     ) -> Reactions<D> {
         let State { q, frames, v, internal, .. } = state;
         let strain_rate = &internal.strain_rate;
@@ -175,12 +178,19 @@ impl<M: Model> Discretized<'_, M> {
             drag.tangents(q, &mut tangents);
             drag.add_forces(&tangents, v, &mut dragged);
         }
-        // Drag, inertia and mass damping act on nodes outside of walls only.
+        // On a node behind a wall the rod itself has neither weight, drag nor inertia. The gradient contains minus the
+        // weight.
+        let weight = bare.dead_load();
         for (i, force) in force.iter_mut().enumerate() {
-            if self.fraction_behind_wall(i / M::STRIDE) == 0.0 {
-                *force += dragged[i];
-                *force += rod.mass()[i] * (acceleration[i] + damping.mass * v[i]);
+            let mut mass = rod.mass()[i];
+            match self.fraction_behind_wall(i / M::STRIDE) > 0.0 {
+                true => {
+                    *force += weight[i];
+                    mass -= bare.mass()[i];
+                }
+                false => *force += dragged[i],
             }
+            *force += mass * (acceleration[i] + damping.mass * v[i]);
         }
         let (free, prescribed, last) = (self.free(), self.prescribed(), self.nodes() - 1);
         // Forces on free unknowns are balanced without a support.
@@ -192,24 +202,22 @@ impl<M: Model> Discretized<'_, M> {
             (_, Support::Clamped) => 2,
             _ => 1,
         };
-        let loads = loads_at_state(self.model, setup, rod, q, frames, time);
         let start: Vec<usize> = (0..held(End::Start)).collect();
         let end: Vec<usize> = (0..held(End::End)).map(|k| last - k).collect();
         Reactions {
-            start: self.reaction(0..free.start, &start, 1, &loads, q, &force),
-            end: self.reaction(free.end..q.len(), &end, last - 1, &loads, q, &force),
+            start: self.reaction(0..free.start, &start, 1, q, &force),
+            end: self.reaction(free.end..q.len(), &end, last - 1, q, &force),
         }
     }
 
     /// The reaction of a support that holds the unknowns `held` and the `nodes`, the outermost one first, from the
     /// `force` on every unknown. `next` is the second node from that end. The moment is about the point of the
-    /// support; dead loads on a node behind a wall are left out. Zero if nothing is held.
+    /// support. Zero if nothing is held.
     fn reaction<D: Nestable>(
         &self,
         held: Range<usize>,
         nodes: &[usize],
         next: usize,
-        loads: &[Vector<D>],
         q: &[D],
         force: &[D],
     ) -> Reaction<D> {
@@ -223,11 +231,7 @@ impl<M: Model> Discretized<'_, M> {
         // Where a wall cuts the outermost edge, the support is at the wall.
         let point = add(position(outermost), scale(edge, D::from(behind)));
         for node in nodes.iter().copied() {
-            let mut on_node = self.model.rate(force, node);
-            // The gradient contains minus the loads; those on a node behind the wall are the wall's own.
-            if node == outermost && behind > 0.0 {
-                on_node = add(on_node, loads[node]);
-            }
+            let on_node = self.model.rate(force, node);
             reaction.force = add(reaction.force, on_node);
             let moment = cross(sub(position(node), point), on_node);
             reaction.moment = add(reaction.moment, moment);
@@ -263,23 +267,22 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// [`nodal_loads`] over plain numbers: weight, point and line forces on every node, N, in world axes, one entry per
-    /// node. `mass` has the masses of all unknowns; `time`, s, is that of signals.
-    pub(super) fn nodal_loads(&self, mass: &[f64], time: f64) -> Vec<[f64; 3]> {
-        nodal_loads::<f64, M>(self.model, self.setup, mass, time)
+    /// node, with signals at `time`, s.
+    pub(super) fn nodal_loads(&self, time: f64) -> Vec<[f64; 3]> {
+        nodal_loads::<f64, M>(self.model, self.setup, time)
     }
 }
 
-/// Weight (gravity times the mass of the node), point and line forces on every node, N, in world axes, one entry per
-/// node. `mass` has the masses of all unknowns. Signals have their values at `time`, s. Moments and follower loads are
-/// left out.
-fn nodal_loads<D: Nestable, M: Model>(
-    model: &M,
-    setup: &Setup<D, M>,
-    mass: &[D],
-    time: f64,
-) -> Vec<Vector<D>> {
-    let weight = |i: usize| scale(setup.scene.loads.gravity, mass[M::STRIDE * i]);
-    let mut forces: Vec<Vector<D>> = (0..setup.mesh.nodes.len()).map(weight).collect();
+/// Weight (of the rod less the displaced fluid, and of point masses), point and line forces on every node, N, in world
+/// axes, one entry per node. Signals have their values at `time`, s. Moments and follower loads are left out.
+fn nodal_loads<D: Nestable, M: Model>(model: &M, setup: &Setup<D, M>, time: f64) -> Vec<Vector<D>> {
+    let weight = model.rod(&setup.scene, &setup.rest).dead_load();
+    let nodes = 0..setup.mesh.nodes.len();
+    let mut forces: Vec<Vector<D>> = nodes.map(|i| model.rate(&weight, i)).collect();
+    let gravity = setup.scene.loads.gravity;
+    for own in setup.masses() {
+        forces[own.node] = add(forces[own.node], scale(gravity, own.mass));
+    }
     for load in setup.loads_at(model, Some(time)) {
         forces[load.node] = add(forces[load.node], load.force);
     }
@@ -295,7 +298,7 @@ fn loads_at_state<D: Nestable, M: Model>(
     frames: &<M::Rod<D> as Rod<D>>::Frames,
     time: f64,
 ) -> Vec<Vector<D>> {
-    let mut loads = nodal_loads::<D, M>(model, setup, rod.mass(), time);
+    let mut loads = nodal_loads::<D, M>(model, setup, time);
     if rod.has_follower_loads() {
         let mut followers = vec![D::from(0.0); q.len()];
         rod.add_follower_forces(q, frames, &mut followers);

@@ -11,7 +11,6 @@
 
 use crate::numerics::vector::{add, dot, sub};
 use crate::problem::{Discretized, Model, Setup};
-use crate::rod::Rod;
 use crate::scene::{InitialState, Support};
 
 /// Value of `F L^2/(E I)` above which a standing rod is limp and loaded in steps.
@@ -55,7 +54,7 @@ impl<M: Model> Discretized<'_, M> {
         if !stands_alone {
             return None;
         }
-        let forces = self.nodal_loads(self.rod().mass(), scene.loads.at_time);
+        let forces = self.nodal_loads(scene.loads.at_time);
         // The rod stands if the sum of force times position relative to the wall is negative. The total force must also
         // point against the axis from the wall to the tip.
         let wall = self.model.position(q, 0);

@@ -125,10 +125,17 @@ impl Problem {
             return Ok(0.0);
         }
         let along = |p: Parameter, own: Parameter| f64::from(u8::from(p == own));
-        let seed = |p, value| HyperDual64::new(value, along(p, load), along(p, parameter), 0.0);
-        let frequency = self.natural_frequencies_over(&[1_usize], seed)?[0];
-        let squared = frequency * frequency;
-        let slope = squared.eps1;
-        Ok(-squared.eps2 / slope + squared.re * squared.eps1eps2 / (slope * slope))
+        let squared = |other: Parameter| {
+            let seed = |p, value| HyperDual64::new(value, along(p, load), along(p, other), 0.0);
+            let frequency = self.natural_frequencies_over(&[1_usize], seed)?[0];
+            Ok::<_, Error>(frequency * frequency)
+        };
+        // The root P of F = 0 is that of g = P - F/F_P. At a load near the root dP/dp = g_p/(1 - g_P), up to the square
+        // of the distance, with g_P = F F_PP/F_P^2.
+        let (by_parameter, by_load) = (squared(parameter)?, squared(load)?);
+        let (value, slope) = (by_parameter.re, by_parameter.eps1);
+        let by_parameter =
+            -by_parameter.eps2 / slope + value * by_parameter.eps1eps2 / (slope * slope);
+        Ok(by_parameter / (1.0 - value * by_load.eps1eps2 / (slope * slope)))
     }
 }

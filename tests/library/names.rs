@@ -27,11 +27,11 @@ const REPEATED_TYPES: &[(&str, &str)] = &[
 /// topic, with a noun of the field, and added here.
 const MODULES: &str = "
 acceleration accuracy actuation actuators adapter adequacy adjoint adjoint_gradient aim along analysis ar1
-arrays assembly assessment attach attachment autocorrelation averaging axes banded basis bench bend_twist bias
-bisection blocks blueprint bodies bootstrap bordered boundary branch_relaxation break_points buckling
-buckling_form budget by_unknowns cable camera camera_needs campaign candidate_designs card carrying changes
-chart check checkpoints cluster_jackknife coarse code coefficients collect columns combinations combined
-command comparison compute constant_axes contact contact_loss contact_losses contacts contributions
+arrays assembly assessment attach attachment autocorrelation averaging axes banded basis bench bend_twist
+beside_walls bias bisection blocks blueprint bodies bootstrap bordered boundary branch_relaxation break_points
+buckling buckling_form budget by_unknowns cable camera camera_needs campaign candidate_designs card carrying
+changes chart check checkpoints cluster_jackknife coarse code coefficients collect columns combinations
+combined command comparison compute constant_axes contact contact_loss contact_losses contacts contributions
 convergence conversion coordinate_series correlation covariance coverage_factor critical_load csv csv_table
 curved_joints damping data data_precheck dataset dead_load dead_moment definition descent design
 determined_groups difference director_axes discrepancy discrete discretization displacement_driven display
@@ -65,16 +65,16 @@ scene_notes schema scheme scheme_support score_tests search section section_prof
 sensitivity_carrier sensitivity_growth sensitivity_pipeline sensor sensor_channel sensor_form sensor_table
 settings setup shape shape_form shard shear_deflection signal signal_curve signal_samples signal_steps simd
 simulate simulated simulation slenderness slip slip_state snapshots soft_clamp space spatial spatial_bodies
-spatial_inertia spatial_motion spectrum splitting stability standing start start_forces starts state
-static_mesh statics status step step_control step_map stepper stiffness store strain stretch structure
-structure_catalog structure_effects structure_experiment structure_file structure_film structure_frequencies
-structure_motion structure_places structure_point structure_problem structure_recording structure_run
-structure_shape structure_support study style substitution summaries summary support supports sweep sweeps
-synthetic_data table table_keys tangent taper target tendon tensions term_bound terminal tested_effects tests
-text_cell thickness tie time timed_forces timed_loads timoshenko tolerance track trajectory transposed trial
-tributary trigonometry tuning uncertainty undetected_bias unknown unstable_state usable_rows usd validate
-validation validation_errors vector vibration viscosity vtk warning_list warnings weighted_search work
-workspace writer zero_bound
+spatial_inertia spatial_motion spectrum splitting spring_rotation stability standing start start_forces starts
+state static_mesh statics status step step_control step_map stepper stiffness stopwatch store strain stretch
+structure structure_catalog structure_effects structure_experiment structure_file structure_film
+structure_frequencies structure_motion structure_places structure_point structure_problem structure_recording
+structure_report structure_run structure_shape structure_support structure_warnings study style substitution
+summaries summary support supports sweep sweeps swept_edge synthetic_data table table_keys tangent taper
+target tendon tensions term_bound terminal tested_effects tests text_cell thickness tie time timed_forces
+timed_loads timoshenko tolerance track trajectory transposed trial tributary trigonometry tuning uncertainty
+undetected_bias unknown unstable_state usable_rows usd validate validation validation_errors vector vibration
+viscosity vtk warning_list warnings weighted_search work workspace writer zero_bound
 ";
 
 /// All Rust files below a folder.

@@ -21,6 +21,7 @@ mod newton;
 mod nonlinear_bending;
 mod numerical_damping;
 mod paper;
+mod passed_obstacles;
 mod prescribed_motion;
 mod prony;
 mod recorded;

@@ -64,7 +64,9 @@ fn derivatives_follow_the_power_law() {
     let found = problem.critical_load(load(), -1.0, &names).unwrap();
     for ((name, value, exponent), derivative) in parameters.into_iter().zip(&found.derivatives) {
         let off = derivative * value / found.value - exponent;
-        assert!(off.abs() < 1e-4, "{name}: {off:e}");
+        // The load is exactly proportional to the modulus, on every mesh.
+        let bound = if name == Parameter::YoungsModulus { 1e-8 } else { 1e-4 };
+        assert!(off.abs() < bound, "{name}: {off:e}");
     }
 }
 

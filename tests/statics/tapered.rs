@@ -318,3 +318,43 @@ fn invalid_tapers_are_rejected() {
     scene.loads.gravity = [0.0, -9.8, 0.0];
     assert!(scene.problem().unwrap().planar().is_none());
 }
+
+/// Pairs of `natural_bending` are at fixed arc lengths: the shape without loads converges to second order.
+#[test]
+fn natural_bending_between_pairs_converges_to_second_order() {
+    let tip = |segments: usize| {
+        let mut scene = rod(segments, circle(), &Taper::default());
+        scene.rod.dimension = Dimension::Spatial;
+        scene.rod.natural_bending = vec![[0.0, 3.0], [0.0, 0.0]];
+        rest(&scene).tip
+    };
+    let fine = tip(320);
+    let [coarse, half] = [10, 20].map(|segments| crate::common::distance(tip(segments), fine));
+    println!("{coarse:.2e} m with 10 edges, {half:.2e} m with 20");
+    // The tangent turns by the integral of the curvature, 0.75 rad: the tip is far from the axis.
+    assert!(fine[1].hypot(fine[2]) > 0.1);
+    assert!((3.3..5.0).contains(&(coarse / half)), "{coarse} {half}");
+}
+
+/// Lists at arc lengths end with the rod; in a scene that is saved after its length has changed they do again.
+#[test]
+fn lists_at_arc_lengths_end_with_the_rod() {
+    let text = |last: f64| {
+        format!(
+            "[rod]\nsegments = 10\nshape = {{ kind = \"straight\", length = 0.5, direction = [1, 0, 0] }}\n\
+             section = {{ kind = \"circle\", radius = 0.005 }}\n\
+             taper.radius = {{ at = [0, 0.3, {last}], factor = [1, 0.8, 0.5] }}\n\
+             [material]\ndensity = 1000.0\nyoungs_modulus = 1e8\n"
+        )
+    };
+    let mut scene = Scene::from_toml(&text(0.5), ".").unwrap();
+    for last in [0.4, 500.0] {
+        let error = Scene::from_toml(&text(last), ".").unwrap_err().to_string();
+        assert!(error.contains("rod.taper.radius.at: found"), "{error}");
+    }
+    let Shape::Straight { length, .. } = &mut scene.rod.shape else { unreachable!() };
+    *length = 1.0;
+    let saved = Scene::from_toml(&scene.to_toml().unwrap(), ".").unwrap();
+    let Some(Along::BreakPoints(points)) = saved.rod.taper.radius else { panic!("no list") };
+    assert_eq!(points.at, [0.0, 0.6, 1.0]);
+}

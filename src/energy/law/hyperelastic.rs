@@ -18,9 +18,13 @@
 //! integral = -s^3 (2 + s)/(6 lambda^2)
 //! ```
 //!
-//! Input: the law, EA (N), C2/(C1 + C2) of a Mooney-Rivlin rod, and a strain. Output of [`NonlinearPart`] is the part
+//! An edge whose chord is shorter than the arc `n l` that it represents, as next to a wall, has the strain `s/n` of the
+//! material at the strain `s` of the chord: the energy `n X(s/n)` over the rest length and the force `C x(s/n)`, with `X`
+//! the integral of `C x`.
+//!
+//! Input: the law, EA (N), C2/(C1 + C2) of a Mooney-Rivlin rod, `n`, and a strain. Output of [`NonlinearPart`] is the part
 //! beyond the linear law only: energy over the rest length, force, and its derivative by the strain, all in N.
-//! `response` returns derivative and force, `force_shapes` the derivatives of the force by both moduli; `scaled`
+//! `response` returns derivative and force, `force_slopes` the derivatives of the force by both moduli and `n`; `scaled`
 //! multiplies the moduli, `map` converts their scalar type. [`NonlinearPart::new`] is `None` for the linear law. A new
 //! law is a variant of [`StretchLaw`] and its formulas here.
 
@@ -36,6 +40,8 @@ pub struct NonlinearPart<D> {
     pub modulus: D,
     /// The modulus of `y`, N: EA C2/(C1 + C2) of a Mooney-Rivlin rod, else zero.
     pub second_modulus: D,
+    /// Length of the arc that the edge represents, over that of its chord.
+    pub arc_ratio: D,
 }
 
 /// The shape of a law beyond the linear one at a strain, for a modulus of one.
@@ -47,22 +53,24 @@ struct ForceShape<D> {
 
 impl<D: Scalar> NonlinearPart<D> {
     /// The part of a law beyond the linear one, with the axial stiffness EA at no strain, N, as its modulus; `None` for
-    /// the linear law. The `ratio` C2/(C1 + C2) is that of a Mooney-Rivlin rod; others ignore it.
-    pub fn new(law: StretchLaw, stiffness: D, ratio: D) -> Option<Self> {
+    /// the linear law. The `ratio` C2/(C1 + C2) is that of a Mooney-Rivlin rod; others ignore it. The edge represents an
+    /// arc of `arc_ratio` times the length of its chord.
+    pub fn new(law: StretchLaw, stiffness: D, ratio: D, arc_ratio: D) -> Option<Self> {
         let second_modulus = match law {
             StretchLaw::Linear => return None,
             StretchLaw::NeoHookean => stiffness.like(0.0),
             StretchLaw::MooneyRivlin => stiffness * ratio,
         };
-        Some(Self { law, modulus: stiffness, second_modulus })
+        Some(Self { law, modulus: stiffness, second_modulus, arc_ratio })
     }
 
-    /// The part with its moduli converted to another number type.
+    /// The part with its numbers converted to another number type.
     pub fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> NonlinearPart<E> {
         NonlinearPart {
             law: self.law,
             modulus: convert(self.modulus),
             second_modulus: convert(self.second_modulus),
+            arc_ratio: convert(self.arc_ratio),
         }
     }
 
@@ -72,8 +80,9 @@ impl<D: Scalar> NonlinearPart<D> {
         Self { modulus, second_modulus, ..*self }
     }
 
-    /// The energy over the rest length, N, at the strain `s`: the integral of the force.
+    /// The energy over the rest length of the chord, N, at its strain `s`: the integral of the force.
     pub fn energy(&self, s: D) -> D {
+        let s = s / self.arc_ratio;
         let stretch = s + 1.0;
         let first = match self.law {
             StretchLaw::Linear => s.like(0.0),
@@ -83,36 +92,42 @@ impl<D: Scalar> NonlinearPart<D> {
         match self.law {
             StretchLaw::MooneyRivlin => {
                 let second = s * s * s * (s + 2.0) / (stretch * stretch * 6.0);
-                energy - self.second_modulus * second
+                (energy - self.second_modulus * second) * self.arc_ratio
             }
-            _ => energy,
+            _ => energy * self.arc_ratio,
         }
     }
 
-    /// The force beyond the linear law, `C x(s)` plus the second modulus times `y(s)`, N, at the strain `s`.
+    /// The force beyond the linear law, `C x(s/n)` plus the second modulus times `y(s/n)`, N, at the strain `s` of the
+    /// chord.
     #[inline(always)]
     pub fn force(&self, s: D) -> D {
         self.response(s)[1]
     }
 
-    /// The derivatives `x(s)` and `y(s)` of the force by both moduli, dimensionless, at the strain `s`.
+    /// The derivatives of the force at the strain `s` of the chord by both moduli, dimensionless, and by the ratio of arc
+    /// to chord, N.
     #[inline(always)]
-    pub(crate) fn force_shapes(&self, s: D) -> [D; 2] {
-        let second = self.second_shape(s).map_or(s.like(0.0), |shape| shape.force);
-        [self.shape(s).force, second]
+    pub(crate) fn force_slopes(&self, s: D) -> [D; 3] {
+        let of_arc = s / self.arc_ratio;
+        let second = self.second_shape(of_arc).map_or(s.like(0.0), |shape| shape.force);
+        let by_arc_ratio = -(self.response(s)[0] * of_arc);
+        [self.shape(of_arc).force, second, by_arc_ratio]
     }
 
-    /// The derivative of the force by the strain `s`, and the force, N.
+    /// The derivative of the force by the strain `s` of the chord, and the force, N.
     pub fn response(&self, s: D) -> [D; 2] {
-        let ForceShape { force, slope } = self.shape(s);
+        let of_arc = s / self.arc_ratio;
+        let ForceShape { force, slope } = self.shape(of_arc);
         let [slope, force] = [self.modulus * slope, self.modulus * force];
-        match self.second_shape(s) {
+        let [slope, force] = match self.second_shape(of_arc) {
             None => [slope, force],
             Some(second) => [
                 slope + self.second_modulus * second.slope,
                 force + self.second_modulus * second.force,
             ],
-        }
+        };
+        [slope / self.arc_ratio, force]
     }
 
     /// `y` and `dy/ds` of a Mooney-Rivlin law at the strain `s`; `None` for others.
@@ -156,7 +171,7 @@ mod tests {
     use num_dual::Dual2_64;
 
     fn edge<const M: usize>(law: StretchLaw) -> HyperelasticStretch<f64, M> {
-        let nonlinear = NonlinearPart::new(law, 7.0, 0.3);
+        let nonlinear = NonlinearPart::new(law, 7.0, 0.3, 1.0);
         let linear = Stretch { stiffness: 7.0, rest_length: 0.9, natural_strain: 0.0 };
         HyperelasticStretch { linear, nonlinear }
     }
@@ -164,7 +179,7 @@ mod tests {
     /// Energy, force and stiffness of the whole law are those of `E A/6 (lambda^2 + 2/lambda - 3)`.
     #[test]
     fn neo_hookean_law_is_that_of_the_literature() {
-        let nonlinear = NonlinearPart::new(StretchLaw::NeoHookean, 7.0, 0.3).unwrap();
+        let nonlinear = NonlinearPart::new(StretchLaw::NeoHookean, 7.0, 0.3, 1.0).unwrap();
         for s in [-0.6, -0.01, 1e-9, 0.0, 0.02, 1.5] {
             let stretch = Dual2_64::from(s).derivative() + 1.0;
             let exact = (stretch * stretch + stretch.recip() * 2.0 - 3.0) * (7.0 / 6.0);
@@ -185,7 +200,7 @@ mod tests {
     /// Energy, force and stiffness are those of `C1 (lambda^2 + 2/lambda - 3) + C2 (1/lambda^2 + 2 lambda - 3)`.
     #[test]
     fn mooney_rivlin_law_is_that_of_the_literature() {
-        let part = NonlinearPart::new(StretchLaw::MooneyRivlin, 7.0, 0.3).unwrap();
+        let part = NonlinearPart::new(StretchLaw::MooneyRivlin, 7.0, 0.3, 1.0).unwrap();
         let [c1, c2] = [0.7, 0.3].map(|share| share * 7.0 / 6.0);
         for s in [-0.6, -0.01, 1e-9, 0.0, 0.02, 1.5] {
             let stretch = Dual2_64::from(s).derivative() + 1.0;
@@ -197,7 +212,7 @@ mod tests {
             assert!((energy - exact.re).abs() < 1e-14, "{s} {energy} {exact:?}");
             assert!((7.0 * s + force - exact.v1).abs() < 1e-12, "{s} {force} {exact:?}");
             assert!((7.0 + slope - exact.v2).abs() < 1e-11, "{s} {slope} {exact:?}");
-            let [x, y] = part.force_shapes(s);
+            let [x, y, _] = part.force_slopes(s);
             assert!((part.modulus * x + part.second_modulus * y - force).abs() < 1e-15);
         }
     }

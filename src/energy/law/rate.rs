@@ -74,6 +74,8 @@ pub struct LawSlopes {
     pub modulus: f64,
     /// By its second modulus.
     pub second_modulus: f64,
+    /// By its ratio of arc to chord.
+    pub arc_ratio: f64,
 }
 
 impl LawSlopes {

@@ -88,9 +88,10 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
         for (i, (nonlinear, strain)) in self.nonlinear.edges.iter().zip(strained.now).enumerate() {
             let strain = *strain;
             // At fixed unknowns the strain depends on the rest length.
-            let [first, second] = nonlinear.force_shapes(strain);
+            let [first, second, by_arc_ratio] = nonlinear.force_slopes(strain);
             to.stretch[i].modulus += w[i] * first;
             to.stretch[i].second_modulus += w[i] * second;
+            to.stretch[i].arc_ratio += w[i] * by_arc_ratio;
             to.rest[i] -= w[i] * nonlinear.response(strain)[0] * (1.0 + strain);
         }
     }
@@ -118,7 +119,9 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
         let load = load.flat_map(|(i, load)| load.iter().zip(&laws.load[L::STRIDE * i..]));
         let nonlinear = rates.nonlinear.iter().zip(&laws.stretch);
         let along = |([rate], by): (&[NonlinearPart<Dual64>; 1], &LawSlopes)| {
-            rate.modulus.eps * by.modulus + rate.second_modulus.eps * by.second_modulus
+            rate.modulus.eps * by.modulus
+                + rate.second_modulus.eps * by.second_modulus
+                + rate.arc_ratio.eps * by.arc_ratio
         };
         let nonlinear: f64 = nonlinear.map(along).sum();
         let all = stretch.chain(rest.chain(load).map(|(Lanes([rate]), to)| rate * to));
