@@ -18,7 +18,7 @@
 //! `edges` are the recorded nodes and edges, `times` the times, and `motions` the list of motions.
 //!
 //! Functions of [`RecordView`]: `position` and `places` of a point at one and at many times, `marker` of a point with
-//! an offset, `motion` of a point with its velocity. `reactions` are those of both supports at every time, empty if
+//! an offset, `motion` of a point with its velocity. `node` and `axes` are those of a node and an edge at one record. `reactions` are those of both supports at every time, empty if
 //! they are not recorded. `weights` returns the motions, and their factors, from which a position is interpolated, for
 //! adjoint derivatives.
 //!
@@ -341,6 +341,21 @@ impl<D: Scalar> RecordView<'_, D> {
                 .map(move |(column, weight)| (row * width + column, by.map(|x| x * weight)))
         };
         Ok(ends.into_iter().flat_map(of_end).collect())
+    }
+
+    /// The position of a node at record `k`, m, in world axes. [`Error::OutOfRange`] for a node that is not tracked. `k`
+    /// must be a record.
+    pub fn node(&self, node: usize, k: usize) -> Result<[D; 3], Error> {
+        let column = place_in(self.tracked, node, "a node that was not tracked")?;
+        Ok(self.at(k * self.width() + column)[0])
+    }
+
+    /// Tangent and both material directors of an edge at record `k`, unit vectors in world axes. [`Error::OutOfRange`]
+    /// for an edge that is not recorded. `k` must be a record.
+    pub fn axes(&self, edge: usize, k: usize) -> Result<[[D; 3]; 3], Error> {
+        let place = place_in(self.edges, edge, "an edge that was not tracked")?;
+        let first = k * self.width() + self.tracked.len() + 3 * place;
+        Ok([0, 1, 2].map(|c| self.at(first + c)[0]))
     }
 
     /// The step that contains `time`, s: the index of the record at its end, and the Hermite weights at that time. An

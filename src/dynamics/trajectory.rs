@@ -379,15 +379,16 @@ impl Trajectory {
         if !self.rests {
             return repeat_over(discretized, &self.record, seed);
         }
-        let tracked = self.record.tracked();
+        let (tracked, edges) = (self.record.tracked(), self.record.edges());
         let has_reactions = self.record.has_reactions;
         let outputs = discretized.outputs_at_equilibrium(
             &discretized.checked_equilibrium()?,
             &tracked,
+            &edges,
             has_reactions,
             seed,
         )?;
-        let mut record = Record::new(tracked, 0);
+        let mut record = Record::new(tracked, 0).with_axes(edges);
         record.has_reactions = has_reactions;
         record.push(0.0, motions_at_rest(&outputs));
         Ok(record)
@@ -561,8 +562,8 @@ fn rest<M: Model>(
     record_rest(discretized, &discretized.checked_equilibrium()?, parameters, record)
 }
 
-/// Appends an equilibrium to `record` at time 0: positions of the tracked nodes with zero velocities, reactions if
-/// requested, and their derivatives by the `parameters`, in their order. Sets the count of Newton iterations. Errors
+/// Appends an equilibrium to `record` at time 0: positions of the tracked nodes with zero velocities, axes of edges and
+/// reactions if requested, and their derivatives by the `parameters`, in their order. Sets the count of Newton iterations. Errors
 /// are those of the derivatives.
 fn record_rest<M: Model>(
     discretized: &Discretized<'_, M>,
@@ -572,17 +573,19 @@ fn record_rest<M: Model>(
 ) -> Result<(), Error> {
     let rest = &settled.rest;
     record.work.newton_iterations = rest.newton_iterations;
-    let (tracked, has_reactions) = (record.tracked(), record.has_reactions);
+    let (tracked, edges, has_reactions) = (record.tracked(), record.edges(), record.has_reactions);
+    let axes = discretized.still_axes(discretized.setup, &rest.q, &rest.frames, &edges);
     let nodes = tracked.iter().map(|i| discretized.model.position(&rest.q, *i)).collect();
     let still = || State::at_rest(rest.q.clone(), rest.frames.clone());
     let reactions = has_reactions.then(|| {
         discretized.reactions_at_rest(discretized.setup_over(|_, value: f64| value), &still())
     });
-    record.push(0.0, motions_at_rest(&EquilibriumOutputs { nodes, reactions }));
+    record.push(0.0, motions_at_rest(&EquilibriumOutputs { nodes, axes, reactions }));
     // The equilibrium is searched once; each parameter takes linear systems with its tangent only.
     for (k, parameter) in parameters.iter().enumerate() {
         let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
-        let outputs = discretized.outputs_at_equilibrium(settled, &tracked, has_reactions, seed)?;
+        let outputs =
+            discretized.outputs_at_equilibrium(settled, &tracked, &edges, has_reactions, seed)?;
         let rates = motions_at_rest(&outputs).map(|motion| motion.map(|x| x.map(|x| x.eps)));
         record.derivatives_mut(k).extend(rates);
     }
@@ -604,13 +607,15 @@ fn follow_load<M: Model>(
     record_rest(discretized, before.insert(found), parameters, record)
 }
 
-/// The motions of a record at rest: positions with zero velocities, then force and moment of both supports if
-/// requested.
+/// The motions of a record at rest: positions with zero velocities, then axes of edges, then force and moment of both
+/// supports if requested.
 fn motions_at_rest<D: Scalar>(
-    EquilibriumOutputs { nodes, reactions }: &EquilibriumOutputs<D>,
+    EquilibriumOutputs { nodes, axes, reactions }: &EquilibriumOutputs<D>,
 ) -> impl Iterator<Item = Motion<D>> {
     let nodes = nodes.iter().map(|x| [*x, [D::from(0.0); 3]]);
-    nodes.chain(reactions.iter().flat_map(|reactions| reactions.parts()))
+    nodes
+        .chain(axes.iter().copied())
+        .chain(reactions.iter().flat_map(|reactions| reactions.parts()))
 }
 
 /// Positions, m, and velocities, m/s, of the tracked nodes, in ascending order within each record, record after record.

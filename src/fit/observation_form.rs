@@ -133,9 +133,10 @@ struct ObservationKeys {
     /// Observed point; default: the tip of the rod. In a structure `{ rod = "..", at = "tip" }` or `{ body = ".." }`.
     #[serde(alias = "node")]
     point: Option<ObservedPoint>,
-    /// Position of the marker relative to the point of the centerline, m, in axes that move with
-    /// the rod: tangent, first and second director.
-    #[serde(default, deserialize_with = "crate::input::arrays::numbers")]
+    /// Position of the marker, or of the sensor of a strain, relative to the point of the centerline, m, in axes that
+    /// move with the rod: tangent, first and second director. Two numbers are along both directors.
+    #[serde(default, deserialize_with = "crate::input::arrays::three_or_last_two")]
+    #[cfg_attr(test, schemars(with = "Vec<f64>", length(min = 2, max = 3)))]
     offset: [f64; 3],
     /// Standard deviation of a coordinate, m, or columns of the file; default: estimated from the
     /// residuals.
@@ -169,16 +170,16 @@ struct ObservationKeys {
     time_zero: Option<f64>,
     /// Duration of a planned observation, s, instead of a file.
     duration: Option<f64>,
-    /// Quantity of a sensor instead of a position: force or moment of a support on the rod, or acceleration or angle of a
-    /// point.
+    /// Quantity of a sensor instead of a position: force or moment of a support on the rod, or acceleration, angle,
+    /// curvature or strain of a point.
     quantity: Option<SensorQuantity>,
     /// End of the rod with the support of the sensor.
     of: Option<End>,
     /// Rotation vector of the frame of the sensor, rad, beyond `axes`.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     rotation: Option<[f64; 3]>,
-    /// Offset of the sensor: `"free"`, or three numbers in the axes of the file, one of an angle, in the unit of the
-    /// quantity; default 0.
+    /// Offset of the readings: `"free"`, or three numbers in the axes of the file, two of a curvature, one of an angle or
+    /// strain, in the unit of the quantity; default 0.
     tare: Option<TareForm>,
     /// Filter of the sensor, which is applied to the model too.
     filter: Option<SensorFilter>,
@@ -222,7 +223,6 @@ impl ObservationForm {
                 GivenKey("markers", markers.is_some()),
                 GivenKey("every", form.every.is_some()),
                 GivenKey("glitches", form.glitches.is_some()),
-                GivenKey("offset", offset != [0.0; 3]),
             ];
             let allowed = "this key with positions only";
             refuse_given(key, &positions, "a key of a position with quantity", allowed)?;
@@ -243,6 +243,7 @@ impl ObservationForm {
                 point,
                 file,
                 rotation,
+                offset,
                 tare,
                 filter,
                 recording,

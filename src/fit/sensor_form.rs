@@ -2,9 +2,10 @@
 //!
 //! Input: the keys of the table, the folder of the fit file and the prepared scene. The components of the file are
 //! mapped by `axes` and then turned by `rotation`, rad: to the world for forces and moments, to the axes of the rod for
-//! accelerations. An angle has one component, and `rotation` turns its axes. Output: one [`Measurement`] per component
-//! that the file has and `axes` does not leave out, N, N m, m/s^2 or rad, each with its tare, filter, standard
-//! deviation, loss and `held_out`. Errors have the key: an end without a support, a filter or tare that is not valid,
+//! accelerations. An angle has one component, and `rotation` turns its axes. The components of a curvature, and the
+//! `offset` of a strain, m, are along both directors of the rod, and `rotation` turns them about the tangent. Output:
+//! one [`Measurement`] per component that the file has and `axes` does not leave out, N, N m, m/s^2, rad, 1/m or part of
+//! the length, each with its tare, filter, standard deviation, loss and `held_out`. Errors have the key: an end without a support, a filter or tare that is not valid,
 //! keys of another quantity, and no component that remains. A file that cannot be read is an error with its path.
 //! [`refuse_given`] rejects keys that a table must not have.
 //!
@@ -30,14 +31,16 @@ use std::path::{Path, PathBuf};
 #[cfg_attr(test, derive(schemars::JsonSchema), schemars(rename = "Tare"))]
 #[serde(
     untagged,
-    expecting = "expected \"free\", or three numbers, in the axes of the file and the unit of the quantity; of an angle \
-                 one number, rad"
+    expecting = "expected \"free\", or three numbers, in the axes of the file and the unit of the quantity; of a \
+                 curvature two numbers, of an angle or strain one"
 )]
 pub(crate) enum TareForm {
     /// Unknown constant offsets, one of each component.
     Nuisance(NuisanceTare),
-    /// Known offset of an angle, rad.
-    Angle(f64),
+    /// Known offset of an angle, rad, or of a strain.
+    Number(f64),
+    /// Known offsets of both components of a curvature, 1/m.
+    Pair([f64; 2]),
     /// Known offsets of x, y and z in the axes of the file, N, N m or m/s^2.
     Known([f64; 3]),
 }
@@ -72,6 +75,8 @@ pub(crate) struct SensorForm {
     pub file: Option<PathBuf>,
     /// Rotation vector of the frame of the sensor, rad.
     pub rotation: [f64; 3],
+    /// Position of the sensor of a strain relative to the axis, m, along tangent, first and second director.
+    pub offset: [f64; 3],
     /// Offset of the sensor.
     pub tare: Option<TareForm>,
     /// Filter of the sensor.
@@ -131,7 +136,8 @@ impl SensorForm {
             let tare = match self.tare {
                 None => Tare::Known(0.0),
                 Some(TareForm::Nuisance(NuisanceTare::Free)) => Tare::Free,
-                Some(TareForm::Angle(offset)) => Tare::Known(offset),
+                Some(TareForm::Number(offset)) => Tare::Known(offset),
+                Some(TareForm::Pair(offsets)) => Tare::Known(offsets[axis.min(1)]),
                 Some(TareForm::Known(offsets)) => Tare::Known(offsets[axis]),
             };
             let mut sensor = Sensor::new(channel, readings).tare(tare);
@@ -162,26 +168,37 @@ pub(crate) fn refuse_given(
 }
 
 impl SensorForm {
-    /// Rejects an end or a point that the quantity does not have, an end without a support, `axes` of an angle, and a
-    /// tare for another number of components. Errors have the key; `key` is that of the table.
+    /// Rejects an end or a point that the quantity does not have, an end without a support, `axes` of a quantity other
+    /// than a vector, an offset of another quantity than strain, and a tare for another number of components. Errors
+    /// have the key; `key` is that of the table.
     fn check_place(&self, problem: &Problem, key: &str) -> Result<(), Error> {
-        let is_angle = self.quantity == SensorQuantity::Angle;
-        let (has_other_tare, allowed) = match self.tare {
-            Some(TareForm::Angle(_)) => (!is_angle, "\"free\", or three numbers"),
-            Some(TareForm::Known(_)) => (is_angle, "\"free\", or one number"),
-            _ => (false, ""),
+        let components = self.quantity.components();
+        let given = match self.tare {
+            Some(TareForm::Number(_)) => 1,
+            Some(TareForm::Pair(_)) => 2,
+            Some(TareForm::Known(_)) => 3,
+            Some(TareForm::Nuisance(_)) | None => components,
         };
-        ensure(!has_other_tare, format!("{key}.tare"), "a tare of another quantity", allowed)?;
+        let allowed = match components {
+            1 => "\"free\", or one number",
+            2 => "\"free\", or two numbers",
+            _ => "\"free\", or three numbers",
+        };
+        let is_own = given == components;
+        ensure(is_own, format!("{key}.tare"), "a tare of another quantity", allowed)?;
+        let has_offset = self.offset != [0.0; 3] && self.quantity != SensorQuantity::Strain;
+        let (found, allowed) =
+            ("an offset with this quantity", "this key with positions and strain only");
+        ensure(!has_offset, format!("{key}.offset"), found, allowed)?;
         if !self.quantity.is_of_support() {
             let (found, allowed) = ("a key of forces and moments", "point with this quantity");
             ensure(self.of.is_none(), format!("{key}.of"), found, allowed)?;
-            let has_axes = is_angle && self.recording.axes.is_some();
-            let (found, allowed) =
-                ("axes of an angle", "rotation, which turns the axis of the angle");
+            let has_axes = components < 3 && self.recording.axes.is_some();
+            let found = "axes of a quantity that is no vector";
+            let allowed = "rotation, which turns the axis of an angle, and the directors of curvature and strain";
             return ensure(!has_axes, format!("{key}.axes"), found, allowed);
         }
-        let (found, allowed) =
-            ("a key of a position, acceleration or angle", "of with this quantity");
+        let (found, allowed) = ("a key of a sensor at a point", "of with this quantity");
         ensure(self.point.is_none(), format!("{key}.point"), found, allowed)?;
         let Some(of) = self.of else {
             let found = "no such key with this quantity";
@@ -212,6 +229,13 @@ impl SensorForm {
                 PointChannel { point, quantity }.rotated(self.rotation).into()
             }
             SensorQuantity::Angle => PointChannel::angle(point).rotated(self.rotation).into(),
+            SensorQuantity::Curvature => {
+                PointChannel::curvature(point, axis).rotated(self.rotation).into()
+            }
+            SensorQuantity::Strain => {
+                let quantity = PointQuantity::Strain { offset: self.offset };
+                PointChannel { point, quantity }.rotated(self.rotation).into()
+            }
         }
     }
 }

@@ -3,6 +3,7 @@
 //!
 //! The TOML reader ignores excess numbers of an array of fixed length. [`numbers`], [`some_numbers`] (of an optional
 //! list, for which null is none) and [`rows`] (of each row of a list) return an error with both lengths instead.
+//! [`three_or_last_two`] also accepts the last two of three numbers, with zero as the first.
 //! [`or_infinite`] reads a number and [`all_or_infinite`] a list of numbers, in which a null becomes plus infinity,
 //! also that of a NaN. Fields of scenes, fits and reports name the functions in `#[serde(deserialize_with = ..)]`.
 
@@ -21,6 +22,17 @@ pub(crate) fn some_numbers<'de, T: Deserialize<'de>, D: Deserializer<'de>, const
     deserializer: D,
 ) -> Result<Option<[T; N]>, D::Error> {
     Option::deserialize(deserializer)?.map(exactly).transpose()
+}
+
+/// Reads a list of three numbers, or of the last two, with the first one zero; an error with the length for another.
+pub(crate) fn three_or_last_two<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<[f64; 3], D::Error> {
+    match Vec::deserialize(deserializer)?[..] {
+        [first, second, third] => Ok([first, second, third]),
+        [second, third] => Ok([0.0, second, third]),
+        ref other => Err(D::Error::invalid_length(other.len(), &"3 numbers, or 2")),
+    }
 }
 
 /// Reads a list, of any length, of lists of exactly `N` numbers each; another length of a row is an error with both

@@ -32,7 +32,7 @@
 //! `section_profile`, `tributary`, `curved_joints` and `soft_clamp`. Loads and energies: `line_loads`,
 //! `follower_loads`, `setup`, `own`, `actuation`, `contact`. Start and supports: `start`, `boundary`, `perturbation`.
 //! Checks: `parameters`, `planarity`, `natural_turn`, `penetration`. Warnings: `warnings`, `plausibility`, `strain`.
-//! Points and meshes: `points`, `axes`, `remesh`.
+//! Points and meshes: `points`, `axes`, `remesh`. Strains without load: `reference_strains`.
 
 mod actuation;
 mod axes;
@@ -53,6 +53,7 @@ mod planar;
 mod planarity;
 mod plausibility;
 mod points;
+mod reference_strains;
 mod remesh;
 mod rest_line;
 mod section_profile;
@@ -72,6 +73,9 @@ pub(crate) use own::{NodeTie, PointTie, point_ties};
 pub use parameters::{ListedParameter, ParameterList};
 pub use planar::PlanarModel;
 pub(crate) use plausibility::Purpose;
+pub(crate) use reference_strains::{
+    ReferenceEdge, ReferenceJoint, ReferenceStrains, joint_curvature,
+};
 pub(crate) use section_profile::SectionProfile;
 pub(crate) use setup::{Setup, between_markers, nodal as nodal_loads, nodal_masses};
 pub use spatial::SpatialModel;

@@ -161,9 +161,9 @@ pub trait Model: Sync {
         Vec::new()
     }
 
-    /// Tributary length of every node, m: half of each adjacent edge, along the curve and without the parts behind
-    /// walls if the discretization is corrected.
-    fn node_lengths<D: Nestable>(rest: &Self::Rest<D>) -> &[D];
+    /// Tributary lengths of nodes, edges and joints, m, along the curve and without the parts behind walls if the
+    /// discretization is corrected.
+    fn tributary<D: Nestable>(rest: &Self::Rest<D>) -> &TributaryLengths<D>;
 
     /// The map from unknowns to positions of nodes and directors of edges in the world, for user-defined energies.
     fn chart<D: Nestable>(&self, scene: &Scene<D>, rest: &Self::Rest<D>) -> Chart<D>;

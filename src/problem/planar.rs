@@ -23,6 +23,7 @@ use crate::problem::planarity::{PlanarVectors, TOLERANCE, rotations_about_rod};
 use crate::problem::rest_line::{InertiaAndWeight, RestLine};
 use crate::problem::section_profile::SectionProfile;
 use crate::problem::soft_clamp::SoftClamps;
+use crate::problem::tributary::TributaryLengths;
 use crate::rod::{EdgeMoment, FollowerLoads, Moments, PlanarRod, RodContacts, UserEnergies};
 use crate::scene::mesh::Mesh;
 use crate::scene::plane::KeyedVector;
@@ -251,9 +252,9 @@ impl Model for PlanarModel {
         moments
     }
 
-    /// Tributary length of every node, m: half of each adjacent edge, with the corrections at walls.
-    fn node_lengths<D: Nestable>(rest: &PlanarRest<D>) -> &[D] {
-        &rest.line.tributary.node
+    /// Tributary lengths of nodes, edges and joints, m, with the corrections at walls.
+    fn tributary<D: Nestable>(rest: &PlanarRest<D>) -> &TributaryLengths<D> {
+        &rest.line.tributary
     }
 
     /// The map from planar unknowns to positions and directors in the world: origin and axes of the plane. Its first

@@ -210,7 +210,7 @@ impl<D: Nestable, M: Model> Setup<D, M> {
             normal: [drag.linear_normal, drag.quadratic_normal],
             tangential: [drag.linear_tangential, drag.quadratic_tangential],
             fluid: model.components(drag.fluid_velocity),
-            lengths: M::node_lengths(&self.rest).to_vec(),
+            lengths: M::tributary(&self.rest).node.clone(),
             unknowns: [M::STRIDE, axes],
         })
     }

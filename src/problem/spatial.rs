@@ -21,6 +21,7 @@ use crate::problem::model::{Correction, Model, first_director, rolling, springs,
 use crate::problem::rest_line::{InertiaAndWeight, RestLine};
 use crate::problem::section_profile::{SectionConstants, SectionProfile};
 use crate::problem::soft_clamp::SoftClamps;
+use crate::problem::tributary::TributaryLengths;
 use crate::rod::{FollowerLoads, Moments, RodContacts, SpatialRod, UserEnergies};
 use crate::scene::mesh::Mesh;
 use crate::scene::{End, Scene, Support};
@@ -176,10 +177,10 @@ impl Model for SpatialModel {
         }
     }
 
-    /// Tributary length of every node, m: half of each adjacent edge; in corrected discretizations of its arc, with the
-    /// corrections at walls.
-    fn node_lengths<D: Nestable>(rest: &SpatialRest<D>) -> &[D] {
-        &rest.line.tributary.node
+    /// Tributary lengths of nodes, edges and joints, m; in corrected discretizations of arcs, with the corrections at
+    /// walls.
+    fn tributary<D: Nestable>(rest: &SpatialRest<D>) -> &TributaryLengths<D> {
+        &rest.line.tributary
     }
 
     /// The map from unknowns to positions and directors in the world, for user-defined energies. It has the axes of the

@@ -28,7 +28,7 @@ pub(crate) struct Arcs<'a, D = f64> {
 /// Tributary lengths, m: a joint of length `l` bends as `EI/l`, an edge stretches as `EA/l`, a node weighs
 /// `rho A l`.
 #[derive(Clone, Debug)]
-pub(crate) struct TributaryLengths<D> {
+pub struct TributaryLengths<D> {
     /// Length of every joint, for bending and twisting.
     pub joint: Vec<D>,
     /// Length of every edge, for stretch.
@@ -42,7 +42,7 @@ pub(crate) struct TributaryLengths<D> {
 impl<D: Scalar> TributaryLengths<D> {
     /// Two lists with an entry for each node, kg. The first is the inertial mass, with the added mass of a `fluid`. The
     /// second is the mass for the weight, less that of the displaced fluid. Both are equal without a fluid.
-    pub fn immersed(
+    pub(crate) fn immersed(
         &self,
         profile: &SectionProfile<D>,
         fluid: Option<&Drag<D>>,
@@ -76,7 +76,7 @@ impl<D: Scalar> TributaryLengths<D> {
     /// [`crate::problem::model`]), with the part `r` of the outermost edge outside of its wall and the next edge `b`.
     /// The length `r/2` is moved from the node next to a wall to the one after it. With more than two edges, the first
     /// joint gets `(r^2/2 - b^2/12)/b` of the second, at most half of it.
-    pub fn corrected(arcs: Arcs<D>) -> Self {
+    pub(crate) fn corrected(arcs: Arcs<D>) -> Self {
         let mut line = Self::plain(arcs.lengths);
         for (end, behind) in arcs.behind.into_iter().enumerate() {
             // Index counted from the wall.

@@ -12,6 +12,7 @@ mod measurements;
 mod names;
 mod own_energy;
 mod point_sensors;
+mod point_strains;
 mod reactions;
 mod runs;
 mod sensors;

@@ -13,13 +13,13 @@ use crate::calls::{refused, short};
 use crate::common::fits::{record, same_mesh};
 
 /// A fit of the modulus to one sensor.
-fn fit(problem: &Problem, sensor: Sensor) -> Fit {
+pub fn fit(problem: &Problem, sensor: Sensor) -> Fit {
     let modulus = Unknown::new(Parameter::YoungsModulus).start(1e8);
     Fit::new(problem).observe(sensor).identify(modulus).analyse(same_mesh())
 }
 
 /// The model's values of a channel at these times: residuals of readings of zero with a standard deviation of one.
-fn model(problem: &Problem, channel: impl Into<SensorChannel>, times: &[f64]) -> Vec<Reading> {
+pub fn model(problem: &Problem, channel: impl Into<SensorChannel>, times: &[f64]) -> Vec<Reading> {
     let zero = times.iter().map(|t| Reading { time: Some(*t), value: 0.0 }).collect();
     let residuals = fit(problem, Sensor::new(channel, zero).sigma(1.0)).residuals().unwrap();
     let values = residuals.residuals(&[problem.scene().material.youngs_modulus.ln()]).unwrap();
@@ -27,7 +27,7 @@ fn model(problem: &Problem, channel: impl Into<SensorChannel>, times: &[f64]) ->
 }
 
 /// The times of all steps but the start.
-fn steps(problem: &Problem) -> Vec<f64> {
+pub fn steps(problem: &Problem) -> Vec<f64> {
     let time = problem.time().unwrap();
     (1..=time.steps()).map(|k| k as f64 * time.step_size()).collect()
 }
@@ -174,7 +174,11 @@ fn intervals_from_noisy_angles_and_accelerations_cover_the_modulus() {
 }
 
 /// The fit file of a folder with a scene and one observation that has these keys, of a table `sensor.csv` with this text.
-fn fit_file(folder: &tempfile::TempDir, keys: &str, table: &str) -> Result<FitFile, rodfit::Error> {
+pub fn fit_file(
+    folder: &tempfile::TempDir,
+    keys: &str,
+    table: &str,
+) -> Result<FitFile, rodfit::Error> {
     let path = |name: &str| folder.path().join(name);
     std::fs::write(path("scene.toml"), short().to_toml().unwrap()).unwrap();
     std::fs::write(path("sensor.csv"), table).unwrap();
@@ -187,7 +191,7 @@ fn fit_file(folder: &tempfile::TempDir, keys: &str, table: &str) -> Result<FitFi
 }
 
 /// A table with the values over a unit.
-fn table(header: &str, unit: f64, readings: &[Reading]) -> String {
+pub fn table(header: &str, unit: f64, readings: &[Reading]) -> String {
     let row = |r: &Reading| format!("{},{}\n", r.time.unwrap(), r.value / unit);
     format!("{header}\n{}", readings.iter().map(row).collect::<String>())
 }

@@ -73,4 +73,4 @@ pub use recording::{
 };
 pub use sigma::{AxisColumnNames, SigmaColumns};
 pub use trajectory::{Dropped, MarkerTrajectory, read, read_several};
-pub use units::{ACCELERATIONS, ANGLES, FORCES, MOMENTS};
+pub use units::{ACCELERATIONS, ANGLES, CURVATURES, FORCES, MOMENTS, STRAINS};

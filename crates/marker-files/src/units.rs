@@ -1,9 +1,9 @@
 //! Units in the names of columns: in brackets, as `x[mm]` or `x (mm)`, or of times and lengths at the end, as `x_mm`.
 //!
-//! [`TIMES`], [`LENGTHS`] and the lists of sensors ([`FORCES`], [`MOMENTS`], [`ACCELERATIONS`], [`ANGLES`]) are the known
-//! units with their sizes in SI units. [`is_unit`] returns whether a text is one of them. [`split_unit`] splits a name from any
-//! unit in brackets, [`suffix_unit`] from a known unit behind `_`; both return names and symbols as text, without
-//! errors. [`plain_unit`] writes a micro sign as `u`.
+//! [`TIMES`], [`LENGTHS`] and the lists of sensors ([`FORCES`], [`MOMENTS`], [`ACCELERATIONS`], [`ANGLES`],
+//! [`CURVATURES`], [`STRAINS`]) are the known units with their sizes in SI units. [`is_unit`] returns whether a text is
+//! one of them. [`split_unit`] splits a name from any unit in brackets, [`suffix_unit`] from a known unit behind `_`;
+//! both return names and symbols as text, without errors. [`plain_unit`] writes a micro sign as `u`.
 
 use std::f64::consts::PI;
 
@@ -33,10 +33,28 @@ pub const ACCELERATIONS: [(&str, f64); 5] =
 pub const ANGLES: [(&str, f64); 4] =
     [("rad", 1.0), ("mrad", 1e-3), ("deg", PI / 180.0), ("°", PI / 180.0)];
 
+/// Units of curvature with their sizes in 1/m.
+pub const CURVATURES: [(&str, f64); 5] =
+    [("1/m", 1.0), ("rad/m", 1.0), ("m^-1", 1.0), ("1/mm", 1e3), ("deg/m", PI / 180.0)];
+/// Units of strain with their sizes: parts of the length.
+pub const STRAINS: [(&str, f64); 9] = [
+    ("1", 1.0),
+    ("m/m", 1.0),
+    ("%", 1e-2),
+    ("mm/m", 1e-3),
+    ("um/m", 1e-6),
+    ("u\u{3b5}", 1e-6),
+    ("ustrain", 1e-6),
+    ("microstrain", 1e-6),
+    ("nm/m", 1e-9),
+];
+
 /// Whether a text is the symbol of one of these units, or `px`.
 pub(crate) fn is_unit(symbol: &str) -> bool {
     let lengths_and_times = TIMES.iter().chain(&LENGTHS);
     let of_sensors = FORCES.iter().chain(&MOMENTS).chain(&ACCELERATIONS).chain(&ANGLES);
+    // A strain of 1 is a number, not a unit in a line of units.
+    let of_sensors = of_sensors.chain(&CURVATURES).chain(STRAINS.iter().filter(|own| own.0 != "1"));
     symbol == "px" || lengths_and_times.chain(of_sensors).any(|(own, _)| *own == symbol)
 }
 
@@ -46,7 +64,9 @@ pub(crate) fn is_same_unit(a: &str, b: &str) -> bool {
         let size = |symbol| units.iter().find(|(own, _)| *own == symbol).map(|(_, size)| *size);
         size(a).is_some() && size(a) == size(b)
     };
-    a == b || are_in(&FORCES) || are_in(&MOMENTS) || are_in(&ACCELERATIONS) || are_in(&ANGLES)
+    let of_supports = are_in(&FORCES) || are_in(&MOMENTS);
+    let of_points = are_in(&ACCELERATIONS) || are_in(&ANGLES) || are_in(&CURVATURES);
+    a == b || of_supports || of_points || are_in(&STRAINS)
 }
 
 /// Name and unit of a column: `X` and `mm` of `X [mm]` or `X (mm)`, `X (tip)` and `mm` of `X (tip) (mm)`. Without

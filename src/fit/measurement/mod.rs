@@ -1,9 +1,9 @@
 //! Measurements of a rod: its motion, its shape at rest, its natural frequencies, forces and moments of its supports,
-//! accelerations and angles of its points, load-deflection curves, critical loads, and user-defined quantities.
+//! accelerations, angles and strains of its points, load-deflection curves, critical loads, and user-defined quantities.
 //!
 //! [`Measurement`] is a data set of any of these kinds ([`MeasuredData`]) with its header (noise, loss, source). Each
 //! kind has its file here: `motion`, `shape`, `frequencies`, `load_deflection`, `buckling`, `gauge` (with `quantity`),
-//! `sensor` (with `sensor_channel`, `point_channel` and `sensor_table`); readings of gauges and sensors are in
+//! `sensor` (with `sensor_channel`, `point_channel`, `point_strain` and `sensor_table`); readings of gauges and sensors are in
 //! `reading`. `dataset` has the header and the interface of the kinds, `loss` the robust losses, `simulated` the
 //! outputs of a simulation with which they are compared. Others concern their preparation: `experiment` groups
 //! measurements with a scene, `inspection` and `inspection_summary` examine marker files, `constant_axes` and
@@ -29,6 +29,7 @@ pub(crate) mod load_deflection;
 pub(crate) mod loss;
 pub(crate) mod motion;
 pub(crate) mod point_channel;
+mod point_strain;
 pub(crate) mod quantity;
 pub(crate) mod reading;
 pub(crate) mod repeated_frames;
@@ -115,8 +116,8 @@ kinds! {
     ModeFrequencies,
     /// Readings of a user-defined quantity, in its own unit.
     GaugeReadings,
-    /// Readings of a component of a sensor: reaction of a support, N or N m; acceleration, m/s^2, or angle, rad, of a
-    /// point.
+    /// Readings of a component of a sensor: reaction of a support, N or N m; acceleration, m/s^2, angle, rad, curvature,
+    /// 1/m, or strain of a point.
     SensorReadings,
     /// Displacements of a point at rest under several values of a load, m.
     LoadCurve,
@@ -203,7 +204,8 @@ impl Measurement {
         self.motion()?.marker.as_deref()
     }
 
-    /// Symbol of the unit of the values: m, rad/s, N, N m, m/s^2, rad, or that of a gauge; empty for pure numbers.
+    /// Symbol of the unit of the values: m, rad/s, N, N m, m/s^2, rad, 1/m, or that of a gauge; empty for pure
+    /// numbers.
     pub(crate) fn unit(&self) -> &str {
         &self.header.unit
     }

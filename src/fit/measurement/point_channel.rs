@@ -1,20 +1,23 @@
-//! Channels of sensors that are fixed to a point of the rod: acceleration along an axis of the rod, or angle of its
-//! tangent.
+//! Channels of sensors that are fixed to a point of the rod: acceleration along an axis of the rod, angle of its
+//! tangent, curvature, or strain.
 //!
 //! Input: a [`PointChannel`], and the recorded motion of the nodes and director axes around its point. Output: the
-//! component at every recorded time, m/s^2 or rad, with derivatives. Acceleration is that of the point less gravity, as
+//! component at every recorded time, m/s^2, rad, 1/m or part of the length, with derivatives. Acceleration is that of the point less gravity, as
 //! an accelerometer measures it: the derivative of the recorded velocities by a parabola through three times, of second
 //! order. Its axis is fixed to the rod: numbers along tangent, first and second director. The angle is that of the
 //! tangent about an axis fixed in the world. The tangent is the sum of the directions of the edges around the point,
-//! with the cubic weights of a marker there.
+//! with the cubic weights of a marker there. Curvature is that of the axis (`point_strain`) along a direction across the
+//! rod, fixed to it. Strain is that of the rod parallel to its axis at an offset across it: the strain of the axis less
+//! the product of offset and bending.
 //!
 //! `values` returns the component, `require` adds its point to the outputs that a simulation records. `check` rejects a
-//! point outside the rod, acceleration at rest, and an angle about an axis in the plane of a planar motion. `rotated`
-//! turns the axes by a rotation vector, rad. `name`, `unit` and `is_angle` (values that differ by whole turns are
+//! point outside the rod, acceleration at rest, an angle about an axis in the plane of a planar motion, and a curvature
+//! across this plane. `rotated` turns the axes by a rotation vector, rad. `name`, `unit` and `is_angle` (values that differ by whole turns are
 //! equal) describe the component.
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
+use crate::fit::measurement::point_strain::PointStrain;
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{combine, cross, dot, rotate, sub, unit};
@@ -24,6 +27,9 @@ use crate::scene::{Point, Stencil};
 
 /// Smallest component of the axis of an angle along the normal of a planar motion: below it the angle is not defined.
 const LEAST_NORMAL: f64 = 0.1;
+
+/// Largest component along the tangent of a direction across the rod, over its length: rounding errors only.
+const ALONG_ROD: f64 = 1e-9;
 
 /// Quantity of a sensor that is fixed to a point of the rod.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +48,20 @@ pub enum PointQuantity {
         /// Axis of the angle in the world, a unit vector normal to `from`.
         about: [f64; 3],
     },
+    /// Curvature, 1/m.
+    Curvature {
+        /// Number of the component, 0 or 1 for `k1` and `k2`: its name.
+        axis: usize,
+        /// Direction towards which a positive curvature bends the rod, a unit vector along tangent, first and second
+        /// director of the rod, without a component along the tangent.
+        direction: [f64; 3],
+    },
+    /// Strain parallel to the axis of the rod, as a part of the length.
+    Strain {
+        /// Position of the sensor relative to the axis, m, along tangent, first and second director of the rod, without
+        /// a component along the tangent.
+        offset: [f64; 3],
+    },
 }
 
 /// A quantity of a point of the rod.
@@ -49,7 +69,7 @@ pub enum PointQuantity {
 pub struct PointChannel {
     /// The point.
     pub point: Point,
-    /// Acceleration or angle.
+    /// The measured quantity.
     pub quantity: PointQuantity,
 }
 
@@ -64,12 +84,30 @@ impl PointChannel {
     /// The channel of the acceleration less gravity, m/s^2, of a `point` along an `axis` of the rod: 0 is the tangent,
     /// 1 and 2 are the first and second director.
     pub fn acceleration(point: Point, axis: usize) -> Self {
-        let direction = std::array::from_fn(|c| f64::from(u8::from(c == axis)));
-        Self { point, quantity: PointQuantity::Acceleration { axis, direction } }
+        Self { point, quantity: PointQuantity::Acceleration { axis, direction: unit_axis(axis) } }
     }
 
-    /// The channel with its axes turned by the rotation vector `rotation`, rad: in axes of the rod for an acceleration,
-    /// in the world for an angle.
+    /// The channel of the curvature at a `point`, 1/m, along the material director number `axis`, 0 or 1. It is positive
+    /// if the rod bends towards the director.
+    pub fn curvature(point: Point, axis: usize) -> Self {
+        Self { point, quantity: PointQuantity::Curvature { axis, direction: unit_axis(axis + 1) } }
+    }
+
+    /// The channel of the strain parallel to the axis at a `point`, at the `offset`, m, along both material directors
+    /// from the axis, relative to the rod without stress. It is positive where the rod is longer.
+    ///
+    /// ```
+    /// use rodfit::{Point, fit::PointChannel};
+    /// // A strain gauge on the upper face of a strip of 4 mm that lies along x.
+    /// let gauge = PointChannel::strain(Point::ArcLength(0.02), [2e-3, 0.0]); // m
+    /// assert_eq!(gauge.name(), "strain");
+    /// ```
+    pub fn strain(point: Point, [first, second]: [f64; 2]) -> Self {
+        Self { point, quantity: PointQuantity::Strain { offset: [0.0, first, second] } }
+    }
+
+    /// The channel with its axes turned by the rotation vector `rotation`, rad: in the world for an angle, else in axes
+    /// of the rod. Those of curvature and strain turn about the tangent only; other rotations are rejected by a fit.
     pub fn rotated(self, rotation: [f64; 3]) -> Self {
         let quantity = match self.quantity {
             PointQuantity::Acceleration { axis, direction } => {
@@ -79,23 +117,33 @@ impl PointChannel {
                 from: rotate(rotation, from),
                 about: rotate(rotation, about),
             },
+            PointQuantity::Curvature { axis, direction } => {
+                PointQuantity::Curvature { axis, direction: rotate(rotation, direction) }
+            }
+            PointQuantity::Strain { offset } => {
+                PointQuantity::Strain { offset: rotate(rotation, offset) }
+            }
         };
         Self { quantity, ..self }
     }
 
-    /// Name of the component in reports: `ax`, `ay`, `az`, or `angle`.
+    /// Name of the component in reports: `ax`, `ay`, `az`, `angle`, `k1`, `k2`, or `strain`.
     pub fn name(&self) -> &'static str {
         match self.quantity {
             PointQuantity::Acceleration { axis, .. } => ["ax", "ay", "az"][axis.min(2)],
             PointQuantity::Angle { .. } => "angle",
+            PointQuantity::Curvature { axis, .. } => ["k1", "k2"][axis.min(1)],
+            PointQuantity::Strain { .. } => "strain",
         }
     }
 
-    /// Symbol of the unit: `m/s^2` of an acceleration, `rad` of an angle.
+    /// Symbol of the unit: `m/s^2` of an acceleration, `rad` of an angle, `1/m` of a curvature, empty of a strain.
     pub(crate) fn unit(&self) -> &'static str {
         match self.quantity {
             PointQuantity::Acceleration { .. } => "m/s^2",
             PointQuantity::Angle { .. } => "rad",
+            PointQuantity::Curvature { .. } => "1/m",
+            PointQuantity::Strain { .. } => "",
         }
     }
 
@@ -104,8 +152,9 @@ impl PointChannel {
         matches!(self.quantity, PointQuantity::Angle { .. })
     }
 
-    /// Rejects a point outside the rod, readings of acceleration at rest, and an angle about an axis in the plane of a
-    /// planar motion. Errors have the key of the table.
+    /// Rejects a point outside the rod, readings of acceleration at rest, an angle about an axis in the plane of a planar
+    /// motion, a curvature across this plane, and a direction or offset that is not across the rod. Errors have the key
+    /// of the table.
     pub(crate) fn check(
         &self,
         problem: &Problem,
@@ -125,26 +174,51 @@ impl PointChannel {
                 let found = "an angle about an axis in the plane of the motion";
                 ensure(is_defined, format!("{key}.rotation"), found, "an axis across this plane")
             }
+            PointQuantity::Curvature { direction, .. } => {
+                let (key, allowed) = (format!("{key}.rotation"), "a rotation about the tangent");
+                let is_across = is_across_rod(direction);
+                ensure(is_across, &key, "a direction of curvature along the rod", allowed)?;
+                let Some(planar) = problem.planar() else { return Ok(()) };
+                let marker = problem.marker(self.point, direction).map_err(outside)?;
+                let normal: [f64; 3] = planar.model.normal().into();
+                let in_plane = cross(normal, planar.beside_at_rest(&marker));
+                let found = "a curvature across the plane of the motion, which is zero there";
+                let allowed = "the component in the plane, or rod.dimension = \"spatial\"";
+                ensure(dot(in_plane, in_plane).sqrt() > LEAST_NORMAL, key, found, allowed)
+            }
+            PointQuantity::Strain { offset } => {
+                let found = format!("{offset:?}");
+                let allowed = "finite components along both directors, and none along the rod";
+                ensure(is_across_rod(offset), format!("{key}.offset"), found, allowed)
+            }
         }
     }
 
-    /// Adds the point to the required `outputs`: for an acceleration its motion and axes; for an angle its tangent, in
-    /// motion if `moves` and at rest if `rests`.
+    /// Adds the point to the required `outputs`: for an acceleration its motion and axes; for an angle its tangent, and
+    /// for curvature and strain its strains, in motion if `moves` and at rest if `rests`.
     pub(crate) fn require(&self, moves: bool, rests: bool, outputs: &mut Requirements) {
-        if !self.is_angle() {
-            outputs.moving.push(self.point);
-            outputs.beside.push(self.point);
-            return;
-        }
+        let [moving, resting] = match self.quantity {
+            PointQuantity::Acceleration { .. } => {
+                outputs.moving.push(self.point);
+                outputs.beside.push(self.point);
+                return;
+            }
+            PointQuantity::Angle { .. } => {
+                [&mut outputs.moving_tangents, &mut outputs.resting_tangents]
+            }
+            PointQuantity::Curvature { .. } | PointQuantity::Strain { .. } => {
+                [&mut outputs.moving_strains, &mut outputs.resting_strains]
+            }
+        };
         if moves {
-            outputs.moving_tangents.push(self.point);
+            moving.push(self.point);
         }
         if rests {
-            outputs.resting_tangents.push(self.point);
+            resting.push(self.point);
         }
     }
 
-    /// The quantity, m/s^2 or rad, at every time of a record of the `simulated` rod. Error: a point outside the rod or
+    /// The quantity, m/s^2, rad, 1/m or part of the length, at every time of a record of the `simulated` rod. Error: a point outside the rod or
     /// not recorded, or an angle about the tangent.
     pub(crate) fn values<D: Scalar>(
         &self,
@@ -156,6 +230,20 @@ impl PointChannel {
                 self.accelerations(direction, record, simulated)
             }
             PointQuantity::Angle { from, about } => self.angles([from, about], record, simulated),
+            PointQuantity::Curvature { direction: [_, first, second], .. } => {
+                let strain = PointStrain::new(self.point, simulated)?;
+                let along = |[k1, k2]: [D; 2]| k1 * first + k2 * second;
+                let at = |k: usize| Ok(along(strain.curvature(record, k)?));
+                (0..record.times().len()).map(at).collect()
+            }
+            PointQuantity::Strain { offset: [_, first, second] } => {
+                let strain = PointStrain::new(self.point, simulated)?;
+                let at = |k: usize| {
+                    let [k1, k2] = strain.bending(record, k)?;
+                    Ok(strain.stretch(record, k)? - (k1 * first + k2 * second))
+                };
+                (0..record.times().len()).map(at).collect()
+            }
         }
     }
 
@@ -215,6 +303,17 @@ impl PointChannel {
         };
         record.times().iter().map(angle).collect()
     }
+}
+
+/// The unit vector along axis `axis` (0 to 2).
+fn unit_axis(axis: usize) -> [f64; 3] {
+    std::array::from_fn(|c| f64::from(u8::from(c == axis)))
+}
+
+/// Whether a vector along tangent, first and second director is finite and has no component along the tangent.
+fn is_across_rod(vector: [f64; 3]) -> bool {
+    let size = dot(vector, vector).sqrt();
+    size.is_finite() && vector[0].abs() <= ALONG_ROD * size
 }
 
 /// The slope at each of these times of the parabola through the values there and at both neighbours; at an end the

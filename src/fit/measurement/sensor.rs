@@ -1,8 +1,8 @@
-//! Readings of sensors: force or moment of a support on the rod, acceleration or angle of a point, over time or at
-//! rest.
+//! Readings of sensors: force or moment of a support on the rod, acceleration, angle, curvature or strain of a point,
+//! over time or at rest.
 //!
-//! Input: a [`SensorChannel`], the measured component, and its readings (N, N m, m/s^2 or rad, with times in s or at
-//! rest). Output: [`Sensor`], a data set whose differences in a fit are simulated less measured value. The simulated
+//! Input: a [`SensorChannel`], the measured component, and its readings (N, N m, m/s^2, rad, 1/m or part of the length,
+//! with times in s or at rest). Output: [`Sensor`], a data set whose differences in a fit are simulated less measured value. The simulated
 //! value at a recorded step passes the first-order [low-pass filter](SensorReadings::low_pass) of the sensor, if it has
 //! one. The filter starts at the first value. Between steps the value is linear. A [known tare](Tare::Known) is added
 //! to it. A [free tare](Tare::Free) is the offset of least squares: the mean is subtracted from the differences, which
@@ -53,7 +53,7 @@ pub struct SensorReadings {
 pub type Sensor = Dataset<SensorReadings>;
 
 impl Sensor {
-    /// Readings of a `channel`, N, N m, m/s^2 or rad, without tare and filter, with unknown noise and squared loss.
+    /// Readings of a `channel`, N, N m, m/s^2, rad, 1/m or part of the length, without tare and filter, with unknown noise and squared loss.
     ///
     /// ```
     /// use rodfit::fit::{Channel, Reading, ReactionPart, Sensor, Tare};

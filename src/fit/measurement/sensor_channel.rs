@@ -1,8 +1,8 @@
 //! Components that sensors measure: of the force or moment of a support, or of a quantity of a point of the rod.
 //!
 //! Input: a [`Channel`] (end of the rod, part of the reaction, direction in the world) or a [`PointChannel`]
-//! (acceleration or angle), and the record of a simulated rod. Output: [`SensorChannel`], with the component at every
-//! recorded time, N, N m, m/s^2 or rad, with derivatives (`values`); its name and unit; and the outputs that a
+//! (acceleration, angle, curvature or strain), and the record of a simulated rod. Output: [`SensorChannel`], with the component at every
+//! recorded time, N, N m, m/s^2, rad, 1/m or part of the length, with derivatives (`values`); its name and unit; and the outputs that a
 //! simulation must record for it (`require`). `check` rejects an end without a support, and a point channel that the
 //! problem does not allow. `along_world` is the component along an axis of the world; `rotated` turns its axis by a
 //! rotation vector, rad. `is_angle` returns whether values that differ by whole turns are equal.
@@ -120,7 +120,8 @@ impl From<PointChannel> for SensorChannel {
 }
 
 impl SensorChannel {
-    /// Name of the component in reports: `fx` to `fz`, `mx` to `mz`, `ax` to `az`, or `angle`.
+    /// Name of the component in reports: `fx` to `fz`, `mx` to `mz`, `ax` to `az`, `angle`, `k1`, `k2`, or
+    /// `strain`.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Support(channel) => channel.name(),
@@ -128,7 +129,7 @@ impl SensorChannel {
         }
     }
 
-    /// Symbol of the unit: `N`, `N m`, `m/s^2` or `rad`.
+    /// Symbol of the unit: `N`, `N m`, `m/s^2`, `rad` or `1/m`; empty of a strain.
     pub(crate) fn unit(&self) -> &'static str {
         match self {
             Self::Support(channel) => channel.part.unit(),
@@ -136,8 +137,8 @@ impl SensorChannel {
         }
     }
 
-    /// Rejects an end without a support. Of a point it rejects a place outside the rod, accelerations at rest
-    /// (`is_at_rest`), and an angle about an axis in the plane of the motion. Errors have the `key` of the table.
+    /// Rejects an end without a support, and cases that the quantity of a point does not allow ([`PointChannel::check`];
+    /// `is_at_rest` if any reading is). Errors have the `key` of the table.
     pub(crate) fn check(
         &self,
         problem: &Problem,

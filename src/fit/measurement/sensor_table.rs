@@ -1,11 +1,11 @@
-//! Tables of sensors: columns `fx`, `fy`, `fz`, or `mx`, `ax` and so on, or `angle`, with a clock, or without one at
-//! rest.
+//! Tables of sensors: columns `fx`, `fy`, `fz`, or `mx`, `ax` and so on, or `angle`, `k1`, `strain`, with a clock, or
+//! without one at rest.
 //!
 //! Input: a file (table of numbers, by its header or the key `columns`), the quantity, the end of the rod, the frame
 //! rate and the start of the motion. Moments may also be named `tx`, `ty`, `tz`. Names of forces and moments may begin
 //! with the end, as `start_fx`, and end with the SI unit: `fx_n`, `mx_nm`, `mx_n_m`. Units in brackets: N, mN, kN; `N
-//! m`, `mN m`, `N mm`; m/s^2, mm/s^2, g; rad, mrad, deg. Output: the readings of every component that the file has (one
-//! of an angle), s and N, N m, m/s^2 or rad. The numbers of rows that were left out, before the start and without a
+//! m`, `mN m`, `N mm`; m/s^2, mm/s^2, g; rad, mrad, deg; 1/m, 1/mm; %, um/m. Output: the readings of every component that the
+//! file has, s and N, N m, m/s^2, rad, 1/m or parts of the length. The numbers of rows that were left out, before the start and without a
 //! value, are output too. A file that is no table or has no component or reading, other units, a blank clock, frames
 //! without a rate, and times that are negative without a start are errors with file and line.
 
@@ -13,7 +13,9 @@ use crate::error::Error;
 use crate::fit::measurement::reading::Reading;
 use crate::scene::End;
 use marker_files::table::{TIMES, Table, TableRow};
-use marker_files::{ACCELERATIONS, ANGLES, ColumnRules, Dropped, FORCES, MOMENTS};
+use marker_files::{
+    ACCELERATIONS, ANGLES, CURVATURES, ColumnRules, Dropped, FORCES, MOMENTS, STRAINS,
+};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -30,6 +32,10 @@ pub(crate) enum SensorQuantity {
     Acceleration,
     /// Angle of the tangent at a point, rad.
     Angle,
+    /// Curvature at a point along both material directors, 1/m.
+    Curvature,
+    /// Strain along the rod at a point, on the axis or beside it.
+    Strain,
 }
 
 impl SensorQuantity {
@@ -38,8 +44,17 @@ impl SensorQuantity {
         matches!(self, Self::Force | Self::Moment)
     }
 
-    /// Names of the columns of the three components without a prefix of the end, and the units; only the first
-    /// component of an angle has names.
+    /// Number of components: one of an angle or strain, two of a curvature, else three.
+    pub fn components(self) -> usize {
+        match self {
+            Self::Angle | Self::Strain => 1,
+            Self::Curvature => 2,
+            Self::Force | Self::Moment | Self::Acceleration => 3,
+        }
+    }
+
+    /// Names of the columns of the components without a prefix of the end, empty for a component that the quantity does
+    /// not have, and the units.
     fn columns(self) -> (Vec<[String; 3]>, &'static [(&'static str, f64)]) {
         let by_axis = |letter: &str, ending: &str| {
             ["x", "y", "z"].map(|axis| format!("{letter}{axis}{ending}"))
@@ -48,21 +63,24 @@ impl SensorQuantity {
             let with = |letter: &str| endings.iter().map(|end| by_axis(letter, end)).collect();
             letters.iter().flat_map(|letter| -> Vec<_> { with(letter) }).collect::<Vec<_>>()
         };
+        let alone = |name: &str| [name.to_string(), String::new(), String::new()];
         match self {
             Self::Force => (all(&["f"], &["", "_n"]), &FORCES),
             Self::Moment => (all(&["m", "t"], &["", "_nm", "_n_m"]), &MOMENTS),
             Self::Acceleration => (all(&["a", "acc_", "acc"], &[""]), &ACCELERATIONS),
-            Self::Angle => {
-                let alone = |name: &str| [name.to_string(), String::new(), String::new()];
-                (["angle", "theta"].map(alone).into(), &ANGLES)
+            Self::Angle => (["angle", "theta"].map(alone).into(), &ANGLES),
+            Self::Curvature => {
+                let both = |k: &str| [format!("{k}1"), format!("{k}2"), String::new()];
+                (vec![both("k"), both("kappa"), alone("curvature")], &CURVATURES)
             }
+            Self::Strain => (["strain", "eps", "epsilon"].map(alone).into(), &STRAINS),
         }
     }
 }
 
 /// Interpretation of a table of a sensor.
 pub(crate) struct SensorTable<'a> {
-    /// Force, moment, acceleration or angle.
+    /// The measured quantity.
     pub quantity: SensorQuantity,
     /// End of the rod, for names that begin with it; `None` of a sensor at a point.
     pub of: Option<End>,

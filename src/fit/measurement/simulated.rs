@@ -1,12 +1,12 @@
 //! Outputs of a simulation with which data are compared.
 //!
 //! [`Requirements`] lists the outputs that the measurements of an experiment require, so that a simulation computes no
-//! others. These are points and tangents in motion and at rest (of a rod or a structure), reactions of supports, modes,
-//! load cases and critical loads. The last times, s, on the clocks of the camera and of the motion belong to them.
+//! others. These are points, tangents and strains in motion and at rest (of a rod or a structure), reactions of supports,
+//! modes, load cases and critical loads. The last times, s, on the clocks of the camera and of the motion belong to them.
 //! `has_motion` and `is_at_rest` return whether a motion, and whether the equilibrium under the loads of the scene, is
-//! required. [`SimulatedOutput`] has the computed ones over a scalar type with derivatives: motion and equilibrium
+//! required; `has_strains` concerns curvatures and strains. [`SimulatedOutput`] has the computed ones over a scalar type with derivatives: motion and equilibrium
 //! (None if not required), and angular frequencies of the required modes, rad/s. Equilibria of the load cases and
-//! critical loads, N or N m, follow. It also has camera, scene and mesh. Each kind of data subtracts its values from
+//! critical loads, N or N m, follow. It also has camera, scene, mesh and the strains without load. Each kind of data subtracts its values from
 //! these; [`SimulatedOutput::compare`] does so for the observed coordinates of a position, m.
 //!
 //! `LoadCase` is an equilibrium under another value of one load, `BucklingCase` a load whose critical value is
@@ -15,6 +15,7 @@
 use crate::dynamics::record::RecordView;
 use crate::fit::misfit::camera::View;
 use crate::numerics::scalar::Scalar;
+use crate::problem::ReferenceStrains;
 use crate::scene::mesh::Mesh;
 use crate::scene::{Parameter, Point, Scene, StructurePoint};
 use crate::structure::StructureNodes;
@@ -53,6 +54,10 @@ pub struct Requirements {
     pub moving_tangents: Vec<Point>,
     /// Points with a measured angle of the tangent at rest.
     pub resting_tangents: Vec<Point>,
+    /// Points with a measured curvature or strain in a motion.
+    pub moving_strains: Vec<Point>,
+    /// Points with a measured curvature or strain at rest.
+    pub resting_strains: Vec<Point>,
     /// Points of a structure with a measured motion.
     pub moving_places: Vec<StructurePoint>,
     /// Points of a structure with a measured position at rest.
@@ -78,18 +83,25 @@ pub struct Requirements {
 }
 
 impl Requirements {
-    /// Whether the equilibrium under the loads of the scene is required: any point or tangent, all nodes, or the
+    /// Whether the equilibrium under the loads of the scene is required: any point, tangent or strain, all nodes, or the
     /// reactions at rest. Modes, load cases and critical loads do not count.
     pub fn is_at_rest(&self) -> bool {
         let has_points = !self.resting.is_empty() || !self.resting_places.is_empty();
         let has_tangents = !self.resting_tangents.is_empty();
-        self.whole_rest || has_points || has_tangents || self.resting_reactions
+        let has_lines = has_tangents || !self.resting_strains.is_empty();
+        self.whole_rest || has_points || has_lines || self.resting_reactions
     }
 
-    /// Whether a motion is required: any point, tangent or reaction in motion.
+    /// Whether a motion is required: any point, tangent, strain or reaction in motion.
     pub fn has_motion(&self) -> bool {
         let has_points = !self.moving.is_empty() || !self.moving_places.is_empty();
-        has_points || !self.moving_tangents.is_empty() || self.moving_reactions
+        let has_lines = !self.moving_tangents.is_empty() || !self.moving_strains.is_empty();
+        has_points || has_lines || self.moving_reactions
+    }
+
+    /// Whether a curvature or strain is required, in motion or at rest.
+    pub fn has_strains(&self) -> bool {
+        !self.moving_strains.is_empty() || !self.resting_strains.is_empty()
     }
 }
 
@@ -110,6 +122,8 @@ pub struct SimulatedOutput<'a, D> {
     pub(crate) view: &'a View<D>,
     pub(crate) scene: &'a Scene<D>,
     pub(crate) mesh: &'a Mesh<D>,
+    /// Edges and joints of the rod without load; none if no strain is required.
+    pub(crate) reference_strains: Option<&'a ReferenceStrains<D>>,
     /// Meshes and bodies of a structure; none of one rod.
     pub(crate) structure: Option<&'a StructureNodes<'a, D>>,
 }

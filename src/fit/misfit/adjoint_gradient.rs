@@ -105,6 +105,7 @@ impl ObservedExperiment {
                     view: &View::new(&problem, seed),
                     scene: &scene,
                     mesh: &scene.made_mesh(),
+                    reference_strains: None,
                     structure: None,
                 };
                 let mut by_residual = by_residual.iter();

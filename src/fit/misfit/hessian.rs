@@ -94,6 +94,7 @@ impl Residuals {
             modes => problem.natural_frequencies_over(modes, seed)?,
         };
         let scene = problem.scene().over_parameters(seed);
+        let reference_strains = experiment.reference_strains(problem, seed);
         let simulated = SimulatedOutput {
             moving: moving.as_ref().map(|motion| motion.record().read()),
             resting: resting.as_ref().map(|rest| rest.record().read()),
@@ -103,6 +104,7 @@ impl Residuals {
             view: &View::new(problem, seed),
             scene: &scene,
             mesh: &scene.made_mesh(),
+            reference_strains: reference_strains.as_ref(),
             structure: None,
         };
         second_derivative_of_loss(experiment, &simulated, weights)
@@ -137,6 +139,7 @@ impl Residuals {
             view: &View::new(&run.problem, &seed),
             scene: &scene,
             mesh: &scene.made_mesh(),
+            reference_strains: None,
             structure: Some(&nodes),
         };
         second_derivative_of_loss(experiment, &simulated, weights)

@@ -15,7 +15,7 @@
 //! `counts`, `losses` and `modes` list the residuals of each measurement, the loss of each residual, and the measured
 //! modes. `depends_on` returns whether an unknown belongs to the experiment; `motion_parameters` are those that change
 //! the motion. `problem_and_steps` is the problem at a point with the number of steps. `rest_work` is the work of
-//! static solutions, in steps times segments; `has_critical_loads` returns whether one was measured.
+//! static solutions, in steps times segments; `reference_strains` are edges and joints of the rod without load; `has_critical_loads` returns whether one was measured.
 //!
 //! `ExperimentRun` has the simulations at one point of the unknowns, `ObservedSeries` the values of one measurement
 //! with weights and loss.
@@ -31,7 +31,8 @@ use crate::fit::misfit::camera::View;
 use crate::fit::structure::structure_frequencies::structure_frequencies;
 use crate::fit::structure::structure_problem::structure_of;
 use crate::fit::unknown::{ParameterPoint, Unknown};
-use crate::problem::Problem;
+use crate::numerics::scalar::Nestable;
+use crate::problem::{Problem, ReferenceStrains};
 use crate::scene::{Parameter, Point};
 use crate::structure::Structure;
 use crate::vibration::{CriticalLoad, ModeName, NaturalFrequency};
@@ -113,6 +114,16 @@ impl ObservedExperiment {
     /// Work of its static solutions, steps times segments: those of [`Experiment::rest_work`].
     pub(super) fn rest_work(&self) -> f64 {
         self.rest_work
+    }
+
+    /// Edges and joints of the rod of a `problem` without load, with the numbers of parameters that `seed` returns. None
+    /// if no measurement requires them.
+    pub(super) fn reference_strains<D: Nestable>(
+        &self,
+        problem: &Problem,
+        seed: impl Fn(Parameter, f64) -> D,
+    ) -> Option<ReferenceStrains<D>> {
+        self.required.has_strains().then(|| problem.reference_strains(seed))
     }
 
     /// Number of residuals of each measurement up to the horizon, in their order.
@@ -200,9 +211,10 @@ impl ObservedExperiment {
         let mut moving = None;
         if self.required.has_motion() {
             let Requirements { moving: points, moving_tangents, beside, .. } = &self.required;
-            let tracked = nodes_and_tangents(points, moving_tangents, &problem)?;
+            let strained = strained_edges(&self.required.moving_strains, &problem)?;
+            let tracked = nodes_and_tangents(points, moving_tangents, &strained, &problem)?;
             let mut trajectory = Trajectory::new(&problem, &tracked, &parameters)?
-                .keep_axes(&edges(beside, &problem)?);
+                .keep_axes(&edges(beside, strained, &problem)?);
             if self.required.moving_reactions {
                 trajectory = trajectory.keep_reactions();
             }
@@ -216,16 +228,18 @@ impl ObservedExperiment {
         // Static solutions count as a fixed number of time steps.
         count(self.rest_work);
         // Shapes without arc lengths need all nodes, others only those of their points.
+        let strained = strained_edges(&self.required.resting_strains, &problem)?;
         let resting = match self.required.whole_rest {
             true => Some((0..problem.nodes()).collect()),
             false if self.required.is_at_rest() => {
                 let Requirements { resting, resting_tangents, .. } = &self.required;
-                Some(nodes_and_tangents(resting, resting_tangents, &problem)?)
+                Some(nodes_and_tangents(resting, resting_tangents, &strained, &problem)?)
             }
             false => None,
         };
+        let strained: Vec<usize> = strained.into_iter().collect();
         let at_rest = |nodes: Vec<usize>| {
-            let trajectory = Trajectory::new(&problem, &nodes, &parameters)?;
+            let trajectory = Trajectory::new(&problem, &nodes, &parameters)?.keep_axes(&strained);
             match self.required.resting_reactions {
                 true => trajectory.keep_reactions().find_equilibrium(),
                 false => trajectory.find_equilibrium(),
@@ -301,6 +315,7 @@ impl ObservedExperiment {
         let frequencies: Vec<f64> = natural_frequencies.iter().map(|t| t.frequency_rad_s).collect();
         let critical_loads = self.critical_loads(&run.problem, &parameters)?;
         let structure = run.structure.as_ref().map(Structure::nodes);
+        let reference_strains = self.reference_strains(&run.problem, |_, x| x);
         let simulated = SimulatedOutput {
             moving: run.moving.as_ref().map(|motion| motion.record().read()),
             resting: run.resting.as_ref().map(|rest| rest.record().read()),
@@ -310,6 +325,7 @@ impl ObservedExperiment {
             view: &View::new(&run.problem, |_, value| value),
             scene: run.problem.scene(),
             mesh: &run.problem.scene().made_mesh(),
+            reference_strains: reference_strains.as_ref(),
             structure: structure.as_ref(),
         };
         let mut residuals = Vec::with_capacity(self.counts().sum());
@@ -340,6 +356,7 @@ impl ObservedExperiment {
                 Some(structure) => Some(structure.nodes_over(of_path)?),
                 None => None,
             };
+            let reference_strains = self.reference_strains(&run.problem, seed);
             let simulated = SimulatedOutput {
                 moving: run.moving.as_ref().map(|motion| motion.record().along(track)),
                 resting: run.resting.as_ref().map(|rest| rest.record().along(track)),
@@ -353,6 +370,7 @@ impl ObservedExperiment {
                 view: &View::new(&run.problem, seed),
                 scene: &scene,
                 mesh: &scene.made_mesh(),
+                reference_strains: reference_strains.as_ref(),
                 structure: structure.as_ref(),
             };
             let mut row = rows.iter_mut();
@@ -416,11 +434,12 @@ pub(super) fn nodes(points: &[Point], problem: &Problem) -> Result<Vec<usize>, E
     Ok(nodes.into_iter().collect())
 }
 
-/// Indices of the nodes on which the positions of `points` and the edges around `tangents` depend, ascending, each
-/// once. An error for points that are not on the rod.
+/// Indices of the nodes on which the positions of `points`, the edges around `tangents` and the edges `strained` depend,
+/// ascending, each once. An error for points that are not on the rod.
 fn nodes_and_tangents(
     points: &[Point],
     tangents: &[Point],
+    strained: &BTreeSet<usize>,
     problem: &Problem,
 ) -> Result<Vec<usize>, Error> {
     let mut all: BTreeSet<usize> = nodes(points, problem)?.into_iter().collect();
@@ -428,15 +447,32 @@ fn nodes_and_tangents(
         let edges = problem.edges_around(*point)?;
         all.extend(edges.start..=edges.end);
     }
+    all.extend(strained.iter().flat_map(|edge| [*edge, edge + 1]));
     Ok(all.into_iter().collect())
 }
 
-/// Indices of the edges whose axes the markers beside `points` depend on, ascending, each once. An error for points
-/// that are not on the rod.
-fn edges(points: &[Point], problem: &Problem) -> Result<Vec<usize>, Error> {
-    let mut edges = BTreeSet::new();
+/// Indices of the edges whose axes the markers beside `points` depend on, and of the edges `strained`, ascending, each
+/// once. An error for points that are not on the rod.
+fn edges(
+    points: &[Point],
+    strained: BTreeSet<usize>,
+    problem: &Problem,
+) -> Result<Vec<usize>, Error> {
+    let mut edges = strained;
     for point in points {
         edges.extend(problem.edges_around(*point)?);
     }
     Ok(edges.into_iter().collect())
+}
+
+/// Indices of the edges on which curvature and strain at `points` depend. An error for points that are not on the rod.
+fn strained_edges(points: &[Point], problem: &Problem) -> Result<BTreeSet<usize>, Error> {
+    let mut edges = BTreeSet::new();
+    if !points.is_empty() {
+        let reference = problem.reference_strains(|_, x| x);
+        for point in points {
+            edges.extend(reference.edges_around(problem.arc_length(*point)?));
+        }
+    }
+    Ok(edges)
 }
