@@ -18,9 +18,9 @@
 //! `edges` are the recorded nodes and edges, `times` the times, and `motions` the list of motions.
 //!
 //! Functions of [`RecordView`]: `position` and `places` of a point at one and at many times, `marker` of a point with
-//! an offset, `motion` of a point with its velocity. `node` and `axes` are those of a node and an edge at one record. `reactions` are those of both supports at every time, empty if
-//! they are not recorded. `weights` returns the motions, and their factors, from which a position is interpolated, for
-//! adjoint derivatives.
+//! an offset, `motion` of a point with its velocity. `node` and `axes` are those of a node and an edge at one record.
+//! `reactions` are those of both supports at every time, empty if they are not recorded. `weights` returns the motions,
+//! and their factors, from which a position is interpolated, for adjoint derivatives.
 //!
 //! `Motion` is position and velocity, m and m/s, or their derivatives.
 
@@ -343,8 +343,8 @@ impl<D: Scalar> RecordView<'_, D> {
         Ok(ends.into_iter().flat_map(of_end).collect())
     }
 
-    /// The position of a node at record `k`, m, in world axes. [`Error::OutOfRange`] for a node that is not tracked. `k`
-    /// must be a record.
+    /// The position of a node at record `k`, m, in world axes. [`Error::OutOfRange`] for a node that is not tracked.
+    /// `k` must be a record.
     pub fn node(&self, node: usize, k: usize) -> Result<[D; 3], Error> {
         let column = place_in(self.tracked, node, "a node that was not tracked")?;
         Ok(self.at(k * self.width() + column)[0])

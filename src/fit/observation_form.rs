@@ -178,8 +178,8 @@ struct ObservationKeys {
     /// Rotation vector of the frame of the sensor, rad, beyond `axes`.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     rotation: Option<[f64; 3]>,
-    /// Offset of the readings: `"free"`, or three numbers in the axes of the file, two of a curvature, one of an angle or
-    /// strain, in the unit of the quantity; default 0.
+    /// Offset of the readings: `"free"`, or three numbers in the axes of the file, two of a curvature, one of an angle
+    /// or strain, in the unit of the quantity; default 0.
     tare: Option<TareForm>,
     /// Filter of the sensor, which is applied to the model too.
     filter: Option<SensorFilter>,

@@ -4,10 +4,10 @@
 //! mapped by `axes` and then turned by `rotation`, rad: to the world for forces and moments, to the axes of the rod for
 //! accelerations. An angle has one component, and `rotation` turns its axes. The components of a curvature, and the
 //! `offset` of a strain, m, are along both directors of the rod, and `rotation` turns them about the tangent. Output:
-//! one [`Measurement`] per component that the file has and `axes` does not leave out, N, N m, m/s^2, rad, 1/m or part of
-//! the length, each with its tare, filter, standard deviation, loss and `held_out`. Errors have the key: an end without a support, a filter or tare that is not valid,
-//! keys of another quantity, and no component that remains. A file that cannot be read is an error with its path.
-//! [`refuse_given`] rejects keys that a table must not have.
+//! one [`Measurement`] per component that the file has and `axes` does not leave out, N, N m, m/s^2, rad, 1/m or part
+//! of the length, each with its tare, filter, standard deviation, loss and `held_out`. Errors have the key: an end
+//! without a support, a filter or tare that is not valid, keys of another quantity, and no component that remains. A
+//! file that cannot be read is an error with its path. [`refuse_given`] rejects keys that a table must not have.
 //!
 //! `SensorForm` are the keys of sensors in `[[observation]]`, with `TareForm` (known offsets, or `NuisanceTare` for
 //! unknown ones) and `SensorFilter`. `GivenKey` is a key and whether a table has it.

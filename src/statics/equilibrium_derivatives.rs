@@ -109,8 +109,8 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// World positions of the nodes `tracked` at an equilibrium, m, in their order, the axes of the `edges`, and the
-    /// reactions of the supports if `has_reactions`, with derivatives. `seed` returns the number of a parameter over `D`
-    /// from the parameter and its value. Errors are those of
+    /// reactions of the supports if `has_reactions`, with derivatives. `seed` returns the number of a parameter over
+    /// `D` from the parameter and its value. Errors are those of
     /// [`differentiated_equilibrium`](Self::differentiated_equilibrium).
     pub(crate) fn outputs_at_equilibrium<D: Nestable>(
         &self,

@@ -54,7 +54,7 @@ observation_form observation_row observed_experiment observed_information observ
 one_sided_bound onset operators optimum out_of_line outcome outlying_experiments output overlap own page
 parameter parameter_form parameters part_file path pencil penetration per_axis perturbation phi_function place
 placement plan planar planar_bend planarity plane platform plausibility player plot_data plotted point
-point_channel point_strain points polyline predict prediction predictor prescribed_dofs prescribed_motion prior problem
+point_acceleration point_angle point_channel point_strain points polyline predict prediction predictor prescribed_dofs prescribed_motion prior problem
 products profile profile_likelihood pyelastica quantity quoted random_states ranking rate rates reaction
 reading record recorded recorded_ends recorded_motion recorded_point recorded_pose recorded_reactions
 recorded_start recordings reduction reference_stiffness reference_strains refined_residuals refinement relinearize remesh

@@ -1,5 +1,5 @@
-//! Curvature and strain at a point of the rod: values of theory, derivatives, exact data, coverage with noise, tables with
-//! other units, and invalid input.
+//! Curvature and strain at a point of the rod: values of theory, derivatives, exact data, coverage with noise, tables
+//! with other units, and invalid input.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -33,8 +33,8 @@ fn at_rest(problem: &Problem, channel: PointChannel) -> f64 {
 /// Second moment of area of the rod, m^4.
 const SECOND_MOMENT: f64 = std::f64::consts::PI * 1e-8 / 4.0;
 
-/// M = F (L - s) with the force F at the tip: curvature M/EI towards the force, and strain r M/EI on the other face. Also
-/// with a compliant clamp, whose rotation is no curvature.
+/// M = F (L - s) with the force F at the tip: curvature M/EI towards the force, and strain r M/EI on the other face.
+/// Also with a compliant clamp, whose rotation is no curvature.
 #[test]
 fn cantilever_under_tip_load_has_curvature_and_surface_strain_of_theory() {
     for (dimension, soft) in
@@ -71,7 +71,8 @@ fn cantilever_under_tip_load_has_curvature_and_surface_strain_of_theory() {
     }
 }
 
-/// A moment at the tip bends the rod to a circle. The moment of a joint is EI/l k (1 + k^2/4) for its strain k = 2 tan(phi/2).
+/// A moment at the tip bends the rod to a circle. The moment of a joint is EI/l k (1 + k^2/4) for its strain k = 2
+/// tan(phi/2).
 #[test]
 fn pure_moment_gives_uniform_curvature_towards_its_side() {
     let moment = 0.5 * 1e9 * SECOND_MOMENT;
@@ -184,7 +185,8 @@ fn exact_curvature_or_strain_gives_modulus() {
     }
 }
 
-/// Strains are geometric: with positions alone they determine the ratio of modulus to density. A known force determines both.
+/// Strains are geometric: with positions alone they determine the ratio of modulus to density. A known force determines
+/// both.
 #[test]
 fn modulus_and_density_are_determined_by_one_strain_and_a_known_force() {
     let mut scene = short();

@@ -1,14 +1,15 @@
 //! Measurements of a rod: its motion, its shape at rest, its natural frequencies, forces and moments of its supports,
-//! accelerations, angles and strains of its points, load-deflection curves, critical loads, and user-defined quantities.
+//! accelerations, angles and strains of its points, load-deflection curves, critical loads, and user-defined
+//! quantities.
 //!
 //! [`Measurement`] is a data set of any of these kinds ([`MeasuredData`]) with its header (noise, loss, source). Each
 //! kind has its file here: `motion`, `shape`, `frequencies`, `load_deflection`, `buckling`, `gauge` (with `quantity`),
-//! `sensor` (with `sensor_channel`, `point_channel`, `point_strain` and `sensor_table`); readings of gauges and sensors are in
-//! `reading`. `dataset` has the header and the interface of the kinds, `loss` the robust losses, `simulated` the
-//! outputs of a simulation with which they are compared. Others concern their preparation: `experiment` groups
-//! measurements with a scene, `inspection` and `inspection_summary` examine marker files, `constant_axes` and
-//! `repeated_frames` detect faulty data. Every kind provides the differences simulated less measured value
-//! (`DataKind::differences`), of which `fit::misfit` makes residuals.
+//! `sensor` (with `sensor_channel`, `sensor_table`, `point_channel`, `point_acceleration`, `point_angle` and
+//! `point_strain`); readings of gauges and sensors are in `reading`. `dataset` has the header and the interface of the
+//! kinds, `loss` the robust losses, `simulated` the outputs of a simulation with which they are compared. Others
+//! concern their preparation: `experiment` groups measurements with a scene, `inspection` and `inspection_summary`
+//! examine marker files, `constant_axes` and `repeated_frames` detect faulty data. Every kind provides the differences
+//! simulated less measured value (`DataKind::differences`), of which `fit::misfit` makes residuals.
 //!
 //! Functions of [`Measurement`] for any kind: `sigma` (`None` if it is to be estimated) and `sigmas` are standard
 //! deviations, `unit` is that of the values, `data_unit` that in which they were given. `held_out` and `planned` state
@@ -28,6 +29,8 @@ mod inspection_summary;
 pub(crate) mod load_deflection;
 pub(crate) mod loss;
 pub(crate) mod motion;
+mod point_acceleration;
+mod point_angle;
 pub(crate) mod point_channel;
 mod point_strain;
 pub(crate) mod quantity;
@@ -116,8 +119,8 @@ kinds! {
     ModeFrequencies,
     /// Readings of a user-defined quantity, in its own unit.
     GaugeReadings,
-    /// Readings of a component of a sensor: reaction of a support, N or N m; acceleration, m/s^2, angle, rad, curvature,
-    /// 1/m, or strain of a point.
+    /// Readings of a component of a sensor: reaction of a support, N or N m; acceleration, m/s^2, angle, rad,
+    /// curvature, 1/m, or strain of a point.
     SensorReadings,
     /// Displacements of a point at rest under several values of a load, m.
     LoadCurve,

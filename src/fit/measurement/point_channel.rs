@@ -2,28 +2,27 @@
 //! tangent, curvature, or strain.
 //!
 //! Input: a [`PointChannel`], and the recorded motion of the nodes and director axes around its point. Output: the
-//! component at every recorded time, m/s^2, rad, 1/m or part of the length, with derivatives. Acceleration is that of the point less gravity, as
-//! an accelerometer measures it: the derivative of the recorded velocities by a parabola through three times, of second
-//! order. Its axis is fixed to the rod: numbers along tangent, first and second director. The angle is that of the
-//! tangent about an axis fixed in the world. The tangent is the sum of the directions of the edges around the point,
-//! with the cubic weights of a marker there. Curvature is that of the axis (`point_strain`) along a direction across the
-//! rod, fixed to it. Strain is that of the rod parallel to its axis at an offset across it: the strain of the axis less
-//! the product of offset and bending.
+//! component at every recorded time, m/s^2, rad, 1/m or part of the length, with derivatives. Acceleration
+//! (`point_acceleration`) is that of the point less gravity, along an axis fixed to the rod: numbers along tangent,
+//! first and second director. The angle (`point_angle`) is that of the tangent about an axis fixed in the world.
+//! Curvature (`point_strain`) is that of the axis along a direction across the rod, fixed to it. Strain is that of the
+//! rod parallel to its axis at an offset across it: the strain of the axis less the product of offset and bending.
 //!
 //! `values` returns the component, `require` adds its point to the outputs that a simulation records. `check` rejects a
 //! point outside the rod, acceleration at rest, an angle about an axis in the plane of a planar motion, and a curvature
-//! across this plane. `rotated` turns the axes by a rotation vector, rad. `name`, `unit` and `is_angle` (values that differ by whole turns are
-//! equal) describe the component.
+//! across this plane. `rotated` turns the axes by a rotation vector, rad. `name`, `unit` and `is_angle` (values that
+//! differ by whole turns are equal) describe the component.
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
+use crate::fit::measurement::point_acceleration::accelerations;
+use crate::fit::measurement::point_angle::angles;
 use crate::fit::measurement::point_strain::PointStrain;
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::{combine, cross, dot, rotate, sub, unit};
+use crate::numerics::vector::{cross, dot, rotate};
 use crate::problem::Problem;
-use crate::scene::marker::MarkerStencil;
-use crate::scene::{Point, Stencil};
+use crate::scene::Point;
 
 /// Smallest component of the axis of an angle along the normal of a planar motion: below it the angle is not defined.
 const LEAST_NORMAL: f64 = 0.1;
@@ -87,8 +86,8 @@ impl PointChannel {
         Self { point, quantity: PointQuantity::Acceleration { axis, direction: unit_axis(axis) } }
     }
 
-    /// The channel of the curvature at a `point`, 1/m, along the material director number `axis`, 0 or 1. It is positive
-    /// if the rod bends towards the director.
+    /// The channel of the curvature at a `point`, 1/m, along the material director number `axis`, 0 or 1. It is
+    /// positive if the rod bends towards the director.
     pub fn curvature(point: Point, axis: usize) -> Self {
         Self { point, quantity: PointQuantity::Curvature { axis, direction: unit_axis(axis + 1) } }
     }
@@ -152,9 +151,9 @@ impl PointChannel {
         matches!(self.quantity, PointQuantity::Angle { .. })
     }
 
-    /// Rejects a point outside the rod, readings of acceleration at rest, an angle about an axis in the plane of a planar
-    /// motion, a curvature across this plane, and a direction or offset that is not across the rod. Errors have the key
-    /// of the table.
+    /// Rejects a point outside the rod, readings of acceleration at rest, an angle about an axis in the plane of a
+    /// planar motion, a curvature across this plane, and a direction or offset that is not across the rod. Errors have
+    /// the key of the table.
     pub(crate) fn check(
         &self,
         problem: &Problem,
@@ -218,8 +217,8 @@ impl PointChannel {
         }
     }
 
-    /// The quantity, m/s^2, rad, 1/m or part of the length, at every time of a record of the `simulated` rod. Error: a point outside the rod or
-    /// not recorded, or an angle about the tangent.
+    /// The quantity, m/s^2, rad, 1/m or part of the length, at every time of a record of the `simulated` rod. Error: a
+    /// point outside the rod or not recorded, or an angle about the tangent.
     pub(crate) fn values<D: Scalar>(
         &self,
         record: &RecordView<'_, D>,
@@ -227,9 +226,11 @@ impl PointChannel {
     ) -> Result<Vec<D>, Error> {
         match self.quantity {
             PointQuantity::Acceleration { direction, .. } => {
-                self.accelerations(direction, record, simulated)
+                accelerations(self.point, direction, record, simulated)
             }
-            PointQuantity::Angle { from, about } => self.angles([from, about], record, simulated),
+            PointQuantity::Angle { from, about } => {
+                angles(self.point, [from, about], record, simulated)
+            }
             PointQuantity::Curvature { direction: [_, first, second], .. } => {
                 let strain = PointStrain::new(self.point, simulated)?;
                 let along = |[k1, k2]: [D; 2]| k1 * first + k2 * second;
@@ -246,63 +247,6 @@ impl PointChannel {
             }
         }
     }
-
-    /// The component of acceleration less gravity, m/s^2, at every time of a record along `direction`, which is fixed
-    /// to the rod: numbers along tangent, first and second director. Error: a point outside the rod or not recorded.
-    fn accelerations<D: Scalar>(
-        &self,
-        direction: [f64; 3],
-        record: &RecordView<'_, D>,
-        simulated: &SimulatedOutput<D>,
-    ) -> Result<Vec<D>, Error> {
-        let marker = MarkerStencil::new(self.point.fixed(), direction, simulated.mesh)?;
-        let axis = MarkerStencil { centre: Stencil { nodes: Vec::new() }, ..marker.clone() };
-        let times = record.times();
-        let velocity = |time: &f64| Ok(record.motion(&marker.centre, *time)?[1]);
-        let velocities = times.iter().map(velocity).collect::<Result<Vec<_>, Error>>()?;
-        let rates = parabola_slopes(times, &velocities);
-        let component = |(time, rate): (&f64, [D; 3])| {
-            let along = record.marker(&axis, D::from(*time))?;
-            Ok(dot(sub(rate, simulated.scene.loads.gravity), along))
-        };
-        times.iter().zip(rates).map(component).collect()
-    }
-
-    /// The angle of the tangent at every time of a record, rad, in (-pi, pi], from the direction `from` about the axis
-    /// `about`. Error: a tangent along that axis.
-    fn angles<D: Scalar>(
-        &self,
-        [from, about]: [[f64; 3]; 2],
-        record: &RecordView<'_, D>,
-        simulated: &SimulatedOutput<D>,
-    ) -> Result<Vec<D>, Error> {
-        let across = cross(about, from).map(D::from);
-        let from = from.map(D::from);
-        // The weights with which the axes of the edges around the point are summed for a marker there.
-        let edges = MarkerStencil::new(self.point.fixed(), [1.0, 0.0, 0.0], simulated.mesh)?.edges;
-        let node = |i: usize| Stencil { nodes: vec![(i, D::from(1.0))] };
-        let ends: Vec<_> = edges.iter().map(|(e, w)| (node(*e), node(*e + 1), *w)).collect();
-        let angle = |time: &f64| {
-            let time = D::from(*time);
-            let mut tangent = [D::from(0.0); 3];
-            for (start, end, weight) in &ends {
-                let edge = sub(record.position(end, time)?, record.position(start, time)?);
-                tangent = combine(D::from(1.0), tangent, *weight, unit(edge));
-            }
-            let (sine, cosine) = (dot(tangent, across), dot(tangent, from));
-            // Along the axis the angle has no derivative.
-            if sine.value() == 0.0 && cosine.value() == 0.0 {
-                let found = "an axis of the angle along the tangent of the rod";
-                return Err(Error::invalid(
-                    "observation.rotation",
-                    found,
-                    "an axis across the rod",
-                ));
-            }
-            Ok(sine.atan2(cosine))
-        };
-        record.times().iter().map(angle).collect()
-    }
 }
 
 /// The unit vector along axis `axis` (0 to 2).
@@ -314,45 +258,4 @@ fn unit_axis(axis: usize) -> [f64; 3] {
 fn is_across_rod(vector: [f64; 3]) -> bool {
     let size = dot(vector, vector).sqrt();
     size.is_finite() && vector[0].abs() <= ALONG_ROD * size
-}
-
-/// The slope at each of these times of the parabola through the values there and at both neighbours; at an end the
-/// parabola is that of its neighbour. Zero for a single value.
-fn parabola_slopes<D: Scalar>(times: &[f64], values: &[[D; 3]]) -> Vec<[D; 3]> {
-    let last = times.len().saturating_sub(1);
-    let secant = |k: usize| {
-        let over = 1.0 / (times[k + 1] - times[k]);
-        sub(values[k + 1], values[k]).map(|x| x * over)
-    };
-    let slope = |k: usize| match last {
-        0 => [D::from(0.0); 3],
-        1 => secant(0),
-        _ => {
-            let middle = k.clamp(1, last - 1);
-            let [before, after] = [secant(middle - 1), secant(middle)];
-            let steps = [times[middle] - times[middle - 1], times[middle + 1] - times[middle]];
-            // The slope of the parabola is linear, and equal to the secants in the middle of both steps.
-            let from_first = times[k] - 0.5 * (times[middle - 1] + times[middle]);
-            let part = from_first / (0.5 * (steps[0] + steps[1]));
-            std::array::from_fn(|c| before[c] + (after[c] - before[c]) * part)
-        }
-    };
-    (0..times.len()).map(slope).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The derivative of a parabola is exact at unequal times, also at both ends.
-    #[test]
-    fn slopes_of_a_parabola_are_exact() {
-        let times = [0.0, 0.1, 0.25, 0.3, 0.7];
-        let values = times.map(|t: f64| [1.0 - 3.0 * t + 5.0 * t * t, t, 0.0]);
-        for (t, slope) in times.iter().zip(parabola_slopes(&times, &values)) {
-            let exact = [-3.0 + 10.0 * t, 1.0, 0.0];
-            assert!((0..3).all(|c| (slope[c] - exact[c]).abs() < 1e-12), "{t}: {slope:?}");
-        }
-        assert_eq!(parabola_slopes(&[0.0], &[[1.0; 3]]), [[0.0; 3]]);
-    }
 }

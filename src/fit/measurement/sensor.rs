@@ -2,15 +2,15 @@
 //! over time or at rest.
 //!
 //! Input: a [`SensorChannel`], the measured component, and its readings (N, N m, m/s^2, rad, 1/m or part of the length,
-//! with times in s or at rest). Output: [`Sensor`], a data set whose differences in a fit are simulated less measured value. The simulated
-//! value at a recorded step passes the first-order [low-pass filter](SensorReadings::low_pass) of the sensor, if it has
-//! one. The filter starts at the first value. Between steps the value is linear. A [known tare](Tare::Known) is added
-//! to it. A [free tare](Tare::Free) is the offset of least squares: the mean is subtracted from the differences, which
-//! takes one degree of freedom. Angles that differ by whole turns are the same. Times are on the clock of the motion,
-//! and the camera has no effect. Errors: components that the [channel](SensorChannel) does not have in the scene, as at
-//! a free end; structures; times that do not increase within the simulation; readings that are not finite; and a filter
-//! of readings at rest. So is a free tare of a single reading, with another loss than squares, or with unequal standard
-//! deviations.
+//! with times in s or at rest). Output: [`Sensor`], a data set whose differences in a fit are simulated less measured
+//! value. The simulated value at a recorded step passes the first-order [low-pass filter](SensorReadings::low_pass) of
+//! the sensor, if it has one. The filter starts at the first value. Between steps the value is linear. A [known
+//! tare](Tare::Known) is added to it. A [free tare](Tare::Free) is the offset of least squares: the mean is subtracted
+//! from the differences, which takes one degree of freedom. Angles that differ by whole turns are the same. Times are
+//! on the clock of the motion, and the camera has no effect. Errors: components that the [channel](SensorChannel) does
+//! not have in the scene, as at a free end; structures; times that do not increase within the simulation; readings that
+//! are not finite; and a filter of readings at rest. So is a free tare of a single reading, with another loss than
+//! squares, or with unequal standard deviations.
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
@@ -53,7 +53,8 @@ pub struct SensorReadings {
 pub type Sensor = Dataset<SensorReadings>;
 
 impl Sensor {
-    /// Readings of a `channel`, N, N m, m/s^2, rad, 1/m or part of the length, without tare and filter, with unknown noise and squared loss.
+    /// Readings of a `channel`, N, N m, m/s^2, rad, 1/m or part of the length, without tare and filter, with unknown
+    /// noise and squared loss.
     ///
     /// ```
     /// use rodfit::fit::{Channel, Reading, ReactionPart, Sensor, Tare};

@@ -1,11 +1,12 @@
 //! Components that sensors measure: of the force or moment of a support, or of a quantity of a point of the rod.
 //!
 //! Input: a [`Channel`] (end of the rod, part of the reaction, direction in the world) or a [`PointChannel`]
-//! (acceleration, angle, curvature or strain), and the record of a simulated rod. Output: [`SensorChannel`], with the component at every
-//! recorded time, N, N m, m/s^2, rad, 1/m or part of the length, with derivatives (`values`); its name and unit; and the outputs that a
-//! simulation must record for it (`require`). `check` rejects an end without a support, and a point channel that the
-//! problem does not allow. `along_world` is the component along an axis of the world; `rotated` turns its axis by a
-//! rotation vector, rad. `is_angle` returns whether values that differ by whole turns are equal.
+//! (acceleration, angle, curvature or strain), and the record of a simulated rod. Output: [`SensorChannel`], with the
+//! component at every recorded time, N, N m, m/s^2, rad, 1/m or part of the length, with derivatives (`values`); its
+//! name and unit; and the outputs that a simulation must record for it (`require`). `check` rejects an end without a
+//! support, and a point channel that the problem does not allow. `along_world` is the component along an axis of the
+//! world; `rotated` turns its axis by a rotation vector, rad. `is_angle` returns whether values that differ by whole
+//! turns are equal.
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
@@ -137,8 +138,8 @@ impl SensorChannel {
         }
     }
 
-    /// Rejects an end without a support, and cases that the quantity of a point does not allow ([`PointChannel::check`];
-    /// `is_at_rest` if any reading is). Errors have the `key` of the table.
+    /// Rejects an end without a support, and cases that the quantity of a point does not allow
+    /// ([`PointChannel::check`]; `is_at_rest` if any reading is). Errors have the `key` of the table.
     pub(crate) fn check(
         &self,
         problem: &Problem,

@@ -4,10 +4,11 @@
 //! Input: a file (table of numbers, by its header or the key `columns`), the quantity, the end of the rod, the frame
 //! rate and the start of the motion. Moments may also be named `tx`, `ty`, `tz`. Names of forces and moments may begin
 //! with the end, as `start_fx`, and end with the SI unit: `fx_n`, `mx_nm`, `mx_n_m`. Units in brackets: N, mN, kN; `N
-//! m`, `mN m`, `N mm`; m/s^2, mm/s^2, g; rad, mrad, deg; 1/m, 1/mm; %, um/m. Output: the readings of every component that the
-//! file has, s and N, N m, m/s^2, rad, 1/m or parts of the length. The numbers of rows that were left out, before the start and without a
-//! value, are output too. A file that is no table or has no component or reading, other units, a blank clock, frames
-//! without a rate, and times that are negative without a start are errors with file and line.
+//! m`, `mN m`, `N mm`; m/s^2, mm/s^2, g; rad, mrad, deg; 1/m, 1/mm; %, um/m. Output: the readings of every component
+//! that the file has, s and N, N m, m/s^2, rad, 1/m or parts of the length. The numbers of rows that were left out,
+//! before the start and without a value, are output too. A file that is no table or has no component or reading, other
+//! units, a blank clock, frames without a rate, and times that are negative without a start are errors with file and
+//! line.
 
 use crate::error::Error;
 use crate::fit::measurement::reading::Reading;

@@ -1,13 +1,14 @@
 //! Outputs of a simulation with which data are compared.
 //!
 //! [`Requirements`] lists the outputs that the measurements of an experiment require, so that a simulation computes no
-//! others. These are points, tangents and strains in motion and at rest (of a rod or a structure), reactions of supports,
-//! modes, load cases and critical loads. The last times, s, on the clocks of the camera and of the motion belong to them.
-//! `has_motion` and `is_at_rest` return whether a motion, and whether the equilibrium under the loads of the scene, is
-//! required; `has_strains` concerns curvatures and strains. [`SimulatedOutput`] has the computed ones over a scalar type with derivatives: motion and equilibrium
-//! (None if not required), and angular frequencies of the required modes, rad/s. Equilibria of the load cases and
-//! critical loads, N or N m, follow. It also has camera, scene, mesh and the strains without load. Each kind of data subtracts its values from
-//! these; [`SimulatedOutput::compare`] does so for the observed coordinates of a position, m.
+//! others. These are points, tangents and strains in motion and at rest (of a rod or a structure), reactions of
+//! supports, modes, load cases and critical loads. The last times, s, on the clocks of the camera and of the motion
+//! belong to them. `has_motion` and `is_at_rest` return whether a motion, and whether the equilibrium under the loads
+//! of the scene, is required; `has_strains` concerns curvatures and strains. [`SimulatedOutput`] has the computed ones
+//! over a scalar type with derivatives: motion and equilibrium (None if not required), and angular frequencies of the
+//! required modes, rad/s. Equilibria of the load cases and critical loads, N or N m, follow. It also has camera, scene,
+//! mesh and the strains without load. Each kind of data subtracts its values from these; [`SimulatedOutput::compare`]
+//! does so for the observed coordinates of a position, m.
 //!
 //! `LoadCase` is an equilibrium under another value of one load, `BucklingCase` a load whose critical value is
 //! required.
@@ -83,8 +84,8 @@ pub struct Requirements {
 }
 
 impl Requirements {
-    /// Whether the equilibrium under the loads of the scene is required: any point, tangent or strain, all nodes, or the
-    /// reactions at rest. Modes, load cases and critical loads do not count.
+    /// Whether the equilibrium under the loads of the scene is required: any point, tangent or strain, all nodes, or
+    /// the reactions at rest. Modes, load cases and critical loads do not count.
     pub fn is_at_rest(&self) -> bool {
         let has_points = !self.resting.is_empty() || !self.resting_places.is_empty();
         let has_tangents = !self.resting_tangents.is_empty();

@@ -15,7 +15,8 @@
 //! `counts`, `losses` and `modes` list the residuals of each measurement, the loss of each residual, and the measured
 //! modes. `depends_on` returns whether an unknown belongs to the experiment; `motion_parameters` are those that change
 //! the motion. `problem_and_steps` is the problem at a point with the number of steps. `rest_work` is the work of
-//! static solutions, in steps times segments; `reference_strains` are edges and joints of the rod without load; `has_critical_loads` returns whether one was measured.
+//! static solutions, in steps times segments; `reference_strains` are edges and joints of the rod without load;
+//! `has_critical_loads` returns whether one was measured.
 //!
 //! `ExperimentRun` has the simulations at one point of the unknowns, `ObservedSeries` the values of one measurement
 //! with weights and loss.
@@ -116,8 +117,8 @@ impl ObservedExperiment {
         self.rest_work
     }
 
-    /// Edges and joints of the rod of a `problem` without load, with the numbers of parameters that `seed` returns. None
-    /// if no measurement requires them.
+    /// Edges and joints of the rod of a `problem` without load, with the numbers of parameters that `seed` returns.
+    /// None if no measurement requires them.
     pub(super) fn reference_strains<D: Nestable>(
         &self,
         problem: &Problem,
@@ -434,8 +435,8 @@ pub(super) fn nodes(points: &[Point], problem: &Problem) -> Result<Vec<usize>, E
     Ok(nodes.into_iter().collect())
 }
 
-/// Indices of the nodes on which the positions of `points`, the edges around `tangents` and the edges `strained` depend,
-/// ascending, each once. An error for points that are not on the rod.
+/// Indices of the nodes on which the positions of `points`, the edges around `tangents` and the edges `strained`
+/// depend, ascending, each once. An error for points that are not on the rod.
 fn nodes_and_tangents(
     points: &[Point],
     tangents: &[Point],
