@@ -4,6 +4,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
+use rodfit::code::Code;
 use rodfit::fit::{PointChannel, Reading, Sensor, SensorChannel, Tare};
 use rodfit::scene::{Dimension, PointForce, Scene, Shape};
 use rodfit::{Fit, Parameter, Point, Problem, Unknown};
@@ -301,6 +302,22 @@ fn intervals_from_noisy_curvatures_and_strains_cover_the_modulus() {
         println!("{}: {covered} of {SETS} intervals", channel.name());
         assert!((184..=194).contains(&covered), "{}: {covered} of {SETS}", channel.name());
     }
+}
+
+/// The spread of repeated readings at rest is noise, and no small motion that the model misses.
+#[test]
+fn repeated_readings_at_rest_have_the_size_of_their_mean() {
+    let problem = short().problem().unwrap();
+    let channel = PointChannel::strain(Point::ArcLength(0.03), [5e-3, 0.0]);
+    let exact = at_rest(&problem, channel);
+    let repeated = (0..30_u32).map(|k| Reading {
+        time: None,
+        value: exact * (1.0 + 1e-3 * (1.0 + 2.4 * f64::from(k)).sin()),
+    });
+    let report = fit(&problem, Sensor::new(channel, repeated.collect())).solve().unwrap();
+    assert!(!report.warning_codes.contains(&Code::LargeResiduals), "{report}");
+    let [low, high] = report.parameters[0].interval95.unwrap();
+    assert!(low < 1e8 && high > 1e8 && high - low < 1e6, "{low} {high}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! A reading of a gauge or of a sensor (value, and time in s, none at rest), and the typical size of a list of readings
-//! ([`spread_or_size`]). The latter is their root mean square about their mean, in their unit. A single reading, or
-//! readings that are all equal, have their magnitude; an empty list has zero.
+//! ([`spread_or_size`]). The latter is their root mean square about their mean, in their unit. A single reading, readings
+//! at rest, and readings that are all equal have the magnitude of their mean; an empty list has zero.
 
 /// A reading of a gauge or of a sensor: a value, with its time in a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,14 +11,14 @@ pub struct Reading {
     pub value: f64,
 }
 
-/// Root mean square of readings about their mean, in their unit; the magnitude of a single reading, or of readings that
-/// are all equal; zero without readings.
+/// Root mean square of readings about their mean, in their unit; the magnitude of their mean for a single reading, for
+/// readings at rest, which repeat one value, and for readings that are all equal; zero without readings.
 pub(crate) fn spread_or_size(readings: &[Reading]) -> f64 {
     let values = || readings.iter().map(|r| r.value);
     let n = readings.len().max(1) as f64;
-    // The only reading has no spread about its mean: its size is its value.
-    let mean = if n > 1.0 { values().sum::<f64>() / n } else { 0.0 };
+    let mean = values().sum::<f64>() / n;
     let spread = (values().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
-    // Equal readings have no spread; their size is the value.
-    if spread > 0.0 { spread } else { mean.abs() }
+    // The spread of readings at rest is noise. Equal readings have none; their size is the value.
+    let is_at_rest = readings.iter().all(|reading| reading.time.is_none());
+    if spread > 0.0 && !is_at_rest { spread } else { mean.abs() }
 }
