@@ -5,7 +5,8 @@
 //! is the component of the section's `up` across the edge. Circles and tubes, without `up`, take that of the y axis, or
 //! of the x axis if the edge is within 8 degrees of y. The position of a marker is the same in the planar and the
 //! spatial model: [`DirectorRotation`] is the constant rotation about the tangent from the directors of the model to
-//! the material ones. `beside_at_rest` returns the offset (m) of a marker from the center line at rest. Fits compute
+//! the material ones. `axes_at_rest` lists the axes of several edges without their rates. `beside_at_rest` returns the
+//! offset (m) of a marker from the center line of the rest shape. Fits compute
 //! positions and velocities of observed markers from the axes.
 
 use crate::numerics::scalar::Nestable;
@@ -60,6 +61,23 @@ impl<M: Model> Discretized<'_, M> {
         // Angular velocity of the edge: that of its tangent, plus the spin about it.
         let turning = add(scale(cross(tangent, rate), inverse_length), scale(tangent, spin));
         [tangent, d1, cross(tangent, d1)].map(|axis| [axis, cross(turning, axis)])
+    }
+
+    /// The axes of `edges` of a rod at rest: tangent and both material directors, unit vectors in the world, edge after
+    /// edge. The frames must be at the shape `q`, with all derivatives.
+    pub(crate) fn axes_at_rest<D: Nestable>(
+        &self,
+        setup: &Setup<D, M>,
+        q: &[D],
+        frames: &FramesOver<D, M>,
+        edges: &[usize],
+    ) -> Vec<Vector<D>> {
+        if edges.is_empty() {
+            return Vec::new();
+        }
+        let (directors, still) = (self.directors(setup), vec![D::from(0.0); q.len()]);
+        let of_edge = |edge: &usize| self.axes(directors, q, &still, frames, *edge);
+        edges.iter().flat_map(of_edge).map(|[axis, _]| axis).collect()
     }
 
     /// Offset of a marker from the center line of the rest shape in the world, m. It is the sum of its components times

@@ -225,7 +225,8 @@ impl ObservedExperiment {
             false => None,
         };
         let at_rest = |nodes: Vec<usize>| {
-            let trajectory = Trajectory::new(&problem, &nodes, &parameters)?;
+            let edges = edges(&self.required.beside_at_rest, &problem)?;
+            let trajectory = Trajectory::new(&problem, &nodes, &parameters)?.keep_axes(&edges);
             match self.required.resting_reactions {
                 true => trajectory.keep_reactions().find_equilibrium(),
                 false => trajectory.find_equilibrium(),
