@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ShapeForm {
-    /// CSV file with the arc length `s` or the node, x, y, z, and the offsets of markers.
+    /// CSV file with the arc length `s` or the node, and x, y, z.
     file: Option<PathBuf>,
     /// Columns of the file by name or number, where the header has other names or is missing.
     columns: Option<ColumnRules>,
