@@ -31,7 +31,7 @@ use crate::numerics::scalar::{Nestable, Scalar};
 use crate::problem::{AnyProblem, Discretized, FramesOf, Model, Problem};
 use crate::rod::{Energies, State};
 use crate::scene::{Parameter, Point, Stencil};
-use crate::statics::{CheckedEquilibrium, EquilibriumOutputs, Reactions};
+use crate::statics::{CheckedEquilibrium, EquilibriumOutputs, EquilibriumRequest, Reactions};
 use nalgebra::Vector3;
 use num_dual::Dual64;
 use std::time::Duration;
@@ -379,17 +379,14 @@ impl Trajectory {
         if !self.rests {
             return repeat_over(discretized, &self.record, seed);
         }
-        let (tracked, edges) = (self.record.tracked(), self.record.edges());
-        let has_reactions = self.record.has_reactions;
+        let requested = requested_outputs(&self.record);
         let outputs = discretized.outputs_at_equilibrium(
             &discretized.checked_equilibrium()?,
-            &tracked,
-            &edges,
-            has_reactions,
+            &requested,
             seed,
         )?;
-        let mut record = Record::new(tracked, 0).with_axes(edges);
-        record.has_reactions = has_reactions;
+        let mut record = Record::new(requested.nodes, 0).with_axes(requested.edges);
+        record.has_reactions = requested.has_reactions;
         record.push(0.0, motions_at_rest(&outputs));
         Ok(record)
     }
@@ -562,9 +559,9 @@ fn rest<M: Model>(
     record_rest(discretized, &discretized.checked_equilibrium()?, parameters, record)
 }
 
-/// Appends an equilibrium to `record` at time 0: positions of the tracked nodes with zero velocities, axes of edges and
-/// reactions if requested, and their derivatives by the `parameters`, in their order. Sets the count of Newton
-/// iterations. Errors are those of the derivatives.
+/// Appends an equilibrium to `record` at time 0: positions of the tracked nodes with zero velocities, axes of the
+/// recorded edges, reactions if requested, and their derivatives by the `parameters`, in their order. Sets the count of Newton iterations. Errors
+/// are those of the derivatives.
 fn record_rest<M: Model>(
     discretized: &Discretized<'_, M>,
     settled: &CheckedEquilibrium<FramesOf<M>>,
@@ -573,19 +570,18 @@ fn record_rest<M: Model>(
 ) -> Result<(), Error> {
     let rest = &settled.rest;
     record.work.newton_iterations = rest.newton_iterations;
-    let (tracked, edges, has_reactions) = (record.tracked(), record.edges(), record.has_reactions);
-    let axes = discretized.still_axes(discretized.setup, &rest.q, &rest.frames, &edges);
-    let nodes = tracked.iter().map(|i| discretized.model.position(&rest.q, *i)).collect();
+    let requested = requested_outputs(record);
+    let nodes = requested.nodes.iter().map(|i| discretized.model.position(&rest.q, *i)).collect();
+    let axes = discretized.axes_at_rest(discretized.setup, &rest.q, &rest.frames, &requested.edges);
     let still = || State::at_rest(rest.q.clone(), rest.frames.clone());
-    let reactions = has_reactions.then(|| {
+    let reactions = requested.has_reactions.then(|| {
         discretized.reactions_at_rest(discretized.setup_over(|_, value: f64| value), &still())
     });
     record.push(0.0, motions_at_rest(&EquilibriumOutputs { nodes, axes, reactions }));
     // The equilibrium is searched once; each parameter takes linear systems with its tangent only.
     for (k, parameter) in parameters.iter().enumerate() {
         let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
-        let outputs =
-            discretized.outputs_at_equilibrium(settled, &tracked, &edges, has_reactions, seed)?;
+        let outputs = discretized.outputs_at_equilibrium(settled, &requested, seed)?;
         let rates = motions_at_rest(&outputs).map(|motion| motion.map(|x| x.map(|x| x.eps)));
         record.derivatives_mut(k).extend(rates);
     }
@@ -607,15 +603,22 @@ fn follow_load<M: Model>(
     record_rest(discretized, before.insert(found), parameters, record)
 }
 
-/// The motions of a record at rest: positions with zero velocities, then axes of edges, then force and moment of both
-/// supports if requested.
+/// The outputs of an equilibrium that a record has: positions of its nodes, axes of its edges, and reactions.
+fn requested_outputs<D: Scalar>(record: &Record<D>) -> EquilibriumRequest {
+    EquilibriumRequest {
+        nodes: record.tracked(),
+        edges: record.edges(),
+        has_reactions: record.has_reactions,
+    }
+}
+
+/// The motions of a record at rest: positions and then axes with zero rates, then force and moment of both supports if
+/// requested.
 fn motions_at_rest<D: Scalar>(
     EquilibriumOutputs { nodes, axes, reactions }: &EquilibriumOutputs<D>,
 ) -> impl Iterator<Item = Motion<D>> {
-    let nodes = nodes.iter().map(|x| [*x, [D::from(0.0); 3]]);
-    nodes
-        .chain(axes.iter().copied())
-        .chain(reactions.iter().flat_map(|reactions| reactions.parts()))
+    let still = nodes.iter().chain(axes).map(|x| [*x, [D::from(0.0); 3]]);
+    still.chain(reactions.iter().flat_map(|reactions| reactions.parts()))
 }
 
 /// Positions, m, and velocities, m/s, of the tracked nodes, in ascending order within each record, record after record.

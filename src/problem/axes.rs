@@ -5,9 +5,9 @@
 //! is the component of the section's `up` across the edge. Circles and tubes, without `up`, take that of the y axis, or
 //! of the x axis if the edge is within 8 degrees of y. The position of a marker is the same in the planar and the
 //! spatial model: [`DirectorRotation`] is the constant rotation about the tangent from the directors of the model to
-//! the material ones. `still_axes` returns the axes of edges of a rod without velocity, `beside_at_rest` the offset (m)
-//! of a marker from the center line at rest. Fits compute positions and velocities of observed markers, and strains,
-//! from the axes.
+//! the material ones. `axes_at_rest` lists the axes of several edges without their rates. `beside_at_rest` returns the
+//! offset (m) of a marker from the center line of the rest shape. Fits compute positions and velocities of observed
+//! markers, and strains, from the axes.
 
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
@@ -63,20 +63,21 @@ impl<M: Model> Discretized<'_, M> {
         [tangent, d1, cross(tangent, d1)].map(|axis| [axis, cross(turning, axis)])
     }
 
-    /// The axes `[t, d1, d2]` of these `edges` of a rod without velocity, each with the rate zero, edge after edge. The
-    /// rod of the `setup` has the unknowns `q` and the `frames` at its shape. Empty without edges.
-    pub(crate) fn still_axes<D: Nestable>(
+    /// The axes of `edges` of a rod at rest: tangent and both material directors, unit vectors in the world, edge after
+    /// edge. The frames must be at the shape `q`, with all derivatives.
+    pub(crate) fn axes_at_rest<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
         q: &[D],
         frames: &FramesOver<D, M>,
         edges: &[usize],
-    ) -> Vec<Axis<D>> {
+    ) -> Vec<Vector<D>> {
         if edges.is_empty() {
             return Vec::new();
         }
         let (directors, still) = (self.directors(setup), vec![D::from(0.0); q.len()]);
-        edges.iter().flat_map(|edge| self.axes(directors, q, &still, frames, *edge)).collect()
+        let of_edge = |edge: &usize| self.axes(directors, q, &still, frames, *edge);
+        edges.iter().flat_map(of_edge).map(|[axis, _]| axis).collect()
     }
 
     /// Offset of a marker from the center line of the rest shape in the world, m. It is the sum of its components times

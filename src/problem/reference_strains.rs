@@ -137,9 +137,8 @@ impl<M: Model> Discretized<'_, M> {
         let (setup, problem) = (self.setup_over(seed), self.problem);
         let (q, frames) = (self.model.unknowns(&setup.rest), self.model.frames(&setup.rest));
         let segments = problem.segments();
-        let axes = self.still_axes(&setup, &q, &frames, &(0..segments).collect::<Vec<_>>());
-        let axes: Vec<[Vector<D>; 3]> =
-            axes.chunks_exact(3).map(|axes| [axes[0][0], axes[1][0], axes[2][0]]).collect();
+        let axes = self.axes_at_rest(&setup, &q, &frames, &(0..segments).collect::<Vec<_>>());
+        let axes = axes.as_chunks::<3>().0;
         let (tributary, arcs) = (M::tributary(&setup.rest), &setup.mesh.arc_length);
         let places = setup.mesh.places();
         let edge = |i: usize| {

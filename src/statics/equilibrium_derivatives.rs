@@ -6,13 +6,13 @@
 //! of derivatives exact each. At a neutral equilibrium `K` is singular: a small stiffness is added, and the nodes move
 //! with the initial position. Long rods are solved in edge coordinates. Held unknowns have the derivatives of the
 //! supports at the end of their motion. Output: rod and unknowns (m, rad) with derivatives
-//! (`differentiated_equilibrium`), or positions of nodes in the world (m), axes of edges, and reactions (N, N m;
+//! (`differentiated_equilibrium`), or positions of nodes in the world (m), axes of edges and reactions (N, N m;
 //! `outputs_at_equilibrium`). Parts of it are `hold` (values of held unknowns), `differentiate` (Newton steps, in
 //! place) and `add_start_derivatives` (those of the initial positions). A singular tangent is [`Error::Indifferent`].
 //! `displacement_under_forces` solves with `K` alone, for the adjoint; `None` for a singular tangent and for long rods.
 //!
-//! `CheckedEquilibrium` is an equilibrium and whether it is neutral, `EquilibriumOutputs` are positions, axes of edges
-//! and reactions with derivatives.
+//! `CheckedEquilibrium` is an equilibrium and whether it is neutral. `EquilibriumRequest` names the nodes, edges and
+//! reactions of which `EquilibriumOutputs` has the values, with derivatives.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -25,6 +25,7 @@ use crate::scene::{End, Parameter, Support};
 use crate::statics::descent::EquilibriumState;
 use crate::statics::pencil::Pencil;
 use crate::statics::reaction::Reactions;
+use std::sync::Arc;
 
 /// Stiffness that is added to the tangent at a neutral equilibrium, over the negligible one: then rounding errors of
 /// the edges' stiffness cause no motion.
@@ -41,12 +42,22 @@ pub(crate) struct CheckedEquilibrium<F> {
     neutral: bool,
 }
 
+/// Outputs of an equilibrium that are requested.
+pub(crate) struct EquilibriumRequest {
+    /// Nodes whose positions are requested.
+    pub nodes: Arc<[usize]>,
+    /// Edges whose director axes are requested.
+    pub edges: Arc<[usize]>,
+    /// Whether the reactions of the supports are requested.
+    pub has_reactions: bool,
+}
+
 /// Outputs of an equilibrium over a scalar with derivatives.
 pub(crate) struct EquilibriumOutputs<D> {
-    /// Positions of the tracked nodes, m.
+    /// Positions of the requested nodes, m.
     pub nodes: Vec<[D; 3]>,
-    /// Axes of the recorded edges with their rates (zero), edge after edge.
-    pub axes: Vec<[[D; 3]; 2]>,
+    /// Tangent and both material directors of the requested edges, unit vectors, edge after edge.
+    pub axes: Vec<[D; 3]>,
     /// Reactions of the supports, if requested.
     pub reactions: Option<Reactions<D>>,
 }
@@ -108,30 +119,26 @@ impl<M: Model> Discretized<'_, M> {
         Ok((rod, q))
     }
 
-    /// World positions of the nodes `tracked` at an equilibrium, m, in their order, the axes of the `edges`, and the
-    /// reactions of the supports if `has_reactions`, with derivatives. `seed` returns the number of a parameter over
-    /// `D` from the parameter and its value. Errors are those of
+    /// The `requested` outputs of an equilibrium, with derivatives. `seed` returns the number of a parameter over `D`
+    /// from the parameter and its value. Errors are those of
     /// [`differentiated_equilibrium`](Self::differentiated_equilibrium).
     pub(crate) fn outputs_at_equilibrium<D: Nestable>(
         &self,
         equilibrium: &CheckedEquilibrium<FramesOf<M>>,
-        tracked: &[usize],
-        edges: &[usize],
-        has_reactions: bool,
+        requested: &EquilibriumRequest,
         seed: impl Fn(Parameter, f64) -> D,
     ) -> Result<EquilibriumOutputs<D>, Error> {
         let setup = self.setup_over(seed);
         let (_, q) = self.differentiated_equilibrium(equilibrium, &setup)?;
-        let nodes = tracked.iter().map(|i| self.model.position(&q, *i)).collect();
-        if edges.is_empty() && !has_reactions {
-            return Ok(EquilibriumOutputs { nodes, axes: Vec::new(), reactions: None });
-        }
-        // Derivatives by coordinates are forces only in frames at the current shape, with all derivatives.
+        // Directors are normal to the tangent, and derivatives by coordinates are forces, only in frames at the current
+        // shape, with all derivatives.
         let mut frames = M::frames_over(&equilibrium.rest.frames);
         M::Rod::<D>::rebase(&mut frames, &q);
-        let axes = self.still_axes(&setup, &q, &frames, edges);
-        let reactions =
-            has_reactions.then(|| self.reactions_at_rest(setup, &State::at_rest(q, frames)));
+        let nodes = requested.nodes.iter().map(|i| self.model.position(&q, *i)).collect();
+        let axes = self.axes_at_rest(&setup, &q, &frames, &requested.edges);
+        let reactions = requested
+            .has_reactions
+            .then(|| self.reactions_at_rest(setup, &State::at_rest(q, frames)));
         Ok(EquilibriumOutputs { nodes, axes, reactions })
     }
 

@@ -30,7 +30,9 @@ mod standing;
 pub use descent::EquilibriumState;
 pub(crate) use descent::{Descent, DescentSettings};
 pub use equilibrium::Equilibrium;
-pub(crate) use equilibrium_derivatives::{CheckedEquilibrium, EquilibriumOutputs};
+pub(crate) use equilibrium_derivatives::{
+    CheckedEquilibrium, EquilibriumOutputs, EquilibriumRequest,
+};
 pub(crate) use lowest_eigenvalues::PencilMode;
 pub(crate) use pencil::{OutOfPlaneTangent, Pencil, spatial_motion};
 pub(crate) use reaction::ReactionModel;

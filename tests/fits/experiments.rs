@@ -22,7 +22,7 @@ fn droop(problem: &Problem, count: usize) -> RestShape {
         let point = Point::ArcLength(problem.length() * k as f64 / count as f64);
         let stencil = problem.stencil(point).unwrap();
         let of = |c: usize| stencil.nodes.iter().map(|(i, w)| w * nodes[*i][c]).sum::<f64>();
-        Sighting { point, position: [0, 1, 2].map(|c| Some(of(c))) }
+        Sighting::new(point, [0, 1, 2].map(|c| Some(of(c))))
     };
     RestShape::new((1..=count).map(seen).collect())
 }

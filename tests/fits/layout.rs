@@ -19,8 +19,7 @@ fn arc() -> Scene {
 /// Where the nodes of a rod are at rest, m.
 fn droop(scene: &Scene) -> RestShape {
     let nodes = rest(scene).nodes;
-    let seen =
-        |(i, x): (usize, &[f64; 3])| Sighting { point: Point::Node(i), position: x.map(Some) };
+    let seen = |(i, x): (usize, &[f64; 3])| Sighting::new(Point::Node(i), x.map(Some));
     RestShape::new(nodes.iter().enumerate().skip(2).map(seen).collect()).sigma(1.0)
 }
 

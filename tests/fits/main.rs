@@ -24,5 +24,6 @@ mod piecewise;
 mod planar;
 mod recordings;
 mod refusals;
+mod shape_markers;
 mod sigmas;
 mod signals;

@@ -57,10 +57,8 @@ fn report_is_equal_after_reading_its_json() {
     assert_eq!(round_trip(&short).last_tip(), short.last_tip());
 
     let motion = displaced(record(&run, 20));
-    let sighting = |i: usize| Sighting {
-        point: Point::Node(i),
-        position: rest.nodes[i].map(|x| Some(x + off(i))),
-    };
+    let sighting =
+        |i: usize| Sighting::new(Point::Node(i), rest.nodes[i].map(|x| Some(x + off(i))));
     let droop = RestShape::new([4, 8, 12].map(sighting).into()).sigma(1e-3).held_out();
     let report = Fit::of([Experiment::new("one", &problem).observe(motion).observe(droop)])
         .identify(Parameter::YoungsModulus)

@@ -63,7 +63,7 @@ residual_tests residuals resolution resolved rest rest_line rod rod_sizes rodas4
 rotation rotational_inertia rounding row run samples save scalar scaled scan scene scene_catalog scene_file
 scene_notes schema scheme scheme_support score_tests search section section_profile sensitive sensitivity
 sensitivity_carrier sensitivity_growth sensitivity_pipeline sensor sensor_channel sensor_form sensor_table
-settings setup shape shape_form shard shear_deflection signal signal_curve signal_samples signal_steps simd
+settings setup shape shape_columns shape_form shard shear_deflection signal signal_curve signal_samples signal_steps simd
 simulate simulated simulation slenderness slip slip_state snapshots soft_clamp space spatial spatial_bodies
 spatial_inertia spatial_motion spectrum splitting spring_rotation stability standing start start_forces starts
 state static_mesh statics status step step_control step_map stepper stiffness stopwatch store strain stretch

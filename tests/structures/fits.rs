@@ -103,8 +103,7 @@ fn exact_data_give_back_modulus_compliance_and_mass() {
 #[test]
 fn jacobian_of_residuals_equals_differences() {
     let scene = crane(SCENE);
-    let at =
-        |s: f64| Sighting { point: Point::ArcLength(s), position: [Some(0.1), Some(0.1), None] };
+    let at = |s: f64| Sighting::new(Point::ArcLength(s), [Some(0.1), Some(0.1), None]);
     let mut shape = RestShape::new(vec![at(0.05), at(0.12)]).sigma(1e-3);
     shape.data.rod = Some("arm".into());
     let experiment = recordings(&crane(TRUTH), &places())

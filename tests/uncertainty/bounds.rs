@@ -142,7 +142,7 @@ fn damping_of_a_rod_at_rest_has_no_bound() {
     let droop = scene.problem().unwrap().equilibrium().unwrap();
     let sighting = |k: usize| {
         let position = droop.nodes[2 * k].map(Some);
-        Sighting { point: Point::Node(2 * k), position }
+        Sighting::new(Point::Node(2 * k), position)
     };
     let shape = RestShape::new((1..=12).map(sighting).collect()).sigma(1e-4);
     let report = Fit::new(&scene.problem().unwrap())

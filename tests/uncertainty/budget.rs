@@ -50,7 +50,7 @@ fn frequency(noise: f64) -> (Scene, Fit) {
 fn droop(scene: &Scene, noise: f64) -> RestShape {
     let tip = scene.problem().unwrap().equilibrium().unwrap().tip;
     let position = [None, Some(tip[1]), None];
-    RestShape::new(vec![Sighting { point: Point::Tip, position }]).sigma(noise * tip[1].abs())
+    RestShape::new(vec![Sighting::new(Point::Tip, position)]).sigma(noise * tip[1].abs())
 }
 
 /// A stiff rod and the fit of its modulus to its static shape with this noise.

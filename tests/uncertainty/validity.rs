@@ -166,7 +166,7 @@ fn droop(shear_part: f64) -> FitReport {
     };
     let sighting = |k: usize| {
         let s = length * k as f64 / 8.0;
-        Sighting { point: Point::ArcLength(s), position: [None, Some(-sinking(s)), None] }
+        Sighting::new(Point::ArcLength(s), [None, Some(-sinking(s)), None])
     };
     let shape = RestShape::new((1..=8).map(sighting).collect()).sigma(5e-9);
     fit_modulus(&scene, shape)

@@ -40,6 +40,7 @@ pub(crate) mod sensor;
 pub(crate) mod sensor_channel;
 pub(crate) mod sensor_table;
 pub(crate) mod shape;
+mod shape_columns;
 pub(crate) mod simulated;
 
 use crate::error::Error;

@@ -1,6 +1,7 @@
-//! Measured shapes of a rod at rest: positions of points with known arc lengths, or of the centerline without.
+//! Measured shapes of a rod at rest: positions of points with known arc lengths, of markers beside these, or of the
+//! centerline without arc lengths.
 //!
-//! Input: a CSV file with arc lengths `s` or node indices and coordinates, a CSV file of at least [`LEAST_OF_A_LINE`]
+//! Input: a CSV file with arc lengths `s` or node indices, coordinates and offsets of markers (m), a CSV file of at least [`LEAST_OF_A_LINE`]
 //! points in order along the centerline, or planned arc lengths. Output: [`RestShape`], a data set. Its differences
 //! in a fit are simulated less observed coordinate, m, of each point of the rod in equilibrium, as the camera records
 //! it. Without arc lengths they are the offset from each position to the foot of its perpendicular on the simulated
@@ -16,13 +17,15 @@
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
 use crate::fit::measurement::quantity::GaugeScalar;
+use crate::fit::measurement::shape_columns::{OFFSETS, OffsetColumns, PointColumn};
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::fit::misfit::foot_point::NodeCurve;
 use crate::fit::structure::structure_places::{check_place, check_rod, rest_position};
 use crate::problem::Problem;
+use crate::scene::marker::{MarkerStencil, is_beside};
 use crate::scene::structure_point::{ArcLengthOfRod, RodEndName, RodPoint, StructurePoint};
 use crate::scene::{Point, Stencil};
-use marker_files::table::{LENGTHS, Table, TableRow};
+use marker_files::table::Table;
 use marker_files::{Dropped, NOT_FINITE, Recording, is_finite};
 use std::path::Path;
 
@@ -33,6 +36,8 @@ pub struct Sighting {
     pub point: Point,
     /// World coordinates x, y and z, m; `None` where not observed.
     pub position: [Option<f64>; 3],
+    /// Offset of a marker from the point, m: along the tangent and the first and second material director there.
+    pub offset: [f64; 3],
 }
 
 /// Positions of points of a rod in equilibrium with the loads of its scene.
@@ -60,6 +65,23 @@ fn chord(a: [Option<f64>; 3], b: [Option<f64>; 3]) -> f64 {
 }
 
 impl Sighting {
+    /// The observed `position`, m, of a point on the centerline.
+    pub fn new(point: Point, position: [Option<f64>; 3]) -> Self {
+        Self { point, position, offset: [0.0; 3] }
+    }
+
+    /// The sighting of a marker beside the point, at this [offset](Self::offset), m.
+    ///
+    /// ```
+    /// use rodfit::Point;
+    /// use rodfit::fit::Sighting;
+    /// let flag = Sighting::new(Point::Tip, [Some(0.5), Some(0.02), None]).offset([0.0, 0.02, 0.0]);
+    /// assert_eq!(flag.offset[1], 0.02); // m along the first director
+    /// ```
+    pub fn offset(self, offset: [f64; 3]) -> Self {
+        Self { offset, ..self }
+    }
+
     /// The arc length of the point from the wall, m; 0 for points that are given as a node or the tip, whatever their
     /// place.
     fn arc_length(&self) -> f64 {
@@ -73,7 +95,7 @@ impl RestShape {
     /// ```
     /// use rodfit::Point;
     /// use rodfit::fit::{RestShape, Sighting};
-    /// let sighting = |s: f64, y: f64| Sighting { point: Point::ArcLength(s), position: [None, Some(y), None] };
+    /// let sighting = |s: f64, y: f64| Sighting::new(Point::ArcLength(s), [None, Some(y), None]);
     /// let shape = RestShape::new(vec![sighting(0.2, -0.01), sighting(0.4, -0.04)]).sigma(1e-3); // m
     /// assert_eq!(shape.values(), 2);
     /// ```
@@ -91,7 +113,7 @@ impl RestShape {
         let sighting = |position: &[Option<f64>; 3]| {
             along += before.map_or(0.0, |before| chord(before, *position));
             before = Some(*position);
-            Sighting { point: Point::ArcLength(along), position: *position }
+            Sighting::new(Point::ArcLength(along), *position)
         };
         let mut line = Self::new(positions.iter().map(sighting).collect());
         // Chords are shorter than arcs: these arc lengths only select the part of the rod to search.
@@ -102,15 +124,16 @@ impl RestShape {
     /// A planned shape of points at these arc lengths from the wall, m, in all three coordinates, with zeros as
     /// placeholders for the positions.
     pub fn planned(at: &[f64]) -> Self {
-        let sighting = |s: &f64| Sighting { point: Point::ArcLength(*s), position: [Some(0.0); 3] };
+        let sighting = |s: &f64| Sighting::new(Point::ArcLength(*s), [Some(0.0); 3]);
         let mut planned = Self::new(at.iter().map(sighting).collect());
         planned.header.planned = true;
         planned
     }
 
     /// Reads a CSV file with the column `s` (arc length from the wall, m or in the unit of its
-    /// header) or `node` (index), and at least one of x, y, z as in [`Recording`]s. Without `s` and `node` the rows are
-    /// points of the [centerline](Self::center_line) in their order along the rod.
+    /// header) or `node` (index), and at least one of x, y, z as in [`Recording`]s. The columns `offset_t`, `offset_d1`
+    /// and `offset_d2` are the [offsets](Sighting::offset) of markers, zero where blank. Without `s` and `node` the rows
+    /// are points of the [centerline](Self::center_line) in their order along the rod.
     ///
     /// # Errors
     ///
@@ -137,11 +160,12 @@ impl RestShape {
         // Columns are checked before the rows, so that a wrong header has one error.
         let bytes = marker_files::file::data(path)?;
         let table = Table::of_columns(path, &bytes, recording.columns.as_ref())?;
-        let known = ["s", "node", "x", "y", "z"];
+        let known = [&["s", "node", "x", "y", "z"], &OFFSETS[..]].concat();
         recording.check_columns(&table, &known)?;
         let column = PointColumn::find(&table)?;
+        let offsets = OffsetColumns::find(&table, column.is_some())?;
         // A point without arc length has an offset in two coordinates at least.
-        let (known, fewest) = if column.is_some() { (&known[..], 1) } else { (&known[2..], 2) };
+        let (known, fewest) = if column.is_some() { (&known[..], 1) } else { (&known[2..5], 2) };
         let axes = recording.axis_columns(&table)?;
         let sigma_columns = recording.sigma_columns(&table, &axes, known)?;
         let (mut sightings, mut sigmas) = (Vec::new(), Vec::new());
@@ -151,7 +175,7 @@ impl RestShape {
             let position = recording.position(&axes, &row.values);
             // Points of a centerline get their arc lengths below, from the chords of all rows.
             let point = point.unwrap_or(Point::ArcLength(0.0));
-            let sighting = Sighting { point, position };
+            let sighting = Sighting { point, position, offset: offsets.of_row(row) };
             if !is_finite(sighting.arc_length(), &position) {
                 return Err(table.error(row.line, NOT_FINITE));
             }
@@ -192,66 +216,12 @@ impl RestShape {
     }
 }
 
-/// The column of a table that assigns each row to a point of the rod.
-enum PointColumn {
-    /// Index of the column with node indices.
-    Node(usize),
-    /// Index of the column with arc lengths, and the factor to meters.
-    ArcLength(usize, f64),
-}
-
-impl PointColumn {
-    /// The column that assigns the rows of a table to points: `s`, with its factor to meters, or `node`. `None` without
-    /// both: a centerline without arc lengths. An error for both columns, or node indices with a unit.
-    fn find(table: &Table) -> Result<Option<Self>, marker_files::Error> {
-        match (table.find("s"), table.find("node")) {
-            (Some(column), None) => {
-                Ok(Some(Self::ArcLength(column, table.factor(column, &LENGTHS, "")?)))
-            }
-            (None, Some(column)) => match &table.columns[column].1 {
-                Some(unit) => Err(table.error(
-                    1,
-                    &format!(
-                        "found the unit [{unit}] of `node`, allowed: no \
-                                                 unit"
-                    ),
-                )),
-                None => Ok(Some(Self::Node(column))),
-            },
-            (Some(_), Some(_)) => {
-                let found = "columns `s` and `node`";
-                let allowed = "one of s (arc length) and node (index)";
-                Err(table.error(1, &format!("{found}, allowed: {allowed}")))
-            }
-            (None, None) => Ok(None),
-        }
-    }
-
-    /// The point of a row of the table: a node, or an arc length in m. An error for a blank cell, and for a node that
-    /// is negative or fractional.
-    fn point(&self, table: &Table, row: &TableRow) -> Result<Point, marker_files::Error> {
-        let (Self::Node(column) | Self::ArcLength(column, _)) = self;
-        let value = row.values[*column].ok_or_else(|| {
-            table.error(
-                row.line,
-                "found a blank point, allowed: a value of s or \
-                                                  node",
-            )
-        })?;
-        match self {
-            Self::Node(_) if value >= 0.0 && value.fract() == 0.0 => {
-                Ok(Point::Node(value as usize))
-            }
-            Self::Node(_) => {
-                let message = format!("found node = {value}, allowed: an index of 0 or more");
-                Err(table.error(row.line, &message))
-            }
-            Self::ArcLength(_, factor) => Ok(Point::ArcLength(value * factor)),
-        }
-    }
-}
-
 impl EquilibriumShape {
+    /// Whether any observed marker is beside the centerline.
+    pub(crate) fn is_beside(&self) -> bool {
+        self.sightings.iter().any(|s| is_beside(s.offset))
+    }
+
     /// The `point` on the rod of this shape as a point of a structure; `None` in a scene of one rod.
     fn place(&self, point: Point) -> Option<StructurePoint> {
         let at = match point {
@@ -359,7 +329,11 @@ impl DataKind for EquilibriumShape {
         for sighting in self.with_approximate_points(problem) {
             let place = self.place(sighting.point);
             // Positions along a rod differ by its length: their size is the deflection from the unloaded rod.
-            let Ok(rest) = rest_position(problem, sighting.point, place.as_ref()) else { continue };
+            let rest = match is_beside(sighting.offset) {
+                true => problem.marker_at_rest(sighting.point, sighting.offset),
+                false => rest_position(problem, sighting.point, place.as_ref()),
+            };
+            let Ok(rest) = rest else { continue };
             for (observed, rest) in sighting.position.iter().zip(rest) {
                 if let Some(observed) = observed {
                     sum += (observed - rest).powi(2);
@@ -380,7 +354,7 @@ impl DataKind for EquilibriumShape {
             ensure(!self.arc_lengths_fitted, *label, "points without arc lengths", allowed)?;
             for sighting in &self.sightings {
                 let place = self.place(sighting.point);
-                check_place(problem, place.as_ref(), [0.0; 3], key)?;
+                check_place(problem, place.as_ref(), sighting.offset, key)?;
             }
             let are_finite = self.sightings.iter().all(|s| is_finite(0.0, &s.position));
             return ensure(are_finite, *label, "other positions", "finite positions");
@@ -392,6 +366,11 @@ impl DataKind for EquilibriumShape {
                 let allowed = "points of the rod. Check the unit in the header, as in s[mm]";
                 Error::invalid(format!("{label}: point {}", k + 1), error, allowed)
             })?;
+            // A marker farther from the rod than its length is most likely in another unit.
+            let size = sighting.offset.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let found = format!("offset {:?}", sighting.offset);
+            let allowed = format!("up to the rod's length, {} m", problem.length());
+            ensure(size <= problem.length(), format!("{label}: point {}", k + 1), found, allowed)?;
         }
         let are_finite = self.sightings.iter().all(|s| is_finite(0.0, &s.position));
         ensure(are_finite, *label, "other positions", "finite positions")
@@ -403,15 +382,19 @@ impl DataKind for EquilibriumShape {
         self.sightings = self.with_approximate_points(problem);
     }
 
-    /// Adds the points at rest to the required `outputs`, of a structure as its places, or all nodes at rest if the arc
-    /// lengths are unknown.
+    /// Adds the points at rest to the required `outputs`, and those with a marker beside them. Of a structure they are
+    /// places. If the arc lengths are unknown, all nodes at rest are required.
     fn require(&self, outputs: &mut Requirements) {
         match self.arc_lengths_fitted {
             _ if self.rod.is_some() => outputs
                 .resting_places
                 .extend(self.sightings.iter().filter_map(|s| self.place(s.point))),
             true => outputs.whole_rest = true,
-            false => outputs.resting.extend(self.sightings.iter().map(|s| s.point)),
+            false => {
+                let beside = self.sightings.iter().filter(|s| is_beside(s.offset));
+                outputs.beside_at_rest.extend(beside.map(|s| s.point));
+                outputs.resting.extend(self.sightings.iter().map(|s| s.point));
+            }
         }
     }
 
@@ -428,12 +411,15 @@ impl DataKind for EquilibriumShape {
         // Points with arc lengths are compared coordinate by coordinate, others by their offset from the nearest point.
         let (mesh, start) = (simulated.mesh, D::from(0.0));
         if !self.arc_lengths_fitted {
-            for Sighting { point, position } in &self.sightings {
-                let stencil = match (self.place(*point), simulated.structure) {
-                    (Some(place), Some(nodes)) => nodes.stencil(&place, "shape.rod")?,
-                    _ => point.fixed().stencil(mesh)?,
+            for Sighting { point, position, offset } in &self.sightings {
+                let simulated_position = match (self.place(*point), simulated.structure) {
+                    (Some(place), Some(nodes)) => {
+                        resting.position(&nodes.stencil(&place, "shape.rod")?, start)?
+                    }
+                    _ => {
+                        resting.marker(&MarkerStencil::new(point.fixed(), *offset, mesh)?, start)?
+                    }
                 };
-                let simulated_position = resting.position(&stencil, start)?;
                 simulated.compare(simulated_position, position, each);
             }
             return Ok(());

@@ -51,6 +51,8 @@ pub struct Requirements {
     pub beside: Vec<Point>,
     /// Points with a measured position at rest.
     pub resting: Vec<Point>,
+    /// Points with a marker beside the centerline at rest: the axes of the rod there are required.
+    pub beside_at_rest: Vec<Point>,
     /// Points with a measured angle of the tangent in a motion.
     pub moving_tangents: Vec<Point>,
     /// Points with a measured angle of the tangent at rest.

@@ -238,9 +238,9 @@ impl ObservedExperiment {
             }
             false => None,
         };
-        let strained: Vec<usize> = strained.into_iter().collect();
         let at_rest = |nodes: Vec<usize>| {
-            let trajectory = Trajectory::new(&problem, &nodes, &parameters)?.keep_axes(&strained);
+            let edges = edges(&self.required.beside_at_rest, strained, &problem)?;
+            let trajectory = Trajectory::new(&problem, &nodes, &parameters)?.keep_axes(&edges);
             match self.required.resting_reactions {
                 true => trajectory.keep_reactions().find_equilibrium(),
                 false => trajectory.find_equilibrium(),

@@ -174,8 +174,8 @@ pub(crate) fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Re
         for measurement in &experiment.measurements {
             let curves = match (measurement.motion(), measurement.shape(), &resting) {
                 (Some(own), ..) => motion_curves(own, &run, &view)?,
-                // A shape at rest is a curve over the arc length, through all nodes.
-                (_, Some(_), Some(shape)) => [0, 1, 2].map(|c| {
+                // A shape at rest is a curve over the arc length, through all nodes; markers beside it are not on the curve.
+                (_, Some(own), Some(shape)) if !own.is_beside() => [0, 1, 2].map(|c| {
                     let points = run.problem.arc_lengths().iter().zip(&shape.nodes);
                     points.map(|(s, x)| [*s, x[c]]).collect()
                 }),
