@@ -560,8 +560,8 @@ fn rest<M: Model>(
 }
 
 /// Appends an equilibrium to `record` at time 0: positions of the tracked nodes with zero velocities, axes of the
-/// recorded edges, reactions if requested, and their derivatives by the `parameters`, in their order. Sets the count of Newton iterations. Errors
-/// are those of the derivatives.
+/// recorded edges, reactions if requested, and their derivatives by the `parameters`, in their order. Sets the count of
+/// Newton iterations. Errors are those of the derivatives.
 fn record_rest<M: Model>(
     discretized: &Discretized<'_, M>,
     settled: &CheckedEquilibrium<FramesOf<M>>,
