@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     import lmfit
     import numpy as np
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
 
 # Bounds of a positive parameter beyond these are no limits.
@@ -43,7 +43,7 @@ class Residuals:
         return self._log
 
     @property
-    def x0(self) -> np.ndarray:
+    def x0(self) -> NDArray[np.float64]:
         """Start values."""
         import numpy as np
 
@@ -54,7 +54,7 @@ class Residuals:
         return self._to_x(np.asarray(starts, dtype=float))
 
     @property
-    def x_scale(self) -> np.ndarray:
+    def x_scale(self) -> NDArray[np.float64]:
         """Sizes of the parameters for the steps of a solver: the start value of a positive parameter, 1 for a logarithm. For
         others the larger of the start value and of the change that shifts the residuals by one standard deviation (root
         mean square)."""
@@ -69,7 +69,7 @@ class Residuals:
         return np.asarray(scale)
 
     @property
-    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Lower and upper bounds; 0 or minus infinity, and infinity, where a side is unlimited."""
         import numpy as np
 
@@ -84,7 +84,7 @@ class Residuals:
         """The parameters at ``x``, in SI units, by name."""
         return dict(zip(self.names, self._native.values(list(self._to_native(x)))))
 
-    def scaled(self, values: Mapping[str, float]) -> np.ndarray:
+    def scaled(self, values: Mapping[str, float]) -> NDArray[np.float64]:
         """The ``x`` of parameters in SI units."""
         import numpy as np
 
@@ -102,19 +102,19 @@ class Residuals:
     def __len__(self) -> int:
         return len(self._native)
 
-    def __call__(self, x: ArrayLike | lmfit.Parameters) -> np.ndarray:
+    def __call__(self, x: ArrayLike | lmfit.Parameters) -> NDArray[np.float64]:
         return self._native.fun(list(self._to_native(self._array(x))))
 
-    def jac(self, x: ArrayLike | lmfit.Parameters) -> np.ndarray:
+    def jac(self, x: ArrayLike | lmfit.Parameters) -> NDArray[np.float64]:
         """Exact derivatives: (residuals, parameters); only by the parameters that vary for those of lmfit."""
         array = self._array(x)
-        jacobian: np.ndarray = self._native.jac(list(self._to_native(array))) * self._slope(array)
+        jacobian: NDArray[np.float64] = self._native.jac(list(self._to_native(array))) * self._slope(array)
         params = _lmfit_parameters(x)
         if params is not None:
             jacobian = jacobian[:, [params[_identifier(name)].vary for name in self.names]]
         return jacobian
 
-    def hess(self, x: ArrayLike) -> np.ndarray:
+    def hess(self, x: ArrayLike) -> NDArray[np.float64]:
         """The exact Hessian of half the sum of squares; positive parameters have to be above 0."""
         import numpy as np
 
@@ -134,13 +134,13 @@ class Residuals:
         return f"Residuals({len(self)} residuals of {', '.join(self.names)}; x in {scale})"
 
     @property
-    def _positive(self) -> np.ndarray:
+    def _positive(self) -> NDArray[np.bool_]:
         """Flags of the parameters that are positive."""
         import numpy as np
 
         return np.asarray(self._native.logarithmic, dtype=bool)
 
-    def _array(self, x: ArrayLike | lmfit.Parameters) -> np.ndarray:
+    def _array(self, x: ArrayLike | lmfit.Parameters) -> NDArray[np.float64]:
         """``x`` as an array; parameters of lmfit by their names."""
         import numpy as np
 
@@ -148,7 +148,7 @@ class Residuals:
         values: Any = x if params is None else [params[_identifier(name)].value for name in self.names]
         return np.atleast_1d(np.asarray(values, dtype=float))
 
-    def _to_native(self, x: ArrayLike) -> np.ndarray:
+    def _to_native(self, x: ArrayLike) -> NDArray[np.float64]:
         """``x`` with the logarithms of positive parameters."""
         import numpy as np
 
@@ -161,13 +161,13 @@ class Residuals:
         # Zero, as of an absent damping, has no logarithm.
         return np.asarray(np.log(np.maximum(x, ZERO), out=x.copy(), where=self._positive))
 
-    def _to_x(self, native: np.ndarray) -> np.ndarray:
+    def _to_x(self, native: NDArray[np.float64]) -> NDArray[np.float64]:
         """The inverse of ``_to_native``."""
         import numpy as np
 
         return native if self._log else np.asarray(np.exp(native, out=native.copy(), where=self._positive))
 
-    def _slope(self, x: ArrayLike) -> np.ndarray:
+    def _slope(self, x: ArrayLike) -> NDArray[np.float64]:
         """Derivatives of the numbers of ``_to_native`` by those of ``x``."""
         import numpy as np
 

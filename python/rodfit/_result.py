@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
     import pandas
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
 NAN = float("nan")
 
@@ -103,7 +104,7 @@ class FitResult:
         return {_label(table): Parameter(table) for table in self._table["parameters"]}
 
     @property
-    def x(self) -> np.ndarray:
+    def x(self) -> NDArray[np.float64]:
         """The values, in SI units."""
         import numpy as np
 
@@ -125,7 +126,7 @@ class FitResult:
         return list(self._table.get("resolution", []))
 
     @property
-    def correlation(self) -> np.ndarray:
+    def correlation(self) -> NDArray[np.float64]:
         """Correlations of the estimates; NaN where one is not identifiable."""
         import numpy as np
 
@@ -133,7 +134,7 @@ class FitResult:
         return np.asarray(rows, dtype=float)
 
     @property
-    def covar(self) -> np.ndarray:
+    def covar(self) -> NDArray[np.float64]:
         """Covariances, in SI units, by standard errors and correlations."""
         import numpy as np
 

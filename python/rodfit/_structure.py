@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     import numpy as np
+    from numpy.typing import NDArray
 
 
 class StructureRun:
@@ -22,13 +23,13 @@ class StructureRun:
 
     def __init__(self, native: _rodfit.StructureRun):
         self._native = native
-        self.t = native.t
+        self.t: NDArray[np.float64] = native.t
         self._motion = native.motion
         for array in (self.t, self._motion):
             array.flags.writeable = False
 
     @property
-    def position(self) -> dict[str, np.ndarray]:
+    def position(self) -> dict[str, NDArray[np.float64]]:
         """Positions of the nodes of every rod by its name, m: (times, nodes, 3)."""
         positions, first = {}, 0
         for name, count in self._native.rods():
@@ -36,7 +37,7 @@ class StructureRun:
             first += count
         return positions
 
-    def at(self, point: Mapping[str, Any]) -> np.ndarray:
+    def at(self, point: Mapping[str, Any]) -> NDArray[np.float64]:
         """Positions of a point at all times, m: (times, 3). ``point`` is {"rod": name, "at": "tip"} or {"body": name}, with
         the other keys of an observed point."""
         import numpy as np
@@ -45,7 +46,7 @@ class StructureRun:
         return np.asarray(sum(weight * self._motion[:, node, 0, :] for node, weight in zip(nodes, weights)))
 
     @property
-    def energy(self) -> dict[str, np.ndarray]:
+    def energy(self) -> dict[str, NDArray[np.float64]]:
         """Energies by term and their sum ``total``, J: (times,)."""
         terms = dict(zip(ENERGIES, self._native.energies.T))
         return {**terms, "total": self._native.energies.sum(axis=1)}
