@@ -60,6 +60,9 @@ class Parameter:
     def __getattr__(self, name: str) -> Any:
         return _entry(self, name)
 
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._table]
+
     def __repr__(self) -> str:
         low, high = self.interval
         return f"Parameter({self.name}={self.value:.6g} +- {self.stderr:.2g}, 95 % [{low:.6g}, {high:.6g}])"
@@ -145,6 +148,9 @@ class FitResult:
         if name.startswith("__") or name in ("_native", "_fit", "_report"):
             raise AttributeError(name)
         return _entry(self, name)
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._table]
 
     def to_json(self) -> str:
         """The JSON that ``rodfit fit --json`` writes."""

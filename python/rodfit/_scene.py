@@ -6,7 +6,7 @@ import os
 import sys
 
 from . import _rodfit
-from ._errors import refused
+from ._errors import check_count, check_path, refused
 from ._tables import is_table, read, written
 
 TYPE_CHECKING = False
@@ -176,7 +176,7 @@ class Run:
                 known = ", ".join(self._derivatives) or "none; name the parameter in simulate(derivatives=..)"
                 raise refused("derivative", derivative, known)
             source = self._derivatives[derivative]
-        nodes, weights = self._native.stencil(written(point))
+        nodes, weights = self._native.stencil(written(point, "point"))
         motion: NDArray[np.float64] = np.einsum("tnmc,n->mtc", source[:, nodes], weights)
         if t is None:
             return np.asarray(motion[0])
@@ -229,6 +229,7 @@ class Scene:
         if is_table(scene):
             scene = _rodfit.Scene.from_json(written(scene), os.fspath(folder))
         elif isinstance(scene, (str, os.PathLike)):
+            check_path("scene", scene, "Scene.from_toml")
             folder = os.path.dirname(os.path.abspath(scene))
             scene = _rodfit.Scene.load(os.fspath(scene))
         elif not isinstance(scene, _rodfit.Scene):
@@ -265,11 +266,12 @@ class Scene:
         return tomllib.loads(self.to_toml())
 
     def replace(self, **tables: Mapping[str, Any]) -> Scene:
-        """The scene with other entries: ``scene.replace(material={"youngs_modulus": 2e8})``."""
+        """The scene with other entries: ``scene.replace(material={"youngs_modulus": 2e8})``. None removes an entry."""
         return Scene.from_dict(_merged(self.to_dict(), tables), self._folder)
 
     def with_values(self, values: Mapping[str, float]) -> Scene:
         """The scene with other values of its numbers, by the names of ``parameters``."""
+        values = dict(values)
         return Scene(self._native.with_values(list(values), [float(v) for v in values.values()]), self._folder)
 
     @property
@@ -311,6 +313,7 @@ class Scene:
 
     def modes(self, count: int = 6) -> Modes:
         """The lowest small vibrations about where it rests."""
+        check_count(count)
         return Modes(read(self._native.modes(count)))
 
     def export(self, to: str) -> str:
@@ -329,11 +332,14 @@ class Scene:
 
 
 def _merged(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, Any]:
+    """A table with the entries of another one; None removes an entry."""
     both = dict(old)
     for key, value in new.items():
         inner = both.get(key)
         if is_table(value) and is_table(inner):
             both[key] = _merged(inner, value)
+        elif value is None:
+            both.pop(key, None)
         else:
             both[key] = value
     return both

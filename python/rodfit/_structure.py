@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from . import _rodfit
-from ._errors import refused
+from ._errors import check_count, check_path, refused
 from ._scene import ENERGIES
 from ._tables import is_table, read, written
 
@@ -42,7 +42,7 @@ class StructureRun:
         the other keys of an observed point."""
         import numpy as np
 
-        nodes, weights = self._native.stencil(written(point))
+        nodes, weights = self._native.stencil(written(point, "at"))
         return np.asarray(sum(weight * self._motion[:, node, 0, :] for node, weight in zip(nodes, weights)))
 
     @property
@@ -66,6 +66,7 @@ class Structure:
         if is_table(structure):
             structure = _rodfit.Structure.from_json(written(structure), os.fspath(folder))
         elif isinstance(structure, (str, os.PathLike)):
+            check_path("structure", structure, "Structure.from_toml")
             folder = os.path.dirname(os.path.abspath(structure))
             structure = _rodfit.Structure.load(os.fspath(structure))
         elif not isinstance(structure, _rodfit.Structure):
@@ -91,6 +92,7 @@ class Structure:
 
     def with_values(self, values: Mapping[str, float]) -> Structure:
         """The structure with other values of its numbers, by the names of ``parameters``."""
+        values = dict(values)
         scene = self._native.with_values(list(values), [float(v) for v in values.values()])
         return Structure.from_toml(scene.to_toml(), self._folder)
 
@@ -109,7 +111,11 @@ class Structure:
 
     def modes(self, count: int = 6) -> dict[str, Any]:
         """The lowest modes in the plane: the JSON of ``rodfit modes``."""
+        check_count(count)
         return dict(read(self._structure.modes(count)))
 
     def __repr__(self) -> str:
         return f"Structure({self._native.nodes} nodes)"
+
+    def __reduce__(self) -> Any:
+        return (Structure.from_toml, (self.to_toml(), self._folder))
