@@ -199,7 +199,7 @@ class Fit:
         if table not in ("parameter", "known"):
             self._check_experiment()
         given = {key: value for key, value in keys.items() if value is not None}
-        self._native.add(written({table: [given]}), "")
+        self._native.add(f'{{"{table}": [{written(given, table)}]}}', "")
         return self
 
     def _check_experiment(self) -> None:
@@ -295,7 +295,7 @@ def _number(key: str, value: Any) -> float:
     return float(value)
 
 
-def _numbers(key: str, values: ArrayLike) -> NDArray[np.float64]:
+def _numbers(key: str, values: Any) -> NDArray[np.float64]:
     """Numbers as an array, masked ones as NaN; an error for what is not a real number."""
     import numpy as np
 
@@ -310,7 +310,7 @@ def _numbers(key: str, values: ArrayLike) -> NDArray[np.float64]:
         raise refused(key, f"{type(values).__name__} {repr(values)[:60]}", "an array of real numbers") from None
 
 
-def _seconds(key: str, times: ArrayLike) -> NDArray[np.float64]:
+def _seconds(key: str, times: Any) -> NDArray[np.float64]:
     """Times as an array, s; an error for dates."""
     import numpy as np
 

@@ -72,6 +72,16 @@ class FitResult:
     """The result of a fit. ``params`` are its estimates by name. All other entries of the JSON of the command are
     attributes: ``verdict``, ``grade``, ``warnings``, ``not_identifiable``, ``residual_rms``, ``wall_seconds``."""
 
+    # Entries of every report, for type checkers.
+    grade: str
+    interrupted: bool
+    not_identifiable: list[Any]
+    simulations: float
+    verdict: str
+    wall_seconds: float
+    warning_codes: list[str]
+    warnings: list[str]
+
     def __init__(self, text: str):
         """Reads the text that ``to_json`` returned."""
         self._hold(_rodfit.FitResult(text), None)
