@@ -299,15 +299,14 @@ def _numbers(key: str, values: Any) -> NDArray[np.float64]:
     """Numbers as an array, masked ones as NaN; an error for what is not a real number."""
     import numpy as np
 
-    if isinstance(values, np.ma.MaskedArray):
-        values = values.astype(float).filled(np.nan)
     try:
-        array = np.asarray(values)
-        if array.dtype.kind in "cmM":
+        if np.asarray(values).dtype.kind in "cmM":
             raise TypeError
-        return np.ascontiguousarray(array, dtype=float)
+        array = np.ascontiguousarray(values, dtype=float)
     except (TypeError, ValueError):
         raise refused(key, f"{type(values).__name__} {repr(values)[:60]}", "an array of real numbers") from None
+    # A copy: the array may be a view of the caller's.
+    return np.where(np.ma.getmaskarray(values), np.nan, array) if hasattr(values, "filled") else array
 
 
 def _seconds(key: str, times: Any) -> NDArray[np.float64]:

@@ -81,7 +81,8 @@ def test_masked_and_missing_positions_are_left_out(scene: rodfit.Scene) -> None:
     hidden = xyz < -0.1
     expected = residuals(scene, t, np.where(hidden, np.nan, xyz))([1e8])
     assert len(expected) == xyz.size - hidden.sum() < xyz.size
-    assert np.array_equal(residuals(scene, t, np.ma.masked_where(hidden, xyz))([1e8]), expected)
+    masked = np.ma.masked_where(hidden, xyz)
+    assert np.array_equal(residuals(scene, t, masked)([1e8]), expected) and np.array_equal(masked.data, xyz)
     pandas = pytest.importorskip("pandas")
     frame = pandas.DataFrame({"t": t, "x": xyz[:, 0], "y": xyz[:, 1]}).convert_dtypes()
     frame["y"] = frame["y"].mask(frame["y"] < -0.1)
