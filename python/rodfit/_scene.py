@@ -265,7 +265,7 @@ class Scene:
 
         return tomllib.loads(self.to_toml())
 
-    def replace(self, **tables: Mapping[str, Any]) -> Scene:
+    def replace(self, **tables: Mapping[str, Any] | None) -> Scene:
         """The scene with other entries: ``scene.replace(material={"youngs_modulus": 2e8})``. None removes an entry."""
         return Scene.from_dict(_merged(self.to_dict(), tables), self._folder)
 
@@ -336,8 +336,8 @@ def _merged(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, Any]:
     both = dict(old)
     for key, value in new.items():
         inner = both.get(key)
-        if is_table(value) and is_table(inner):
-            both[key] = _merged(inner, value)
+        if is_table(value):
+            both[key] = _merged(inner if is_table(inner) else {}, value)
         elif value is None:
             both.pop(key, None)
         else:

@@ -185,6 +185,8 @@ def test_copies_of_fits_are_independent(scene: rodfit.Scene) -> None:
 def test_none_removes_an_entry_of_a_scene(scene: rodfit.Scene) -> None:
     free = scene.replace(rod={"segments": None}, time={"step": None})
     assert free.resolution is not None and "segments" not in free.to_dict()["rod"]
+    # Also an entry of a table that the scene lacks.
+    assert free.replace(camera=None, initial={"state": None}).to_dict() == free.to_dict()
 
 
 def test_structures_can_be_pickled_and_results_list_their_entries(bench: rodfit.Scene) -> None:
