@@ -6,7 +6,7 @@ import os
 import sys
 
 from . import _rodfit
-from ._errors import refused
+from ._errors import check_path, refused
 from ._renamed import warn
 from ._reports import Design, Prediction
 from ._residuals import Residuals
@@ -20,12 +20,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from typing import Any
 
-    from numpy.typing import ArrayLike
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
 
     Progress = Callable[[str, float], object]
 
 # Names of the time column of a DataFrame.
 TIMES = ("t", "time")
+INFINITY = float("inf")
 
 
 def _checked(scene: Scene | Structure) -> Scene | Structure:
@@ -53,6 +55,7 @@ class Fit:
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Fit:
         """The fit of a TOML file."""
+        check_path("path", path, "Fit.from_toml")
         return cls._of(_rodfit.Fit.load(os.fspath(path)))
 
     @classmethod
@@ -110,10 +113,10 @@ class Fit:
             raise refused(next(iter(recording)), "an argument", allowed)
         if xyz is None:
             t, xyz = _columns(t)
+        self._check_experiment()
         import numpy as np
 
-        times = np.ascontiguousarray(t, dtype=float)
-        positions = np.ascontiguousarray(xyz, dtype=float)
+        times, positions = _seconds("t", t), _numbers("xyz", xyz)
         if positions.ndim == 1:
             positions = positions[:, None]
         if times.ndim != 1 or positions.ndim != 2:
@@ -121,8 +124,10 @@ class Fit:
             raise refused("xyz", found, "positions of shape (n, 3) for times of shape (n,)")
         if isinstance(sigma, str) or is_table(sigma):
             raise refused("sigma", f"{sigma!r} together with numbers", "a number, or one number for each time; column names belong to a file")
-        noise: list[float] = [] if sigma is None else np.atleast_1d(np.asarray(sigma, dtype=float)).tolist()
-        self._native.observe(times, positions, written(at), noise, written(loss), held_out)
+        noise = np.atleast_1d(_numbers("sigma", [] if sigma is None else sigma))
+        if noise.ndim != 1:
+            raise refused("sigma", f"an array of shape {noise.shape}", "a number, or one number for each time")
+        self._native.observe(times, positions, written(at, "at"), noise.tolist(), written(loss, "loss"), held_out)
         return self
 
     def plan(self, *, duration: float, fps: float, at: str | int | Mapping[str, Any] = "tip", sigma: float, **keys: Any) -> Fit:
@@ -163,14 +168,20 @@ class Fit:
         the mean and the standard deviation of independent knowledge. ``experiment`` lists the experiments that share the
         parameter, by default all. With ``vary=False`` the parameter is fixed at ``value`` instead of the scene's."""
         low, high = _rodfit.limits(name)
-        keys: dict[str, Any] = {"name": name, "start" if vary else "fixed": value}
-        if not vary and value is None:
+        keys: dict[str, Any] = {"name": name}
+        if value is not None:
+            keys["start" if vary else "fixed"] = _number("value", value)
+        elif not vary:
             raise refused("value", "none", "a number, as vary=False")
         if min is not None or max is not None:
-            keys["bounds"] = [low if min is None else min, high if max is None else max]
+            # An infinite bound is none.
+            bounds = (low if min is None else _number("min", min), high if max is None else _number("max", max))
+            keys["bounds"] = [low if bounds[0] == -INFINITY else bounds[0], high if bounds[1] == INFINITY else bounds[1]]
         if prior is not None:
-            mean, deviation = prior
-            keys["prior"] = {"mean": mean, "sigma": deviation}
+            both = list(prior) if hasattr(prior, "__iter__") else []
+            if len(both) != 2:
+                raise refused("prior", repr(prior), "mean and standard deviation, as in (1e8, 1e6)")
+            keys["prior"] = {"mean": _number("prior", both[0]), "sigma": _number("prior", both[1])}
         return self._add("parameter", keys | {"experiment": experiment})
 
     def input_uncertainty(self, name: str, sigma: float, **keys: Any) -> Fit:
@@ -185,9 +196,16 @@ class Fit:
 
     def _add(self, table: str, keys: Mapping[str, Any]) -> Fit:
         """Adds a table of a fit file with the keys that have a value."""
+        if table not in ("parameter", "known"):
+            self._check_experiment()
         given = {key: value for key, value in keys.items() if value is not None}
-        self._native.add(written({table: [given]}), ".")
+        self._native.add(f'{{"{table}": [{written(given, table)}]}}', "")
         return self
+
+    def _check_experiment(self) -> None:
+        """An error before the first experiment, to which measurements belong."""
+        if not self._native.summary()[1]:
+            raise refused("experiment", "none", "Fit(scene), or fit.experiment(name, scene) before its measurements")
 
     def solve(self, *, progress: bool | Progress = False, plots: bool = False, **analysis: Any) -> FitResult:
         """Estimates the parameters.
@@ -197,11 +215,13 @@ class Fit:
         the fit file's ``[analysis]``: ``profile=True``, ``bootstrap=1000``, ``tolerance=1e-6``.
 
         Other threads continue. Ctrl-C stops the fit, which then returns its best values with ``result.interrupted``."""
-        if analysis:
-            self._native.add(written({"analysis": analysis}), ".")
         callback = _ProgressLine() if progress is True else progress or None
+        if not (callback is None or callable(callback)):
+            raise refused("progress", repr(progress), "True, or a function of the stage and the simulations so far")
+        fit = self._native.snapshot()
+        if analysis:
+            fit.add(written({"analysis": analysis}), "")
         try:
-            fit = self._native.snapshot()
             return FitResult._of(fit.solve(plots, callback), fit)
         finally:
             if isinstance(callback, _ProgressLine):
@@ -211,6 +231,8 @@ class Fit:
         """The residuals with their exact derivatives, for other solvers, as functions of the parameters in SI units. With
         ``log=True`` positive parameters are replaced by their logarithms. Mesh and step are those of the scenes;
         ``mesh_of`` is a result of this fit whose mesh and step are used instead."""
+        if not (mesh_of is None or isinstance(mesh_of, FitResult)):
+            raise refused("mesh_of", type(mesh_of).__name__, "a result of solve")
         return Residuals(self._native.residuals(None if mesh_of is None else mesh_of._native), log)
 
     def design(self) -> Design:
@@ -221,12 +243,20 @@ class Fit:
     def predict(self, *, plots: bool = False) -> Prediction:
         """Compares the scenes, with their own values, with all measurements; nothing is fitted. ``plots`` keeps the data of the
         plots in ``report()``."""
+        self._check_experiment()
         return Prediction(self._native.predict(plots))
 
     def __repr__(self) -> str:
         names, measurements = self._native.summary()
         experiments = "" if len(measurements) == 1 else f" of {len(measurements)} experiments"
-        return f"Fit({', '.join(names) or 'no parameters'}; {sum(measurements)} measurements{experiments})"
+        count = f"{sum(measurements)} measurement{'' if sum(measurements) == 1 else 's'}"
+        return f"Fit({', '.join(names) or 'no parameters'}; {count}{experiments})"
+
+    def __copy__(self) -> Fit:
+        return Fit._of(self._native.snapshot())
+
+    def __deepcopy__(self, memo: object) -> Fit:
+        return self.__copy__()
 
 
 class _ProgressLine:
@@ -248,14 +278,42 @@ def _columns(frame: Any) -> tuple[Any, Any]:
         allowed = "times and places: two arrays, a DataFrame with columns t, x, y, z, or a file"
         raise refused("data", f"a {type(frame).__name__} of columns {names}" if names else type(frame).__name__, allowed)
     times = next((name for name in TIMES if name in names), None)
-    clock = frame.index if times is None else frame[times]
     import numpy as np
 
-    clock = np.asarray(clock)
-    if clock.dtype.kind == "m":
-        clock = clock / np.timedelta64(1, "s")
+    clock = _seconds("t", frame.index if times is None else frame[times])
     # Missing columns before the last axis are NaN.
     positions = np.full((len(clock), "xyz".index(axes[-1]) + 1), np.nan)
     for axis in axes:
-        positions[:, "xyz".index(axis)] = frame[axis]
+        positions[:, "xyz".index(axis)] = _numbers(axis, frame[axis])
     return clock, positions
+
+
+def _number(key: str, value: Any) -> float:
+    """A number; an error for another object."""
+    if isinstance(value, (bool, str)) or not hasattr(value, "__float__") or getattr(value, "ndim", 0) > 0:
+        raise refused(key, repr(value), "a number")
+    return float(value)
+
+
+def _numbers(key: str, values: Any) -> NDArray[np.float64]:
+    """Numbers as an array, masked ones as NaN; an error for what is not a real number."""
+    import numpy as np
+
+    try:
+        if np.asarray(values).dtype.kind in "cmM":
+            raise TypeError
+        array = np.ascontiguousarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise refused(key, f"{type(values).__name__} {repr(values)[:60]}", "an array of real numbers") from None
+    # A copy: the array may be a view of the caller's.
+    return np.where(np.ma.getmaskarray(values), np.nan, array) if hasattr(values, "filled") else array
+
+
+def _seconds(key: str, times: Any) -> NDArray[np.float64]:
+    """Times as an array, s; an error for dates."""
+    import numpy as np
+
+    kind = getattr(getattr(times, "dtype", None), "kind", "")
+    if kind == "M":
+        raise refused(key, "dates", "seconds since the start of the scene, or time differences, as t - t[0]")
+    return _numbers(key, np.asarray(times) / np.timedelta64(1, "s") if kind == "m" else times)

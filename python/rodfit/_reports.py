@@ -8,6 +8,10 @@ from . import _rodfit
 from ._scene import _Table
 from ._tables import read
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
 
 class _Report(_Table):
     """A report: its entries in the JSON of the command are attributes."""
@@ -34,7 +38,16 @@ class Design(_Report):
     """Expected uncertainties of planned measurements: ``parameters``, ``correlation``, ``budget``, ``contributions``,
     ``advice``, ``warnings`` and the other entries of ``rodfit design --json``."""
 
+    parameters: list[dict[str, Any]]
+    warning_codes: list[str]
+    warnings: list[str]
+
 
 class Prediction(_Report):
     """Errors of predictions without a fit: ``errors`` of each measurement, ``summary``, ``failed``, ``warnings`` and the other
     entries of ``rodfit predict --json``."""
+
+    errors: list[dict[str, Any]]
+    summary: list[dict[str, Any]]
+    warning_codes: list[str]
+    warnings: list[str]

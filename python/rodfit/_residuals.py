@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     import lmfit
     import numpy as np
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
 
 # Bounds of a positive parameter beyond these are no limits.
@@ -43,7 +43,7 @@ class Residuals:
         return self._log
 
     @property
-    def x0(self) -> np.ndarray:
+    def x0(self) -> NDArray[np.float64]:
         """Start values."""
         import numpy as np
 
@@ -54,7 +54,7 @@ class Residuals:
         return self._to_x(np.asarray(starts, dtype=float))
 
     @property
-    def x_scale(self) -> np.ndarray:
+    def x_scale(self) -> NDArray[np.float64]:
         """Sizes of the parameters for the steps of a solver: the start value of a positive parameter, 1 for a logarithm. For
         others the larger of the start value and of the change that shifts the residuals by one standard deviation (root
         mean square)."""
@@ -69,29 +69,30 @@ class Residuals:
         return np.asarray(scale)
 
     @property
-    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Lower and upper bounds; 0 or minus infinity, and infinity, where a side is unlimited."""
         import numpy as np
 
-        low, high = (self._to_x(np.asarray(side)) for side in zip(*self._native.bounds))
-        if not self._log:
-            # The limits of a number that is only positive are the smallest and largest ones of double precision.
-            low = np.where(self._positive & (low < SMALLEST), 0.0, low)
-            high = np.where(high > LARGEST, np.inf, high)
-        return low, high
+        low, high = np.asarray(self._native.bounds).T
+        # The limits of a number that is only positive are the smallest and largest ones of double precision.
+        low = np.where(low < np.where(self._positive, np.log(SMALLEST), -LARGEST), -np.inf, low)
+        high = np.where(high > np.where(self._positive, np.log(LARGEST), LARGEST), np.inf, high)
+        return self._to_x(low), self._to_x(high)
 
     def values(self, x: ArrayLike) -> dict[str, float]:
         """The parameters at ``x``, in SI units, by name."""
         return dict(zip(self.names, self._native.values(list(self._to_native(x)))))
 
-    def scaled(self, values: Mapping[str, float]) -> np.ndarray:
+    def scaled(self, values: Mapping[str, float]) -> NDArray[np.float64]:
         """The ``x`` of parameters in SI units."""
         import numpy as np
 
-        return self._to_x(np.asarray(self._native.scaled([float(values[name]) for name in self.names])))
+        numbers = np.asarray([float(values[name]) for name in self.names])
+        self._check_values("values", numbers)
+        return np.asarray(self._native.scaled(numbers.tolist())) if self._log else numbers
 
     def to_lmfit(self) -> lmfit.Parameters:
-        """The parameters with start values and bounds for lmfit, with underscores for points in their names."""
+        """The parameters with start values and bounds for lmfit, with underscores for other characters in their names."""
         import lmfit
 
         params = lmfit.Parameters()
@@ -102,19 +103,19 @@ class Residuals:
     def __len__(self) -> int:
         return len(self._native)
 
-    def __call__(self, x: ArrayLike | lmfit.Parameters) -> np.ndarray:
+    def __call__(self, x: ArrayLike | lmfit.Parameters) -> NDArray[np.float64]:
         return self._native.fun(list(self._to_native(self._array(x))))
 
-    def jac(self, x: ArrayLike | lmfit.Parameters) -> np.ndarray:
+    def jac(self, x: ArrayLike | lmfit.Parameters) -> NDArray[np.float64]:
         """Exact derivatives: (residuals, parameters); only by the parameters that vary for those of lmfit."""
         array = self._array(x)
-        jacobian: np.ndarray = self._native.jac(list(self._to_native(array))) * self._slope(array)
+        jacobian: NDArray[np.float64] = self._native.jac(list(self._to_native(array))) * self._slope(array)
         params = _lmfit_parameters(x)
         if params is not None:
             jacobian = jacobian[:, [params[_identifier(name)].vary for name in self.names]]
         return jacobian
 
-    def hess(self, x: ArrayLike) -> np.ndarray:
+    def hess(self, x: ArrayLike) -> NDArray[np.float64]:
         """The exact Hessian of half the sum of squares; positive parameters have to be above 0."""
         import numpy as np
 
@@ -134,45 +135,65 @@ class Residuals:
         return f"Residuals({len(self)} residuals of {', '.join(self.names)}; x in {scale})"
 
     @property
-    def _positive(self) -> np.ndarray:
+    def _positive(self) -> NDArray[np.bool_]:
         """Flags of the parameters that are positive."""
         import numpy as np
 
         return np.asarray(self._native.logarithmic, dtype=bool)
 
-    def _array(self, x: ArrayLike | lmfit.Parameters) -> np.ndarray:
+    def _array(self, x: ArrayLike | lmfit.Parameters) -> NDArray[np.float64]:
         """``x`` as an array; parameters of lmfit by their names."""
         import numpy as np
 
         params = _lmfit_parameters(x)
         values: Any = x if params is None else [params[_identifier(name)].value for name in self.names]
-        return np.atleast_1d(np.asarray(values, dtype=float))
+        array = np.atleast_1d(np.asarray(values, dtype=float))
+        if array.shape != (len(self.names),):
+            allowed = f"shape ({len(self.names)},), one number for each of {', '.join(self.names)}"
+            raise refused("x", f"shape {array.shape}", allowed)
+        return array
 
-    def _to_native(self, x: ArrayLike) -> np.ndarray:
+    def _to_native(self, x: ArrayLike) -> NDArray[np.float64]:
         """``x`` with the logarithms of positive parameters."""
         import numpy as np
 
         x = self._array(x)
-        if self._log or len(x) != len(self.names):
+        if self._log:
+            self._check_finite("x", x)
             return x
-        bad = [f"{name} = {value:g}" for name, value, p in zip(self.names, x, self._positive) if p and not value >= 0.0]
-        if bad:
-            raise refused("x", ", ".join(bad), "numbers of 0 or more")
+        self._check_values("x", x)
         # Zero, as of an absent damping, has no logarithm.
         return np.asarray(np.log(np.maximum(x, ZERO), out=x.copy(), where=self._positive))
 
-    def _to_x(self, native: np.ndarray) -> np.ndarray:
+    def _check_values(self, key: str, values: NDArray[np.float64]) -> None:
+        """Refuses numbers that are not finite, and negative ones of positive parameters."""
+        self._check_finite(key, values)
+        self._refuse(key, values, self._positive & (values < 0.0), "numbers of 0 or more")
+
+    def _check_finite(self, key: str, values: NDArray[np.float64]) -> None:
+        """Refuses numbers that are NaN or infinite."""
+        import numpy as np
+
+        self._refuse(key, values, ~np.isfinite(values), "finite numbers")
+
+    def _refuse(self, key: str, values: NDArray[np.float64], bad: NDArray[np.bool_], allowed: str) -> None:
+        """Raises an error that names the bad ones of the values."""
+        if bad.any():
+            found = ", ".join(f"{name} = {value:g}" for name, value, is_bad in zip(self.names, values, bad) if is_bad)
+            raise refused(key, found, allowed)
+
+    def _to_x(self, native: NDArray[np.float64]) -> NDArray[np.float64]:
         """The inverse of ``_to_native``."""
         import numpy as np
 
         return native if self._log else np.asarray(np.exp(native, out=native.copy(), where=self._positive))
 
-    def _slope(self, x: ArrayLike) -> np.ndarray:
+    def _slope(self, x: ArrayLike) -> NDArray[np.float64]:
         """Derivatives of the numbers of ``_to_native`` by those of ``x``."""
         import numpy as np
 
         x = self._array(x)
-        if self._log or len(x) != len(self.names):
+        if self._log:
             return np.ones(len(x))
         return np.asarray(np.divide(1.0, np.maximum(x, ZERO), out=np.ones_like(x), where=self._positive))
 
@@ -183,5 +204,5 @@ def _lmfit_parameters(x: Any) -> Any:
 
 
 def _identifier(name: str) -> str:
-    """The name of a parameter as lmfit takes it."""
-    return name.replace(".", "_")
+    """The name of a parameter as lmfit takes it: letters, digits and underscores."""
+    return "_".join("".join(c if c.isalnum() else " " for c in name).split())

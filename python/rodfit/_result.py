@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
     import pandas
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
 NAN = float("nan")
 
@@ -59,6 +60,9 @@ class Parameter:
     def __getattr__(self, name: str) -> Any:
         return _entry(self, name)
 
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._table]
+
     def __repr__(self) -> str:
         low, high = self.interval
         return f"Parameter({self.name}={self.value:.6g} +- {self.stderr:.2g}, 95 % [{low:.6g}, {high:.6g}])"
@@ -67,6 +71,16 @@ class Parameter:
 class FitResult:
     """The result of a fit. ``params`` are its estimates by name. All other entries of the JSON of the command are
     attributes: ``verdict``, ``grade``, ``warnings``, ``not_identifiable``, ``residual_rms``, ``wall_seconds``."""
+
+    # Entries of every report, for type checkers.
+    grade: str
+    interrupted: bool
+    not_identifiable: list[Any]
+    simulations: float
+    verdict: str
+    wall_seconds: float
+    warning_codes: list[str]
+    warnings: list[str]
 
     def __init__(self, text: str):
         """Reads the text that ``to_json`` returned."""
@@ -103,7 +117,7 @@ class FitResult:
         return {_label(table): Parameter(table) for table in self._table["parameters"]}
 
     @property
-    def x(self) -> np.ndarray:
+    def x(self) -> NDArray[np.float64]:
         """The values, in SI units."""
         import numpy as np
 
@@ -125,7 +139,7 @@ class FitResult:
         return list(self._table.get("resolution", []))
 
     @property
-    def correlation(self) -> np.ndarray:
+    def correlation(self) -> NDArray[np.float64]:
         """Correlations of the estimates; NaN where one is not identifiable."""
         import numpy as np
 
@@ -133,7 +147,7 @@ class FitResult:
         return np.asarray(rows, dtype=float)
 
     @property
-    def covar(self) -> np.ndarray:
+    def covar(self) -> NDArray[np.float64]:
         """Covariances, in SI units, by standard errors and correlations."""
         import numpy as np
 
@@ -144,6 +158,9 @@ class FitResult:
         if name.startswith("__") or name in ("_native", "_fit", "_report"):
             raise AttributeError(name)
         return _entry(self, name)
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._table]
 
     def to_json(self) -> str:
         """The JSON that ``rodfit fit --json`` writes."""

@@ -6,7 +6,7 @@ import os
 import sys
 
 from . import _rodfit
-from ._errors import refused
+from ._errors import check_count, check_path, refused
 from ._tables import is_table, read, written
 
 TYPE_CHECKING = False
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     import numpy as np
     import xarray
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
 # Energies of a run, in the order of their columns.
 ENERGIES = ("kinetic", "stretch", "bend", "twist", "potential")
@@ -61,14 +61,14 @@ class Equilibrium(_Table):
         return None if stable is None else bool(stable)
 
     @property
-    def tip(self) -> np.ndarray:
+    def tip(self) -> NDArray[np.float64]:
         """Position of the last node, m: (3,)."""
         import numpy as np
 
         return np.asarray(self._table["tip"])
 
     @property
-    def nodes(self) -> np.ndarray:
+    def nodes(self) -> NDArray[np.float64]:
         """Places of the nodes, m: (nodes, 3)."""
         import numpy as np
 
@@ -86,7 +86,7 @@ class Modes(_Table):
     _absent = {"resolution": None, "warnings": (), "warning_codes": ()}
 
     @property
-    def frequencies_hz(self) -> np.ndarray:
+    def frequencies_hz(self) -> NDArray[np.float64]:
         """Frequencies, ascending, Hz; unstable directions as minus their growth rates."""
         import numpy as np
 
@@ -102,7 +102,7 @@ class Run:
 
     def __init__(self, native: _rodfit.Run):
         self._native = native
-        self.t = native.t
+        self.t: NDArray[np.float64] = native.t
         self.t.flags.writeable = False
         self._motion = native.motion
         self._motion.flags.writeable = False
@@ -124,34 +124,34 @@ class Run:
         return self._native.warnings()
 
     @property
-    def position(self) -> np.ndarray:
+    def position(self) -> NDArray[np.float64]:
         """Places of all nodes, m: (times, nodes, 3)."""
         return self._motion[:, :, 0, :]
 
     @property
-    def velocity(self) -> np.ndarray:
+    def velocity(self) -> NDArray[np.float64]:
         """Velocities of all nodes, m/s: (times, nodes, 3)."""
         return self._motion[:, :, 1, :]
 
     @property
-    def derivative(self) -> dict[str, np.ndarray]:
+    def derivative(self) -> dict[str, NDArray[np.float64]]:
         """Derivatives of the places by every parameter that was asked for, m over its unit."""
         return {name: array[:, :, 0, :] for name, array in self._derivatives.items()}
 
     @property
-    def tip(self) -> np.ndarray:
+    def tip(self) -> NDArray[np.float64]:
         """Places of the rod's end, m: (times, 3). It is the last node, or the wall that holds this end between two nodes."""
         return self.at("tip")
 
     @property
-    def energy(self) -> dict[str, np.ndarray]:
+    def energy(self) -> dict[str, NDArray[np.float64]]:
         """Energies at every time, J: ``kinetic``, ``stretch``, ``bend``, ``twist``, ``potential`` of the loads, and their
         sum, ``total``."""
         terms = dict(zip(ENERGIES, self._energies.T))
         return terms | {"total": self._energies.sum(axis=1)}
 
     @property
-    def arc_length(self) -> np.ndarray:
+    def arc_length(self) -> NDArray[np.float64]:
         """Arc lengths of the nodes from the wall, m: (nodes,)."""
         import numpy as np
 
@@ -163,7 +163,7 @@ class Run:
         t: ArrayLike | None = None,
         *,
         derivative: str | None = None,
-    ) -> np.ndarray:
+    ) -> NDArray[np.float64]:
         """The position of a point of the rod, m: "tip", a node, or {"arc_length": meters from the wall}. At a time ``t``, s:
         (3,); at several: (times, 3); by default at all times of the run. Between steps it is the cubic with their positions
         and velocities, as in a fit. With ``derivative``, the name of a parameter of ``simulate(derivatives=..)``, it is the
@@ -176,8 +176,8 @@ class Run:
                 known = ", ".join(self._derivatives) or "none; name the parameter in simulate(derivatives=..)"
                 raise refused("derivative", derivative, known)
             source = self._derivatives[derivative]
-        nodes, weights = self._native.stencil(written(point))
-        motion: np.ndarray = np.einsum("tnmc,n->mtc", source[:, nodes], weights)
+        nodes, weights = self._native.stencil(written(point, "point"))
+        motion: NDArray[np.float64] = np.einsum("tnmc,n->mtc", source[:, nodes], weights)
         if t is None:
             return np.asarray(motion[0])
         asked = np.asarray(t, dtype=float)
@@ -229,6 +229,7 @@ class Scene:
         if is_table(scene):
             scene = _rodfit.Scene.from_json(written(scene), os.fspath(folder))
         elif isinstance(scene, (str, os.PathLike)):
+            check_path("scene", scene, "Scene.from_toml")
             folder = os.path.dirname(os.path.abspath(scene))
             scene = _rodfit.Scene.load(os.fspath(scene))
         elif not isinstance(scene, _rodfit.Scene):
@@ -264,12 +265,13 @@ class Scene:
 
         return tomllib.loads(self.to_toml())
 
-    def replace(self, **tables: Mapping[str, Any]) -> Scene:
-        """The scene with other entries: ``scene.replace(material={"youngs_modulus": 2e8})``."""
+    def replace(self, **tables: Mapping[str, Any] | None) -> Scene:
+        """The scene with other entries: ``scene.replace(material={"youngs_modulus": 2e8})``. None removes an entry."""
         return Scene.from_dict(_merged(self.to_dict(), tables), self._folder)
 
     def with_values(self, values: Mapping[str, float]) -> Scene:
         """The scene with other values of its numbers, by the names of ``parameters``."""
+        values = dict(values)
         return Scene(self._native.with_values(list(values), [float(v) for v in values.values()]), self._folder)
 
     @property
@@ -311,6 +313,7 @@ class Scene:
 
     def modes(self, count: int = 6) -> Modes:
         """The lowest small vibrations about where it rests."""
+        check_count(count)
         return Modes(read(self._native.modes(count)))
 
     def export(self, to: str) -> str:
@@ -329,11 +332,14 @@ class Scene:
 
 
 def _merged(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, Any]:
+    """A table with the entries of another one; None removes an entry."""
     both = dict(old)
     for key, value in new.items():
         inner = both.get(key)
-        if is_table(value) and is_table(inner):
-            both[key] = _merged(inner, value)
+        if is_table(value):
+            both[key] = _merged(inner if is_table(inner) else {}, value)
+        elif value is None:
+            both.pop(key, None)
         else:
             both[key] = value
     return both

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from . import _rodfit
-from ._errors import refused
+from ._errors import check_count, check_path, refused
 from ._scene import ENERGIES
 from ._tables import is_table, read, written
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     import numpy as np
+    from numpy.typing import NDArray
 
 
 class StructureRun:
@@ -22,13 +23,13 @@ class StructureRun:
 
     def __init__(self, native: _rodfit.StructureRun):
         self._native = native
-        self.t = native.t
+        self.t: NDArray[np.float64] = native.t
         self._motion = native.motion
         for array in (self.t, self._motion):
             array.flags.writeable = False
 
     @property
-    def position(self) -> dict[str, np.ndarray]:
+    def position(self) -> dict[str, NDArray[np.float64]]:
         """Positions of the nodes of every rod by its name, m: (times, nodes, 3)."""
         positions, first = {}, 0
         for name, count in self._native.rods():
@@ -36,16 +37,16 @@ class StructureRun:
             first += count
         return positions
 
-    def at(self, point: Mapping[str, Any]) -> np.ndarray:
+    def at(self, point: Mapping[str, Any]) -> NDArray[np.float64]:
         """Positions of a point at all times, m: (times, 3). ``point`` is {"rod": name, "at": "tip"} or {"body": name}, with
         the other keys of an observed point."""
         import numpy as np
 
-        nodes, weights = self._native.stencil(written(point))
+        nodes, weights = self._native.stencil(written(point, "at"))
         return np.asarray(sum(weight * self._motion[:, node, 0, :] for node, weight in zip(nodes, weights)))
 
     @property
-    def energy(self) -> dict[str, np.ndarray]:
+    def energy(self) -> dict[str, NDArray[np.float64]]:
         """Energies by term and their sum ``total``, J: (times,)."""
         terms = dict(zip(ENERGIES, self._native.energies.T))
         return {**terms, "total": self._native.energies.sum(axis=1)}
@@ -65,6 +66,7 @@ class Structure:
         if is_table(structure):
             structure = _rodfit.Structure.from_json(written(structure), os.fspath(folder))
         elif isinstance(structure, (str, os.PathLike)):
+            check_path("structure", structure, "Structure.from_toml")
             folder = os.path.dirname(os.path.abspath(structure))
             structure = _rodfit.Structure.load(os.fspath(structure))
         elif not isinstance(structure, _rodfit.Structure):
@@ -90,6 +92,7 @@ class Structure:
 
     def with_values(self, values: Mapping[str, float]) -> Structure:
         """The structure with other values of its numbers, by the names of ``parameters``."""
+        values = dict(values)
         scene = self._native.with_values(list(values), [float(v) for v in values.values()])
         return Structure.from_toml(scene.to_toml(), self._folder)
 
@@ -108,7 +111,11 @@ class Structure:
 
     def modes(self, count: int = 6) -> dict[str, Any]:
         """The lowest modes in the plane: the JSON of ``rodfit modes``."""
+        check_count(count)
         return dict(read(self._structure.modes(count)))
 
     def __repr__(self) -> str:
         return f"Structure({self._native.nodes} nodes)"
+
+    def __reduce__(self) -> Any:
+        return (Structure.from_toml, (self.to_toml(), self._folder))

@@ -5,18 +5,28 @@ The module json is imported at its first use: its import takes longer than that 
 from __future__ import annotations
 
 import os
+import sys
+
+from ._errors import refused
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
     from typing import Any, TypeGuard
 
+LARGEST = sys.float_info.max
 
-def written(value: object) -> str:
-    """A value as JSON, which may contain numpy numbers and arrays, and paths."""
+
+def written(value: object, key: str = "") -> str:
+    """A value as JSON, which may contain numpy numbers and arrays, and paths. ``key`` is its name in messages."""
     import json
 
-    return json.dumps(value, default=_plain)
+    text = json.dumps(value, default=_plain)
+    # Only these values have no JSON, or no TOML.
+    if "N" in text or "I" in text or "null" in text:
+        for name, found, allowed in _without_text(key, value):
+            raise refused(name, found, allowed)
+    return text
 
 
 def read(text: str) -> Any:
@@ -33,6 +43,21 @@ def is_table(value: object) -> TypeGuard[Mapping[str, Any]]:
     from collections.abc import Mapping
 
     return isinstance(value, Mapping)
+
+
+def _without_text(key: str, value: Any) -> Iterator[tuple[str, object, str]]:
+    """Key, value and allowed values of the entries that are NaN, infinite or None."""
+    value = value.tolist() if hasattr(value, "tolist") else value
+    if is_table(value):
+        for name, inner in value.items():
+            yield from _without_text(f"{key}.{name}".lstrip("."), inner)
+    elif isinstance(value, (list, tuple)):
+        for index, inner in enumerate(value):
+            yield from _without_text(f"{key}[{index}]", inner)
+    elif value is None:
+        yield key, value, "a value. Leave the key out for its default"
+    elif isinstance(value, float) and not abs(value) <= LARGEST:
+        yield key, value, "a finite number"
 
 
 def _plain(value: Any) -> Any:

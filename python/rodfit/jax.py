@@ -18,6 +18,8 @@ import numpy as np
 from ._errors import refused
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
     from ._residuals import Residuals
 
 
@@ -67,7 +69,7 @@ def misfit(r: Residuals) -> Callable[[jax.Array], jax.Array]:
     return fun
 
 
-def _callback(function: Callable[[np.ndarray], np.ndarray], shape: tuple[int, ...]) -> Callable[[jax.Array], jax.Array]:
+def _callback(function: Callable[[NDArray[np.float64]], ArrayLike], shape: tuple[int, ...]) -> Callable[[jax.Array], jax.Array]:
     """A numpy function as a JAX function without derivatives."""
     returned: Any = jnp.empty(shape, jnp.float64)
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 
 import pytest
 
@@ -25,35 +26,35 @@ material.density = [1200, 1250, 1300, 1350, 1400]
 """
 
 
-def command(*words):
+def command(*words: object) -> subprocess.CompletedProcess[bytes]:
     return subprocess.run([sys.executable, "-m", "rodfit", "campaign", *map(str, words)], check=True)
 
 
-def plan(folder):
+def plan(folder: pathlib.Path) -> pathlib.Path:
     (folder / "campaign.toml").write_text(CAMPAIGN)
     command("plan", folder / "campaign.toml", "--out", folder / "out")
     return folder / "out"
 
 
-def collected(folder):
+def collected(folder: pathlib.Path) -> bytes:
     command("collect", folder, "--out", folder / "all.jsonl", "-q")
     return (folder / "all.jsonl").read_bytes()
 
 
-def results(folder):
+def results(folder: pathlib.Path) -> int:
     return sum(part.read_text().count("\n") for part in folder.glob("parts/*.jsonl"))
 
 
 @pytest.fixture
-def processes():
-    started = []
+def processes() -> Iterator[list[subprocess.Popen[bytes]]]:
+    started: list[subprocess.Popen[bytes]] = []
     yield started
     for process in started:
         process.kill()
         process.wait()
 
 
-def test_a_task_of_its_own(tmp_path):
+def test_a_task_of_its_own(tmp_path: pathlib.Path) -> None:
     out = plan(tmp_path)
     ids = rodfit._rodfit.Campaign(out).open_tasks()
     assert len(ids) == 20 and rodfit.campaign.solve(out, ids[0]) == 0
@@ -67,12 +68,12 @@ def test_a_task_of_its_own(tmp_path):
     assert results(out) == 2
 
 
-def test_workers_that_die_change_nothing(tmp_path, processes):
+def test_workers_that_die_change_nothing(tmp_path: pathlib.Path, processes: list[subprocess.Popen[bytes]]) -> None:
     distributed = pytest.importorskip("distributed")
     (tmp_path / "a").mkdir()
     out = plan(tmp_path / "a")
 
-    def start(*words):
+    def start(*words: str) -> subprocess.Popen[bytes]:
         log = open(tmp_path / f"{len(processes)}.log", "wb")
         process = subprocess.Popen(
             [sys.executable, "-m", *words], stdout=log, stderr=log, start_new_session=True, cwd=tmp_path

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import rodfit
 
@@ -32,17 +33,17 @@ ARC = CANTILEVER.replace(
 )
 
 
-def tip_at_rest(text: str) -> np.ndarray:
+def tip_at_rest(text: str) -> NDArray[np.float64]:
     """The tip of a model of MuJoCo at rest, m, by Newton's method with the weight in ten steps."""
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, "tip")
     gravity = model.opt.gravity.copy()
 
-    def residual(q: np.ndarray) -> np.ndarray:
+    def residual(q: NDArray[np.float64]) -> NDArray[np.float64]:
         data.qpos[:], data.qvel[:] = q, 0
         mujoco.mj_forward(model, data)
-        return data.qfrc_passive - data.qfrc_bias
+        return np.asarray(data.qfrc_passive - data.qfrc_bias)
 
     q, h = np.zeros(model.nq), 1e-6
     for part in np.linspace(0.1, 1, 10):
@@ -54,17 +55,17 @@ def tip_at_rest(text: str) -> np.ndarray:
             if abs(change).max() < 1e-9:
                 break
     residual(q)
-    return data.site_xpos[site].copy()
+    return np.array(data.site_xpos[site])
 
 
 # Two meshes of second order differ: the bounds are about three times the differences found.
 @pytest.mark.parametrize("text, bound", [(CANTILEVER, 1e-4), (HELIX, 2e-5), (ARC, 4e-4)])
-def test_mujoco_has_the_same_equilibrium(text, bound):
+def test_mujoco_has_the_same_equilibrium(text: str, bound: float) -> None:
     scene = rodfit.Scene.from_toml(text)
     tip = np.array(scene.equilibrium().tip)
     assert np.linalg.norm(tip_at_rest(scene.export("mujoco")) - tip) < bound
 
 
-def test_unknown_format_lists_the_formats():
+def test_unknown_format_lists_the_formats() -> None:
     with pytest.raises(ValueError, match="mujoco, pyelastica, usd or csv"):
         rodfit.Scene.from_toml(CANTILEVER).export("abaqus")

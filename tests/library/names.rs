@@ -54,27 +54,28 @@ observation_form observation_row observed_experiment observed_information observ
 one_sided_bound onset operators optimum out_of_line outcome outlying_experiments output overlap own page
 parameter parameter_form parameters part_file path pencil penetration per_axis perturbation phi_function place
 placement plan planar planar_bend planarity plane platform plausibility player plot_data plotted point
-point_acceleration point_angle point_channel point_strain points polyline predict prediction predictor prescribed_dofs prescribed_motion prior problem
-products profile profile_likelihood pyelastica quantity quoted random_states ranking rate rates reaction
-reading record recorded recorded_ends recorded_motion recorded_point recorded_pose recorded_reactions
-recorded_start recordings reduction reference_stiffness reference_strains refined_residuals refinement relinearize remesh
-renamed_keys repeat repeated_frames replay report required resampling residual_acceptance residual_noise
-residual_tests residuals resolution resolved rest rest_line rod rod_sizes rodas4 rosenbrock rotating_bodies
-rotation rotational_inertia rounding row run samples save scalar scaled scan scene scene_catalog scene_file
-scene_notes schema scheme scheme_support score_tests search section section_profile sensitive sensitivity
-sensitivity_carrier sensitivity_growth sensitivity_pipeline sensor sensor_channel sensor_form sensor_table
-settings setup shape shape_columns shape_form shard shear_deflection signal signal_curve signal_samples signal_steps simd
-simulate simulated simulation slenderness slip slip_state snapshots soft_clamp space spatial spatial_bodies
-spatial_inertia spatial_motion spectrum splitting spring_rotation stability standing start start_forces starts
-state static_mesh statics status step step_control step_map stepper stiffness stopwatch store strain stretch
-structure structure_catalog structure_effects structure_experiment structure_file structure_film
-structure_frequencies structure_motion structure_places structure_point structure_problem structure_recording
-structure_report structure_run structure_shape structure_support structure_warnings study style substitution
-summaries summary support supports sweep sweeps swept_edge synthetic_data table table_keys tangent taper
-target tendon tensions term_bound terminal tested_effects tests text_cell thickness tie time timed_forces
-timed_loads timoshenko tolerance track trajectory transposed trial tributary trigonometry tuning uncertainty
-undetected_bias unknown unstable_state usable_rows usd validate validation validation_errors vector vibration
-viscosity vtk warning_list warnings weighted_search work workspace writer zero_bound
+point_acceleration point_angle point_channel point_strain points polyline predict prediction predictor
+prescribed_dofs prescribed_motion prior problem products profile profile_likelihood pyelastica quantity quoted
+random_states ranking rate rates reaction reading record recorded recorded_ends recorded_motion recorded_point
+recorded_pose recorded_reactions recorded_start recordings reduction reference_stiffness reference_strains
+refined_residuals refinement relinearize remesh renamed_keys repeat repeated_frames replay report required
+resampling residual_acceptance residual_noise residual_tests residuals resolution resolved rest rest_line rod
+rod_sizes rodas4 rosenbrock rotating_bodies rotation rotational_inertia rounding row run samples save scalar
+scaled scan scene scene_catalog scene_file scene_notes schema scheme scheme_support score_tests search section
+section_profile sensitive sensitivity sensitivity_carrier sensitivity_growth sensitivity_pipeline sensor
+sensor_channel sensor_form sensor_table settings setup shape shape_columns shape_form shard shear_deflection
+signal signal_curve signal_samples signal_steps simd simulate simulated simulation slenderness slip slip_state
+snapshots soft_clamp space spatial spatial_bodies spatial_inertia spatial_motion spectrum splitting
+spring_rotation stability standing start start_forces starts state static_mesh statics status step
+step_control step_map stepper stiffness stopwatch store strain stretch structure structure_catalog
+structure_effects structure_experiment structure_file structure_film structure_frequencies structure_motion
+structure_places structure_point structure_problem structure_recording structure_report structure_run
+structure_shape structure_support structure_warnings study style substitution summaries summary support
+supports sweep sweeps swept_edge synthetic_data table table_keys tangent taper target tendon tensions
+term_bound terminal tested_effects tests text_cell thickness tie time timed_forces timed_loads timoshenko
+tolerance track trajectory transposed trial tributary trigonometry tuning uncertainty undetected_bias unknown
+unstable_state usable_rows usd validate validation validation_errors vector vibration viscosity vtk
+warning_list warnings weighted_search work workspace writer zero_bound
 ";
 
 /// All Rust files below a folder.
