@@ -4,8 +4,8 @@
 //! Arrays are in SI units; missing coordinates are NaN. Results pass as JSON.
 
 use crate::error::{raised, refused};
-use crate::json::{from_json, to_json};
-use crate::scene::{PyScene, json_to_toml};
+use crate::json::{from_json, from_value, json_to_toml, raised_in_table, to_json};
+use crate::scene::PyScene;
 use crate::work::{WorkEvent, interruptible};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -161,7 +161,7 @@ impl PyFit {
     fn add(&self, py: Python<'_>, tables: &str, folder: PathBuf) -> PyResult<()> {
         let text = json_to_toml(py, tables)?;
         let mut fit = self.lock();
-        *fit = fit.add_toml(&text, folder).map_err(|error| raised(py, error))?;
+        *fit = fit.add_toml(&text, folder).map_err(|error| raised_in_table(py, &text, error))?;
         Ok(())
     }
 
@@ -277,9 +277,7 @@ impl FitResult {
     fn new(py: Python<'_>, text: &str) -> PyResult<Self> {
         let mut value: serde_json::Value = from_json(py, "result", text)?;
         with_current_names(&mut value);
-        let report = serde_json::from_value(value)
-            .map_err(|error| refused(py, format!("result: found {text}: {error}")))?;
-        Ok(Self { report })
+        Ok(Self { report: from_value(py, "result", text, value)? })
     }
 
     /// The report in JSON, with or without plot data.

@@ -1,9 +1,13 @@
-//! Values that pass between Python and Rust as JSON text.
+//! Values that pass between Python and Rust as JSON text, and tables that pass as JSON and are read as TOML.
 
-use crate::error::{failed, refused};
+use crate::error::{failed, raised, refused};
 use pyo3::prelude::*;
+use rodfit::Error;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+
+/// Largest number of characters of a text that a message quotes.
+const MOST_QUOTED: usize = 80;
 
 /// A value as JSON text; an exception of a failed computation if it cannot be written.
 pub fn to_json(py: Python<'_>, value: &impl Serialize) -> PyResult<String> {
@@ -12,5 +16,60 @@ pub fn to_json(py: Python<'_>, value: &impl Serialize) -> PyResult<String> {
 
 /// The value of a JSON text; an input exception if it is invalid. `key` is the name of the argument, for messages.
 pub fn from_json<T: DeserializeOwned>(py: Python<'_>, key: &str, text: &str) -> PyResult<T> {
-    serde_json::from_str(text).map_err(|error| refused(py, format!("{key}: found {text}: {error}")))
+    serde_json::from_str(text).map_err(|error| raised(py, invalid(key, text, &error)))
+}
+
+/// The value of parsed JSON; an input exception if it is of another type. `key` and `text` are for messages.
+pub fn from_value<T: DeserializeOwned>(
+    py: Python<'_>,
+    key: &str,
+    text: &str,
+    value: serde_json::Value,
+) -> PyResult<T> {
+    serde_json::from_value(value).map_err(|error| raised(py, invalid(key, text, &error)))
+}
+
+/// The error of an invalid value, without the position in its text, which the user has not written.
+fn invalid(key: &str, text: &str, error: &serde_json::Error) -> Error {
+    let message = error.to_string();
+    let message = message.split(" at line ").next().unwrap_or_default();
+    let allowed = message.rsplit("expected ").next().unwrap_or_default();
+    let found = match text.char_indices().nth(MOST_QUOTED) {
+        Some((end, _)) => format!("{} ..", &text[..end]),
+        None => text.into(),
+    };
+    Error::Invalid { file: None, key: key.into(), found, allowed: allowed.into() }
+}
+
+/// Converts a table from JSON to TOML.
+pub fn json_to_toml(py: Python<'_>, json: &str) -> PyResult<String> {
+    let table: toml::Table = serde_json::from_str(json).map_err(|error| refused(py, error))?;
+    toml::to_string(&table).map_err(|error| refused(py, error))
+}
+
+/// The exception of an error in a TOML text that was made from a table: it has the key of the line in place of the line.
+pub fn raised_in_table(py: Python<'_>, text: &str, error: Error) -> PyErr {
+    let Error::Parse { file: None, message } = &error else { return raised(py, error) };
+    let Some((key, words)) = key_of(text, message) else { return raised(py, error) };
+    let exception = refused(py, format!("{key}: {words}"));
+    match exception.value(py).setattr("key", key) {
+        Ok(()) => exception,
+        Err(error) => error,
+    }
+}
+
+/// The key of the line that a message `line 3, column 9: words` names, and the words; none for other messages.
+fn key_of<'a>(text: &str, message: &'a str) -> Option<(String, &'a str)> {
+    let (position, words) = message.strip_prefix("line ")?.split_once(": ")?;
+    let line: usize = position.split(", column ").next()?.parse().ok()?;
+    let mut table = "";
+    let mut key = "";
+    for line in text.lines().take(line) {
+        match line.strip_prefix('[') {
+            Some(header) => (table, key) = (header.trim_matches(['[', ']']), ""),
+            None => key = line.split(" = ").next()?,
+        }
+    }
+    let path = [table, key].into_iter().filter(|part| !part.is_empty());
+    Some((path.collect::<Vec<_>>().join("."), words))
 }

@@ -2,8 +2,8 @@
 //!
 //! A scene without its own mesh, step or scheme gets chosen ones, whose error each simulation checks.
 
-use crate::error::{raised, refused};
-use crate::json::to_json;
+use crate::error::raised;
+use crate::json::{json_to_toml, raised_in_table, to_json};
 use crate::run::PyRun;
 use crate::work::{WorkHooks, interruptible};
 use pyo3::prelude::*;
@@ -33,12 +33,6 @@ impl PyScene {
     }
 }
 
-/// Converts a table from JSON to TOML.
-pub fn json_to_toml(py: Python<'_>, json: &str) -> PyResult<String> {
-    let table: toml::Table = serde_json::from_str(json).map_err(|error| refused(py, error))?;
-    toml::to_string(&table).map_err(|error| refused(py, error))
-}
-
 /// The parameters with these names.
 pub fn parameters(py: Python<'_>, names: &[String]) -> PyResult<Vec<Parameter>> {
     names.iter().map(|name| name.parse().map_err(|error| raised(py, error))).collect()
@@ -63,7 +57,9 @@ impl PyScene {
     /// The scene of a table in JSON.
     #[staticmethod]
     fn from_json(py: Python<'_>, text: &str, folder: std::path::PathBuf) -> PyResult<Self> {
-        Self::from_toml(py, &json_to_toml(py, text)?, folder)
+        let text = json_to_toml(py, text)?;
+        let scene = rodfit::Scene::from_toml(&text, folder);
+        Self::of(py, scene.map_err(|error| raised_in_table(py, &text, error))?)
     }
 
     /// The scene as TOML, without chosen mesh, step and scheme.

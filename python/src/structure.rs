@@ -1,8 +1,8 @@
 //! Structures, their motion as arrays, equilibria and modes.
 
 use crate::error::raised;
-use crate::json::{from_json, to_json};
-use crate::scene::{PyScene, json_to_toml};
+use crate::json::{from_json, json_to_toml, raised_in_table, to_json};
+use crate::scene::PyScene;
 use crate::work::{WorkHooks, interruptible};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray4, PyArrayMethods};
 use pyo3::prelude::*;
@@ -118,7 +118,9 @@ impl PyStructure {
     /// The structure of a table in JSON.
     #[staticmethod]
     fn from_json(py: Python<'_>, text: &str, folder: PathBuf) -> PyResult<Self> {
-        Self::from_toml(py, &json_to_toml(py, text)?, folder)
+        let text = json_to_toml(py, text)?;
+        let scene = StructureScene::from_toml(&text, folder);
+        Self::of(py, scene.map_err(|error| raised_in_table(py, &text, error))?)
     }
 
     /// The structure as TOML.

@@ -234,3 +234,20 @@ def test_critical_load_determines_the_modulus(bench: rodfit.Scene) -> None:
     across = rodfit.Fit(bench).buckling(f"{LOAD}.y", CRITICAL, sigma=1e-3).add("youngs_modulus")
     with pytest.raises(rodfit.ComputationError, match="a straight rod buckles"):
         across.solve()
+
+
+def test_errors_of_tables_have_the_key_and_no_line(scene: rodfit.Scene) -> None:
+    fit, loads = rodfit.Fit(scene), [{"node": "tip", "force": [0, 0, 0]}, {"node": "tip", "forc": [0, 0, 0]}]
+    calls: list[tuple[str, Any]] = [
+        ("material.youngs_modulus", lambda: scene.replace(material={"youngs_modulus": "1e8"})),
+        ("material", lambda: rodfit.Scene(scene.to_dict() | {"material": 3})),
+        ("loads.point.forc", lambda: scene.replace(loads={"point": loads})),
+        ("frequencies.sigmas", lambda: fit.frequencies([1.0], sigma=0.1, sigmas=0.1)),
+        ("analysis.bootstrap", lambda: fit.solve(bootstrap="many")),
+        ("loss", lambda: fit.observe([0.0], [[0.5]], loss="cachy")),
+        ("at", lambda: fit.observe([0.0], [[0.5]], at="tips")),
+        ("rods", lambda: rodfit.Structure({"rods": 3})),
+    ]
+    for key, call in calls:
+        error = refusal(call)
+        assert error.key == key and str(error).startswith(f"{key}: ") and "line" not in str(error)
