@@ -112,7 +112,7 @@ fn compare(models: &[Model], takes: &[Take], divisions: usize) -> Result<(), Box
     Ok(())
 }
 
-/// Estimates from all takes, from those of each motor, and with other tensions or a free Poisson's ratio.
+/// Estimates from all takes, from those of each tendon, and with other tensions or a free Poisson's ratio.
 fn show_estimates(takes: &[Take]) -> Result<(), Box<dyn Error>> {
     println!("\nModulus and density at the stated tensions");
     let report = fit(&BASIC, takes, true)?;

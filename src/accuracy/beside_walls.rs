@@ -2,14 +2,14 @@
 //!
 //! A clamp holds two nodes. Loads between them do not move the rod, so that meshes whose held nodes carry a load or a
 //! mass entirely agree without being right. [`edges_beside_walls`] returns the number of edges with which every load
-//! and mass at an arc length is at least partly on free nodes, at most [`MOST_EDGES`].
+//! and mass at an arc length is on free nodes, at most [`MOST_EDGES`].
 
 use crate::scene::{Point, Scene, Support};
 
-/// Edges per length of the rod over the distance of a load from a wall: the second free node is then at the load.
+/// Edges per length of the rod over the distance of a load from a wall: free nodes are then on both sides of the load.
 const EDGES_PER_DISTANCE: f64 = 2.0;
-/// Largest number of edges because of a load: a load nearer to a wall than half a per cent of the length hardly bends
-/// the rod.
+/// Largest number of edges because of a load: one nearer to a wall than half a per cent of the length hardly bends the
+/// rod, and does not count.
 const MOST_EDGES: f64 = 400.0;
 
 /// The number of edges of a mesh of a `scene` whose rod has a `length`, m, that loads and point masses beside clamped
@@ -27,8 +27,8 @@ pub(super) fn edges_beside_walls(scene: &Scene, length: f64) -> f64 {
     // The far end of a line load counts: the part before it may be on held nodes.
     let distances = parts.iter().flat_map(|[from, to]| [*to, length - from]);
     let beside = distances.zip(ends.into_iter().cycle()).filter_map(|(distance, support)| {
-        (support == Support::Clamped && distance > 0.0).then_some(distance)
+        let counts = distance * MOST_EDGES >= EDGES_PER_DISTANCE * length;
+        (support == Support::Clamped && counts).then_some(distance)
     });
-    let nearest = beside.fold(f64::INFINITY, f64::min);
-    (EDGES_PER_DISTANCE * length / nearest).min(MOST_EDGES)
+    EDGES_PER_DISTANCE * length / beside.fold(f64::INFINITY, f64::min)
 }

@@ -182,8 +182,10 @@ fn measurement_keys(file: &Path, options: &PredictOptions, scene: &Scene) -> Res
     // Further keys that the file needs, as `rodfit inspect` determines them.
     let inspection = Inspection::of(file, &recording)?;
     let found = inspection.recording;
-    // A clock starts as in a fit file, unless the marker rests before it moves: a recording may begin in the motion.
-    let onset = found.time_zero.filter(|zero| *zero > inspection.clock[0]);
+    // A clock starts as in a fit file, unless it begins below zero or the marker rests before it moves: a recording may
+    // begin in the motion.
+    let first = inspection.clock[0];
+    let onset = found.time_zero.filter(|zero| first < 0.0 || *zero > first);
     add_number(&mut keys, "fps", fps.or(found.fps));
     add_number(&mut keys, "scale", scale.or(found.scale));
     add_number(&mut keys, "time_zero", options.time_zero.or(onset));

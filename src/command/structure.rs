@@ -30,6 +30,7 @@ pub fn simulate(
         return Err(Error::invalid("--reactions", "a structure", "only for a scene of one rod"));
     }
     let structure = Structure::new(scene)?;
+    structure.check_end()?;
     let mut outputs = Outputs::new(&options.json, global);
     let out = outputs.add("--out", options.out.as_deref());
     outputs.add_page(options.report.as_deref(), "simulation.html");

@@ -489,8 +489,10 @@ impl Fit {
             let raised = next.with_raised_damping(polished)?;
             let weighted = next.with_growth_weights(raised)?;
             // Sigmas that are not given contained the discretization errors of the coarser mesh.
+            next.follow(&optimum.x, &start, &weighted);
+            let before = weighted.x.clone();
             let found = next.reweighted(weighted)?;
-            next.follow(&optimum.x, &start, &found);
+            search.journal.move_minimum(&before, next.minimum(&found));
             let state = RefinementState { round: state.round + 1, ..state };
             return self.refine(Fitted { search: &next, optimum: &found }, &experiments, state);
         }
@@ -512,16 +514,29 @@ impl Fit {
             {
                 let state = RefinementState { first_fit: None, ..state };
                 let mut next = search.clone();
-                let other = next.reweighted(other)?;
-                return self.refine(Fitted { search: &next, optimum: &other }, experiments, state);
+                if let Some(other) = none_on_failure(next.reweighted(other))? {
+                    let fitted = Fitted { search: &next, optimum: &other };
+                    return self.refine(fitted, experiments, state);
+                }
+                search.journal.reweight(&search.sigmas);
             }
         }
         // 4. Minima that were near in their objective are compared on this mesh.
         if !state.is_compared {
             let compared = search.compare_minima(optimum, local.noise.misfit_scale)?;
             let MinimumComparison { search: mut next, lower, mut unreached } = compared;
+            let lower = match lower {
+                Some(lower) => {
+                    let before = lower.x.clone();
+                    let found = none_on_failure(next.reweighted(lower))?;
+                    if let Some(found) = &found {
+                        search.journal.move_minimum(&before, next.minimum(found));
+                    }
+                    found
+                }
+                None => None,
+            };
             if let Some(lower) = lower {
-                let lower = next.reweighted(lower)?;
                 let state = RefinementState { first_fit: None, is_compared: true, ..state };
                 let fitted = Fitted { search: &next, optimum: &lower };
                 let report = self.refine(fitted, experiments, state)?;
@@ -532,6 +547,8 @@ impl Fit {
                 }
                 unreached = Some(lower.x);
             }
+            // Later points are in the units of this search again.
+            search.journal.reweight(&search.sigmas);
             if let Some(x) = unreached {
                 let words = unreached_minimum_warning(search.unknowns, &x);
                 warnings.add(Severity::Worthless, Code::BetterMinimum, words);

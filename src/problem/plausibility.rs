@@ -66,22 +66,24 @@ impl Problem {
     /// Warning of an equilibrium or modes of a scene with friction, of a contact or in the rod, which they do not have;
     /// `None` without friction.
     pub(crate) fn frictionless_note(&self) -> Option<(Code, String)> {
-        if let Some(friction) = &self.scene.loads.damping.friction {
-            let words = format!(
+        let rough = self.scene.contacts.iter().position(Contact::has_friction);
+        let contact = rough.map(|rough| {
+            format!(
+                "equilibria and modes are without friction, and contacts[{rough}] has some: the rod slides freely along \
+                 the obstacle. Simulate the motion with [time] for friction"
+            )
+        });
+        let rod = self.scene.loads.damping.friction.map(|friction| {
+            format!(
                 "equilibria and modes are without loads.damping.friction, whose springs resist up to their slip: at small \
                  curvatures the rod is {:.3} times as stiff, with frequencies {:.3} times as high, and it rests where its \
                  motion ends. Simulate the motion with [time] for friction",
                 1.0 + friction.stiffness,
                 (1.0 + friction.stiffness).sqrt()
-            );
-            return Some((Code::Frictionless, words));
-        }
-        let rough = self.scene.contacts.iter().position(Contact::has_friction)?;
-        let words = format!(
-            "equilibria and modes are without friction, and contacts[{rough}] has some: the rod slides freely along the \
-             obstacle. Simulate the motion with [time] for friction"
-        );
-        Some((Code::Frictionless, words))
+            )
+        });
+        let words: Vec<String> = rod.into_iter().chain(contact).collect();
+        (!words.is_empty()).then(|| (Code::Frictionless, words.join(". ")))
     }
 
     /// Whether the file gives no gravity and nothing else moves the rod: no load, flow, support motion, recording,

@@ -2,7 +2,7 @@
 //!
 //! Input: a problem and the number of each parameter over any number type. Output of `reference_strains`:
 //! [`ReferenceStrains`], with the edges that stretch and the joints that bend with the rod alone. An edge that a
-//! support holds is left out, and so is the joint or edge that is in series with a compliant clamp. All of them remain
+//! support holds is left out, with joints between two of them, and so is the joint or edge that is in series with a compliant clamp. All of them remain
 //! if none else would. Lengths are those of the elements: tributary lengths, m, with the corrections at walls. The
 //! stress-free curvature of a joint has the components along both material directors, without those of actuators.
 //! [`joint_curvature`] returns these components from the axes of two edges; it is used for the deformed rod too.
@@ -102,13 +102,27 @@ impl Problem {
     fn stretching_edges(&self) -> Vec<bool> {
         let mut own = vec![true; self.segments()];
         let last = own.len() - 1;
-        for (end, outermost, next) in [(End::Start, 0, 1), (End::End, last, last - 1)] {
-            if matches!(self.scene.supports.at(end), Support::Clamped | Support::Recorded) {
-                own[outermost] = false;
+        for (end, next) in [(End::Start, 1), (End::End, last - 1)] {
+            let held = self.held_edges(end);
+            match end {
+                End::Start => own[..held].fill(false),
+                End::End => own[last + 1 - held..].fill(false),
+            }
+            if self.scene.supports.at(end) == Support::Clamped {
                 own[next] &= !self.moves_along(end);
             }
         }
         all_if_none(own)
+    }
+
+    /// Number of edges that the support of an end holds: one of a clamp, and those between held nodes of a recorded end.
+    fn held_edges(&self, end: End) -> usize {
+        let segments = self.segments();
+        match (self.scene.supports.at(end), &self.scene.supports.path) {
+            (Support::Clamped, _) => 1,
+            (Support::Recorded, Some(path)) => (path.held_nodes(segments) - 1).min(segments),
+            _ => 0,
+        }
     }
 
     /// Whether each joint bends with the rod alone, and not with a compliant clamp. All do if none would.
@@ -118,6 +132,10 @@ impl Problem {
         let [start, end] = self.scene.soft;
         own[0] &= !start;
         own[last] &= !end;
+        // Joints between held edges follow the support.
+        let held = [End::Start, End::End].map(|end| self.held_edges(end).saturating_sub(1));
+        own[..held[0].min(last + 1)].fill(false);
+        own[(last + 1).saturating_sub(held[1])..].fill(false);
         all_if_none(own)
     }
 }

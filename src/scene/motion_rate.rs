@@ -32,7 +32,7 @@ pub(super) struct MotionRate {
     found: String,
     /// Duration of a period or ramp, s.
     time: f64,
-    /// Name of that duration: `period`, `ramp`, `pulse` or `value`.
+    /// Name of that duration: `period`, `ramp` or `pulse`.
     interval: &'static str,
     /// Steps that the duration requires, as a fraction of those per period.
     fraction: f64,

@@ -163,8 +163,8 @@ impl<D: Scalar> Signal<D> {
 }
 
 impl Signal {
-    /// Whether a ramp, a pulse or steps, with their gain, have values below zero. A sine, and samples of a file, count
-    /// as positive.
+    /// Whether a ramp, a pulse or steps, with their gain, have values below zero. A sine and samples of a file are not
+    /// examined.
     pub(super) fn has_negative_values(&self) -> bool {
         match self.kind {
             Some(SignalKind::Ramp | SignalKind::Pulse) => self.gain < 0.0,
@@ -285,7 +285,7 @@ impl Signal {
     }
 
     /// Rate of the signal for the choice of time steps: the period of a sine, or the bandwidth of samples. None for
-    /// other kinds, whose means over a step are exact, and for samples that do not exceed their noise.
+    /// other kinds, whose means over a step are exact for dead loads, and for samples that do not exceed their noise.
     pub(super) fn motion_rate(&self) -> Option<MotionRate> {
         let key = format!("signals.{}", self.name);
         match (&self.samples, self.frequency) {
@@ -301,20 +301,12 @@ impl Signal {
         }
     }
 
-    /// Rate of a pulse, and of the shortest of values in steps: two time steps or more are required in each. None for
-    /// other kinds.
+    /// Rate of a pulse with a gain: two time steps or more are required in it. None for other kinds.
     pub(super) fn pulse_rate(&self) -> Option<MotionRate> {
-        let key = format!("signals.{}", self.name);
-        match self.kind {
-            Some(SignalKind::Pulse) => {
-                Some(MotionRate::of_interval(format!("{key}.duration"), "pulse", self.duration?))
-            }
-            Some(SignalKind::Steps) => {
-                let shortest = self.times.windows(2).map(|w| w[1] - w[0]).min_by(f64::total_cmp)?;
-                Some(MotionRate::of_interval(format!("{key}.times"), "value", shortest))
-            }
-            _ => None,
-        }
+        let duration = self.duration.filter(|_| self.gain != 0.0)?;
+        let key = format!("signals.{}.duration", self.name);
+        let is_pulse = self.kind == Some(SignalKind::Pulse);
+        is_pulse.then(|| MotionRate::of_interval(key, "pulse", duration))
     }
 
     /// Warnings, with codes, of missing samples, with the name of the file; empty without samples.

@@ -1,7 +1,7 @@
 //! Time steps and warnings of a scene by the motion of its supports and the signals of its loads and actuators.
 //!
 //! A step is compared with ramps, periods and recordings of supports, periods of sine signals and the bandwidth of
-//! samples; pulses and steps of loads that move with the rod, of moments and of actuators too. Only signals that a load or
+//! samples; pulses of loads that move with the rod, of moments and of actuators too. Only signals that a load or
 //! an actuator names count (`used_signals`). `check_step` rejects a step, s, that
 //! does not resolve these motions, `motion_step_warnings` returns warnings of poor resolution, `largest_good_step` the
 //! largest one, s, that resolves them well, recorded ends left out. `recording_warnings` are those of defects in

@@ -72,17 +72,13 @@ impl Structure {
     /// Derivatives of energies are hand-derived ones. A recording that is given as a track is examined for defects.
     ///
     /// # Errors
-    /// [`Error::Invalid`] with file, key, and the found and the allowed value. Also for a `[time]` that ends after the
-    /// recording that moves the ends.
+    /// [`Error::Invalid`] with file, key, and the found and the allowed value.
     pub fn new(mut scene: StructureScene) -> Result<Self, Error> {
         scene.validate()?;
         let file = scene.path.clone();
         let in_file = |error: Error| error.in_file(file.as_deref());
         if let Some(recording) = &mut scene.recording {
             recording.examine(&scene.supports).map_err(in_file)?;
-            if let Some(time) = &scene.time {
-                recording.check_end(&scene.supports, time).map_err(in_file)?;
-            }
         }
         let blueprint = Blueprint::new(&scene).map_err(in_file)?;
         let at_rest = blueprint.build(&scene).map_err(in_file)?;
@@ -96,6 +92,19 @@ impl Structure {
     /// numbers. Equilibria and modes always take the hand-derived ones.
     pub fn with_derivatives(self, derivatives: Derivatives) -> Self {
         Self { derivatives, ..self }
+    }
+
+    /// Rejects a `[time]` that ends after the recording that moves the ends, where their motion is unknown. Fits simulate
+    /// up to the last sample only.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] with the key `time.end`.
+    pub fn check_end(&self) -> Result<(), Error> {
+        let (Some(recording), Some(time)) = (&self.scene.recording, &self.scene.time) else {
+            return Ok(());
+        };
+        let checked = recording.check_end(&self.scene.supports, time);
+        checked.map_err(|error| error.in_file(self.scene.path.as_deref()))
     }
 
     /// The validated scene, in plain numbers.

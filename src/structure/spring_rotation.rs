@@ -6,7 +6,7 @@
 //! [`LARGEST_ROTATION`]. The error names the joint. In a plane angles of springs have no limit, and hinges have no such
 //! moment.
 
-use crate::error::{Error, ensure};
+use crate::error::Error;
 use crate::numerics::rotation::{product, rotation_vector, transpose};
 use crate::numerics::vector::dot;
 use crate::rod::Assembly;
@@ -41,14 +41,17 @@ impl Structure {
             let relative = product(&transpose(&body), &clamp);
             let turn = rotation_vector(&product(&transpose(&spring.law.rest), &relative));
             let angle = dot(turn, turn).sqrt();
+            if angle <= LARGEST_ROTATION {
+                continue;
+            }
             let moment = time.map_or(String::new(), |time| format!(" at t = {time:.4} s"));
             let found = format!("a spring that is rotated by {angle:.3} rad{moment}");
             let allowed = format!(
                 "up to {LARGEST_ROTATION:.3} rad, 0.9 of half a turn, in space. Its moment changes sign at half a turn"
             );
             let key = format!("joints[{}]", plan.joint);
-            ensure(angle <= LARGEST_ROTATION, key, found, allowed)
-                .map_err(|error| error.in_file(self.scene.path.as_deref()))?;
+            let error = Error::invalid(key, found, allowed);
+            return Err(error.in_file(self.scene.path.as_deref()));
         }
         Ok(())
     }

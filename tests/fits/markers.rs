@@ -355,7 +355,7 @@ fn fit_file_offsets_are_read_and_checked() {
             "observation[0].offset: found [0.0, 4.0, 0.0], allowed: up to the rod's length",
         ),
         ("[0, nan, 0]", "observation[0].offset"),
-        ("[0, 0.004]", "3 numbers"),
+        ("[0.004]", "3 numbers, or 2"),
     ] {
         let refused = fit(wrong).unwrap_err().to_string();
         assert!(refused.contains(message), "{refused}");

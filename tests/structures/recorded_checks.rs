@@ -68,7 +68,8 @@ fn recorded_motion_out_of_the_plane_gives_a_spatial_model() {
 
 #[test]
 fn simulation_beyond_the_end_of_the_recording_is_rejected() {
-    let message = error(Structure::new(scene("auto", track(50, [0.0, 1.0, 0.0]), 0.9, 1e-3)));
+    let structure = Structure::new(scene("auto", track(50, [0.0, 1.0, 0.0]), 0.9, 1e-3)).unwrap();
+    let message = error(structure.check_end());
     assert!(message.contains("time.end") && message.contains("up to 0.5 s"), "{message}");
 }
 

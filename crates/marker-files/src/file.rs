@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Largest size of a table, bytes. Larger files are rejected, as their numbers may need several times this memory.
 const MOST_DATA: u64 = 500_000_000;
@@ -51,7 +51,8 @@ pub fn with_files<T>(files: BTreeMap<PathBuf, Vec<u8>>, read: impl FnOnce() -> T
 fn in_memory(path: &Path) -> Option<io::Result<Vec<u8>>> {
     FILES.with_borrow(|files| {
         let files = files.as_ref()?;
-        Some(files.get(path).cloned().ok_or_else(|| {
+        let path: PathBuf = path.components().filter(|part| *part != Component::CurDir).collect();
+        Some(files.get(&path).cloned().ok_or_else(|| {
             let names: Vec<_> = files.keys().map(|name| name.display().to_string()).collect();
             let message = format!("found no such file, given: {}", names.join(", "));
             io::Error::new(io::ErrorKind::NotFound, message)

@@ -31,8 +31,7 @@ use crate::fit::unknown::{ParameterPoint, Unknown};
 use crate::fit::validate::measurement_key;
 use crate::numerics::stopwatch::Stopwatch;
 
-/// Fixed-point iterations for the positions of a plan; the error falls by the speed times the row delay, or `3 distortion
-/// r^2`, in each.
+/// Fixed-point iterations for the positions of a plan; the error falls by the speed times the row delay in each.
 const POSITION_ITERATIONS: usize = 10;
 
 /// A fit of planned measurements, which have times and noise, but no values.

@@ -187,8 +187,10 @@ impl PointChannel {
             }
             PointQuantity::Strain { offset } => {
                 let found = format!("{offset:?}");
-                let allowed = "finite components along both directors, and none along the rod";
-                ensure(is_across_rod(offset), format!("{key}.offset"), found, allowed)
+                let allowed = "finite components along both directors, up to the rod's length, and none along the rod";
+                let is_valid =
+                    is_across_rod(offset) && dot(offset, offset).sqrt() <= problem.length();
+                ensure(is_valid, format!("{key}.offset"), found, allowed)
             }
         }
     }

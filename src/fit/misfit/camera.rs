@@ -117,7 +117,7 @@ impl<D: Scalar> View<D> {
     /// observed remain `None` and are taken as those of the optical center.
     pub fn undistorted(&self, observed: &[Option<f64>; 3]) -> [Option<D>; 3] {
         let Some(lens) = &self.lens else { return observed.map(|x| x.map(D::from)) };
-        let radial = self.from_optical_center(lens, observed);
+        let radial = self.optical_arm(lens, observed);
         let factor = lens.distortion * dot(radial, radial);
         std::array::from_fn(|c| observed[c].map(|x| radial[c] * factor + x))
     }
@@ -131,10 +131,14 @@ impl<D: Scalar> View<D> {
         observed: &[Option<f64>; 3],
     ) -> Vector<D> {
         let Some(lens) = &self.lens else { return difference };
-        let radial = self.from_optical_center(lens, observed);
+        let radial = self.optical_arm(lens, observed);
         let one = D::from(1.0);
         let square = lens.distortion * dot(radial, radial);
         let [across, along] = [one + square, one + square * 3.0];
+        // Beyond the fold of the distortion a position has no picture: such a trial is rejected.
+        if along.value() <= 0.0 {
+            return [D::from(f64::NAN); 3];
+        }
         let part = self.in_picture(difference);
         // (1 + k r^2) 1 + 2 k r r' is the derivative of (1 + k r^2) r.
         let radially = lens.distortion * 2.0 * dot(radial, part) / (across * along);
@@ -144,7 +148,7 @@ impl<D: Scalar> View<D> {
 
     /// The vector from the optical center to an `observed` position, m, across the optical axis. Coordinates that were not
     /// observed are taken as those of the optical center.
-    fn from_optical_center(&self, lens: &Lens<D>, observed: &[Option<f64>; 3]) -> Vector<D> {
+    fn optical_arm(&self, lens: &Lens<D>, observed: &[Option<f64>; 3]) -> Vector<D> {
         let zero = D::from(0.0);
         let arm = std::array::from_fn(|c| observed[c].map_or(zero, |x| -lens.center[c] + x));
         self.in_picture(arm)

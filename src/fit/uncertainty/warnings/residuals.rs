@@ -92,12 +92,11 @@ pub(crate) fn unexplained_motion(
         let relative = rms / size.max(f64::MIN_POSITIVE);
         let unit = measurement.data_unit();
         let finding = format!(
-            "{}: the residuals are {} of the observed motion ({:.3e} {unit} of {:.3e} {unit})",
+            "{}: the residuals are {} of the observed motion ({} of {})",
             experiment.label(measurement),
             percent(relative),
-            rms / unit.size,
-            size / unit.size,
-            unit = unit.name
+            format!("{:.3e} {}", rms / unit.size, unit.name).trim_end(),
+            format!("{:.3e} {}", size / unit.size, unit.name).trim_end(),
         );
         let outlying = parts.outlying(name);
         if let Some(part) = outlying.filter(|_| is_unexplained) {
