@@ -136,7 +136,8 @@ fn experiment_name(files: &[PathBuf], k: usize) -> String {
 /// The keys (TOML) of the measurement in a file. If recordings prescribe the ends of the rod: its free markers;
 /// `--point`, `--marker`, `--time-zero`, `--fps`, `--scale` and `--columns` are rejected. If the scene has no time: a
 /// shape at rest, with `--scale` and `--columns`; the others are rejected. Else the motion of `--point`, with keys as
-/// [`Inspection`] determines them where the options give none; time zero only if the marker rests before it moves. `--sigma` is a key in all cases.
+/// [`Inspection`] determines them where the options give none; time zero only if the marker rests before it moves.
+/// `--sigma` is a key in all cases.
 fn measurement_keys(file: &Path, options: &PredictOptions, scene: &Scene) -> Result<Table, Error> {
     let RecordingUnits { fps, scale, .. } = options.units;
     let columns = &options.units.columns;

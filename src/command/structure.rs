@@ -93,8 +93,8 @@ pub fn simulate(
 }
 
 /// Computes the equilibrium of a structure under its loads, and writes the report (JSON), the nodes (CSV) and the
-/// summary with its stability and warnings. Returns exit code 0, also for an unstable equilibrium, or that of an output that cannot
-/// be written. Errors: an invalid structure, invalid outputs, and those of the search.
+/// summary with its stability and warnings. Returns exit code 0, also for an unstable equilibrium, or that of an output
+/// that cannot be written. Errors: an invalid structure, invalid outputs, and those of the search.
 pub fn rest(
     scene: StructureScene,
     options: &StaticOptions,

@@ -5,8 +5,8 @@
 //! derivatives and assemblies of rods implement. Halving continues up to [`HALVINGS`] times. At the last halving
 //! wider limits hold. Its error then ends the run, at the last valid state, which may be inside the step. The
 //! limits of [`StepControl`] are those of the energy or, where supports or a flow do work, of the rotation of
-//! edges; a step through an obstacle is rejected too. `accepted` is called once per accepted part of a step, for example to advance derivatives; its error ends
-//! the run without halving.
+//! edges; a step through an obstacle is rejected too. `accepted` is called once per accepted part of a step, for
+//! example to advance derivatives; its error ends the run without halving.
 
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step_control::{HALVINGS, StepControl};

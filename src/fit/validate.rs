@@ -158,8 +158,8 @@ fn check_unknowns(experiments: &[Experiment], unknowns: &[Unknown]) -> Result<()
 
 /// Rejects measurements of one experiment that cannot be compared with its scene, and measured loads that are unknowns.
 /// Rejects unknown parameters of the time scheme (`time.beta`, `time.rho_inf`) without a fixed step, frequencies of
-/// structures in space, and nodes named by index on a mesh that the program chooses. If the fit has `several` measurements, one with fewer than [`FEW`] values
-/// needs a sigma, as its noise cannot be estimated.
+/// structures in space, and nodes named by index on a mesh that the program chooses. If the fit has `several`
+/// measurements, one with fewer than [`FEW`] values needs a sigma, as its noise cannot be estimated.
 fn check_measurements(
     experiment: &Experiment,
     unknowns: &[Unknown],

@@ -2,11 +2,11 @@
 //!
 //! Input: a problem and the number of each parameter over any number type. Output of `reference_strains`:
 //! [`ReferenceStrains`], with the edges that stretch and the joints that bend with the rod alone. An edge that a
-//! support holds is left out, with joints between two of them, and so is the joint or edge that is in series with a compliant clamp. All of them remain
-//! if none else would. Lengths are those of the elements: tributary lengths, m, with the corrections at walls. The
-//! stress-free curvature of a joint has the components along both material directors, without those of actuators.
-//! [`joint_curvature`] returns these components from the axes of two edges; it is used for the deformed rod too.
-//! `edges_around` is the range of edges on which the strains at a place depend.
+//! support holds is left out, with joints between two of them, and so is the joint or edge that is in series with a
+//! compliant clamp. All of them remain if none else would. Lengths are those of the elements: tributary lengths, m,
+//! with the corrections at walls. The stress-free curvature of a joint has the components along both material
+//! directors, without those of actuators. [`joint_curvature`] returns these components from the axes of two edges; it
+//! is used for the deformed rod too. `edges_around` is the range of edges on which the strains at a place depend.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, sub};

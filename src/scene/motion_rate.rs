@@ -2,12 +2,12 @@
 //! for larger ones.
 //!
 //! Each ramp, oscillation or recorded motion has a duration, s: the ramp, the period, or the inverse of the bandwidth
-//! (`MotionRate`, also used for signals; `of_frequency` and `from_bandwidth` make it from Hz, `of_interval` from s, `good_step` is its
-//! largest step that resolves it well). A step must make at least `FEWEST_STEPS` per period of an oscillation, else
-//! `check` rejects it; below `GOOD_STEPS` there is a warning for each motion. Ramps and recordings require half as
-//! many. Motions of size zero and recordings at rest require none. `check_step` and `step_warnings` of the supports
-//! cover `supports.motion` and `supports.path`. `largest_good_step` returns the step, s, with at least `GOOD_STEPS` for
-//! all motions of `supports.motion`, infinite without any; `supports.path` is left out.
+//! (`MotionRate`, also used for signals; `of_frequency` and `from_bandwidth` make it from Hz, `of_interval` from s,
+//! `good_step` is its largest step that resolves it well). A step must make at least `FEWEST_STEPS` per period of an
+//! oscillation, else `check` rejects it; below `GOOD_STEPS` there is a warning for each motion. Ramps and recordings
+//! require half as many. Motions of size zero and recordings at rest require none. `check_step` and `step_warnings` of
+//! the supports cover `supports.motion` and `supports.path`. `largest_good_step` returns the step, s, with at least
+//! `GOOD_STEPS` for all motions of `supports.motion`, infinite without any; `supports.path` is left out.
 
 use crate::code::Code;
 use crate::error::Error;

@@ -47,8 +47,8 @@ impl SignalSamples {
     /// samples.
     ///
     /// # Errors
-    /// A file that cannot be read, missing columns, a unit of the values, times that do not increase, fewer than two samples, and a first
-    /// time after 0. The error has the line.
+    /// A file that cannot be read, missing columns, a unit of the values, times that do not increase, fewer than two
+    /// samples, and a first time after 0. The error has the line.
     pub(super) fn read(path: &Path, interpolation: Interpolation) -> Result<Self, Error> {
         let table = Table::read(path)?;
         let (time, value) = (table.require("t")?, table.require("value")?);

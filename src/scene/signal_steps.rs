@@ -2,10 +2,9 @@
 //!
 //! A step is compared with ramps, periods and recordings of supports, periods of sine signals and the bandwidth of
 //! samples; pulses of loads that move with the rod, of moments and of actuators too. Only signals that a load or
-//! an actuator names count (`used_signals`). `check_step` rejects a step, s, that
-//! does not resolve these motions, `motion_step_warnings` returns warnings of poor resolution, `largest_good_step` the
-//! largest one, s, that resolves them well, recorded ends left out. `recording_warnings` are those of defects in
-//! recordings and samples.
+//! an actuator names count (`used_signals`). `check_step` rejects a step, s, that does not resolve these motions,
+//! `motion_step_warnings` returns warnings of poor resolution, `largest_good_step` the largest one, s, that resolves
+//! them well, recorded ends left out. `recording_warnings` are those of defects in recordings and samples.
 
 use crate::code::Code;
 use crate::error::Error;

@@ -11,9 +11,10 @@
 //! over the nodes `i` that the support holds, with mass damping `c_m`, the tangent `t` of a held edge and the point `c`
 //! of the support. That point is the middle of the outermost edge where a wall cuts it, its inner node at a soft clamp,
 //! and the end of the rod otherwise. Half of the mass of a cut edge is inside the wall. It is left out, so that force
-//! and moment at rest balance the rod from the wall on, with all its loads and point masses. Kelvin-Voigt stress is that of the mean strain rates over the
-//! last step. The rotational inertia of a held edge that spins is left out too. At rest there are no damping, drag and
-//! inertia. Output: [`Reactions`], force, and moment about `c`, of both ends; zero for a free end.
+//! and moment at rest balance the rod from the wall on, with all its loads and point masses. Kelvin-Voigt stress is
+//! that of the mean strain rates over the last step. The rotational inertia of a held edge that spins is left out too.
+//! At rest there are no damping, drag and inertia. Output: [`Reactions`], force, and moment about `c`, of both ends;
+//! zero for a free end.
 //!
 //! `reactions_at_rest` returns those of an equilibrium. `reactions_in_motion` returns a [`ReactionModel`], with which
 //! `reactions` are computed in any state. It is over any scalar of a rod: with dual numbers its output has derivatives
@@ -143,8 +144,8 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// The reactions at both ends of `rod` in a state. Weight, drag, inertia and mass damping of the part of the rod on
-    /// nodes behind a wall are left out, those of point masses are not. A clamp holds two nodes, a recorded end those at its held markers, other
-    /// supports one. A free end has zero.
+    /// nodes behind a wall are left out, those of point masses are not. A clamp holds two nodes, a recorded end those
+    /// at its held markers, other supports one. A free end has zero.
     fn reactions_with<D: Nestable>(
         &self,
         ReactionModel { bare, damping, drag, supports, .. }: &ReactionModel<D, M>,

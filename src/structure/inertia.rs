@@ -3,12 +3,12 @@
 //!
 //! A body has its own mass, and that of nodes of each rod end on it: the outer node of a hinged end, or both nodes of
 //! the outer edge of a clamped end, of which the one behind the joint has point masses only. The mass of a sprung clamp
-//! counts at the joint, with its moment of inertia about it: an error of second order in the length of an edge, with which all
-//! masses are constant and diagonal. Center, m, and moment of inertia, kg m^2, are those of the sum; weight and
-//! point forces act at the body's own center. [`BodiesAtRest`] has the bodies, the springs, the centers of mass,
-//! and the coordinates at rest, m (rotations as angle times radius of gyration, zero at rest). A rotating joint
-//! without a moment of inertia is an error. So is a spring compliance below `LEAST_COMPLIANCE` over the bending
-//! stiffness of the rod's outermost joint.
+//! counts at the joint, with its moment of inertia about it: an error of second order in the length of an edge, with
+//! which all masses are constant and diagonal. Center, m, and moment of inertia, kg m^2, are those of the sum; weight
+//! and point forces act at the body's own center. [`BodiesAtRest`] has the bodies, the springs, the centers of mass,
+//! and the coordinates at rest, m (rotations as angle times radius of gyration, zero at rest). A rotating joint without
+//! a moment of inertia is an error. So is a spring compliance below `LEAST_COMPLIANCE` over the bending stiffness of
+//! the rod's outermost joint.
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::{Nestable, Scalar};

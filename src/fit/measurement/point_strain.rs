@@ -5,8 +5,7 @@
 //! record: `bending` along both material directors, 1/m, the integrated curvature `2 tan(phi/2)` of each joint less the
 //! stress-free one, over the length that bends in the joint; `curvature`, the same plus the stress-free curvature; and
 //! `stretch`, the change of length of each edge over the length that stretches in it. Lengths are those without load,
-//! as in the strains of the model. Errors are a
-//! point outside the rod, and nodes or edges that are not recorded.
+//! as in the strains of the model. Errors are a point outside the rod, and nodes or edges that are not recorded.
 
 use crate::dynamics::record::RecordView;
 use crate::error::Error;
@@ -16,10 +15,16 @@ use crate::numerics::vector::{dot, sub};
 use crate::problem::{ReferenceEdge, ReferenceJoint, joint_curvature};
 use crate::scene::{Point, Stencil};
 
+/// A joint or an edge with its weight at a point.
+struct Weighted<'a, T, D> {
+    part: &'a T,
+    weight: D,
+}
+
 /// Joints and edges around a point, each with its weight.
 pub(super) struct PointStrain<'a, D> {
-    joints: Vec<(&'a ReferenceJoint<D>, D)>,
-    edges: Vec<(&'a ReferenceEdge<D>, D)>,
+    joints: Vec<Weighted<'a, ReferenceJoint<D>, D>>,
+    edges: Vec<Weighted<'a, ReferenceEdge<D>, D>>,
 }
 
 impl<'a, D: Scalar> PointStrain<'a, D> {
@@ -33,15 +38,19 @@ impl<'a, D: Scalar> PointStrain<'a, D> {
         let joints = Stencil::between(&reference.joint_places, place).nodes.into_iter();
         let edges = Stencil::between(&reference.edge_places, place).nodes.into_iter();
         Ok(Self {
-            joints: joints.map(|(i, weight)| (&reference.joints[i], weight)).collect(),
-            edges: edges.map(|(i, weight)| (&reference.edges[i], weight)).collect(),
+            joints: joints
+                .map(|(i, weight)| Weighted { part: &reference.joints[i], weight })
+                .collect(),
+            edges: edges
+                .map(|(i, weight)| Weighted { part: &reference.edges[i], weight })
+                .collect(),
         })
     }
 
     /// Curvature along both material directors at record `k`, 1/m, positive if the rod bends towards the director.
     pub fn curvature(&self, record: &RecordView<'_, D>, k: usize) -> Result<[D; 2], Error> {
         let mut sum = self.bending(record, k)?;
-        for (joint, weight) in &self.joints {
+        for Weighted { part: joint, weight } in &self.joints {
             for c in 0..2 {
                 sum[c] += joint.natural_curvature[c] * *weight;
             }
@@ -52,7 +61,7 @@ impl<'a, D: Scalar> PointStrain<'a, D> {
     /// Curvature at record `k` less the stress-free curvature, 1/m, along both material directors.
     pub fn bending(&self, record: &RecordView<'_, D>, k: usize) -> Result<[D; 2], Error> {
         let mut sum = [D::from(0.0); 2];
-        for (joint, weight) in &self.joints {
+        for Weighted { part: joint, weight } in &self.joints {
             let [before, after] = [record.axes(joint.edge, k)?, record.axes(joint.edge + 1, k)?];
             let own = joint_curvature(&before, &after);
             for c in 0..2 {
@@ -65,7 +74,7 @@ impl<'a, D: Scalar> PointStrain<'a, D> {
     /// Strain of the axis at record `k`.
     pub fn stretch(&self, record: &RecordView<'_, D>, k: usize) -> Result<D, Error> {
         let mut sum = D::from(0.0);
-        for (edge, weight) in &self.edges {
+        for Weighted { part: edge, weight } in &self.edges {
             let vector = sub(record.node(edge.edge + 1, k)?, record.node(edge.edge, k)?);
             sum += (dot(vector, vector).sqrt() - edge.chord) / edge.length * *weight;
         }

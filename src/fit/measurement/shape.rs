@@ -1,13 +1,13 @@
 //! Measured shapes of a rod at rest: positions of points with known arc lengths, of markers beside these, or of the
 //! centerline without arc lengths.
 //!
-//! Input: a CSV file with arc lengths `s` or node indices, coordinates and offsets of markers (m), a CSV file of at least [`LEAST_OF_A_LINE`]
-//! points in order along the centerline, or planned arc lengths. Output: [`RestShape`], a data set. Its differences
-//! in a fit are simulated less observed coordinate, m, of each point of the rod in equilibrium, as the camera records
-//! it. Without arc lengths they are the offset from each position to the foot of its perpendicular on the simulated
-//! centerline, a cubic curve through the nodes. Files that cannot be read, points that are not on the rod, and
-//! positions that are not finite are errors. In a structure the name of the rod and arc lengths or nodes are
-//! required.
+//! Input: a CSV file with arc lengths `s` or node indices, coordinates and offsets of markers (m), a CSV file of at
+//! least [`LEAST_OF_A_LINE`] points in order along the centerline, or planned arc lengths. Output: [`RestShape`], a
+//! data set. Its differences in a fit are simulated less observed coordinate, m, of each point of the rod in
+//! equilibrium, as the camera records it. Without arc lengths they are the offset from each position to the foot of its
+//! perpendicular on the simulated centerline, a cubic curve through the nodes. Files that cannot be read, points that
+//! are not on the rod, and positions that are not finite are errors. In a structure the name of the rod and arc lengths
+//! or nodes are required.
 //!
 //! `new` takes positions of points, `center_line` positions in order along the rod without arc lengths; `read` and
 //! `read_as` read files, `planned` makes a plan. `with_approximate_points` returns the positions with arc lengths,
