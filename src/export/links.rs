@@ -214,7 +214,7 @@ fn joints(scene: &Scene, mesh: &Mesh, frames: &[EdgeFrame<f64>]) -> Vec<ChainJoi
         ChainJoint {
             length,
             stiffness,
-            reference: reference(scene, frames, i, places[i + 1], length),
+            reference: reference(scene, frames, i, &places, length),
             viscous,
             friction: stiffness.map(|k| k * slip),
         }
@@ -222,14 +222,14 @@ fn joints(scene: &Scene, mesh: &Mesh, frames: &[EdgeFrame<f64>]) -> Vec<ChainJoi
     (0..frames.len() - 1).map(joint).collect()
 }
 
-/// Rotations without stress of joint `i`, less those at rest, about tangent, first and second director, rad. `place` is
-/// the joint's fraction of the length of the rod, `length` the length that it represents, m. They follow from the
-/// natural curvature and natural twist of the scene.
+/// Rotations without stress of joint `i`, less those at rest, about tangent, first and second director, rad. `places` are
+/// those of all nodes, as fractions of the length of the rod, `length` is the length that the joint represents, m. They
+/// follow from natural curvature, bending and twist of the scene.
 fn reference(
     scene: &Scene,
     frames: &[EdgeFrame<f64>],
     i: usize,
-    place: f64,
+    places: &[f64],
     length: f64,
 ) -> [f64; 3] {
     let [a, b] = [axes(&frames[i]), axes(&frames[i + 1])];
@@ -238,11 +238,11 @@ fn reference(
     let about = |k: usize| 0.5 * (dot(binormal, a[k]) + dot(binormal, b[k]));
     // Towards the first director, then towards the second one.
     let at_rest = [about(2), -about(1)];
-    let factor = scene.rod.natural_curvature.at(place);
-    let more = scene.rod.bending_at(place);
+    let factor = scene.rod.natural_curvature.at(places[i + 1]);
+    let more = scene.rod.bending_at(i + 1, places);
     let beyond = [0, 1].map(|c| {
         let natural = factor * at_rest[c] + more[c] * length;
         2.0 * ((0.5 * natural).atan() - (0.5 * at_rest[c]).atan())
     });
-    [scene.rod.natural_twist.at(place) * length, -beyond[1], beyond[0]]
+    [scene.rod.natural_twist.at(places[i + 1]) * length, -beyond[1], beyond[0]]
 }

@@ -170,7 +170,7 @@ impl<M: Model> Discretized<'_, M> {
             let factor = rod.natural_curvature.at(places[i + 1]);
             // Natural curvature is per length of the curve, without the corrections at walls.
             let length = (tributary.spin[i] + tributary.spin[i + 1]) * 0.5;
-            let more = rod.bending_at(places[i + 1]);
+            let more = rod.bending_at(i + 1, &places);
             let natural = [0, 1].map(|c| factor * own[c] + more[c] * length);
             let natural_curvature = natural.map(|k| k / length);
             ReferenceJoint { edge: i, length: tributary.joint[i], natural, natural_curvature }

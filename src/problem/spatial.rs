@@ -135,7 +135,7 @@ impl Model for SpatialModel {
             // Natural bending and twist are per length of the curve, without the corrections at
             // walls.
             let length = (line.tributary.spin[i] + line.tributary.spin[i + 1]) * 0.5;
-            let bending = scene.rod.bending_at(line.places[i + 1]);
+            let bending = scene.rod.bending_at(i + 1, &line.places);
             // Natural curvature: a factor on that at rest, and additional bending; natural twist times length.
             let natural = [0, 1].map(|c| factor * k[c] + bending[c] * length);
             let twist = scene.rod.natural_twist.at(line.places[i + 1]) * length;

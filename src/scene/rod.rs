@@ -5,7 +5,7 @@
 //! chooses it. A mesh of an arc or helix must have so many edges that they turn by less than half a turn on average.
 //! Natural curvature is a factor on the curvature of the rest shape, natural twist is in rad/m. Natural bending, 1/m,
 //! is a list of pairs (one number for each director) at equally spaced places from the first node to the last, for
-//! spatial rods only. `bending_at` interpolates it linearly at a fraction of the length, by the weights `bending_shares`.
+//! spatial rods only. `bending_at` interpolates it linearly at a node of any mesh, by the weights `bending_shares`.
 //! `is_unstressed` returns whether the rest shape is free of stress: curvature factor 1, natural twist 0, no natural
 //! bending, none as a list. `check` rejects invalid shapes, sections, numbers and meshes. Tapers and the places of
 //! masses are checked with the scene.
@@ -57,7 +57,7 @@ table! {
         #[serde(default = "zero::<D>", skip_serializing_if = "is_zero")]
         pub natural_twist: Along<D> = TWIST,
         /// Additional stress-free curvature along both material directors, 1/m: pairs at equally spaced
-        /// arc lengths from end to end, linear between them; spatial rods only.
+        /// edges from end to end, linear between them; spatial rods only.
         #[serde(
             deserialize_with = "crate::input::arrays::rows",
             default,
@@ -121,21 +121,26 @@ pub enum Discretization {
 }
 
 impl<D: Scalar> RodSpec<D> {
-    /// Additional natural curvature along both directors at a place, a fraction of the rod length, 1/m. It is linear
-    /// between the given pairs, beyond an end that of the end, and zero without pairs.
-    pub(crate) fn bending_at(&self, place: f64) -> [D; 2] {
-        let Some([(before, a), (after, b)]) = self.bending_shares(place) else {
+    /// Additional natural curvature along both directors at node `i`, 1/m, of a mesh whose nodes are at `places`,
+    /// fractions of the rod length. It is linear between the given pairs, and zero without pairs.
+    pub(crate) fn bending_at(&self, i: usize, places: &[f64]) -> [D; 2] {
+        let Some([(before, a), (after, b)]) = self.bending_shares(i, places) else {
             return [D::from(0.0); 2];
         };
         let both = [self.natural_bending[before], self.natural_bending[after]];
         [0, 1].map(|c| both[0][c] * a + both[1][c] * b)
     }
 
-    /// Indices and weights of the two pairs of `natural_bending` around a place, a fraction of the rod length. Pairs
-    /// are at equally spaced arc lengths from end to end. None without pairs.
-    pub(crate) fn bending_shares(&self, place: f64) -> Option<[(usize, f64); 2]> {
+    /// Indices and weights of the two pairs of `natural_bending` around node `i` of a mesh whose nodes are at `places`,
+    /// fractions of the rod length. Pairs are at equally spaced numbers of edges from end to end: the parts of the
+    /// outermost edges behind walls do not count. None without pairs.
+    pub(crate) fn bending_shares(&self, i: usize, places: &[f64]) -> Option<[(usize, f64); 2]> {
         let last = self.natural_bending.len().checked_sub(1)?;
-        let place = place.clamp(0.0, 1.0) * last as f64;
+        let edges = places.len() - 1;
+        let before_start = -places[0] / (places[1] - places[0]);
+        let behind_end = (places[edges] - 1.0) / (places[edges] - places[edges - 1]);
+        let along = (i as f64 - before_start) / (edges as f64 - before_start - behind_end);
+        let place = along.clamp(0.0, 1.0) * last as f64;
         let before = (place as usize).min(last);
         let part = place - before as f64;
         Some([(before, 1.0 - part), ((before + 1).min(last), part)])

@@ -52,7 +52,7 @@ impl NaturalStrains {
         match self {
             Self::Curvature => rod.natural_curvature.shares(places[node]),
             Self::Twist => rod.natural_twist.shares(places[node]),
-            Self::Bending(_) => rod.bending_shares(places[node]).into_iter().flatten().collect(),
+            Self::Bending(_) => rod.bending_shares(node, places).into_iter().flatten().collect(),
         }
     }
 }
