@@ -194,23 +194,22 @@ impl<D: Scalar> EdgePart<'_, D> {
     /// Whether the edge between two nodes is certainly out of reach of a round obstacle, by a bound on the distance of
     /// its middle. False does not imply contact; always false of planes.
     #[inline(always)]
-    pub fn is_apart(&self, [a, b]: [Vector<D>; 2]) -> bool {
-        let surface = match self.obstacle.kind {
-            ObstacleKind::Plane => return false,
-            ObstacleKind::Sphere => Surface::Sphere,
-            ObstacleKind::Cylinder | ObstacleKind::Capsule => Surface::Cylinder,
-        };
-        let (edge, overlap) = (sub(b, a), self.overlap(surface, self.obstacle.point));
-        let middle = overlap.at(scale(add(a, b), D::from(0.5))).0.value();
-        let (reach, squared_half) = (overlap.reach.value(), 0.25 * dot(edge, edge).value());
-        // The square of the distance of the middle is above that of the reach and half an edge:
-        // (r + h)^2 <= 2 (r^2 + h^2).
-        reach * (reach - 2.0 * middle) > 2.0 * (reach * reach + squared_half)
+    pub fn is_apart(&self, nodes: [Vector<D>; 2]) -> bool {
+        // (r + h)^2 <= 2 (r^2 + h^2) with the reach r and half an edge h.
+        self.is_middle_apart(nodes, |square, half| 2.0 * (square + half))
     }
 
     /// Whether the edge between two nodes remains certainly out of reach of a round obstacle if its nodes move by at
-    /// most the square root of `squared_movement`, m^2, by a bound as that of [`is_apart`](Self::is_apart).
-    pub fn is_apart_within(&self, [a, b]: [Vector<D>; 2], squared_movement: f64) -> bool {
+    /// most the square root of `squared_movement`, m^2. False does not imply contact; always false of planes.
+    pub fn is_apart_within(&self, nodes: [Vector<D>; 2], squared_movement: f64) -> bool {
+        // (r + h + m)^2 <= 3 (r^2 + h^2 + m^2) with the movement m.
+        self.is_middle_apart(nodes, |square, half| 3.0 * (square + half + squared_movement))
+    }
+
+    /// Whether the squared distance of the middle of the edge from a round obstacle, m^2, is above a `bound`, a function
+    /// of the squares of the reach and of half an edge. False of planes.
+    #[inline(always)]
+    fn is_middle_apart(&self, [a, b]: [Vector<D>; 2], bound: impl Fn(f64, f64) -> f64) -> bool {
         let surface = match self.obstacle.kind {
             ObstacleKind::Plane => return false,
             ObstacleKind::Sphere => Surface::Sphere,
@@ -219,9 +218,7 @@ impl<D: Scalar> EdgePart<'_, D> {
         let (edge, overlap) = (sub(b, a), self.overlap(surface, self.obstacle.point));
         let middle = overlap.at(scale(add(a, b), D::from(0.5))).0.value();
         let (reach, squared_half) = (overlap.reach.value(), 0.25 * dot(edge, edge).value());
-        // (r + h + m)^2 <= 3 (r^2 + h^2 + m^2).
-        let bound = 3.0 * (reach * reach + squared_half + squared_movement);
-        reach * (reach - 2.0 * middle) > bound
+        reach * (reach - 2.0 * middle) > bound(reach * reach, squared_half)
     }
 
     /// The overlap with a `surface` of the obstacle whose center, or a point of whose axis or plane, is `point`, m.
