@@ -4,8 +4,8 @@
 use rodfit::fit::Analysis;
 use rodfit::page::fit_page;
 use rodfit::{Error, Fit, FitReport, Parameter, Point, Problem, Trajectory};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 use crate::common::coarse;
 use crate::report::disturbed;
@@ -96,6 +96,38 @@ fn stopped_bootstrap_is_not_reported() {
     assert!(report.warnings.iter().all(|warning| !warning.contains("bootstrap")), "{report}");
     let estimate = &report.parameters[0];
     assert!(estimate.profile95.is_some() && estimate.bootstrap.is_none());
+}
+
+/// A stop in any stage after the first simulation returns the best values, also between two meshes or two estimates of
+/// the noise, and in the analyses after the search. Here the fit chooses the mesh, and estimates the noise on each.
+#[test]
+fn stop_in_any_stage_keeps_the_best_values() {
+    let mut scene = coarse(8, 4e-3, 0.4);
+    scene.rod.segments = None;
+    scene.time.as_mut().unwrap().step = None;
+    let problem = scene.problem().unwrap();
+    let data = disturbed(&problem.simulate().unwrap(), Point::Tip, 20, 1e-3);
+    let solve = |stop_at: usize| {
+        let stages = Arc::new(Mutex::new(Vec::new()));
+        let (flag, seen) = (Arc::new(AtomicBool::new(false)), stages.clone());
+        let set = flag.clone();
+        let fit = Fit::new(&problem).observe(data.clone()).identify(Parameter::YoungsModulus);
+        let report = fit.stop_when(flag).on_progress(move |stage, _| {
+            let mut seen = seen.lock().unwrap();
+            seen.push(stage.to_string());
+            set.store(seen.len() > stop_at, Ordering::Relaxed);
+        });
+        let report = report.solve();
+        let stages = stages.lock().unwrap().clone();
+        (report, stages)
+    };
+    let (whole, stages) = solve(usize::MAX);
+    assert!(whole.unwrap().is_success() && stages.len() > 8, "{stages:?}");
+    for (number, stage) in stages.iter().enumerate() {
+        let report = solve(number).0.unwrap_or_else(|error| panic!("stopped at {stage}: {error}"));
+        let value = report.parameters[0].value.unwrap();
+        assert!(report.interrupted && (1e7..1e9).contains(&value), "stopped at {stage}: {report}");
+    }
 }
 
 #[test]

@@ -87,6 +87,8 @@ impl FitOutcome {
     /// them, and the grade `interrupted`. Plots have series only if that point is of the whole records.
     /// [`Error::Interrupted`] if nothing was simulated yet.
     pub fn unfinished(search: &Search, keeps_plots: bool) -> Result<Self, Error> {
+        // The last points may be those of a search with other sigmas, as on a finer mesh.
+        search.journal.reweight(&search.sigmas);
         let best = search.journal.best().ok_or(Error::Interrupted)?;
         // Only residuals of the whole records can be shown against all data.
         let (stage, is_whole) = (best.stage, best.stage == SearchStage::Full);

@@ -7,8 +7,7 @@
 //! final sigmas. Its values are in the parameters' units, its costs in full simulations.
 //!
 //! The best point is returned after an interruption. It is of the latest stage, within that stage one with the most
-//! residuals, and of these the one of the lowest cost. There is none before the first point and after a change of the
-//! sigmas (`reweight`).
+//! residuals, and of these the one of the lowest cost. A change of the sigmas (`reweight`) converts its residuals.
 //!
 //! A scan replaces the last one. Minima are ends of fits of the full model to the whole records. `move_minimum` removes
 //! all minima within [`SAME`] of a point and adds another one. Their distance is the largest difference of any unknown,
@@ -116,6 +115,8 @@ struct JournalRecords {
     sigmas: Vec<f64>,
     /// The best point of the last stage.
     best: Option<Visit>,
+    /// The cost of the best point is in units of earlier sigmas.
+    is_best_outdated: bool,
     /// The last scan.
     grid: Option<ScanGrid>,
     /// Minima of the full model.
@@ -132,7 +133,7 @@ impl Journal {
 
     /// Adds an evaluated point to the history, with the `work` so far, steps times segments. It becomes the best one if
     /// it is of a later stage than the best so far, or has more residuals in the same stage. On the same number of
-    /// residuals it must have no higher cost.
+    /// residuals it must have no higher cost, unless the sigmas changed in between.
     pub fn visit(&self, visit: Visit, work: f64) {
         let mut records = self.records();
         let Visit { stage, x, cost, residuals, counts } = &visit;
@@ -147,10 +148,12 @@ impl Journal {
         // Costs are comparable for the same stage and the same part of the records.
         let rank = |v: &Visit| (v.stage, v.residuals.len());
         let better = records.best.as_ref().is_none_or(|b| {
-            rank(&visit) > rank(b) || rank(&visit) == rank(b) && visit.cost <= b.cost
+            let is_lower = records.is_best_outdated || visit.cost <= b.cost;
+            rank(&visit) > rank(b) || rank(&visit) == rank(b) && is_lower
         });
         if better {
             records.best = Some(visit);
+            records.is_best_outdated = false;
         }
     }
 
@@ -200,17 +203,25 @@ impl Journal {
         axis.cloned().unwrap_or_default()
     }
 
-    /// Sets the `sigmas` in whose units later residuals are, one per measurement. The best point is dropped, as costs
-    /// with other sigmas are not comparable; history and minima stay.
+    /// Sets the `sigmas` in whose units later residuals are, one per measurement. The best point stays, with residuals
+    /// in these units, until another point of its stage is recorded: costs with other sigmas are not comparable.
     pub fn reweight(&self, sigmas: &[f64]) {
         let mut records = self.records();
-        // Costs in other units cannot be compared. Sums of squares in the history can be converted.
-        records.best = None;
-        records.sigmas = sigmas.to_vec();
+        if records.sigmas == sigmas {
+            return;
+        }
+        let before = std::mem::replace(&mut records.sigmas, sigmas.to_vec());
+        records.is_best_outdated = true;
+        if let Some(best) = &mut records.best {
+            let mut residuals = best.residuals.iter_mut();
+            for ((count, before), now) in best.counts.iter().zip(&before).zip(sigmas) {
+                residuals.by_ref().take(*count).for_each(|residual| *residual *= before / now);
+            }
+        }
     }
 
     /// The best point: of the latest stage, in it of the most residuals, and of these of the lowest cost. `None` before
-    /// the first evaluation, and after a change of the sigmas.
+    /// the first evaluation.
     pub fn best(&self) -> Option<Visit> {
         self.records().best.clone()
     }
@@ -286,6 +297,29 @@ mod tests {
         assert_eq!(journal.best().map(|best| best.cost), Some(5.0));
         let unknowns = [Unknown::new(Parameter::YoungsModulus)];
         assert_eq!(journal.history(&unknowns, &[1.0], 1.0).len(), 5);
+    }
+
+    /// A search that is stopped just after its sigmas changed still has its best point, with residuals in the new units.
+    #[test]
+    fn best_point_stays_when_sigmas_change() {
+        let journal = Journal::default();
+        journal.reweight(&[1.0, 1.0]);
+        let visit = |cost| Visit {
+            stage: SearchStage::Full,
+            x: vec![cost],
+            cost,
+            residuals: vec![3.0, 4.0, 5.0],
+            counts: vec![1, 1],
+        };
+        journal.visit(visit(25.0), 1.0);
+        journal.reweight(&[2.0, 0.5]);
+        // The last residual is that of a prior.
+        let best = journal.best().expect("a best point");
+        assert_eq!(best.residuals, [1.5, 8.0, 5.0]);
+        journal.reweight(&[2.0, 0.5]);
+        journal.visit(visit(46.0), 2.0);
+        journal.visit(visit(50.0), 3.0);
+        assert_eq!(journal.best().map(|best| best.cost), Some(46.0));
     }
 
     /// Work is in units of the final mesh, so that the many small simulations of a coarse mesh come first.
